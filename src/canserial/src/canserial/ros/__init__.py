@@ -1,0 +1,1 @@
+"""The ROS shells of canserial: one module per node, and conversions."""
