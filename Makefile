@@ -1,0 +1,49 @@
+# The whole of SARA from a bare Debian 12: `make run` drives the simulated chair, `make test` runs every test.
+# Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+.PHONY: run test bench campaign lint clean help setup apt venv build install
+
+# Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
+PYTHON := /usr/bin/python3
+VENV   := .venv
+BUILD_TYPE ?= Release
+ENV    := source devel/setup.bash &&
+
+help: ## this list
+	@echo "SARA: a ROS 1 navigation stack for plain Debian 12"
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
+
+run: build ## drive the simulated chair round the thesis's square; results in out/
+	@echo "== run: the square on the simulated chair"
+	@$(ENV) tools/run_square.sh
+
+test: build ## every test: units without ROS, then the rostests
+	@tools/run_tests.sh
+
+bench: build ## how fast it is, against a yardstick timed in the same run
+	@$(ENV) rosrun sara_bringup experiment square --seed 0 --bench
+
+campaign: build ## the square over many seeds, in lockstep; table in out/campaign
+	@$(ENV) rosrun sara_bringup campaign
+
+lint: venv ## manifests, CMake files and Python sources
+	@tools/lint.sh
+
+build: venv ## build the catkin workspace into devel/
+	@tools/build.sh
+
+install: build ## install the packages into install/
+	@echo "== install: into install/"
+	@tools/build.sh install
+
+setup: venv ## only the Debian packages and the Python environment
+
+apt:
+	@tools/setup_apt.sh
+
+venv: apt
+	@tools/setup_venv.sh $(PYTHON) $(VENV)
+
+clean: ## remove everything that was built (out/ stays)
+	rm -rf build devel install logs .catkin_tools $(VENV)

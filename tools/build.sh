@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Configures and builds the workspace (devel space), or with `install` installs it too. One build at a time.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+target=${1:-all}
+exec 9>.venv/build.lock
+flock 9
+python=$PWD/.venv/bin/python3
+# Only ours and Debian's: a sourced workspace of another project must not be frozen into this one.
+unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
+mkdir -p build devel/lib/python3/dist-packages
+log=build/build.log
+stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \
+        -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' | sort | xargs stat -c '%n %Y' | sha1sum)
+if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then exit 0; fi
+echo "== build: catkin packages into devel/ (log: $log)"
+run() { "$@" >>"$log" 2>&1 || { tail -n 40 "$log" >&2; echo "build failed: $log has the whole of it" >&2; exit 1; }; }
+: >"$log"
+run cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DCATKIN_DEVEL_PREFIX="$PWD/devel" -DCMAKE_INSTALL_PREFIX="$PWD/install" \
+    -DPYTHON_EXECUTABLE="$python" -DCATKIN_ENABLE_TESTING=ON
+run cmake --build build --target "$target" -- -j"$(nproc)"
+echo "$stamp" >build/built.stamp
