@@ -1,12 +1,10 @@
 """The bus as its DBC file describes it: names and physical units on one side, frames on the other.
 
-The file is read with cantools, which also tells where each signal lies; identifiers and offsets are written nowhere else.
-Packing is done here on one integer per frame, with the shifts taken from cantools' description: five to ten times
-faster than its general packer, which matters when a whole drive is computed in lockstep. A test holds the two equal.
+The file is read, and frames are packed and unpacked, with cantools; identifiers and offsets are written nowhere else.
+What is added here is one family of errors that name the signal, the value it held and what is allowed.
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -33,32 +31,10 @@ class BadValue(BusError):
     """A signal that is missing, unknown, not finite or does not fit into its bits."""
 
 
-@dataclass(frozen=True)
-class _Signal:
-    name: str
-    shift: int
-    mask: int
-    sign_bit: int
-    minimum: int
-    maximum: int
-    scale: float
-    offset: float
-
-
-@dataclass(frozen=True)
-class _Message:
-    name: str
-    id: int
-    extended: bool
-    length: int
-    signals: tuple
-    names: frozenset
-
-
 class BusDescription:
     """Encodes and decodes the frames of one DBC file.
 
-    Raises BusError where the file cannot be read or holds what is not built (big-endian, multiplexed or floating-point signals).
+    Raises BusError where the file cannot be read.
     """
 
     def __init__(self, path=DEFAULT_DBC):
@@ -67,12 +43,10 @@ class BusDescription:
             database = cantools.database.load_file(self.path)
         except Exception as error:  # cantools raises a family of its own besides OSError
             raise BusError(f'cannot read the bus description {self.path}: {error}') from error
-        self._by_name = {}
-        self._by_id = {}
-        for message in database.messages:
-            compiled = _compile(message)
-            self._by_name[compiled.name] = compiled
-            self._by_id[compiled.id, compiled.extended] = compiled
+        self._by_name = {message.name: message for message in database.messages}
+        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
+        self._signals = {message.name: frozenset(signal.name for signal in message.signals)
+                         for message in database.messages}
 
     @classmethod
     def default(cls):
@@ -86,11 +60,7 @@ class BusDescription:
 
     def id_of(self, name):
         """The identifier of the message `name`; raises UnknownFrame."""
-        return self._message(name).id
-
-    def signals_of(self, name):
-        """Names of the signals of the message `name`, in wire order; raises UnknownFrame."""
-        return tuple(signal.name for signal in self._message(name).signals)
+        return self._message(name).frame_id
 
     def encode(self, name, time=0.0, /, **signals):
         """A Frame of the message `name` from all its signals in physical units, each rounded to its resolution.
@@ -98,21 +68,15 @@ class BusDescription:
         Raises UnknownFrame, BadValue.
         """
         message = self._message(name)
-        if signals.keys() != message.names:
-            missing = sorted(message.names - signals.keys())
-            unknown = sorted(signals.keys() - message.names)
+        if signals.keys() != self._signals[name]:
+            missing = sorted(self._signals[name] - signals.keys())
+            unknown = sorted(signals.keys() - self._signals[name])
             raise BadValue(f'{name} needs its signals and no others: missing {missing}, unknown {unknown}')
-        word = 0
-        for signal in message.signals:
-            value = signals[signal.name]
-            if not math.isfinite(value):
-                raise BadValue(f'{name}.{signal.name} is {value}, allowed are finite numbers')
-            raw = round((value - signal.offset) / signal.scale)
-            if not signal.minimum <= raw <= signal.maximum:
-                low, high = (bound * signal.scale + signal.offset for bound in (signal.minimum, signal.maximum))
-                raise BadValue(f'{name}.{signal.name} is {value}, allowed is {low} to {high}')
-            word |= (raw & signal.mask) << signal.shift
-        return Frame(message.id, word.to_bytes(message.length, 'little'), time, message.extended)
+        try:
+            data = message.encode(signals, strict=False)
+        except (cantools.database.errors.Error, ValueError, OverflowError) as error:
+            raise _bad_value(message, signals, error) from error
+        return Frame(message.frame_id, bytes(data), time, message.is_extended_frame)
 
     def decode(self, frame):
         """(name, {signal: value in physical units}) of a Frame. Raises UnknownFrame, BadLength."""
@@ -121,14 +85,7 @@ class BusDescription:
             raise UnknownFrame(f'no frame 0x{frame.id:X} in {self.path}')
         if len(frame.data) != message.length:
             raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
-        word = int.from_bytes(frame.data, 'little')
-        values = {}
-        for signal in message.signals:
-            raw = (word >> signal.shift) & signal.mask
-            if raw & signal.sign_bit:
-                raw -= signal.mask + 1
-            values[signal.name] = raw * signal.scale + signal.offset
-        return message.name, values
+        return message.name, message.decode(frame.data, decode_choices=False)
 
     def _message(self, name):
         try:
@@ -137,21 +94,18 @@ class BusDescription:
             raise UnknownFrame(f'no message named {name} in {self.path}') from None
 
 
-def _compile(message):
-    if message.is_multiplexed():
-        raise BusError(f'{message.name} is multiplexed, which is not supported')
-    return _Message(message.name, message.frame_id, message.is_extended_frame, message.length,
-                    tuple(_compile_signal(message, signal) for signal in sorted(message.signals, key=lambda s: s.start)),
-                    frozenset(signal.name for signal in message.signals))
-
-
-def _compile_signal(message, signal):
-    if signal.is_float or signal.byte_order != 'little_endian':
-        raise BusError(f'{message.name}.{signal.name} must be a little-endian integer')
-    span = 1 << signal.length
-    minimum, maximum = (-(span >> 1), (span >> 1) - 1) if signal.is_signed else (0, span - 1)
-    return _Signal(signal.name, signal.start, span - 1, span >> 1 if signal.is_signed else 0, minimum, maximum,
-                   signal.scale, signal.offset)
+def _bad_value(message, signals, error):
+    """Which signal cantools could not pack: it does not always say."""
+    for signal in message.signals:
+        value = signals[signal.name]
+        if not math.isfinite(value):
+            return BadValue(f'{message.name}.{signal.name} is {value}, allowed are finite numbers')
+        half = 1 << (signal.length - 1)
+        low, high = (-half, half - 1) if signal.is_signed else (0, 2 * half - 1)
+        if not low <= round((value - signal.offset) / signal.scale) <= high:
+            low, high = low * signal.scale + signal.offset, high * signal.scale + signal.offset
+            return BadValue(f'{message.name}.{signal.name} is {value}, allowed is {low:g} to {high:g}')
+    return BadValue(f'{message.name}: {error}')
 
 
 @lru_cache(maxsize=1)

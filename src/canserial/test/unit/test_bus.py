@@ -1,4 +1,4 @@
-"""The bus description: round trips of every frame, agreement with cantools, and every refusal by its name."""
+"""The bus description: round trips of every frame, and every refusal by its name."""
 
 import math
 
@@ -27,15 +27,8 @@ def test_decode_then_encode_gives_the_same_bytes(name, data):
     assert BUS.encode(name, **values).data == data
 
 
-@given(st.sampled_from(sorted(MESSAGES)), st.binary(min_size=8, max_size=8))
-def test_decoding_agrees_with_cantools(name, data):
-    _, values = BUS.decode(Frame(BUS.id_of(name), data))
-    theirs = MESSAGES[name].decode(data, decode_choices=False)
-    assert values == pytest.approx(theirs, rel=1e-12, abs=0)
-
-
 @given(st.data())
-def test_encoding_agrees_with_cantools_and_rounds_to_half_a_step(data):
+def test_encoding_rounds_to_half_a_step(data):
     name = data.draw(st.sampled_from(sorted(MESSAGES)))
     values = {}
     for signal in MESSAGES[name].signals:
@@ -43,7 +36,6 @@ def test_encoding_agrees_with_cantools_and_rounds_to_half_a_step(data):
                      else (0, (1 << signal.length) - 1))
         values[signal.name] = data.draw(st.floats(low * signal.scale, high * signal.scale))
     frame = BUS.encode(name, **values)
-    assert frame.data == MESSAGES[name].encode(values, strict=False)
     for key, value in BUS.decode(frame)[1].items():
         scale = MESSAGES[name].get_signal_by_name(key).scale
         assert abs(value - values[key]) <= 0.5 * scale + 1e-6 * scale
