@@ -1,0 +1,33 @@
+"""Ultrasonic ranges: the true median of the last three readings, said in the words of REP-117."""
+
+import math
+from collections import deque
+
+NAMES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
+
+
+def rep117(distance, minimum, maximum):
+    """A raw distance (m, 0 = no echo) as REP-117 says it: -Inf below minimum, +Inf for no echo and beyond maximum."""
+    if distance == 0.0 or distance > maximum:
+        return math.inf
+    return -math.inf if distance < minimum else distance
+
+
+class RangeFilter:
+    """Median of the last three readings of each sensor; nothing until there are three, none older than max_gap apart."""
+
+    def __init__(self, minimum, maximum, max_gap):
+        self.minimum = minimum
+        self.maximum = maximum
+        self.max_gap = max_gap
+        self._last = {name: deque(maxlen=3) for name in NAMES}
+        self._stamp = dict.fromkeys(NAMES, -math.inf)
+
+    def add(self, name, stamp, distance):
+        """Take a raw distance (m); returns the filtered range or None."""
+        last = self._last[name]
+        if not 0.0 <= stamp - self._stamp[name] <= self.max_gap:
+            last.clear()
+        self._stamp[name] = stamp
+        last.append(rep117(distance, self.minimum, self.maximum))
+        return sorted(last)[1] if len(last) == 3 else None

@@ -1,0 +1,72 @@
+"""What the frames of the bus say, in SI units. `stamp` is the time the frame was received, s."""
+
+from dataclasses import dataclass
+
+RIGHT, LEFT = 0, 1
+
+
+@dataclass(frozen=True)
+class EncoderReading:
+    """A wheel's counters: `wheel` RIGHT or LEFT, `steps` and `time_100us` both modulo 2^32."""
+
+    stamp: float
+    wheel: int
+    steps: int
+    time_100us: int
+
+
+@dataclass(frozen=True)
+class ImuReading:
+    """roll, pitch, yaw: rad (yaw in [-pi, pi]); angular_velocity: 3 x rad/s; linear_acceleration: 3 x m/s2, gravity in it."""
+
+    stamp: float
+    roll: float
+    pitch: float
+    yaw: float
+    angular_velocity: tuple
+    linear_acceleration: tuple
+
+
+@dataclass(frozen=True)
+class RangeReading:
+    """Distance in m after REP-117: -Inf nearer than the sensor can measure, +Inf no echo within its range."""
+
+    stamp: float
+    name: str
+    range: float
+
+
+@dataclass(frozen=True)
+class JoystickReading:
+    """left and forward: -1..1, 0 within the dead band; mode: the `modo` of the bus; the node's own wheel commands, rad/s."""
+
+    stamp: float
+    left: float
+    forward: float
+    mode: int
+    right_wheel: float
+    left_wheel: float
+
+
+@dataclass(frozen=True)
+class ModeReading:
+    """Who drives (`modoPC` of the bus): 1 the joystick, 3 the PC."""
+
+    stamp: float
+    mode: int
+
+
+@dataclass(frozen=True)
+class BatteryReading:
+    """Voltage in V."""
+
+    stamp: float
+    voltage: float
+
+
+@dataclass(frozen=True)
+class ImpactReading:
+    """Whether the sensor node reports an impact (`alarma` of the bus)."""
+
+    stamp: float
+    impact: bool

@@ -1,0 +1,214 @@
+"""Laws of the reader: what is turned is what comes out, nothing invented, nothing thrown."""
+
+import math
+
+import pytest
+from canserial.bus import BusDescription
+from canserial.config import ConfigError, ReaderConfig
+from canserial.frame import Frame
+from canserial.reader import Reader
+from canserial.readings import (BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading,
+                                RangeReading)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+BUS = BusDescription.default()
+OFFSET = (-0.49, -0.91, -0.65)
+
+
+def make(**settings_):
+    return Reader(ReaderConfig(**{'gain': 1.0, 'calibration_frames': 4, **settings_}), BUS)
+
+
+def imu(reader, stamp, gz=OFFSET[2], gx=OFFSET[0], gy=OFFSET[1], roll=0.0):
+    """One turn of IMU frames; returns the ImuReadings."""
+    readings = []
+    for name, values in (('RANGE_ACCEL', {'SJO': 1.0, 'ax': 0.1, 'ay': -0.2, 'az': 9.81}),
+                         ('COMPLEMENTARY', {'rx': roll, 'ry': -1.0, 'rz': 12.0}),
+                         ('IMPACT_GYRO', {'alarma': 0, 'gx': gx, 'gy': gy, 'gz': gz})):
+        readings += reader.on_frame(BUS.encode(name, stamp, **values))
+    return [reading for reading in readings if isinstance(reading, ImuReading)]
+
+
+def calibrated(**settings_):
+    reader = make(**settings_)
+    for k in range(reader.config.calibration_frames):
+        assert imu(reader, 100.0 + 0.2 * k) == []
+    assert reader.ready
+    return reader, 100.0 + 0.2 * reader.config.calibration_frames
+
+
+def test_nothing_before_calibration_then_all_fields_in_si_units():
+    reader, t = calibrated()
+    imu(reader, t)
+    [reading] = imu(reader, t + 0.2, gz=OFFSET[2] + 10.0, gx=OFFSET[0] + 1.0, roll=2.0)
+    assert reading.stamp == t + 0.2
+    assert reading.angular_velocity == pytest.approx((math.radians(1.0), 0.0, math.radians(10.0)))
+    assert reading.linear_acceleration == pytest.approx((0.1, -0.2, 9.81))
+    assert (reading.roll, reading.pitch) == pytest.approx((math.radians(2.0), math.radians(-1.0)))
+    assert reading.yaw == pytest.approx(math.radians(2.0))
+
+
+def test_the_gain_acts_on_rate_and_turn_but_not_on_a_set_yaw():
+    reader, t = calibrated(gain=1.08)
+    imu(reader, t)
+    reader.set_yaw(1.0, t + 0.05)
+    [reading] = imu(reader, t + 0.2)
+    assert reading.yaw == pytest.approx(1.0)
+    [reading] = imu(reader, t + 0.4, gz=OFFSET[2] + 20.0)
+    assert reading.angular_velocity[2] == pytest.approx(1.08 * math.radians(20.0))
+    assert reading.yaw == pytest.approx(1.0 + 1.08 * math.radians(4.0))
+
+
+@given(st.lists(st.tuples(st.floats(0.15, 0.25), st.integers(-3000, 3000)), min_size=1, max_size=40))
+@settings(max_examples=30)
+def test_yaw_is_the_integral_over_the_real_time_between_frames(turns):
+    reader, t = calibrated()
+    imu(reader, t)
+    angle = 0.0
+    for dt, rate in turns:
+        t += dt
+        imu(reader, t, gz=OFFSET[2] + rate / 100)
+        angle += dt * math.radians(rate / 100)
+    assert abs(math.remainder(reader.yaw - angle, math.tau)) < 1e-9
+
+
+def test_a_lost_frame_of_a_steady_turn_loses_nothing_and_is_counted():
+    reader, t = calibrated()
+    imu(reader, t, gz=OFFSET[2] + 30.0)
+    imu(reader, t + 0.4, gz=OFFSET[2] + 30.0)
+    assert reader.yaw == pytest.approx(math.radians(12.0))
+    assert reader.counters['imu_gaps'] == 1
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.5])
+def test_frames_from_before_set_pose_do_not_pull_the_yaw_back(delay):
+    reader, t = calibrated()
+    imu(reader, t)
+    reader.set_yaw(1.0, t + 1.0 + delay)
+    for k in range(1, 5):
+        assert imu(reader, t + 0.2 * k, gz=OFFSET[2] + 40.0) == []
+    assert reader.yaw == 1.0
+    imu(reader, t + 1.2 + delay, gz=OFFSET[2] + 10.0)
+    assert reader.yaw == pytest.approx(1.0 + math.radians(2.0))
+
+
+def test_what_was_turned_since_a_late_set_pose_is_kept():
+    reader, t = calibrated()
+    imu(reader, t)
+    for k in range(1, 11):
+        imu(reader, t + 0.2 * k, gz=OFFSET[2] + 10.0)
+    reader.set_yaw(-2.0, t + 1.5)
+    assert reader.yaw == pytest.approx(-2.0 + math.radians(5.0))
+
+
+def test_repeated_frames_and_a_clock_that_went_back_integrate_nothing():
+    reader, t = calibrated()
+    imu(reader, t)
+    for _ in range(3):
+        assert imu(reader, t, gz=OFFSET[2] + 50.0) == []
+    assert reader.counters['imu_stale'] == 3
+    imu(reader, 5.0, gz=OFFSET[2] + 50.0)
+    assert reader.yaw == 0.0
+    imu(reader, 5.2, gz=OFFSET[2] + 50.0)
+    assert reader.yaw == pytest.approx(math.radians(10.0))
+
+
+def test_no_imu_reading_from_accelerations_that_stopped_coming():
+    reader, t = calibrated()
+    silent = BUS.encode('IMPACT_GYRO', t + 5.0, alarma=1, gx=0, gy=0, gz=0)
+    assert reader.on_frame(silent) == [ImpactReading(t + 5.0, True)]
+    assert reader.counters['imu_without_acceleration'] == 1
+
+
+@pytest.mark.parametrize('disturb', ['gyro', 'wheel', 'slow turn'])
+def test_calibration_starts_over_when_the_chair_moves(disturb):
+    reader = make(calibration_frames=20)
+    for k in range(19):
+        gz = OFFSET[2] + (3.0 if disturb == 'gyro' and k == 10 else 0.06 * k if disturb == 'slow turn' else 0.0)
+        imu(reader, 0.2 * k, gz=gz)
+        steps = (2 ** 32 - 5 + (40 if disturb == 'wheel' and k > 10 else 0)) % 2 ** 32
+        reader.on_frame(BUS.encode('ENCODER_LEFT', 0.2 * k, steps=steps, time=k))
+    imu(reader, 0.2 * 19, gz=OFFSET[2])
+    assert not reader.ready and reader.calibration.restarts >= 1
+    for k in range(20, 45):
+        imu(reader, 0.2 * k)
+    assert reader.ready
+    assert reader.calibration.offset == pytest.approx(OFFSET)
+
+
+def test_encoder_noise_within_the_limit_does_not_start_over_across_the_wrap():
+    reader = make(calibration_frames=10)
+    for k in range(10):
+        reader.on_frame(BUS.encode('ENCODER_RIGHT', 0.2 * k, steps=(2 ** 32 - 1 + k % 2) % 2 ** 32, time=k))
+        imu(reader, 0.2 * k)
+    assert reader.ready
+
+
+def test_ranges_are_the_median_of_three_in_the_words_of_rep_117():
+    reader = make()
+    answers = []
+    for k, sdi in enumerate((1.0, 2.0, 1.1, 0.0, 0.0, 0.1, 0.1, 3.0)):
+        readings = reader.on_frame(BUS.encode('RANGES_1', 0.2 * k, STD=1, SDI=sdi, SLIT=1, SLDD=1))
+        answers += [reading.range for reading in readings if reading.name == 'SDI']
+    assert answers == pytest.approx([1.1, 2.0, math.inf, math.inf, -math.inf, -math.inf])
+    later = BUS.encode('RANGES_1', 60.0, STD=1, SDI=1, SLIT=1, SLDD=1)
+    assert reader.on_frame(later) == []
+
+
+def test_all_nine_ranges_come():
+    reader = make()
+    names = set()
+    for k in range(3):
+        for name, signals in (('RANGES_1', ('STD', 'SDI', 'SLIT', 'SLDD')), ('RANGES_2', ('SDD', 'SLID', 'STI', 'SLDT'))):
+            for reading in reader.on_frame(BUS.encode(name, 0.2 * k, **dict.fromkeys(signals, 1.5))):
+                assert isinstance(reading, RangeReading) and reading.range == 1.5
+                names.add(reading.name)
+        names |= {r.name for r in reader.on_frame(BUS.encode('RANGE_ACCEL', 0.2 * k, SJO=1.5, ax=0, ay=0, az=0))}
+    assert len(names) == 9
+
+
+def test_the_other_frames():
+    reader = make()
+    assert reader.on_frame(BUS.encode('ENCODER_LEFT', 1.0, steps=7, time=9)) == [EncoderReading(1.0, 1, 7, 9)]
+    assert reader.on_frame(BUS.encode('MODO_PC', 1.0, modoPC=3)) == [ModeReading(1.0, 3)]
+    assert reader.on_frame(BUS.encode('BATTERY', 1.0, voltage=24.5)) == [BatteryReading(1.0, 24.5)]
+    joystick = {'velD': 2.0, 'velI': -2.0, 'modo': 1}
+    [reading] = reader.on_frame(BUS.encode('JOYSTICK', 1.0, joyx=1023, joyy=540, **joystick))
+    assert reading == JoystickReading(1.0, -1.0, 0.0, 1, pytest.approx(2.0, abs=0.01), pytest.approx(-2.0, abs=0.01))
+    assert reader.on_frame(BUS.encode('JOYSTICK', 1.0, joyx=1024, joyy=540, **joystick)) == []
+    assert reader.on_frame(BUS.encode('MADGWICK', 1.0, roll=1, pitch=1, yaw=1)) == []
+
+
+@given(st.lists(st.tuples(st.integers(0, 0x7FF) | st.sampled_from([BUS.id_of(name) for name in BUS.names]),
+                          st.binary(max_size=8), st.floats()), max_size=40))
+def test_any_frames_at_any_time_give_finite_readings(frames):
+    reader = make(calibration_frames=2, still_step=1000.0, still_drift=1000.0)
+    for identifier, data, stamp in frames:
+        for reading in reader.on_frame(Frame(identifier, data, stamp)):
+            if isinstance(reading, ImuReading):
+                assert all(map(math.isfinite, (reading.stamp, reading.roll, reading.pitch, reading.yaw,
+                                               *reading.angular_velocity, *reading.linear_acceleration)))
+            if isinstance(reading, RangeReading):
+                assert not math.isnan(reading.range)
+
+
+def test_what_is_dropped_is_counted_by_kind():
+    reader = make()
+    reader.on_frame(Frame(0x7FF, bytes(8)))
+    reader.on_frame(Frame(0x101, bytes(7)))
+    reader.on_frame(Frame(0x101, bytes(8), math.nan))
+    reader.set_yaw(math.nan, 0.0)
+    assert dict(reader.counters) == {'unknown_id': 1, 'bad_length': 1, 'stamp_not_finite': 1, 'set_pose_not_finite': 1}
+
+
+def test_configuration_faults_are_named_all_at_once():
+    with pytest.raises(ConfigError, match="gain is -1.*calibration_frames is 0.*'saved', which is not available yet"):
+        ReaderConfig(gain=-1, calibration_frames=0, calibration='saved')
+    with pytest.raises(ConfigError, match='range_min'):
+        ReaderConfig(range_min=3.0)
+
+
+def test_gyro_variances_are_those_of_the_table_in_radians():
+    degrees = ReaderConfig(thesis_covariances=True).variances[1]
+    assert ReaderConfig().variances[1] == pytest.approx([math.radians(1) ** 2 * value for value in degrees], rel=0.03)
