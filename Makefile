@@ -16,7 +16,7 @@ help: ## this list
 
 run: build ## drive the simulated chair round the thesis's square; results in out/
 	@echo "== run: the square on the simulated chair"
-	@$(ENV) tools/run_square.sh
+	@$(ENV) rosrun sara_bringup run_square --out out
 
 test: build ## every test: units without ROS, then the rostests
 	@tools/run_tests.sh

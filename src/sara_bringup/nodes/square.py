@@ -1,0 +1,4 @@
+#!/usr/bin/env python3
+from sara_bringup.ros.square import main
+
+main()

@@ -1,0 +1,1 @@
+"""SARA put together: missions, the lockstep harness, experiments and their reports."""

@@ -1,0 +1,18 @@
+"""Planar poses as (x, y, yaw) tuples: composition and the wrapping of angles (REP-103: radians, counter-clockwise)."""
+import math
+
+
+def wrap(angle):
+    """`angle` brought into [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def compose(a, b):
+    """The pose `b`, given in the frame `a`, in the frame in which `a` is given."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])
+
+
+def yaw_of(q):
+    """Yaw of a quaternion with fields x, y, z, w."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))

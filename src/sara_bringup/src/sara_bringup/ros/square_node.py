@@ -1,0 +1,123 @@
+"""square.py: drives a mission's goals through move_base's action, with progress, and keeps what happened.
+
+On the chair as in simulation; /ground_truth is used for the report where somebody publishes it.
+"""
+import json
+import math
+import sys
+import threading
+from pathlib import Path
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Quaternion
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+from sara_bringup.drive import Drive
+from sara_bringup.mission import load_mission
+from sara_bringup.paths import config_file
+from sara_bringup.planar import yaw_of
+from sara_bringup.report import table
+
+SETTLE_S = 1.0   # the chair comes to rest before a corner is judged
+
+
+def _pose(message):
+    pose = message.pose.pose
+    return pose.position.x, pose.position.y, yaw_of(pose.orientation)
+
+
+class Recorder:
+    """Keeps the newest truth and odometry and adds a sample to the drive with each fused pose."""
+
+    def __init__(self, drive):
+        self.drive = drive
+        self.lock = threading.Lock()
+        self.true, self.odometry, self.recording = None, None, False
+        rospy.Subscriber("/ground_truth", Odometry, self._on_truth, tcp_nodelay=True)
+        rospy.Subscriber("/diff_drive_controller/odom", Odometry, self._on_odometry, tcp_nodelay=True)
+        rospy.Subscriber("/odometry/filtered", Odometry, self._on_fused, tcp_nodelay=True)
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
+
+    def _on_truth(self, message):
+        self.true = _pose(message)
+
+    def _on_odometry(self, message):
+        self.odometry = _pose(message)
+
+    def _on_fused(self, message):
+        if self.recording and self.odometry is not None:
+            with self.lock:
+                self.drive.add_sample(message.header.stamp.to_sec(), self.true, _pose(message), self.odometry)
+
+    def _on_diagnostics(self, message):
+        for status in message.status:
+            for value in status.values:
+                if value.key == "contacts":
+                    self.drive.contacts = int(value.value)
+
+    def corner(self, asked, reached, text):
+        with self.lock:
+            self.drive.add_corner(asked, reached, text)
+
+
+def _goal(pose):
+    goal = MoveBaseGoal()
+    goal.target_pose.header.frame_id = "map"
+    goal.target_pose.header.stamp = rospy.Time.now()
+    goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
+    goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(pose[2] / 2.0), math.cos(pose[2] / 2.0))
+    return goal
+
+
+def _wait(what, topic, kind):
+    rospy.loginfo("waiting for %s (%s)", what, topic)
+    rospy.wait_for_message(topic, kind)
+
+
+def _drive_to(client, pose, number, mission, recorder):
+    """Send one goal and wait for its end, saying where the chair is; return move_base's verdict and words."""
+    client.send_goal(_goal(pose))
+    end = rospy.Time.now() + rospy.Duration(mission.leg_timeout_s)
+    while not client.wait_for_result(rospy.Duration(2.0)):
+        if rospy.is_shutdown():
+            return False, "shut down"
+        if rospy.Time.now() > end:
+            client.cancel_goal()
+            return False, f"not there after {mission.leg_timeout_s:.0f} s"
+        if recorder.drive.samples:
+            _, _, (x, y, yaw), _ = recorder.drive.samples[-1]
+            rospy.loginfo("corner %d of %d: %.2f m to go, at (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals),
+                          math.hypot(pose[0] - x, pose[1] - y), x, y, math.degrees(yaw) % 360.0)
+    return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
+
+
+def main():
+    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed."""
+    rospy.init_node("square")
+    mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
+    drive = Drive("square", rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))
+    recorder = Recorder(drive)
+    client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
+    _wait("the IMU: its gyro is being calibrated, the chair must stand still", "/imu/data", Imu)
+    _wait("the fused pose", "/odometry/filtered", Odometry)
+    rospy.loginfo("waiting for move_base")
+    client.wait_for_server()
+    recorder.recording = True
+    for number, pose in enumerate(mission.goals, 1):
+        rospy.loginfo("corner %d of %d: to (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals), pose[0], pose[1], math.degrees(pose[2]))
+        reached, text = _drive_to(client, pose, number, mission, recorder)
+        rospy.sleep(SETTLE_S)
+        recorder.corner(pose, reached, text)
+        rospy.loginfo("corner %d of %d: %s", number, len(mission.goals), "reached" if reached else f"NOT reached: {text}")
+    recorder.recording = False
+    result = rospy.get_param("~result", "")
+    if result:
+        with recorder.lock:
+            Path(result).write_text(json.dumps(drive.to_file_data()))
+    print(table(drive), flush=True)
+    sys.exit(0 if all(corner.reached for corner in drive.corners) else 1)
