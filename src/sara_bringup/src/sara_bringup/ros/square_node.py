@@ -50,8 +50,8 @@ class Recorder:
         self.odometry = _pose(message)
 
     def _on_fused(self, message):
-        if self.recording and self.odometry is not None:
-            with self.lock:
+        with self.lock:
+            if self.recording and self.odometry is not None:
                 self.drive.add_sample(message.header.stamp.to_sec(), self.true, _pose(message), self.odometry)
 
     def _on_diagnostics(self, message):
@@ -59,6 +59,11 @@ class Recorder:
             for value in status.values:
                 if value.key == "contacts":
                     self.drive.contacts = int(value.value)
+
+    def stop(self):
+        """Record no more."""
+        with self.lock:
+            self.recording = False
 
     def corner(self, asked, reached, text):
         with self.lock:
@@ -96,11 +101,8 @@ def _drive_to(client, pose, number, mission, recorder):
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
 
 
-def main():
-    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed."""
-    rospy.init_node("square")
-    mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
-    drive = Drive("square", rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))
+def drive_mission(mission, drive):
+    """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it."""
     recorder = Recorder(drive)
     client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
     _wait("the IMU: its gyro is being calibrated, the chair must stand still", "/imu/data", Imu)
@@ -114,10 +116,17 @@ def main():
         rospy.sleep(SETTLE_S)
         recorder.corner(pose, reached, text)
         rospy.loginfo("corner %d of %d: %s", number, len(mission.goals), "reached" if reached else f"NOT reached: {text}")
-    recorder.recording = False
+    recorder.stop()
+
+
+def main():
+    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed."""
+    rospy.init_node("square")
+    mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
+    drive = Drive(mission.name, rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))
+    drive_mission(mission, drive)
     result = rospy.get_param("~result", "")
     if result:
-        with recorder.lock:
-            Path(result).write_text(json.dumps(drive.to_file_data()))
+        Path(result).write_text(json.dumps(drive.to_file_data()))
     print(table(drive), flush=True)
     sys.exit(0 if all(corner.reached for corner in drive.corners) else 1)
