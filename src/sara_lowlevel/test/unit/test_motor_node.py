@@ -1,0 +1,127 @@
+"""Who may drive, for how long, and what the encoders say."""
+
+import pytest
+from canserial.bus import BusDescription
+from canserial.frame import Frame
+from hypothesis import given
+from hypothesis import strategies as st
+from sara_lowlevel.config import ConfigError, MotorConfig
+from sara_lowlevel.motor_node import Joystick, MotorNode
+
+BUS = BusDescription.default()
+CENTRE = Joystick()
+
+
+def command(right, left, mode):
+    return BUS.encode('WHEEL_COMMAND', right=right, left=left, mode=ord(mode))
+
+
+class Bench:
+    """A motor node in its 10 ms loop."""
+
+    def __init__(self):
+        self.node, self.t, self.frames = MotorNode(BUS), 0.0, []
+        self.tick = 0
+
+    def run(self, seconds, joystick=CENTRE, frame=None, steps=(0, 0)):
+        for _ in range(round(seconds * 100)):
+            self.tick += 1
+            self.t = self.tick / 100
+            if frame is not None:
+                self.node.receive(frame, self.t)
+            self.frames += [(self.t, *BUS.decode(f)) for f in self.node.update(self.t, *steps, joystick, 25.0)]
+        return self
+
+    def in_control(self):
+        self.run(0.1).run(0.02, frame=command(0, 0, 'A'))
+        assert self.node.mode == 3
+        return self
+
+    def modes(self):
+        return [values['modoPC'] for _, name, values in self.frames if name == 'MODO_PC']
+
+
+def test_commands_before_the_handshake_do_nothing():
+    bench = Bench().run(0.5, frame=command(2, 2, 'C'))
+    assert bench.node.target == (0.0, 0.0) and bench.node.mode == 1
+    assert bench.node.counts['command without control'] == 50
+
+
+def test_control_is_given_then_commands_drive():
+    bench = Bench().in_control().run(0.1, frame=command(2, -1, 'C'))
+    assert bench.node.target == pytest.approx((2, -1), abs=0.06)
+    assert bench.modes()[:1] == [1] and bench.modes()[-1] == 3
+
+
+@pytest.mark.parametrize('joystick', [Joystick(x=600), Joystick(y=100), Joystick(mode=0)])
+def test_no_control_while_the_user_holds_the_joystick(joystick):
+    bench = Bench().run(0.5, joystick, command(0, 0, 'A'))
+    assert bench.node.mode != 3
+
+
+@pytest.mark.parametrize('frame', [command(1, 0, 'A'), command(0, 0, 'C')])
+def test_only_a_standing_request_gives_control(frame):
+    assert Bench().run(0.2).run(0.2, frame=frame).node.mode == 1
+
+
+def test_the_user_always_wins_at_once():
+    bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C'))
+    before = len(bench.modes())
+    bench.run(0.01, Joystick(x=512, y=900, mode=1, right=1.0, left=1.5), command(2, 2, 'C'))
+    assert bench.node.mode == 1 and bench.node.target == (1.0, 1.5)
+    assert bench.modes()[before:] == [1]
+    bench.run(0.1, CENTRE, command(2, 2, 'C'))
+    assert bench.node.target == (0.0, 0.0)
+
+
+def test_commands_that_stop_coming_stop_it_after_200_ms():
+    bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C')).run(0.20)
+    assert bench.node.target != (0.0, 0.0)
+    bench.run(0.02)
+    assert bench.node.target == (0.0, 0.0) and bench.node.counts['commands stopped'] == 1
+    bench.run(0.02, frame=command(1, 1, 'C'))
+    assert bench.node.target != (0.0, 0.0)
+
+
+def test_stop_stops_and_keeps_control():
+    bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C')).run(0.01, frame=command(2, 2, 'A'))
+    assert bench.node.target == (0.0, 0.0) and bench.node.mode == 3
+
+
+def test_without_a_joystick_nobody_drives():
+    bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C')).run(0.6, None, command(2, 2, 'C'))
+    assert bench.node.mode == 1 and bench.node.target == (0.0, 0.0)
+    assert Bench().run(1.0, None, command(0, 0, 'A')).node.mode == 1
+
+
+@given(st.integers(0, 0x7FF), st.binary(max_size=8))
+def test_no_frame_but_a_command_moves_it(identifier, data):
+    bench = Bench().in_control()
+    bench.run(0.05, CENTRE, Frame(identifier, data))
+    if identifier != 0x120:
+        assert bench.node.target == (0.0, 0.0) or identifier == 0x110
+    assert all(abs(wheel) <= 7.0 or identifier == 0x110 for wheel in bench.node.target)
+
+
+def test_commands_are_limited():
+    bench = Bench().in_control().run(0.1, frame=command(13, -13, 'C'))
+    assert bench.node.target == (7.0, -7.0)
+
+
+def test_frames_and_their_rates():
+    bench = Bench().run(10.0, steps=(-1, 2**32 + 5))
+    count = {}
+    for _, name, _ in bench.frames:
+        count[name] = count.get(name, 0) + 1
+    assert count == {'ENCODER_RIGHT': 100, 'ENCODER_LEFT': 100, 'MODO_PC': 50, 'BATTERY': 10}
+    right = [values for _, name, values in bench.frames if name == 'ENCODER_RIGHT']
+    assert right[0]['steps'] == 2**32 - 1
+    assert {b['time'] - a['time'] for a, b in zip(right, right[1:])} == {1000}
+    assert [values['steps'] for _, name, values in bench.frames if name == 'ENCODER_LEFT'][0] == 5
+    assert [values['voltage'] for _, name, values in bench.frames if name == 'BATTERY'][0] == 25.0
+
+
+def test_bad_settings_are_named():
+    with pytest.raises(ConfigError) as error:
+        MotorConfig(encoder_period=0, command_timeout=float('nan'))
+    assert 'encoder_period' in str(error.value) and 'command_timeout' in str(error.value)

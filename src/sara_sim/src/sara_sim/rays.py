@@ -1,0 +1,87 @@
+"""The two loops over map cells that must be fast: a sonar's cone of rays, and a rectangle's overlap with occupied cells.
+
+Rays walk the grid cell by cell (Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", 1987). The overlap of the
+rectangle with a square cell is the separating axis test.
+"""
+
+from math import ceil, cos, floor, inf, pi, sin
+
+from numba import njit
+
+
+@njit(cache=True)
+def cast(occupied, x, y, angle, limit):
+    """Walk one ray. `occupied`: (rows, columns) bool, row 0 lowest; x, y, limit in cells; angle in rad.
+
+    Returns (distance in cells or inf, row, column of the last free cell before the hit).
+    """
+    rows, columns = occupied.shape
+    dx, dy = cos(angle), sin(angle)
+    column, row = int(floor(x)), int(floor(y))
+    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+    gap_x = abs(1.0 / dx) if dx != 0.0 else inf
+    gap_y = abs(1.0 / dy) if dy != 0.0 else inf
+    next_x = ((column + 1 - x) if dx > 0 else (x - column)) * gap_x if dx != 0.0 else inf
+    next_y = ((row + 1 - y) if dy > 0 else (y - row)) * gap_y if dy != 0.0 else inf
+    distance, free_row, free_column = 0.0, row, column
+    while distance <= limit:
+        if 0 <= row < rows and 0 <= column < columns and occupied[row, column]:
+            return distance, free_row, free_column
+        free_row, free_column = row, column
+        if next_x < next_y:
+            distance = next_x
+            next_x += gap_x
+            column += step_x
+        else:
+            distance = next_y
+            next_y += gap_y
+            row += step_y
+    return inf, free_row, free_column
+
+
+@njit(cache=True)
+def cone(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit):
+    """Nearest echo in a cone, in cells, or inf. Lengths in cells, angles in rad.
+
+    `normal_x`, `normal_y`: (rows, columns) unit vectors towards the nearby wall, zero where there is none. A hit counts if the wall's
+    normal is within the steepest angle of the cone's axis.
+    """
+    nearest = inf
+    ax, ay = cos(axis), sin(axis)
+    rows, columns = occupied.shape
+    for i in range(rays):
+        angle = axis + half_angle * (2.0 * i / (rays - 1) - 1.0) if rays > 1 else axis
+        distance, row, column = cast(occupied, x, y, angle, min(limit, nearest))
+        if distance < nearest:
+            if 0 <= row < rows and 0 <= column < columns:
+                nx, ny = normal_x[row, column], normal_y[row, column]
+                if (nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cos_steepest:
+                    continue
+            nearest = distance
+    return nearest
+
+
+@njit(cache=True)
+def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
+    """True if the rectangle centred on (x, y) overlaps an occupied cell. Lengths in cells, touching edges do not overlap."""
+    rows, columns = occupied.shape
+    c, s = cos(yaw), sin(yaw)
+    extent_x = abs(c) * half_length + abs(s) * half_width
+    extent_y = abs(s) * half_length + abs(c) * half_width
+    margin = 0.5 * (abs(c) + abs(s))
+    first_row, last_row = max(int(floor(y - extent_y)), 0), min(int(ceil(y + extent_y)), rows)
+    first_column, last_column = max(int(floor(x - extent_x)), 0), min(int(ceil(x + extent_x)), columns)
+    for row in range(first_row, last_row):
+        for column in range(first_column, last_column):
+            if occupied[row, column]:
+                dx, dy = column + 0.5 - x, row + 0.5 - y
+                if abs(c * dx + s * dy) < half_length + margin and abs(c * dy - s * dx) < half_width + margin:
+                    return True
+    return False
+
+
+@njit(cache=True)
+def wrap(angle):
+    """The same angle in (-pi, pi]."""
+    wrapped = (angle + pi) % (2.0 * pi) - pi
+    return pi if wrapped == -pi else wrapped

@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""The simulator seen from outside: an adapter on a pseudo-terminal that python-can opens, /clock and /ground_truth."""
+
+import math
+import os
+import threading
+import time
+import unittest
+
+import can
+import rospy
+from canserial.bus import BusDescription
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+
+BUS = BusDescription.default()
+
+
+class SimulatorTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('simulator_test')
+        cls.port = rospy.get_param('~port')
+        cls.truth, cls.clock = [], []
+        rospy.Subscriber('/ground_truth', Odometry, cls.truth.append, tcp_nodelay=True)
+        rospy.Subscriber('/clock', Clock, cls.clock.append, tcp_nodelay=True)
+        deadline = time.monotonic() + 20.0
+        while not (os.path.islink(cls.port) and cls.truth):
+            if time.monotonic() > deadline:
+                raise RuntimeError('no simulator')
+            time.sleep(0.05)
+
+    def setUp(self):
+        self.bus = self.open()
+        self.heard = []
+        self.command = None
+        self.alive = True
+        self.threads = [threading.Thread(target=self.listen), threading.Thread(target=self.talk)]
+        for thread in self.threads:
+            thread.start()
+
+    def tearDown(self):
+        self.alive = False
+        for thread in self.threads:
+            thread.join()
+        self.bus.shutdown()
+
+    def open(self):
+        return can.Bus(interface='slcan', channel=self.port, bitrate=500000, sleep_after_open=0)
+
+    def listen(self):
+        while self.alive:
+            message = self.bus.recv(0.05)
+            if message:
+                self.heard.append(message)
+
+    def talk(self):
+        while self.alive:
+            if self.command is not None:
+                frame = BUS.encode('WHEEL_COMMAND', right=self.command[0], left=self.command[1], mode=ord(self.command[2]))
+                self.bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))
+            time.sleep(0.01)
+
+    def until(self, condition, timeout=10.0):
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            if condition():
+                return True
+            time.sleep(0.005)
+        return False
+
+    def take_control(self):
+        self.command = (0, 0, 'A')
+        mode = BUS.encode('MODO_PC', modoPC=3)
+        self.assertTrue(self.until(lambda: any(m.arbitration_id == mode.id and m.data[0] == 3 for m in self.heard)), 'control not given')
+
+    def speed(self):
+        return self.truth[-1].twist.twist.linear.x
+
+    def test_1_starts_where_it_was_put(self):
+        pose = self.truth[0].pose.pose
+        self.assertEqual((self.truth[0].header.frame_id, self.truth[0].child_frame_id), ('map', 'base_link'))
+        self.assertAlmostEqual(pose.position.x, 1.0, 6)
+        self.assertAlmostEqual(pose.position.y, 2.0, 6)
+        self.assertAlmostEqual(2 * math.atan2(pose.orientation.z, pose.orientation.w), 0.5, 6)
+
+    def test_2_all_frames_come(self):
+        expected = {0x101, 0x102, 0x110, 0x111, 0x201, 0x202, 0x203, 0x204, 0x205, 0x210}
+        self.assertTrue(self.until(lambda: expected <= {m.arbitration_id for m in self.heard}), 'frames are missing')
+
+    def test_3_moves_on_command_and_stops_in_silence(self):
+        self.take_control()
+        self.command = (2.0, 2.0, 'C')
+        self.assertTrue(self.until(lambda: self.speed() > 0.25), 'it does not move')
+        self.command = None
+        silent_from = self.clock[-1].clock.to_sec()
+        stopped = self.until(lambda: self.truth[-1].header.stamp.to_sec() > silent_from + 1.5)
+        self.assertTrue(stopped)
+        # 0.2 s of patience, 0.01 s on the bus; the lag then lets it roll out.
+        target_gone = [m for m in self.truth if m.header.stamp.to_sec() > silent_from + 0.3]
+        self.assertLess(target_gone[0].twist.twist.linear.x, 0.25)
+        self.assertLess(abs(self.speed()), 1e-3)
+
+    def test_4_clock_runs_at_the_asked_speed(self):
+        wall, simulated = time.monotonic(), self.clock[-1].clock.to_sec()
+        time.sleep(2.0)
+        ratio = (self.clock[-1].clock.to_sec() - simulated) / (time.monotonic() - wall)
+        self.assertAlmostEqual(ratio, 2.0, delta=0.2)
+        stamps = [message.clock.to_nsec() for message in self.clock]
+        self.assertEqual({b - a for a, b in zip(stamps[-50:], stamps[-49:])}, {10_000_000})
+
+    def test_5_garbage_and_reopening(self):
+        self.alive = False
+        for thread in self.threads:
+            thread.join()
+        self.bus.shutdown()
+        with open(self.port, 'wb', buffering=0) as port:
+            port.write(bytes(range(256)) + b'\xff\x00t12\r\r\r')
+        time.sleep(0.5)
+        self.setUp()
+        self.assertTrue(self.until(lambda: len(self.heard) > 20), 'no frames after reopening')
+        self.take_control()
+
+
+if __name__ == '__main__':
+    import rostest
+    rostest.rosrun('sara_sim', 'simulator', SimulatorTest)

@@ -1,0 +1,178 @@
+"""Laws of the simulated chair: what its wheels, its body and its sensors may say of one motion."""
+
+import math
+
+import numpy as np
+import pytest
+from canserial.bus import BusDescription
+from sara_sim.chair import SimulatedChair
+from sara_sim.config import ChairConfig
+from sara_sim.world import World, WorldError
+
+BUS = BusDescription.default()
+IDEAL = ChairConfig(wheel_radius_sigma=0.0, frame_jitter=0.0, frame_loss=0.0)
+QUIET = ChairConfig(gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, accel_frame_sigma_low=(0.0,) * 3, accel_frame_sigma_high=(0.0,) * 3, tilt_sigma=0.0)
+
+
+def drive(chair, right, left, seconds):
+    """Command the wheels at 50 Hz, as the PC does; returns the frames heard, decoded."""
+    heard = []
+    for tick in range(round(seconds * 100)):
+        if tick % 2 == 0:
+            in_control = chair.motor.mode == 3
+            chair.receive(BUS.encode('WHEEL_COMMAND', right=right if in_control else 0.0, left=left if in_control else 0.0,
+                                     mode=ord('C' if in_control else 'A')))
+        heard += [(frame.time, *BUS.decode(frame)) for frame in chair.step()]
+    return heard
+
+
+def values(heard, name, signal):
+    return np.array([signals[signal] for _, message, signals in heard if message == name])
+
+
+def test_driven_straight_odometer_and_truth_agree():
+    chair = SimulatedChair(World.empty(), 1, bus=BUS, config=IDEAL)
+    drive(chair, 2.0, 2.0, 5.0)
+    drive(chair, 0.0, 0.0, 2.0)
+    right, left = chair.drive.steps()
+    assert right == left
+    assert math.hypot(*chair.pose[:2]) == pytest.approx(right / 64000 * 2 * math.pi * 0.155, abs=2e-5)
+    assert chair.pose[1:] == (0.0, 0.0)
+
+
+def test_turned_in_place_wheels_say_more_than_the_body_does():
+    for seed in range(5):
+        chair = SimulatedChair(World.empty(), seed, bus=BUS, config=IDEAL)
+        drive(chair, 1.0, -1.0, 6.0)
+        said = 0.155 * (chair.drive.right - chair.drive.left) / 0.525
+        assert 1.25 <= said / chair.drive.yaw <= 1.30
+        assert chair.pose[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_there_and_back_again():
+    """With ideal wheels, commands and the same commands reversed in order and sign lead home."""
+    chair = SimulatedChair(World.empty(), 2, (1.0, 1.0, 0.3), BUS, IDEAL)
+    drive(chair, 0.0, 0.0, 0.5)
+    legs = [(2.0, 2.0), (1.0, -1.0), (3.0, 2.0)]
+    for right, left in legs + [(-right, -left) for right, left in reversed(legs)]:
+        drive(chair, right, left, 2.0)
+        drive(chair, 0.0, 0.0, 1.5)
+    assert chair.pose == pytest.approx((1.0, 1.0, 0.3), abs=5e-3)
+
+
+def test_motor_lag_dead_band_and_top_speed():
+    chair = SimulatedChair(World.empty(), 3, bus=BUS, config=IDEAL)
+    speeds = []
+    for _ in range(10):
+        chair.drive.step(9.0, 0.019)
+        speeds.append(chair.drive.right_speed)
+    assert speeds[-1] == pytest.approx(7.0 * (1 - math.exp(-1.0)))
+    assert chair.drive.left == 0.0
+
+
+def test_same_seed_same_bytes_other_seed_others():
+    def run(seed):
+        return drive(SimulatedChair(World.empty(), seed, bus=BUS), 1.0, 0.5, 3.0)
+    assert run(7) == run(7)
+    assert run(7) != run(8)
+
+
+def test_silence_stops_it():
+    chair = SimulatedChair(World.empty(), 4, bus=BUS)
+    drive(chair, 3.0, 3.0, 2.0)
+    assert chair.velocity[0] > 0.4
+    for _ in range(23):
+        chair.step()
+    assert chair.motor.target == (0.0, 0.0)
+    for _ in range(100):
+        chair.step()
+    assert abs(chair.velocity[0]) < 1e-4
+
+
+def test_grabbing_the_joystick_wins():
+    chair = SimulatedChair(World.empty(), 4, bus=BUS)
+    drive(chair, 2.0, 2.0, 1.0)
+    chair.joystick = (512, 0)
+    drive(chair, 2.0, 2.0, 1.0)
+    assert chair.motor.mode == 1 and chair.velocity[0] < -0.2
+    chair.joystick = (512, 512)
+    drive(chair, 2.0, 2.0, 1.0)
+    assert chair.motor.mode == 3
+
+
+def test_a_wall_stops_it_and_is_counted_once():
+    occupied = np.zeros((100, 200), bool)
+    occupied[:, 80:] = True  # from x = 4.0
+    chair = SimulatedChair(World(occupied), 5, (2.0, 2.5, 0.0), BUS, IDEAL)
+    drive(chair, 3.0, 3.0, 6.0)
+    assert chair.contacts == 1 and chair.drive.touching
+    assert 4.0 - 0.54 - 0.01 < chair.pose[0] <= 4.0 - 0.54 + 1e-9
+    steps = chair.drive.steps()
+    assert steps[0] / 64000 * 2 * math.pi * 0.155 == pytest.approx(chair.pose[0] - 2.0, abs=1e-4), 'stalled wheels do not turn'
+    drive(chair, -2.0, -2.0, 2.0)
+    assert chair.pose[0] < 3.2 and not chair.drive.touching
+    drive(chair, 3.0, 3.0, 4.0)
+    assert chair.contacts == 2
+
+
+def test_cannot_start_in_a_wall():
+    with pytest.raises(WorldError, match='start'):
+        SimulatedChair(World(np.ones((10, 10), bool)), 0, (0.2, 0.2, 0.0), BUS)
+
+
+@pytest.mark.parametrize('name, rate', [('ENCODER_RIGHT', 10), ('ENCODER_LEFT', 10), ('RANGES_1', 5), ('RANGES_2', 5), ('RANGE_ACCEL', 5),
+                                        ('IMPACT_GYRO', 5), ('COMPLEMENTARY', 5), ('BATTERY', 1)])
+def test_frames_keep_their_rates_and_jitter_at_most_10_ms(name, rate):
+    chair = SimulatedChair(World.empty(), 6, bus=BUS)
+    times = np.array([time for time, message, _ in drive(chair, 0.0, 0.0, 20.0) if message == name])
+    assert abs(len(times) - 20 * rate) <= 2
+    gaps = np.diff(times) * rate
+    assert np.all(np.abs(gaps - np.round(gaps)) <= 0.010 * rate + 1e-9)
+    assert np.std(times * rate % 1.0) > 0
+
+
+def test_frames_come_in_the_step_they_are_stamped_in():
+    chair = SimulatedChair(World.empty(), 6, bus=BUS)
+    for _ in range(500):
+        before = chair.time
+        times = [frame.time for frame in chair.step()]
+        assert times == sorted(times)
+        assert all(before < time <= chair.time for time in times)
+
+
+def test_gyro_at_rest_has_the_sigmas_of_table_4_5():
+    heard = drive(SimulatedChair(World.empty(), 11, bus=BUS), 0.0, 0.0, 400.0)
+    for axis, sigma in zip(('gx', 'gy', 'gz'), (0.0841, 0.0971, 0.0734)):
+        rates = values(heard, 'IMPACT_GYRO', axis)
+        assert np.std(rates) == pytest.approx(sigma, rel=0.1)
+    assert np.mean(values(heard, 'IMPACT_GYRO', 'gz')) == pytest.approx(-0.65, abs=0.08)
+
+
+def test_accelerometer_at_rest_has_the_means_of_table_4_1():
+    config = ChairConfig(tilt_sigma=0.0)
+    heard = drive(SimulatedChair(World.empty(), 11, bus=BUS, config=config), 0.0, 0.0, 60.0)
+    for axis, mean in zip(('ax', 'ay', 'az'), (-0.9498, -0.0752, 9.5638)):
+        assert np.mean(values(heard, 'RANGE_ACCEL', axis)) == pytest.approx(mean, abs=0.02)
+
+
+def test_a_full_turn_reads_short_by_the_gyros_scale():
+    chair = SimulatedChair(World.empty(), 12, bus=BUS, config=QUIET)
+    heard = drive(chair, 0.0, 0.0, 2.0)
+    offset = np.mean(values(heard, 'IMPACT_GYRO', 'gz'))
+    heard = drive(chair, 1.0, -1.0, 12.0) + drive(chair, 0.0, 0.0, 2.0)
+    turned = np.sum(values(heard, 'IMPACT_GYRO', 'gz') - offset) * 0.2
+    assert 0.915 < turned / math.degrees(chair.drive.yaw) < 0.932
+
+
+def test_sonars_scatter_by_a_centimetre_and_lose_one_in_fifty():
+    occupied = np.zeros((100, 200), bool)
+    occupied[:, 100:] = True  # from x = 5.0
+    chair = SimulatedChair(World(occupied), 13, (3.46, 2.5, 0.0), BUS)
+    heard = drive(chair, 0.0, 0.0, 400.0)
+    readings = values(heard, 'RANGE_ACCEL', 'SJO')
+    echoes = readings[readings > 0]
+    assert 1.0 - len(echoes) / len(readings) == pytest.approx(0.02, abs=0.012)
+    assert np.mean(echoes) == pytest.approx(5.0 - 3.46 - 0.30, abs=0.01)
+    assert np.std(echoes) == pytest.approx(0.01, abs=0.003)
+    assert np.allclose(readings * 100, np.round(readings * 100))
+    assert np.all(values(heard, 'RANGES_1', 'STD') == 0)

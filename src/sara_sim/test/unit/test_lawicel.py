@@ -1,0 +1,90 @@
+"""The adapter's protocol: frames survive the trip, anything else gets an answer and does no harm."""
+
+import pytest
+from canserial.frame import Frame
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sara_sim.lawicel import LawicelAdapter
+
+CR, BEL = b'\r', b'\a'
+
+
+def opened():
+    adapter = LawicelAdapter()
+    assert adapter.feed(b'\r\rC\rS6\rO\r') == (CR + CR + BEL + CR + CR, [])
+    return adapter
+
+
+frames = st.one_of(
+    st.builds(Frame, st.integers(0, 0x7FF), st.binary(max_size=8)),
+    st.builds(Frame, st.integers(0, 0x1FFFFFFF), st.binary(max_size=8), st.just(0.0), st.just(True)))
+
+
+@given(st.lists(frames, max_size=5), st.integers(1, 9))
+def test_what_goes_out_can_come_in_again_in_any_pieces(sent, size):
+    adapter = opened()
+    wire = b''.join(map(adapter.frame_bytes, sent))
+    heard, answers = [], b''
+    for start in range(0, len(wire), size):
+        answer, some = adapter.feed(wire[start:start + size])
+        answers += answer
+        heard += some
+    assert heard == sent
+    assert answers == b''.join(b'Z\r' if frame.extended else b'z\r' for frame in sent)
+
+
+@settings(max_examples=2000)
+@given(st.lists(st.one_of(st.binary(max_size=60), st.sampled_from([b'S6\r', b'O\r', b'C\r', b't1208', b'L\r', b'\r', b'Z1\r', b't12080A0A000043000000\r']))))
+def test_any_bytes_are_answered_line_by_line_and_never_raise(pieces):
+    adapter = LawicelAdapter()
+    adapter.feed(b'S6\rO\r')
+    lines, answers = 0, 0
+    for piece in pieces:
+        answer, heard = adapter.feed(piece)
+        lines += piece.count(CR)
+        answers += answer.count(CR) + answer.count(BEL)
+        assert all(0 <= frame.id <= 0x1FFFFFFF and len(frame.data) <= 8 for frame in heard)
+        assert len(adapter._line) <= 64
+    assert answers == lines
+
+
+@given(frames)
+def test_closed_channel_carries_nothing(frame):
+    adapter = LawicelAdapter()
+    assert adapter.frame_bytes(frame) == b''
+    assert adapter.feed(opened().frame_bytes(frame)) == (BEL, [])
+
+
+@pytest.mark.parametrize('rate', range(9))
+def test_every_bit_rate_opens(rate):
+    adapter = LawicelAdapter()
+    assert adapter.feed(b'S%d\rO\r' % rate)[0] == CR + CR
+    assert adapter.bit_rate == rate
+
+
+@pytest.mark.parametrize('line, answer', [
+    (b'V', b'V1013\r'), (b'N', b'NSARA\r'), (b'F', b'F00\r'), (b'O', BEL), (b'S6', BEL), (b'Z1', BEL), (b'x', BEL), (b'', CR),
+    (b't1208000000000000000', BEL), (b't12090000000000000000AA', BEL), (b't8000', BEL), (b't12G0', BEL), (b'T200000000', BEL),
+    (b'r1208', b'z\r'), (b'R1FFFFFFF0', b'Z\r'), (b't' * 200, BEL)])
+def test_answers_while_open(line, answer):
+    assert opened().feed(line + CR) == (answer, [])
+
+
+def test_opens_only_after_a_bit_rate_and_listen_only_does_not_send():
+    adapter = LawicelAdapter()
+    assert adapter.feed(b'O\r')[0] == BEL
+    assert adapter.feed(b'S6\rL\r')[0] == CR + CR
+    assert adapter.feed(b't1230\r') == (BEL, [])
+    assert adapter.frame_bytes(Frame(0x123, b'')) == b't1230\r'
+
+
+def test_stamps_are_milliseconds_modulo_a_minute():
+    adapter = LawicelAdapter()
+    adapter.feed(b'S6\rZ1\rO\r')
+    assert adapter.frame_bytes(Frame(0x111, b'\x03', 61.5)) == b't111103' + b'05DC\r'
+
+
+def test_overrun_is_told_once():
+    adapter = opened()
+    adapter.overrun()
+    assert adapter.feed(b'F\rF\r')[0] == b'F08\rF00\r'

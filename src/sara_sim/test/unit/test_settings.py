@@ -1,0 +1,70 @@
+"""Parameters, pacing and the pseudo-terminal."""
+
+import os
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sara_sim.pacing import MAX_LAG_S, Pacer
+from sara_sim.settings import SettingsError, SimulatorSettings
+from sara_sim.terminal import PortError, Terminal
+
+
+def test_every_fault_is_named_at_once():
+    with pytest.raises(SettingsError) as error:
+        SimulatorSettings.from_params({'map': 3, 'start': [1, 2], 'seed': -1, 'speed': float('nan'), 'port': 'ttyUSB0', 'sede': 1})
+    for name in ('map', 'start', 'seed', 'speed', 'port', 'sede'):
+        assert f'{name} is' in str(error.value)
+
+
+def test_good_parameters_pass():
+    settings = SimulatorSettings.from_params({'start': [1, 2.5, 0], 'seed': 4})
+    assert settings.start == (1, 2.5, 0) and settings.seed == 4
+
+
+@given(st.lists(st.floats(0.0, 0.02), min_size=50, max_size=200))
+def test_pacing_keeps_the_mean_rate_when_steps_are_late(delays):
+    pacer, now, steps = Pacer(0.01, 0.0), 0.0, 0
+    for delay in delays:
+        now += pacer.wait(now) + (delay if steps % 4 == 0 else 0.0)
+        pacer.stepped(now)
+        steps += 1
+    assert now == pytest.approx(steps * 0.01, abs=MAX_LAG_S)
+    assert pacer.slips == 0
+
+
+def test_a_long_stop_is_not_caught_up():
+    pacer = Pacer(0.01, 0.0)
+    pacer.stepped(5.0)
+    assert pacer.slips == 1 and pacer.wait(5.0) == 0.0
+    pacer.stepped(5.0)
+    assert pacer.wait(5.0) == pytest.approx(0.01)
+
+
+def test_bytes_pass_both_ways_unchanged_and_survive_reopening(tmp_path):
+    path = str(tmp_path / 'port')
+    everything = bytes(range(256))
+    with Terminal(path) as terminal:
+        for _ in range(2):
+            far = os.open(path, os.O_RDWR | os.O_NOCTTY)
+            os.write(far, everything)
+            assert terminal.read(1.0) == everything
+            assert terminal.write(everything)
+            assert os.read(far, 512) == everything
+            os.close(far)
+            assert terminal.read(0.0) == b''
+    assert not os.path.lexists(path)
+
+
+def test_nobody_reading_drops_and_does_not_block(tmp_path):
+    with Terminal(str(tmp_path / 'port')) as terminal:
+        answers = [terminal.write(b't1208\r' * 20) for _ in range(2000)]
+    assert answers[0] and not answers[-1]
+
+
+def test_does_not_take_the_name_of_a_real_file(tmp_path):
+    (tmp_path / 'port').write_text('precious')
+    with pytest.raises(PortError, match='port'):
+        Terminal(str(tmp_path / 'port'))
+    with pytest.raises(PortError, match='port'):
+        Terminal(str(tmp_path / 'nowhere' / 'port'))
