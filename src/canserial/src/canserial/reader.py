@@ -123,7 +123,8 @@ class Reader:
         if not self._yaw.add(stamp, z):
             self.counters['imu_stale'] += 1
             return None
-        self.counters['imu_gaps'] = self._yaw.gaps
+        if self._yaw.gaps:
+            self.counters['imu_gaps'] = self._yaw.gaps
         for name, (measured, _) in (('acceleration', self._acceleration), ('angles', self._tilt)):
             if not abs(stamp - measured) <= self.config.max_gap:
                 self.counters[f'imu_without_{name}'] += 1

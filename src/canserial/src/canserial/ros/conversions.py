@@ -1,0 +1,93 @@
+"""Between frames and readings and their messages."""
+
+import math
+
+import rospy
+from canserial.frame import Frame
+from canserial.msg import CAN, Encoder
+from sensor_msgs.msg import BatteryState, Imu, Joy, Range
+
+FIELD_OF_VIEW = math.radians(60.0)
+
+
+def frame_to_msg(frame):
+    """A Frame as canserial/CAN; its stamp is the frame's time of reception."""
+    message = CAN(timestamp=rospy.Time.from_sec(frame.time), data=frame.data)
+    message.stdId, message.extId = (0, frame.id) if frame.extended else (frame.id, -1)
+    return message
+
+
+def msg_to_frame(message):
+    """canserial/CAN as a Frame; a negative extId marks a standard frame."""
+    time = message.timestamp.to_sec()
+    if message.extId >= 0:
+        return Frame(message.extId, bytes(message.data), time, True)
+    return Frame(message.stdId, bytes(message.data), time)
+
+
+def encoder_to_msg(reading):
+    """EncoderReading as canserial/Encoder."""
+    message = Encoder(wheel=reading.wheel, steps=reading.steps, time_100us=reading.time_100us)
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    return message
+
+
+def imu_to_msg(reading, frame_id, variances):
+    """ImuReading as sensor_msgs/Imu with diagonal covariances (angles, rates, accelerations: three each)."""
+    message = Imu()
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    message.header.frame_id = frame_id
+    orientation = message.orientation
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion(reading.roll, reading.pitch, reading.yaw)
+    rate, acceleration = message.angular_velocity, message.linear_acceleration
+    rate.x, rate.y, rate.z = reading.angular_velocity
+    acceleration.x, acceleration.y, acceleration.z = reading.linear_acceleration
+    message.orientation_covariance = _diagonal(variances[0])
+    message.angular_velocity_covariance = _diagonal(variances[1])
+    message.linear_acceleration_covariance = _diagonal(variances[2])
+    return message
+
+
+def range_to_msg(reading, minimum, maximum):
+    """RangeReading as sensor_msgs/Range in the frame `<name>_frame`."""
+    message = Range(radiation_type=Range.ULTRASOUND, field_of_view=FIELD_OF_VIEW, min_range=minimum, max_range=maximum,
+                    range=reading.range)
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    message.header.frame_id = f'{reading.name}_frame'
+    return message
+
+
+def joystick_to_msg(reading):
+    """JoystickReading as sensor_msgs/Joy: axes left, forward (-1..1), right wheel, left wheel (rad/s); buttons [modo]."""
+    message = Joy(axes=[reading.left, reading.forward, reading.right_wheel, reading.left_wheel], buttons=[reading.mode])
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    return message
+
+
+def battery_to_msg(reading):
+    """BatteryReading as sensor_msgs/BatteryState; what is not measured is NaN."""
+    nan = math.nan
+    message = BatteryState(voltage=reading.voltage, temperature=nan, current=nan, charge=nan, capacity=nan,
+                           design_capacity=nan, percentage=nan, present=True)
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    return message
+
+
+def quaternion(roll, pitch, yaw):
+    """(x, y, z, w) of the rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+
+
+def yaw_of(q):
+    """Yaw (rad) of a quaternion message; NaN if it is no rotation at all (not finite or all zero)."""
+    norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not (math.isfinite(norm) and norm > 1e-6):
+        return math.nan
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
+
+
+def _diagonal(values):
+    return [values[0], 0.0, 0.0, 0.0, values[1], 0.0, 0.0, 0.0, values[2]]

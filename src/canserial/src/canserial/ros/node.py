@@ -1,0 +1,47 @@
+"""What both nodes need: configuration from private parameters, and /diagnostics."""
+
+import rospy
+from canserial.config import ConfigError
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def config_from_params(config_type):
+    """The frozen dataclass `config_type` from the private parameters of its fields' names.
+
+    A wrong one ends the node with a sentence that names it.
+    """
+    fields = config_type.__dataclass_fields__
+    given = {name: rospy.get_param(f'~{name}') for name in fields if rospy.has_param(f'~{name}')}
+    for name, value in given.items():  # YAML's 1 is meant as 1.0 where a float is due
+        if isinstance(fields[name].default, float) and isinstance(value, int) and not isinstance(value, bool):
+            given[name] = float(value)
+    try:
+        return config_type(**given)
+    except ConfigError as error:
+        stop(f'wrong configuration of {rospy.get_name()}: {error}')
+
+
+def stop(sentence):
+    """Say why, and end the process with status 1."""
+    rospy.logfatal(sentence)
+    rospy.signal_shutdown(sentence)
+    raise SystemExit(1)
+
+
+class Diagnostics:
+    """Publishes one status on /diagnostics."""
+
+    def __init__(self, name, hardware_id):
+        self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+        self._name = f'{rospy.get_name().lstrip("/")}: {name}'
+        self._hardware_id = hardware_id
+
+    def publish(self, level, message, values):
+        """values: a mapping of counters."""
+        status = DiagnosticStatus(level=level, name=self._name, message=message, hardware_id=self._hardware_id,
+                                  values=[KeyValue(str(key), str(value)) for key, value in sorted(values.items())])
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = rospy.Time.now()
+        self._publisher.publish(array)

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""Both scripts start by roslaunch and by rosrun, although one is named like its package; wrong settings end them."""
+
+import subprocess
+import time
+import unittest
+
+import rosgraph
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+
+
+def publishers(topic):
+    state = dict(rosgraph.Master('/start_test').getSystemState()[0])
+    return state.get(topic, [])
+
+
+def wait_for(node, topic):
+    end = time.monotonic() + 20.0
+    while time.monotonic() < end:
+        if node in publishers(topic):
+            return True
+        time.sleep(0.1)
+    return False
+
+
+class StartTest(unittest.TestCase):
+    def rosrun(self, *arguments):
+        process = subprocess.Popen(['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        return process
+
+    def test_by_roslaunch(self):
+        self.assertTrue(wait_for('/launched_canserial', '/canrx'))
+        self.assertTrue(wait_for('/launched_read', '/imu/data'))
+
+    def test_by_rosrun(self):
+        processes = [self.rosrun('canserial.py', '__name:=run_canserial', '_port:=/dev/no_such_adapter'),
+                     self.rosrun('read.py', '__name:=run_read')]
+        self.assertTrue(wait_for('/run_canserial', '/canrx'))
+        self.assertTrue(wait_for('/run_read', '/imu/data'))
+        self.assertEqual([process.poll() for process in processes], [None, None])
+
+    def test_a_missing_adapter_is_named_in_the_diagnostics(self):
+        statuses = {}
+
+        def note(message):
+            statuses.update({status.name: status for status in message.status})
+
+        rospy.Subscriber('/diagnostics', DiagnosticArray, note)
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end and 'launched_canserial: CAN adapter' not in statuses:
+            time.sleep(0.1)
+        status = statuses['launched_canserial: CAN adapter']
+        self.assertEqual(status.level, 2)
+        self.assertIn('/dev/no_such_adapter is missing', status.message)
+
+    def test_wrong_settings_end_the_node_by_name(self):
+        for number, (arguments, sentence) in enumerate((
+                (('read.py', '_calibration:=saved'), "calibration is 'saved', which is not available yet"),
+                (('read.py', '_dbc:=/none.dbc'), 'dbc: cannot read the bus description /none.dbc'),
+                (('canserial.py', '_bitrate:=123'), 'bitrate is 123, allowed with slcan are 10000'))):
+            process = self.rosrun(*arguments, f'__name:=wrong_{number}')
+            output, _ = process.communicate(timeout=20.0)
+            self.assertIn(sentence, output)
+            self.assertEqual(process.returncode, 1)
+
+
+if __name__ == '__main__':
+    rospy.init_node('start_test')
+    rostest.rosrun('canserial', 'start', StartTest)
