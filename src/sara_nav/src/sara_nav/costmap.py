@@ -1,0 +1,134 @@
+"""Costmaps: what it costs a robot's centre to be in each cell of a map.
+
+Cost values and formulas are those of costmap_2d, so that its parameters and pictures carry over: 0 free,
+1..252 near an obstacle, 253 the robot certainly touches (nearer than its inscribed radius), 254 an obstacle,
+255 unknown. Distances to obstacles are exact Euclidean ones between cell centres.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_nav.grid import GridGeometry
+
+FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
+
+
+@dataclass(frozen=True)
+class StaticLayerConfig:
+    """How a map becomes costs; names and defaults of costmap_2d::StaticLayer."""
+
+    track_unknown_space: bool = True
+    lethal_cost_threshold: int = 100
+    unknown_cost_value: int = -1
+    trinary_costmap: bool = True
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        if 1 <= self.lethal_cost_threshold <= 100:
+            return []
+        return ['lethal_cost_threshold is %r but must be in 1..100' % (self.lethal_cost_threshold,)]
+
+
+@dataclass(frozen=True)
+class InflationConfig:
+    """How costs fall off around obstacles; names and defaults of costmap_2d::InflationLayer."""
+
+    inflation_radius: float = 0.55
+    cost_scaling_factor: float = 10.0
+    inflate_unknown: bool = False
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        for name, high in (('inflation_radius', 50.0), ('cost_scaling_factor', 100.0)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and 0.0 <= value <= high):
+                result.append('%s is %r but must be in 0..%g' % (name, value, high))
+        return result
+
+
+@dataclass(frozen=True)
+class Costmap:
+    """Costs (height, width) uint8 with row 0 at the bottom, and where the cells are."""
+
+    costs: np.ndarray
+    geometry: GridGeometry
+
+    def cost_at(self, x, y):
+        """Return the cost at a point (m), or None off the map."""
+        cell = self.geometry.to_cell(x, y)
+        return None if cell is None else int(self.costs[cell[1], cell[0]])
+
+
+def static_costs(data, config=StaticLayerConfig()):
+    """Return costs uint8 of occupancy values int8 (-1 unknown, 0..100), same shape."""
+    values = np.asarray(data).astype(np.int16)
+    unknown = values == config.unknown_cost_value
+    lethal = values >= config.lethal_cost_threshold
+    if config.trinary_costmap:
+        costs = np.zeros(values.shape, np.uint8)
+    else:
+        costs = (np.clip(values, 0, None) / config.lethal_cost_threshold * LETHAL).clip(0, LETHAL).astype(np.uint8)
+    costs[lethal] = LETHAL
+    costs[unknown] = UNKNOWN if config.track_unknown_space else FREE
+    return costs
+
+
+def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
+    """Return the cost 0..254 at ``distance`` (m, array) from an obstacle: floor(252 exp(-k (d - r_i)))."""
+    distance = np.asarray(distance, float)
+    costs = np.floor((INSCRIBED - 1) * np.exp(-cost_scaling_factor * np.maximum(distance - inscribed_radius, 0.0)))
+    costs = np.where(distance <= inscribed_radius, INSCRIBED, costs)
+    return np.where(distance == 0.0, LETHAL, costs).astype(np.uint8)
+
+
+def squared_distances(obstacles):
+    """Return the exact squared distance (cells squared, int32) from each cell to the nearest True cell.
+
+    Without any obstacle every entry is 2**30. The distance transform is that of Felzenszwalb and
+    Huttenlocher (2012) in OpenCV; squares of single-precision results are rounded back to whole numbers.
+    """
+    import cv2  # heavy, and needed only here
+    if not obstacles.any():
+        return np.full(obstacles.shape, 2 ** 30, np.int32)
+    distance = cv2.distanceTransform(np.where(obstacles, 0, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.rint(distance.astype(np.float64) ** 2).astype(np.int32)
+
+
+def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
+    """Return costs with every obstacle (254) spread to ``inflation_radius``; the greater cost wins.
+
+    An unknown cell becomes known when ``inflate_unknown`` is set and the obstacle's cost there is not 0, or
+    when that cost is 253.
+    """
+    reach = math.ceil(config.inflation_radius / resolution)
+    result = costs.copy()
+    if reach == 0:
+        return result
+    squared = squared_distances(costs == LETHAL)
+    near = squared <= reach * reach
+    table = cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius,
+                             config.cost_scaling_factor)
+    spread = np.zeros_like(costs)
+    spread[near] = table[squared[near]]
+    unknown = costs == UNKNOWN
+    known_now = unknown & (spread > 0 if config.inflate_unknown else spread >= INSCRIBED)
+    result = np.where(unknown, np.where(known_now, spread, costs), np.maximum(costs, spread))
+    return result.astype(np.uint8)
+
+
+def build(grid_map, inscribed_radius, static=StaticLayerConfig(), inflation=InflationConfig()):
+    """Return the Costmap of a GridMap for a robot of this inscribed radius (m)."""
+    costs = static_costs(grid_map.data, static)
+    return Costmap(np.ascontiguousarray(inflate(costs, grid_map.geometry.resolution, inscribed_radius, inflation)),
+                   grid_map.geometry)
+
+
+def to_occupancy(costs):
+    """Return costs as the peer publishes them: 0 -> 0, 253 -> 99, 254 -> 100, 255 -> -1, others 1..98 (int8)."""
+    return _OCCUPANCY[costs]
+
+
+_OCCUPANCY = (1 + 97 * (np.arange(256) - 1) // 251).astype(np.int8)
+_OCCUPANCY[[FREE, INSCRIBED, LETHAL, UNKNOWN]] = 0, 99, 100, -1

@@ -1,0 +1,49 @@
+"""Where the cells of a map are: the geometry of an occupancy grid or costmap.
+
+Arrays are indexed [row, column] = [y, x] with row 0 at the bottom, as nav_msgs/OccupancyGrid has it.
+"""
+import math
+from dataclasses import dataclass
+
+
+class GridError(ValueError):
+    """The geometry of a grid makes no sense."""
+
+
+@dataclass(frozen=True)
+class GridGeometry:
+    """Size of a grid in cells, edge of a cell (m), and the world position of its lower left corner (m)."""
+
+    width: int
+    height: int
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+    def __post_init__(self):
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise GridError('resolution is %r but must be a finite number > 0' % self.resolution)
+        if self.width < 1 or self.height < 1:
+            raise GridError('the map has %d x %d cells but must have at least one' % (self.width, self.height))
+        if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
+            raise GridError('origin is (%r, %r) but must be finite' % (self.origin_x, self.origin_y))
+
+    @property
+    def shape(self):
+        """(rows, columns) of an array over this grid."""
+        return self.height, self.width
+
+    def to_cell(self, x, y):
+        """Return (column, row) of the cell that holds the point (m), or None when it is off the grid."""
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return None
+        column = math.floor((x - self.origin_x) / self.resolution)
+        row = math.floor((y - self.origin_y) / self.resolution)
+        if 0 <= column < self.width and 0 <= row < self.height:
+            return column, row
+        return None
+
+    def to_world(self, column, row):
+        """Return (x, y) of the centre of a cell (m)."""
+        return (self.origin_x + (column + 0.5) * self.resolution,
+                self.origin_y + (row + 0.5) * self.resolution)

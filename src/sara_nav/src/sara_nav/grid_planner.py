@@ -1,0 +1,71 @@
+"""A global planner: A* over the costmap's cells, then pulled straight wherever that costs no more.
+
+The cells give the way round obstacles; pulling it straight (line-of-sight shortcuts weighed by cost, after Ferguson
+and Stentz's idea of not being bound to the grid's eight directions) makes straight legs straight.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_nav import costmap as cm
+from sara_nav import kernels
+from sara_nav.planning import PlanError, Registry, dense_plan
+
+GLOBAL_PLANNERS = Registry('base_global_planner')
+
+
+@dataclass(frozen=True)
+class GridPlannerConfig:
+    """allow_unknown: plan through unknown cells. straighten_slack: how much dearer a straight line may be (share).
+    path_spacing: distance of the plan's points (m)."""
+
+    allow_unknown: bool = False
+    straighten_slack: float = 0.05
+    path_spacing: float = 0.05
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        if not 0.0 <= self.straighten_slack <= 1.0:
+            result.append('straighten_slack is %r but must be in 0..1' % (self.straighten_slack,))
+        if not 0.005 <= self.path_spacing <= 1.0:
+            result.append('path_spacing is %r but must be in 0.005..1' % (self.path_spacing,))
+        return result
+
+
+@GLOBAL_PLANNERS.register('sara_nav/GridPlanner')
+class GridPlanner:
+    """Plans on a Costmap; see the module."""
+
+    config_class = GridPlannerConfig
+    WINDOW = 600
+
+    def __init__(self, config=GridPlannerConfig()):
+        self.config = config
+
+    def plan(self, costmap, start, goal):
+        """Return a plan (n, 3) from Pose2D start to Pose2D goal, both included; raises PlanError."""
+        g = costmap.geometry
+        first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
+        if first is None:
+            raise PlanError('the robot at (%.2f, %.2f) is off the map' % (start.x, start.y))
+        if last is None:
+            raise PlanError('the goal (%.2f, %.2f) is off the map' % (goal.x, goal.y))
+        cost = int(costmap.costs[last[1], last[0]])
+        if cost >= cm.INSCRIBED and not (cost == cm.UNKNOWN and self.config.allow_unknown):
+            raise PlanError('the goal (%.2f, %.2f) is %s' % (goal.x, goal.y, {
+                cm.UNKNOWN: 'in unknown space', cm.LETHAL: 'in an obstacle'}.get(cost, 'too near an obstacle')))
+        cells = kernels.astar(costmap.costs, *first, *last, self.config.allow_unknown)
+        if len(cells) == 0:
+            raise PlanError('no way leads from (%.2f, %.2f) to the goal (%.2f, %.2f)' % (
+                start.x, start.y, goal.x, goal.y))
+        points = cells + 0.5
+        ends = [(p.x - g.origin_x) / g.resolution for p in (start, goal)], \
+               [(p.y - g.origin_y) / g.resolution for p in (start, goal)]
+        if len(points) == 1:
+            points = np.repeat(points, 2, axis=0)
+        points[0], points[-1] = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+        keep = kernels.shorten(costmap.costs, points, self.config.allow_unknown, self.config.straighten_slack,
+                               self.WINDOW)
+        vertices = points[keep] * g.resolution + (g.origin_x, g.origin_y)
+        return dense_plan(vertices, goal.yaw, self.config.path_spacing)

@@ -1,0 +1,139 @@
+"""From a tree of ROS parameters to frozen configurations, with every fault said at once and nothing ignored.
+
+Reading never stops at the first fault: they are collected, and told together. What was set but never read is told
+too, either as a parameter of the C++ peer that is not built here yet, or as unknown, with the nearest known name.
+"""
+import difflib
+
+NOT_BUILT = {
+    # name, or group ending in '/': (value at which it makes no difference, what is missing)
+    'recovery_behaviors': ([], 'recovery behaviours'),
+    'recovery_behavior_enabled': (False, 'recovery behaviours'),
+    'clearing_rotation_allowed': (False, 'recovery behaviours'),
+    'conservative_reset_dist': (None, 'recovery behaviours'),
+    'conservative_reset/': (None, 'recovery behaviours'),
+    'aggressive_reset/': (None, 'recovery behaviours'),
+    'rotate_recovery/': (None, 'recovery behaviours'),
+    'max_planning_retries': (-1, 'a limit on planning tries (planner_patience is built)'),
+    'oscillation_timeout': (0.0, 'oscillation detection'),
+    'oscillation_distance': (None, 'oscillation detection'),
+    'shutdown_costmaps': (False, 'stopping costmaps while idle'),
+    'clearing_radius': (None, 'the make_plan service'),
+    'make_plan_clear_costmap': (None, 'the make_plan service'),
+    'make_plan_add_unreachable_goal': (None, 'the make_plan service'),
+    'restore_defaults': (False, 'dynamic_reconfigure'),
+    'local_costmap/': (None, 'the local costmap (the robot is steered on the global one)'),
+    'TrajectoryPlannerROS/': (None, 'base_local_planner/TrajectoryPlannerROS'),
+    'DWAPlannerROS/': (None, 'dwa_local_planner/DWAPlannerROS'),
+    'NavfnROS/': (None, 'navfn/NavfnROS'),
+    'GlobalPlanner/': (None, 'global_planner/GlobalPlanner'),
+    'global_costmap/rolling_window': (False, 'a rolling window'),
+    'global_costmap/always_send_full_costmap': (None, 'costmap updates (the whole map is sent once)'),
+    'global_costmap/update_frequency': (None, 'periodic costmap updates (the map is taken when it comes)'),
+    'global_costmap/publish_frequency': (None, 'periodic publishing (the costmap is published, latched, when it '
+                                               'changes)'),
+    'global_costmap/width': (None, 'a costmap without a map'),
+    'global_costmap/height': (None, 'a costmap without a map'),
+    'global_costmap/resolution': (None, 'a costmap without a map'),
+    'global_costmap/origin_x': (None, 'a costmap without a map'),
+    'global_costmap/origin_y': (None, 'a costmap without a map'),
+    'global_costmap/footprint_topic': (None, 'a footprint by topic'),
+    'global_costmap/published_footprint_topic': (None, 'publishing the footprint'),
+    'global_costmap/map_type': ('costmap', 'the obstacle layers'),
+    'global_costmap/observation_sources': ('', 'the obstacle layers'),
+    'global_costmap/obstacle_range': (None, 'the obstacle layers'),
+    'global_costmap/raytrace_range': (None, 'the obstacle layers'),
+    'global_costmap/max_obstacle_height': (None, 'the obstacle layers'),
+    'global_costmap/origin_z': (None, 'the obstacle layers'),
+    'global_costmap/z_resolution': (None, 'the obstacle layers'),
+    'global_costmap/z_voxels': (None, 'the obstacle layers'),
+    'global_costmap/mark_threshold': (None, 'the obstacle layers'),
+    'global_costmap/unknown_threshold': (None, 'the obstacle layers'),
+    'global_costmap/publish_voxel_map': (None, 'the obstacle layers'),
+    'global_costmap/obstacle_layer/': (None, 'the obstacle layers'),
+}
+"""Parameters of move_base, costmap_2d and the peers' planners that are not built yet."""
+
+
+class ParameterError(ValueError):
+    """Parameters that cannot be used; one sentence for each."""
+
+
+class Parameters:
+    """A tree of parameters (nested dicts, as rospy.get_param gives a namespace), remembering what was read."""
+
+    def __init__(self, tree):
+        self._values = dict(_flatten(tree))
+        self._known = set()
+        self.faults = []
+
+    def has(self, path):
+        """True when somebody set ``path`` ('a/b')."""
+        return path in self._values
+
+    def take(self, path, default):
+        """Return the value at ``path``, of the default's type, or the default; a wrong type becomes a fault.
+
+        A default of None accepts anything.
+        """
+        self._known.add(path)
+        if path not in self._values:
+            return default
+        value = self._values[path]
+        kind = type(default)
+        if default is None:
+            return value
+        if kind is float and isinstance(value, int) and not isinstance(value, bool):
+            return float(value)
+        if kind is int and isinstance(value, float) and value == int(value):
+            return int(value)
+        if type(value) is not kind:
+            self.faults.append('%s is %r but must be %s' % (path, value, {
+                float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a string'}.get(
+                    kind, kind.__name__)))
+            return default
+        return value
+
+    def config(self, cls, *prefixes):
+        """Return a ``cls`` (frozen dataclass with ``faults()``) read from the first prefix that sets each field.
+
+        A prefix is '' or ends in '/'. Faults of the finished configuration are added to ``faults``.
+        """
+        values = {}
+        for name, entry in cls.__dataclass_fields__.items():
+            values[name] = entry.default
+            for prefix in reversed(prefixes):
+                values[name] = self.take(prefix + name, entry.default) if self.has(prefix + name) else values[name]
+                self._known.add(prefix + name)
+        result = cls(**values)
+        self.faults += [prefixes[0] + fault for fault in result.faults()]
+        return result
+
+    def check(self):
+        """Raise ParameterError with all faults, if there are any."""
+        if self.faults:
+            raise ParameterError('; '.join(self.faults))
+
+    def left_over(self):
+        """Return sentences about what was set but not read: not built, or not known."""
+        result = []
+        for path in sorted(set(self._values) - self._known):
+            entry = NOT_BUILT.get(path) or next(
+                (e for group, e in NOT_BUILT.items() if group.endswith('/') and path.startswith(group)), None)
+            if entry is None:
+                near = difflib.get_close_matches(path, sorted(self._known | set(NOT_BUILT)), 1)
+                result.append('parameter %s is not known and has no effect%s' % (
+                    path, ' (is %s meant?)' % near[0] if near else ''))
+            elif entry[0] is None or self._values[path] != entry[0]:
+                result.append('parameter %s has no effect: %s: not built yet' % (path, entry[1]))
+        return result
+
+
+def _flatten(tree, prefix=''):
+    if not isinstance(tree, dict):
+        return
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, prefix + name + '/')
+        else:
+            yield prefix + name, value

@@ -1,0 +1,48 @@
+"""What the nodes of this package share: diagnostics by hand, and a listener to TF without delay."""
+import rospy
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from tf2_msgs.msg import TFMessage
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+class Diagnostics:
+    """Publishes one status on /diagnostics."""
+
+    def __init__(self, name):
+        self._name = '%s: %s' % (rospy.get_name().lstrip('/'), name)
+        self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
+
+    def publish(self, level, message, values):
+        """Publish a level (OK, WARN, ERROR), a sentence, and a dict of values."""
+        status = DiagnosticStatus(level=level, name=self._name, message=message, hardware_id='',
+                                  values=[KeyValue(str(k), str(v)) for k, v in values.items()])
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = rospy.Time.now()
+        self._publisher.publish(array)
+
+
+class TransformListener:
+    """Fills a tf2 buffer from /tf and /tf_static, with tcp_nodelay, which tf2_ros's own listener cannot ask for."""
+
+    def __init__(self):
+        self.buffer = tf2_ros.Buffer(debug=False)
+        self._subscribers = [
+            rospy.Subscriber('/tf', TFMessage, self._add, False, queue_size=100, tcp_nodelay=True),
+            rospy.Subscriber('/tf_static', TFMessage, self._add, True, queue_size=100, tcp_nodelay=True)]
+
+    def _add(self, msg, static):
+        put = self.buffer.set_transform_static if static else self.buffer.set_transform
+        for transform in msg.transforms:
+            try:
+                put(transform, 'default_authority')
+            except tf2_ros.TransformException as error:
+                rospy.logwarn_throttle(10.0, 'a transform was dropped: %s', error)
+
+    def latest(self, target, source):
+        """Return the newest geometry_msgs/TransformStamped of ``source`` in ``target``.
+
+        Raises tf2_ros.TransformException, whose text says what is missing.
+        """
+        return self.buffer.lookup_transform(target, source, rospy.Time(0))

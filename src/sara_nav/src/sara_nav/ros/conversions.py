@@ -1,0 +1,82 @@
+"""Between ROS messages and the plain data of sara_nav."""
+import numpy as np
+from geometry_msgs.msg import Pose, PoseStamped, Twist
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
+
+from sara_nav.geometry import Pose2D, quaternion_from_yaw, yaw_from_quaternion
+from sara_nav.grid import GridGeometry
+from sara_nav.map_io import GridMap, MapError
+
+
+def pose_to_msg(pose):
+    """Return a geometry_msgs/Pose of a Pose2D."""
+    msg = Pose()
+    msg.position.x, msg.position.y = pose.x, pose.y
+    (msg.orientation.x, msg.orientation.y, msg.orientation.z, msg.orientation.w) = quaternion_from_yaw(pose.yaw)
+    return msg
+
+
+def pose_stamped(pose, frame, stamp):
+    """Return a geometry_msgs/PoseStamped of a Pose2D."""
+    msg = PoseStamped(pose=pose_to_msg(pose))
+    msg.header.frame_id, msg.header.stamp = frame, stamp
+    return msg
+
+
+def pose_from_msg(msg):
+    """Return the Pose2D of a geometry_msgs/Pose; raises ValueError for NaN and bad quaternions."""
+    q = msg.orientation
+    pose = Pose2D(msg.position.x, msg.position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
+    if not pose.is_finite():
+        raise ValueError('the position holds a NaN or an infinity')
+    return pose
+
+
+def pose_from_transform(msg):
+    """Return the Pose2D of a geometry_msgs/Transform; raises ValueError as pose_from_msg does."""
+    q = msg.rotation
+    pose = Pose2D(msg.translation.x, msg.translation.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
+    if not pose.is_finite():
+        raise ValueError('the position holds a NaN or an infinity')
+    return pose
+
+
+def twist_to_msg(v, w):
+    """Return a geometry_msgs/Twist that drives at v (m/s) and turns at w (rad/s)."""
+    msg = Twist()
+    msg.linear.x, msg.angular.z = v, w
+    return msg
+
+
+def grid_to_msg(data, geometry, origin_yaw, frame, stamp):
+    """Return a nav_msgs/OccupancyGrid of int8 data (height, width), row 0 at the bottom."""
+    info = MapMetaData(map_load_time=stamp, resolution=geometry.resolution, width=geometry.width,
+                       height=geometry.height,
+                       origin=pose_to_msg(Pose2D(geometry.origin_x, geometry.origin_y, origin_yaw)))
+    msg = OccupancyGrid(info=info, data=data.ravel().tolist())
+    msg.header.frame_id, msg.header.stamp = frame, stamp
+    return msg
+
+
+def grid_from_msg(msg):
+    """Return the GridMap of a nav_msgs/OccupancyGrid; raises MapError or GridError with the reason."""
+    info = msg.info
+    # The message carries the resolution in single precision: 0.05 comes as 0.05000000074505806.
+    geometry = GridGeometry(info.width, info.height, float(np.format_float_positional(np.float32(info.resolution))),
+                            info.origin.position.x, info.origin.position.y)
+    if len(msg.data) != info.width * info.height:
+        raise MapError('the map says %d x %d cells but holds %d' % (info.width, info.height, len(msg.data)))
+    try:
+        yaw = pose_from_msg(info.origin).yaw
+    except ValueError as error:
+        raise MapError('the map\'s origin cannot be used: %s' % error) from None
+    data = np.array(msg.data, dtype=np.int8).reshape(info.height, info.width)
+    return GridMap(data, geometry, yaw)
+
+
+def path_to_msg(plan, frame, stamp):
+    """Return a nav_msgs/Path of a plan (n, 3)."""
+    msg = Path()
+    msg.header.frame_id, msg.header.stamp = frame, stamp
+    msg.poses = [pose_stamped(Pose2D(*row), frame, stamp) for row in plan.tolist()]
+    return msg
