@@ -5,9 +5,17 @@ Every published figure comes from the defaults; `ChairConfig.changes` says which
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+
+
+class ConfigError(ValueError):
+    """Numbers that no chair can have; the text names each."""
+
+
+_NOT_ZERO = frozenset(('length', 'width', 'wheel_radius', 'track', 'steps_per_turn', 'motor_lag', 'samples_per_frame', 'sonar_rays', 'gravity'))
 
 
 @dataclass(frozen=True)
@@ -45,6 +53,29 @@ class ChairConfig:
     battery: float = 25.4  # V at rest
     gravity: float = 9.80665  # m/s2
 
+    def __post_init__(self):
+        faults = self.validate()
+        if faults:
+            raise ConfigError(' '.join(faults))
+
+    def validate(self) -> list[str]:
+        """One sentence for every fault found: all are finite, none but biases and offsets negative, ranges in order, sizes not zero."""
+        faults = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            pair = field.name.endswith('_range')
+            wanted = len(field.default) if isinstance(field.default, tuple) else 0
+            numbers = value if isinstance(value, tuple) else (value,)
+            if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(_finite, numbers)):
+                faults.append(f'{field.name} is {value!r} but must be {f"{wanted} finite numbers" if wanted else "a finite number"}.')
+            elif pair and not 0 < value[0] <= value[1]:
+                faults.append(f'{field.name} is {value!r} but must be (lowest, highest), both positive.')
+            elif field.name in _NOT_ZERO and value <= 0:
+                faults.append(f'{field.name} is {value!r} but must be positive.')
+            elif field.name not in ('gyro_bias', 'accel_offset') and min(numbers) < 0:
+                faults.append(f'{field.name} is {value!r} but must not be negative.')
+        return faults
+
     def changes(self) -> dict[str, tuple]:
         """{name: (value, default)} of every number that is not the default."""
         reference = type(self)
@@ -75,3 +106,7 @@ class DrawnChair:
         sigma = random.uniform(config.accel_frame_sigma_low, config.accel_frame_sigma_high)
         roll, pitch = random.normal(0.0, config.tilt_sigma, 2)
         return cls(slip, float(right), float(left), scale, tuple(bias.tolist()), tuple(sigma.tolist()), float(roll), float(pitch))
+
+
+def _finite(value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

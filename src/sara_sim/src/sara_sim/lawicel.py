@@ -21,12 +21,14 @@ _CLOSED, _OPEN, _LISTEN = 'closed', 'open', 'listen only'
 
 
 class LawicelAdapter:
-    """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: last `Sn`, None before; `counts`: what passed and what was refused."""
+    """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: last `Sn`, None before; `counts`: what passed and what was refused;
+    `switched`: how often the channel was opened or closed."""
 
     def __init__(self):
         self.state = _CLOSED
         self.bit_rate: int | None = None
         self.timestamps = False
+        self.switched = 0
         self.counts: Counter = Counter()
         self._line = bytearray()
         self._overlong = False
@@ -112,6 +114,7 @@ class LawicelAdapter:
         if rest or self.is_open or self.bit_rate is None:
             return BEL
         self.state, self._status = state, 0
+        self.switched += 1
         return CR
 
     def _listen(self, rest: bytes) -> bytes:
@@ -121,6 +124,7 @@ class LawicelAdapter:
         if rest or not self.is_open:
             return BEL
         self.state = _CLOSED
+        self.switched += 1
         return CR
 
     def _version(self, rest: bytes) -> bytes:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 import select
+import termios
 import tty
 
 # What may wait for a slow reader before frames are dropped.
-MAX_PENDING = 16384
+MAX_PENDING = 2048
 
 
 class PortError(OSError):
@@ -75,6 +76,11 @@ class Terminal:
         self._pending += data
         self._flush()
         return True
+
+    def discard(self) -> None:
+        """Forget what the far end has not read."""
+        self._pending.clear()
+        termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def _flush(self) -> None:
         try:

@@ -41,6 +41,9 @@ class World:
         # Distance from each cell to the nearest occupied one, less what two cells' halves can hide.
         self._clearance = (ndimage.distance_transform_edt(~self.occupied) - 1.5).astype(np.float32) * self.resolution \
             if self.occupied.any() else np.full(self.occupied.shape, np.inf, np.float32)
+        # The loops are compiled, or found compiled, here and not in the middle of a drive.
+        rays.cone(self.occupied, self._normal_x, self._normal_y, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
+        rays.rectangle_overlaps(self.occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
 
     @classmethod
     def empty(cls) -> World:

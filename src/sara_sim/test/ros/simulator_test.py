@@ -124,4 +124,4 @@ class SimulatorTest(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
-    rostest.rosrun('sara_sim', 'simulator', SimulatorTest)
+    rostest.rosrun('sara_sim', 'simulator_test', SimulatorTest)

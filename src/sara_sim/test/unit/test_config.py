@@ -1,9 +1,13 @@
 """The numbers that published figures rest on, and that one seed means one chair."""
 
 import dataclasses
+import math
+from pathlib import Path
 
 import numpy as np
-from sara_sim.config import ChairConfig, DrawnChair
+import pytest
+import yaml
+from sara_sim.config import ChairConfig, ConfigError, DrawnChair
 from sara_sim.mounting import IMU, SONARS
 
 REFERENCE = {
@@ -23,6 +27,12 @@ def test_the_reference_chair_is_pinned():
 def test_a_changed_chair_says_so():
     assert ChairConfig().changes() == {}
     assert ChairConfig(motor_lag=0.2).changes() == {'motor_lag': (0.2, 0.10)}
+
+
+def test_impossible_chairs_are_named():
+    with pytest.raises(ConfigError) as error:
+        ChairConfig(slip_range=(1.3, 1.2), motor_lag=0.0, gyro_bias=(0.0, math.nan, 0.0), frame_jitter=-1.0, track='wide')
+    assert all(f'{name} is' in str(error.value) for name in ('slip_range', 'motor_lag', 'gyro_bias', 'frame_jitter', 'track'))
 
 
 def test_draws_follow_the_distributions():
@@ -45,3 +55,16 @@ def test_sensors_sit_in_mirrored_pairs():
         a, b = SONARS[left], SONARS[right]
         assert (a.x, a.y, a.z, a.yaw) == (b.x, -b.y, b.z, -b.yaw)
     assert (IMU.x, IMU.y, IMU.z) == (0.0, -0.25, 0.40)
+
+
+def test_mounts_are_those_of_the_description():
+    path = Path(__file__).resolve().parents[3] / 'sara_description' / 'config' / 'geometry.yaml'
+    if not path.exists():
+        pytest.skip(f'{path} is absent')
+    geometry = yaml.safe_load(path.read_text())
+    config = ChairConfig()
+    assert (config.length, config.width) == (geometry['body']['length'], geometry['body']['width'])
+    assert (config.wheel_radius, config.track) == (geometry['wheel']['radius'], geometry['wheel']['track'])
+    for name, mount in {**SONARS, 'imu_link': IMU}.items():
+        place = geometry['ranges'].get(name) or geometry[name]
+        assert (mount.x, mount.y, mount.z, math.degrees(mount.yaw)) == pytest.approx([place[key] for key in ('x', 'y', 'z', 'yaw_deg')])

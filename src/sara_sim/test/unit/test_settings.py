@@ -68,3 +68,15 @@ def test_does_not_take_the_name_of_a_real_file(tmp_path):
         Terminal(str(tmp_path / 'port'))
     with pytest.raises(PortError, match='port'):
         Terminal(str(tmp_path / 'nowhere' / 'port'))
+
+
+def test_what_was_left_unread_can_be_forgotten(tmp_path):
+    path = str(tmp_path / 'port')
+    with Terminal(path) as terminal:
+        while terminal.write(b'old' * 100):
+            pass
+        terminal.discard()
+        terminal.write(b'new')
+        far = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        assert os.read(far, 100) == b'new'
+        os.close(far)

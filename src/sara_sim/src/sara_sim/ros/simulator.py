@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
-from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.lawicel import LawicelAdapter
 from sara_sim.pacing import Pacer
 from sara_sim.settings import SettingsError, SimulatorSettings
@@ -20,7 +20,7 @@ from sara_sim.world import World, WorldError
 
 GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
-NO_CLOCK_LISTENER_WARNING_S = 30.0
+WAITING_S = 30.0
 
 
 class SimulatorNode:
@@ -51,7 +51,11 @@ class SimulatorNode:
         data = self._terminal.read(timeout)
         if not data:
             return
+        switched = self._adapter.switched
         answer, frames = self._adapter.feed(data)
+        if self._adapter.switched != switched:
+            # What an earlier reader left unread is old: a new one must not take it for news.
+            self._terminal.discard()
         if answer:
             self._write(answer)
         for frame in frames:
@@ -63,7 +67,8 @@ class SimulatorNode:
     def _step(self) -> None:
         frames = self._chair.step()
         self._ticks += 1
-        stamp = rospy.Time.from_sec(self._chair.time)
+        seconds, steps = divmod(self._ticks, STEPS_PER_S)
+        stamp = rospy.Time(seconds, steps * (1_000_000_000 // STEPS_PER_S))
         # The clock first: whoever receives the bytes stamps them with it.
         self._clock.publish(Clock(clock=stamp))
         data = b''.join(map(self._adapter.frame_bytes, frames))
@@ -77,7 +82,7 @@ class SimulatorNode:
         if self._ticks % DIAGNOSTICS_STEPS == 0:
             self._diagnostics.publish(self._status(stamp))
             if not self._adapter.is_open:
-                rospy.loginfo_throttle(NO_CLOCK_LISTENER_WARNING_S, 'waiting for somebody to open the CAN channel on %s' % self._settings.port)
+                rospy.loginfo_throttle(WAITING_S, 'waiting for somebody to open the CAN channel on %s' % self._settings.port)
 
     def _write(self, data: bytes) -> None:
         if not self._terminal.write(data):
