@@ -1,0 +1,1 @@
+"""State estimation for a mobile robot: the names and results of robot_localization, in Python."""

@@ -1,0 +1,118 @@
+"""What goes into the filter and what comes out, as plain data: no ROS message is needed to run it.
+
+Times are float seconds, vectors and quaternions (x, y, z, w) tuples or lists, covariances (6, 6) or (3, 3) arrays.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Optional, Sequence
+
+import numpy as np
+
+from .geometry import Transform
+
+
+def _zeros(n):
+    return field(default_factory=lambda: np.zeros((n, n)))
+
+
+@dataclass(frozen=True)
+class PoseData:
+    """A pose of the robot in frame_id, with the covariance of x, y, z, roll, pitch, yaw."""
+
+    stamp: float
+    frame_id: str
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)
+    covariance: np.ndarray = _zeros(6)
+
+
+@dataclass(frozen=True)
+class TwistData:
+    """Velocity and rates along the axes of frame_id, with the covariance of all six."""
+
+    stamp: float
+    frame_id: str
+    linear: Sequence[float] = (0.0, 0.0, 0.0)
+    angular: Sequence[float] = (0.0, 0.0, 0.0)
+    covariance: np.ndarray = _zeros(6)
+
+
+@dataclass(frozen=True)
+class OdometryData:
+    """A pose in frame_id and a twist along the axes of child_frame_id (nav_msgs/Odometry)."""
+
+    stamp: float
+    frame_id: str
+    child_frame_id: str
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)
+    pose_covariance: np.ndarray = _zeros(6)
+    linear: Sequence[float] = (0.0, 0.0, 0.0)
+    angular: Sequence[float] = (0.0, 0.0, 0.0)
+    twist_covariance: np.ndarray = _zeros(6)
+
+    @property
+    def pose(self) -> PoseData:
+        return PoseData(self.stamp, self.frame_id, self.position, self.orientation, self.pose_covariance)
+
+    @property
+    def twist(self) -> TwistData:
+        return TwistData(self.stamp, self.child_frame_id, self.linear, self.angular, self.twist_covariance)
+
+
+@dataclass(frozen=True)
+class ImuData:
+    """An inertial measurement; frame_id is where the sensor is mounted (sensor_msgs/Imu).
+
+    A covariance whose first element is -1 says that the sensor does not measure that part.
+    """
+
+    stamp: float
+    frame_id: str
+    orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)
+    orientation_covariance: np.ndarray = _zeros(3)
+    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    angular_velocity_covariance: np.ndarray = _zeros(3)
+    linear_acceleration: Sequence[float] = (0.0, 0.0, 0.0)
+    linear_acceleration_covariance: np.ndarray = _zeros(3)
+
+
+@dataclass(frozen=True)
+class StampedTransform:
+    """parent_from_child at a time, to be broadcast."""
+
+    stamp: float
+    parent: str
+    child: str
+    transform: Transform
+
+
+@dataclass(frozen=True)
+class FilterOutput:
+    """The estimate after a tick.
+
+    Attributes:
+        stamp: time of the state (s); frame_id, child_frame_id: world and robot frame.
+        state: (15,) in the order of state.py; covariance: (15, 15).
+        pose: the robot in the world frame.
+        transform: what is to be broadcast (map -> odom, or odom -> base_link), or None where there is none.
+        published: False where the stamp was published before (robot_localization keeps silent then).
+        angular_acceleration: (3,) rad/s2 from the rates of the last two ticks, and its covariance (3, 3).
+    """
+
+    stamp: float
+    frame_id: str
+    child_frame_id: str
+    state: np.ndarray
+    covariance: np.ndarray
+    pose: Transform
+    transform: Optional[StampedTransform]
+    published: bool
+    angular_acceleration: np.ndarray
+    angular_acceleration_covariance: np.ndarray
+
+    @property
+    def map_to_odom(self) -> Optional[StampedTransform]:
+        """The transform map -> odom where the world frame is the map, else None."""
+        return None if self.transform is None or self.transform.child == self.child_frame_id else self.transform

@@ -1,0 +1,91 @@
+"""ROS messages to the filter's plain data and back."""
+from __future__ import annotations
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import AccelWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry
+
+from ..data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
+from ..geometry import Transform
+
+
+def _vector(v):
+    return v.x, v.y, v.z
+
+
+def _quaternion(q):
+    return q.x, q.y, q.z, q.w
+
+
+def _square(values, n):
+    return np.array(values, dtype=float).reshape(n, n)
+
+
+def odometry(msg) -> OdometryData:
+    return OdometryData(msg.header.stamp.to_sec(), msg.header.frame_id, msg.child_frame_id,
+                        _vector(msg.pose.pose.position), _quaternion(msg.pose.pose.orientation),
+                        _square(msg.pose.covariance, 6), _vector(msg.twist.twist.linear),
+                        _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
+
+
+def pose(msg) -> PoseData:
+    return PoseData(msg.header.stamp.to_sec(), msg.header.frame_id, _vector(msg.pose.pose.position),
+                    _quaternion(msg.pose.pose.orientation), _square(msg.pose.covariance, 6))
+
+
+def twist(msg) -> TwistData:
+    return TwistData(msg.header.stamp.to_sec(), msg.header.frame_id, _vector(msg.twist.twist.linear),
+                     _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
+
+
+def imu(msg) -> ImuData:
+    return ImuData(msg.header.stamp.to_sec(), msg.header.frame_id, _quaternion(msg.orientation),
+                   _square(msg.orientation_covariance, 3), _vector(msg.angular_velocity),
+                   _square(msg.angular_velocity_covariance, 3), _vector(msg.linear_acceleration),
+                   _square(msg.linear_acceleration_covariance, 3))
+
+
+def transform(msg) -> StampedTransform:
+    """A geometry_msgs/TransformStamped."""
+    t = msg.transform
+    return StampedTransform(msg.header.stamp.to_sec(), msg.header.frame_id, msg.child_frame_id,
+                            Transform(_vector(t.translation), _quaternion(t.rotation)))
+
+
+def odometry_message(output: FilterOutput) -> Odometry:
+    msg = Odometry()
+    msg.header.stamp = rospy.Time.from_sec(output.stamp)
+    msg.header.frame_id, msg.child_frame_id = output.frame_id, output.child_frame_id
+    p, q = msg.pose.pose.position, msg.pose.pose.orientation
+    p.x, p.y, p.z = output.pose.translation
+    q.x, q.y, q.z, q.w = output.pose.rotation
+    v, w = msg.twist.twist.linear, msg.twist.twist.angular
+    v.x, v.y, v.z, w.x, w.y, w.z = output.state[6:12].tolist()
+    msg.pose.covariance = output.covariance[:6, :6].ravel().tolist()
+    msg.twist.covariance = output.covariance[6:12, 6:12].ravel().tolist()
+    return msg
+
+
+def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
+    msg = AccelWithCovarianceStamped()
+    msg.header.stamp = rospy.Time.from_sec(output.stamp)
+    msg.header.frame_id = output.child_frame_id
+    a, w = msg.accel.accel.linear, msg.accel.accel.angular
+    a.x, a.y, a.z = output.state[12:].tolist()
+    w.x, w.y, w.z = output.angular_acceleration.tolist()
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = output.covariance[12:, 12:]
+    covariance[3:, 3:] = output.angular_acceleration_covariance
+    msg.accel.covariance = covariance.ravel().tolist()
+    return msg
+
+
+def transform_message(stamped: StampedTransform) -> TransformStamped:
+    msg = TransformStamped()
+    msg.header.stamp = rospy.Time.from_sec(stamped.stamp)
+    msg.header.frame_id, msg.child_frame_id = stamped.parent, stamped.child
+    t, r = msg.transform.translation, msg.transform.rotation
+    t.x, t.y, t.z = stamped.transform.translation
+    r.x, r.y, r.z, r.w = stamped.transform.rotation
+    return msg

@@ -1,0 +1,56 @@
+"""What became of the messages of each input: counted, said once per kind, and put into one line for the user."""
+from __future__ import annotations
+
+from collections import Counter
+from typing import Optional
+
+
+class InputStatus:
+    """The account of one input (odom0 on its topic)."""
+
+    def __init__(self, name: str, topic: str):
+        self.name, self.topic = name, topic
+        self.received = self.used = self.rejected = 0
+        self.problems = Counter()
+        self.missing: Optional[str] = None
+        self.missing_since = 0.0
+        self.last_stamp: Optional[float] = None
+        self._said = set()
+
+    def lacks(self, sentence: str, stamp: float) -> Optional[str]:
+        """A transform is missing; returns the sentence the first time this one is."""
+        self.problems['no_transform'] += 1
+        if self.missing != sentence:
+            self.missing, self.missing_since = sentence, stamp
+        return self._once('no_transform ' + sentence, '%s: data dropped, %s' % (self.name, sentence))
+
+    def has_problem(self, kind: str, sentence: str) -> Optional[str]:
+        """Something was wrong with a message; returns a sentence the first time this kind of thing is."""
+        self.problems[kind] += 1
+        return self._once(kind, '%s (%s): %s' % (self.name, self.topic, sentence))
+
+    def _once(self, key, sentence):
+        if key in self._said:
+            return None
+        self._said.add(key)
+        return sentence
+
+    @property
+    def healthy(self) -> bool:
+        return self.used > 0 and self.missing is None
+
+    def line(self, now: float) -> str:
+        """E.g. "imu0 (/imu/data): 0 used, 213 dropped: no transform imu_link -> base_link for 4.2 s"."""
+        if not self.received:
+            return '%s: nothing received on %s yet' % (self.name, self.topic)
+        text = '%s (%s): %d used' % (self.name, self.topic, self.used)
+        if self.rejected:
+            text += ', %d rejected by the gate' % self.rejected
+        dropped = ['%d %s' % (count, kind) for kind, count in sorted(self.problems.items()) if kind != 'no_transform']
+        if dropped:
+            text += ', problems: ' + ', '.join(dropped)
+        if self.problems['no_transform']:
+            text += ', %d dropped: ' % self.problems['no_transform']
+            text += ('%s for %.1f s' % (self.missing, max(0.0, now - self.missing_since)) if self.missing
+                     else 'a transform was missing before')
+        return text
