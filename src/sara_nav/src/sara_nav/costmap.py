@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sara_nav import kernels
 from sara_nav.grid import GridGeometry
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
@@ -83,19 +84,6 @@ def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
     return np.where(distance == 0.0, LETHAL, costs).astype(np.uint8)
 
 
-def squared_distances(obstacles):
-    """Return the exact squared distance (cells squared, int32) from each cell to the nearest True cell.
-
-    Without any obstacle every entry is 2**30. The distance transform is that of Felzenszwalb and
-    Huttenlocher (2012) in OpenCV; squares of single-precision results are rounded back to whole numbers.
-    """
-    import cv2  # heavy, and needed only here
-    if not obstacles.any():
-        return np.full(obstacles.shape, 2 ** 30, np.int32)
-    distance = cv2.distanceTransform(np.where(obstacles, 0, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.rint(distance.astype(np.float64) ** 2).astype(np.int32)
-
-
 def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     """Return costs with every obstacle (254) spread to ``inflation_radius``; the greater cost wins.
 
@@ -106,7 +94,7 @@ def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     result = costs.copy()
     if reach == 0:
         return result
-    squared = squared_distances(costs == LETHAL)
+    squared = kernels.squared_distances(costs, reach)
     near = squared <= reach * reach
     table = cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius,
                              config.cost_scaling_factor)

@@ -162,9 +162,45 @@ def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks
     return result
 
 
+@njit(cache=True)
+def squared_distances(costs, reach):
+    """Return the exact squared distance (cells squared, int32) from each cell to the nearest lethal one.
+
+    Only distances up to ``reach`` cells are found; further cells hold more than reach squared. Two passes, first
+    along the columns, then the least sum of squares along the rows (Saito and Toriwaki 1994).
+    """
+    height, width = costs.shape
+    far = reach + 1
+    column = np.empty((height, width), np.int32)
+    for x in range(width):
+        gap = far
+        for y in range(height):
+            gap = 0 if costs[y, x] == LETHAL else min(gap + 1, far)
+            column[y, x] = gap
+        gap = far
+        for y in range(height - 1, -1, -1):
+            gap = 0 if costs[y, x] == LETHAL else min(gap + 1, far)
+            if gap < column[y, x]:
+                column[y, x] = gap
+    result = np.empty((height, width), np.int32)
+    for y in range(height):
+        for x in range(width):
+            best = column[y, x] * column[y, x]
+            for d in range(1, reach + 1):
+                if d * d >= best:
+                    break
+                if x >= d:
+                    best = min(best, d * d + column[y, x - d] * column[y, x - d])
+                if x + d < width:
+                    best = min(best, d * d + column[y, x + d] * column[y, x + d])
+            result[y, x] = best
+    return result
+
+
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
+    squared_distances(costs, 2)
     path = astar(costs, 0, 0, 2, 2, False)
     shorten(costs, path + 0.5, False, 0.05, 10)
     touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)
