@@ -21,7 +21,8 @@ _CLOSED, _OPEN, _LISTEN = 'closed', 'open', 'listen only'
 
 
 class LawicelAdapter:
-    """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: last `Sn`, None before; `counts`: what passed and what was refused;
+    """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: n of the last `Sn`, -1 after `sxxyy`, None before;
+    `counts`: what passed and what was refused;
     `switched`: how often the channel was opened or closed."""
 
     def __init__(self):

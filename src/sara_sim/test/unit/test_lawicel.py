@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from sara_sim.lawicel import LawicelAdapter
 
 CR, BEL = b'\r', b'\a'
+COMMANDS = [b'S6\r', b'O\r', b'C\r', b't1208', b'L\r', b'\r', b'Z1\r', b't12080A0A000043000000\r']
 
 
 def opened():
@@ -34,7 +35,7 @@ def test_what_goes_out_can_come_in_again_in_any_pieces(sent, size):
 
 
 @settings(max_examples=2000)
-@given(st.lists(st.one_of(st.binary(max_size=60), st.sampled_from([b'S6\r', b'O\r', b'C\r', b't1208', b'L\r', b'\r', b'Z1\r', b't12080A0A000043000000\r']))))
+@given(st.lists(st.one_of(st.binary(max_size=60), st.sampled_from(COMMANDS))))
 def test_any_bytes_are_answered_line_by_line_and_never_raise(pieces):
     adapter = LawicelAdapter()
     adapter.feed(b'S6\rO\r')

@@ -82,7 +82,8 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
 
 
 @pytest.mark.parametrize('text, names', [
-    ('[]', ['parameters']), ('image: a.pgm\nresolution: -1\norigin: [0, 0]', ['resolution', 'origin']), ('image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]', ['image']),
+    ('[]', ['parameters']), ('image: a.pgm\nresolution: -1\norigin: [0, 0]', ['resolution', 'origin']),
+    ('image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]', ['image']),
     ('image: a.pgm\nresolution: .nan\norigin: [0, 0, 1]\nnegate: 7\noccupied_thresh: 3', ['resolution', 'origin', 'negate', 'occupied_thresh'])])
 def test_bad_maps_are_named(tmp_path, text, names):
     path = tmp_path / 'bad.yaml'
