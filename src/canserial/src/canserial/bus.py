@@ -62,6 +62,13 @@ class BusDescription:
         """The identifier of the message `name`; raises UnknownFrame."""
         return self._message(name).frame_id
 
+    def resolution(self, name, signal):
+        """The step of a signal, in its physical unit; raises UnknownFrame."""
+        for candidate in self._message(name).signals:
+            if candidate.name == signal:
+                return candidate.scale
+        raise UnknownFrame(f'no signal {signal} in {name} of {self.path}')
+
     def encode(self, name, time=0.0, /, **signals):
         """A Frame of the message `name` from all its signals in physical units, each rounded to its resolution.
 

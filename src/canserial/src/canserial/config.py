@@ -23,7 +23,7 @@ class ReaderConfig:
     gain: factor k on the yaw rate (the gyro's scale error). calibration_frames: IMU frames at rest that make the gyro's offset.
     calibration: 'measure' at start. imu_period: s between IMU frames. max_gap: s after which a silent sensor's last value is
     not used any more. still_step, still_drift: deg/s, the largest excursion from the mean and the largest change of the mean
-    over the calibration that count as rest. still_steps: encoder steps that count as rest. range_min, range_max: m (REP-117).
+    over the calibration that count as rest. initial_yaw: rad, the yaw at start. still_steps: encoder steps that count as rest. range_min, range_max: m (REP-117).
     thesis_covariances: publish the variances of the thesis's listing.
     """
 
@@ -37,6 +37,7 @@ class ReaderConfig:
     still_steps: int = 20
     range_min: float = 0.16
     range_max: float = 2.5
+    initial_yaw: float = 0.0
     thesis_covariances: bool = False
 
     def __post_init__(self):
@@ -53,6 +54,8 @@ class ReaderConfig:
             faults.append("calibration is 'saved', which is not available yet: allowed is 'measure'")
         elif self.calibration != 'measure':
             faults.append(f"calibration is {self.calibration!r}, allowed is 'measure'")
+        if not _is_number(self.initial_yaw):
+            faults.append(f'initial_yaw is {self.initial_yaw!r}, allowed are finite numbers')
         if not isinstance(self.thesis_covariances, bool):
             faults.append(f'thesis_covariances is {self.thesis_covariances!r}, allowed are true and false')
         if not faults and self.range_min >= self.range_max:

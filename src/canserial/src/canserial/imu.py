@@ -19,10 +19,10 @@ def wrap(angle):
 class YawIntegrator:
     """Integrates a yaw rate; set() gives the yaw at a moment, past or present."""
 
-    def __init__(self, period, max_gap):
+    def __init__(self, period, max_gap, yaw=0.0):
         self.period = period
         self.max_gap = max_gap
-        self.yaw = 0.0
+        self.yaw = wrap(yaw)
         self.gaps = 0
         self._stamp = None
         self._rate = 0.0

@@ -26,7 +26,7 @@ class Reader:
         self.bus = bus
         self.counters = Counter()
         self.calibration = GyroCalibration(config.calibration_frames, config.still_step, config.still_drift)
-        self._yaw = YawIntegrator(config.imu_period, config.max_gap)
+        self._yaw = YawIntegrator(config.imu_period, config.max_gap, config.initial_yaw)
         self._ranges = RangeFilter(config.range_min, config.range_max, config.max_gap)
         self._acceleration = (-math.inf, None)
         self._tilt = (-math.inf, None)

@@ -212,3 +212,8 @@ def test_configuration_faults_are_named_all_at_once():
 def test_gyro_variances_are_those_of_the_table_in_radians():
     degrees = ReaderConfig(thesis_covariances=True).variances[1]
     assert ReaderConfig().variances[1] == pytest.approx([math.radians(1) ** 2 * value for value in degrees], rel=0.03)
+
+
+def test_the_yaw_at_start_is_a_setting():
+    reader, t = calibrated(initial_yaw=2.0)
+    assert imu(reader, t)[0].yaw == 2.0

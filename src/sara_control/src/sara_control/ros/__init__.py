@@ -1,0 +1,1 @@
+"""The ROS shell of sara_control."""

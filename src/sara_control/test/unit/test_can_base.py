@@ -1,0 +1,112 @@
+"""The CAN base: counters that wrap, frames that get lost, and commands whose mean is what was asked."""
+
+import math
+
+import pytest
+from canserial.bus import BusDescription
+from canserial.readings import LEFT, RIGHT, EncoderReading
+from hypothesis import given
+from hypothesis import strategies as st
+from sara_control.can_base import CanBase
+
+BUS = BusDescription.default()
+WRAP = 2 ** 32
+STEP = math.tau / 64000
+
+
+def pair(base, left, right, ticks, stamp=0.0, apart=0):
+    first = base.on_encoder(EncoderReading(stamp, RIGHT, right % WRAP, ticks % WRAP))
+    assert first is None
+    return base.on_encoder(EncoderReading(stamp + 0.003, LEFT, left % WRAP, (ticks + apart) % WRAP))
+
+
+@given(st.integers(0, WRAP - 1), st.integers(0, WRAP - 1), st.integers(0, WRAP - 1),
+       st.lists(st.tuples(st.integers(-9000, 9000), st.integers(-9000, 9000), st.integers(900, 1100)), max_size=30))
+def test_positions_are_the_sum_of_the_steps_across_every_wrap(left, right, ticks, moves):
+    base = CanBase(BUS)
+    assert pair(base, left, right, ticks)[:2] == (0.0, 0.0)
+    start = left, right
+    for d_left, d_right, dt in moves:
+        left, right, ticks = left + d_left, right + d_right, ticks + dt
+        wheels = pair(base, left, right, ticks, 7.0, apart=2)
+        assert wheels.left == pytest.approx((left - start[0]) * STEP, abs=1e-9)
+        assert wheels.right == pytest.approx((right - start[1]) * STEP, abs=1e-9)
+        assert wheels.interval == pytest.approx(dt * 1e-4)
+        assert wheels.stamp == 7.003
+    assert not base.counters
+
+
+def test_a_lost_frame_costs_its_pair_but_no_motion():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    assert base.on_encoder(EncoderReading(0.1, RIGHT, 100, 1000)) is None  # its left partner is lost
+    wheels = pair(base, 200, 200, 2000)
+    assert wheels[:2] == pytest.approx((200 * STEP, 200 * STEP)) and wheels.interval == pytest.approx(0.2)
+    assert base.on_encoder(EncoderReading(0.3, LEFT, 300, 3000)) is None
+    assert base.on_encoder(EncoderReading(0.4, RIGHT, 400, 4000)) is None
+    assert base.counters['without_partner'] == 1
+    assert base.on_encoder(EncoderReading(0.4, LEFT, 400, 4000)).left == pytest.approx(400 * STEP)
+
+
+def test_repeated_frames_change_nothing():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    pair(base, 100, 100, 1000)
+    assert pair(base, 100, 100, 1000) is None
+    assert pair(base, 0, 0, 0) is None
+    assert base.counters['repeated'] == 2
+    assert pair(base, 200, 200, 2000).left == pytest.approx(200 * STEP)
+
+
+def test_a_motor_node_that_restarts_moves_nothing():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 500000)
+    pair(base, 6400, 6400, 501000)
+    assert pair(base, 0, 0, 10) is None
+    assert pair(base, 64, 64, 1010).left == pytest.approx(6464 * STEP)
+    assert base.counters['clock_restarted'] == 1
+
+
+def test_steps_that_no_wheel_can_make_are_not_believed():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    assert pair(base, 1 << 24, 0, 1000).left == 0.0
+    assert pair(base, (1 << 24) + 64, 0, 2000).left == pytest.approx(64 * STEP)
+    assert base.counters['implausible_steps'] == 1
+
+
+@given(st.floats(0.05, 7.0), st.sampled_from([-1, 1]), st.integers(1, 200))
+def test_the_mean_of_the_commands_is_what_was_asked(speed, sign, count):
+    base = CanBase(BUS)
+    base.on_mode(3)
+    sums = [0.0, 0.0]
+    for _ in range(count):
+        values = BUS.decode(base.command(sign * speed, -sign * speed))[1]
+        assert values['mode'] == ord('C')
+        sums = [sums[0] + values['left'], sums[1] + values['right']]
+    assert sums[0] / count == pytest.approx(sign * speed, abs=1.01 * 0.5 / 9.5 / count)
+    assert sums[1] / count == pytest.approx(-sign * speed, abs=1.01 * 0.5 / 9.5 / count)
+
+
+def test_a_stop_is_a_stop_at_once_and_forgets_the_remainder():
+    base = CanBase(BUS)
+    base.on_mode(3)
+    base.command(0.04, 0.04)
+    for _ in range(5):
+        assert base.command(0.0, 0.0).data == bytes([0, 0, 0, 0, ord('C'), 0, 0, 0])
+
+
+@pytest.mark.parametrize('mode', [None, 0, 1, 2])
+def test_without_the_motor_nodes_consent_it_only_asks(mode):
+    base = CanBase(BUS)
+    base.on_mode(mode)
+    assert base.command(3.0, 3.0).data == bytes([0, 0, 0, 0, ord('A'), 0, 0, 0])
+
+
+@given(st.floats(), st.floats())
+def test_any_speed_makes_a_frame(left, right):
+    base = CanBase(BUS)
+    base.on_mode(3)
+    values = BUS.decode(base.command(left, right))[1]
+    if not (math.isfinite(left) and math.isfinite(right)):
+        assert (values['left'], values['right']) == (0.0, 0.0)
