@@ -4,7 +4,7 @@
         [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
 Messages are delivered in the order and at the times they were recorded; a tick comes every 1/frequency after the first used
-message and runs after all that was received by then; five ticks follow the last. Transforms come from the bag's /tf and
+message (/tf counts) and runs after all that was received by then; five ticks follow the last. Transforms come from the bag's /tf and
 /tf_static, from the option, and from the filter itself, whose own enter right after the tick that gives them. OUT.bag holds
 odometry/filtered, /tf (what the filter broadcasts) and, if configured, accel/filtered. The last line on stdout is JSON.
 """
@@ -94,7 +94,7 @@ class BagFilter:
         """One message of the bag at the time (rospy.Time) it was received."""
         topic = _resolved(topic)
         now = received.to_sec()
-        if topic in self._by_topic and self.start is None:
+        if self.start is None and (topic in self._by_topic or topic == '/tf'):
             self.start = received
         if self.start is not None:
             while self._tick_time(self.ticks + 1) < received:
@@ -121,7 +121,7 @@ class BagFilter:
                 self._tick()
 
     def _tick_time(self, k):
-        return self.start + rospy.Duration.from_sec(k / self.config.frequency)
+        return self.start + rospy.Duration(0, round(k * 1e9 / self.config.frequency))
 
     def _tick(self):
         self.ticks += 1
