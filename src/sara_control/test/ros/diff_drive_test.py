@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""The wiring of diff_drive_controller: made-up encoders and commands in; odometry, TF, joints and command frames out.
+
+The test is the clock (twice real time) and the chair: its wheels turn as the command frames say.
+"""
+
+import math
+import threading
+import time
+import unittest
+
+import rosgraph
+import rosnode
+import rospy
+import rostest
+from canserial.bus import BusDescription
+from canserial.msg import CAN, Encoder
+from canserial.ros.conversions import msg_to_frame
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import UInt8
+from tf2_msgs.msg import TFMessage
+
+STEP = 0.01
+START = 2 ** 32 - 500  # encoder counters about to wrap
+
+
+class Chair(threading.Thread):
+    """10 ms of simulated time every 5 ms."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.now = 0.0
+        self.running = self.encoders_on = True
+        self.mode = 1
+        self.wheels = [0.0, 0.0]  # left, right, rad
+        self.speeds = (0.0, 0.0)
+        self.frames = []
+        self.bus = BusDescription.default()
+        self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
+        self.encoders = rospy.Publisher('encoders', Encoder, queue_size=10)
+        self.mode_topic = rospy.Publisher('mode', UInt8, queue_size=10)
+        rospy.Subscriber('cantx', CAN, self.on_frame, tcp_nodelay=True)
+
+    def on_frame(self, message):
+        name, values = self.bus.decode(msg_to_frame(message))
+        self.frames.append((self.now, name, values))
+        if values['mode'] == ord('A') and self.mode == 1:
+            self.mode = 3  # consent
+        self.speeds = (values['left'], values['right'])
+
+    def run(self):
+        tick = 0
+        due = time.monotonic()
+        while self.running:
+            tick += 1
+            self.now = 50.0 + STEP * tick
+            stamp = rospy.Time.from_sec(self.now)
+            self.clock.publish(Clock(stamp))
+            self.wheels = [angle + speed * STEP for angle, speed in zip(self.wheels, self.speeds)]
+            if tick % 10 == 0:
+                self.mode_topic.publish(self.mode)
+                for wheel, angle in ((Encoder.RIGHT, self.wheels[1]), (Encoder.LEFT, self.wheels[0])):
+                    message = Encoder(wheel=wheel, steps=(START + round(angle * 64000 / math.tau)) % 2 ** 32,
+                                      time_100us=tick * 100)
+                    message.header.stamp = stamp
+                    if self.encoders_on:
+                        self.encoders.publish(message)
+            due += STEP / 2
+            time.sleep(max(0.0, due - time.monotonic()))
+
+
+class DiffDriveTest(unittest.TestCase):
+    def wait(self, seconds):
+        """Simulated seconds."""
+        end = self.chair.now + seconds
+        while self.chair.now < end:
+            time.sleep(0.005)
+
+    def until(self, condition, what, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), end, what)
+            time.sleep(0.01)
+
+    def drive(self, v, w, seconds):
+        end = self.chair.now + seconds
+        command = Twist()
+        command.linear.x, command.angular.z = v, w
+        while self.chair.now < end:
+            self.cmd_vel.publish(command)
+            self.wait(0.1)
+
+    def moving(self, since):
+        return [t for t, _, values in self.chair.frames if t >= since and (values['left'] or values['right'])]
+
+    def test_the_way_of_a_command(self):
+        got = {}
+        for topic, kind in (('/diff_drive_controller/odom', Odometry), ('/tf', TFMessage), ('/joint_states', JointState),
+                            ('/joint_commands', JointState)):
+            rospy.Subscriber(topic, kind, lambda m, t=topic: got.setdefault(t, []).append(m), tcp_nodelay=True)
+        self.cmd_vel = rospy.Publisher('/diff_drive_controller/cmd_vel', Twist, queue_size=1)
+        self.chair = chair = Chair()
+        self.until(self.cmd_vel.get_num_connections, 'nobody takes cmd_vel')
+        time.sleep(1.0)
+        self.assertEqual(chair.frames, [], 'commands before there was a time')
+        chair.start()
+
+        self.until(lambda: '/diff_drive_controller/odom' in got and '/tf' in got, 'no odometry')
+        self.until(lambda: chair.mode == 3, 'nobody asked for control')
+        self.assertEqual(self.moving(0.0), [])
+        self.wait(0.3)
+
+        self.drive(0.3, 0.2, 4.0)
+        odometry = got['/diff_drive_controller/odom'][-1]
+        self.assertAlmostEqual(odometry.twist.twist.linear.x, 0.3, delta=0.012)
+        self.assertAlmostEqual(odometry.twist.twist.angular.z, 0.2, delta=0.05)
+        self.assertEqual((odometry.header.frame_id, odometry.child_frame_id), ('odom', 'base_link'))
+        self.assertGreater(odometry.pose.pose.position.x, 0.7)
+        self.assertLess(odometry.pose.pose.position.x, 1.3)
+        self.assertEqual(len(got['/joint_states'][-1].name), 2)
+
+        stopped_asking = chair.now
+        self.wait(2.0)
+        late = max(self.moving(stopped_asking)) - stopped_asking
+        self.assertLess(late, 0.65, 'the wheels turned after the timeout')
+        rate = sum(t > chair.now - 1.0 for t, *_ in chair.frames)
+        self.assertAlmostEqual(rate, 50, delta=5)
+
+        last = got['/diff_drive_controller/odom'][-1]
+        turned = (chair.wheels[1] - chair.wheels[0]) * 0.155 / 0.525
+        yaw = 2.0 * math.atan2(last.pose.pose.orientation.z, last.pose.pose.orientation.w)
+        self.assertAlmostEqual(yaw, turned, delta=0.002)
+        transform = next(t for m in reversed(got['/tf']) for t in m.transforms if t.header.stamp == last.header.stamp)
+        self.assertEqual((transform.header.frame_id, transform.child_frame_id), ('odom', 'base_link'))
+        self.assertEqual(transform.transform.translation.x, last.pose.pose.position.x)
+
+        self.drive(0.2, 0.0, 1.0)
+        self.cmd_vel.publish(Twist(linear=rospy_vector(math.nan)))
+        silent = chair.now
+        chair.encoders_on = False
+        self.drive(0.2, 0.0, 2.0)
+        self.assertGreater(max(self.moving(silent)), silent)
+        self.assertLess(max(self.moving(silent)), silent + 0.7, 'the wheels turned without encoders')
+        chair.encoders_on = True
+        self.wait(0.5)
+        again = chair.now
+        self.drive(0.2, 0.0, 0.5)
+        self.assertTrue(self.moving(again), 'the wheels stay still although all is well again')
+
+        rosnode.kill_nodes(['/diff_drive_controller'])
+        state = rosgraph.Master('/diff_drive_test')
+        self.until(lambda: not any('/diff_drive_controller' in nodes for _, nodes in state.getSystemState()[0]), 'not stopped')
+        values = chair.frames[-1][2]
+        self.assertEqual((values['left'], values['right'], values['mode']), (0.0, 0.0, ord('A')))
+        chair.running = False
+        chair.join()
+
+
+def rospy_vector(x):
+    """A geometry_msgs/Vector3 along x."""
+    vector = Twist().linear
+    vector.x = x
+    return vector
+
+
+if __name__ == '__main__':
+    rospy.init_node('diff_drive_test', disable_rostime=True)
+    rostest.rosrun('sara_control', 'diff_drive', DiffDriveTest)
