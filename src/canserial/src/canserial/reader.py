@@ -117,6 +117,7 @@ class Reader:
     def _imu(self, stamp, gyro):
         if not self.ready:
             self.calibration.add(gyro)
+            self._yaw.add(stamp, 0.0)  # at rest; what turns from the next frame on is counted in full
             return None
         x, y, z = (math.radians(rate - offset) for rate, offset in zip(gyro, self.calibration.offset))
         z *= self.config.gain

@@ -4,6 +4,7 @@
 import math
 import os
 import pty
+import select
 import sys
 import threading
 import time
@@ -35,12 +36,17 @@ class Adapter:
         tty.setraw(slave)
         self.path, self.slave = path, slave
         self.commands, self.lines = [], []
-        threading.Thread(target=self.answer, daemon=True).start()
+        self.plugged = True
+        self.thread = threading.Thread(target=self.answer, daemon=True)
+        self.thread.start()
         os.symlink(os.ttyname(slave), path)
 
     def answer(self):
         buffer = b''
-        while True:
+        while self.plugged:
+            # Never inside read() when it is unplugged: that would hold the terminal open.
+            if not select.select([self.master], [], [], 0.05)[0]:
+                continue
             buffer += os.read(self.master, 1024)
             *complete, buffer = buffer.split(b'\r')
             for line in complete:
@@ -50,6 +56,13 @@ class Adapter:
                 else:
                     self.commands.append(line)
                     os.write(self.master, b'\r')
+
+    def unplug(self):
+        self.plugged = False
+        self.thread.join()
+        os.unlink(self.path)
+        os.close(self.slave)
+        os.close(self.master)
 
     def send(self, *lines):
         os.write(self.master, b''.join(line + b'\r' for line in lines))
@@ -71,7 +84,7 @@ class LawicelTest(unittest.TestCase):
         self.cantx = rospy.Publisher('cantx', CAN, queue_size=10)
         self.set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
         self.adapter = Adapter(rospy.get_param('~port'))
-        self.addCleanup(os.unlink, self.adapter.path)
+        self.addCleanup(lambda: os.path.lexists(self.adapter.path) and os.unlink(self.adapter.path))
 
     def imu(self):
         return self.got.get('imu/data', [])
@@ -140,6 +153,11 @@ class LawicelTest(unittest.TestCase):
 
         self.cantx.publish(CAN(stdId=0x120, extId=-1, data=b'\x13\xed\x00\x00C\x00\x00\x00'))
         self.assertTrue(wait_until(lambda: adapter.lines == [b't120813ED000043000000']), adapter.lines)
+
+        adapter.unplug()
+        self.adapter = Adapter(adapter.path)
+        self.got.clear()
+        self.assertTrue(wait_until(self.mode_arrives), 'an adapter plugged in again is not found')
 
 
 def angles(q):

@@ -40,7 +40,9 @@ def calibrated(**settings_):
 
 def test_nothing_before_calibration_then_all_fields_in_si_units():
     reader, t = calibrated()
-    imu(reader, t)
+    [reading] = imu(reader, t, gz=OFFSET[2] + 5.0)
+    assert reading.yaw == pytest.approx(math.radians(1.0)), 'the first turn after the calibration is lost'
+    reader.set_yaw(0.0, t)
     [reading] = imu(reader, t + 0.2, gz=OFFSET[2] + 10.0, gx=OFFSET[0] + 1.0, roll=2.0)
     assert reading.stamp == t + 0.2
     assert reading.angular_velocity == pytest.approx((math.radians(1.0), 0.0, math.radians(10.0)))
@@ -76,6 +78,7 @@ def test_yaw_is_the_integral_over_the_real_time_between_frames(turns):
 def test_a_lost_frame_of_a_steady_turn_loses_nothing_and_is_counted():
     reader, t = calibrated()
     imu(reader, t, gz=OFFSET[2] + 30.0)
+    reader.set_yaw(0.0, t)
     imu(reader, t + 0.4, gz=OFFSET[2] + 30.0)
     assert reader.yaw == pytest.approx(math.radians(12.0))
     assert reader.counters['imu_gaps'] == 1
