@@ -21,6 +21,17 @@ DRIVING, REACHED, BLOCKED, OFF_PATH, FAILED = 'driving', 'reached', 'blocked', '
 TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
 
 
+def approach_speed(left, deceleration, gain=2.0):
+    """Return the speed at which to come to rest in ``left`` (m or rad) braking no harder than ``deceleration``.
+
+    v = gain * left near the end, sqrt(2 a (left - a / (2 gain^2))) before, where both have the same slope: braking is
+    even, and the end is reached without a jolt and without an endless crawl.
+    """
+    if left <= deceleration / (gain * gain):
+        return gain * max(left, 0.0)
+    return math.sqrt(2.0 * deceleration * (left - 0.5 * deceleration / (gain * gain)))
+
+
 @dataclass(frozen=True)
 class RotateThenPursueConfig:
     """Limits and tolerances, SI units; where the name is the peers', so is the meaning."""
@@ -199,7 +210,7 @@ class RotateThenPursue:
             sign = p.turn_sign
         p.turn_sign = sign
         size = abs(error)
-        rate = min(c.max_vel_theta, math.sqrt(2.0 * c.comfort_dec_theta * size), 2.0 * size + 0.02)
+        rate = min(c.max_vel_theta, approach_speed(size, c.comfort_dec_theta))
         return sign * max(rate, c.min_in_place_vel_theta)
 
     def _follow(self, leg, now, dt):
@@ -211,7 +222,7 @@ class RotateThenPursue:
             else:
                 p.phase, p.still_since = SETTLE, None
             return 0.0, 0.0
-        speed = min(c.max_vel_x, math.sqrt(2.0 * c.comfort_dec_x * left), 2.0 * left + 0.02)
+        speed = min(c.max_vel_x, approach_speed(left, c.comfort_dec_x) + 0.02)
         lookahead = min(max(c.lookahead_time * abs(self._last[0]), c.min_lookahead), c.max_lookahead)
         x, y = leg.point_ahead(lookahead)
         heading = now.yaw + (math.pi if leg.backward else 0.0)

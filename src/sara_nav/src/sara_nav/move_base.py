@@ -271,7 +271,7 @@ class MoveBase:
         if goal.pose_lost_at is None:
             goal.pose_lost_at = t
         text = 'no pose of the robot newer than %.2f s (transform_tolerance)' % self.config.transform_tolerance
-        if t - goal.pose_lost_at >= self.config.localization_patience:
+        if t - goal.pose_lost_at >= self.config.localization_patience - 1e-6:
             self._end(ABORTED, 'Goal aborted: there is %s.' % text)
             (status, text), self._ended = self._ended, None
             return self._result((0.0, 0.0), status, text)

@@ -3,7 +3,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sara_nav.costmap import InflationConfig, StaticLayerConfig
+from sara_nav.costmap import InflationConfig, StaticLayerConfig, build
 from sara_nav.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint, radii
 from sara_nav.grid_planner import GLOBAL_PLANNERS
 from sara_nav.local_planner import LOCAL_PLANNERS
@@ -34,6 +34,10 @@ class Settings:
     def inscribed_radius(self):
         """Inscribed radius of the padded footprint (m)."""
         return radii(self.footprint)[0]
+
+    def make_costmap(self, grid_map):
+        """Return the Costmap of a GridMap as these settings have it."""
+        return build(grid_map, self.inscribed_radius, self.static, self.inflation)
 
     def make_move_base(self, costmap=None):
         """Return the MoveBase these settings describe."""

@@ -86,7 +86,7 @@ class MoveBaseNode:
             grid_map = conv.grid_from_msg(msg)
             if abs(grid_map.origin_yaw) > 1e-6:
                 raise ValueError('its origin is turned by %.3f rad but must not be' % grid_map.origin_yaw)
-            built = cm.build(grid_map, self.settings.inscribed_radius, self.settings.static, self.settings.inflation)
+            built = self.settings.make_costmap(grid_map)
         except ValueError as error:
             self.counts['bad_maps'] += 1
             rospy.logerr('a map was dropped: %s', error)
@@ -104,7 +104,7 @@ class MoveBaseNode:
     def run(self):
         """Wait for the map, bring the action server up, and control until ROS shuts down."""
         while not rospy.is_shutdown() and not self._take_map():
-            rospy.logwarn_throttle(5.0, 'waiting for a map on %s', self._map_subscriber.resolved_name)
+            rospy.loginfo_throttle(5.0, 'waiting for a map on %s', self._map_subscriber.resolved_name)
             self._publish_diagnostics(WARN, 'waiting for a map on %s' % self._map_subscriber.resolved_name)
             time.sleep(0.05)
         if rospy.is_shutdown():
@@ -246,12 +246,12 @@ class MoveBaseNode:
         if self._pose_problem:
             text = 'waiting for the transform %s -> %s: %s' % (
                 self.settings.global_frame, self.settings.robot_base_frame, self._pose_problem)
-            rospy.logwarn_throttle(5.0, '%s', text)
+            (rospy.logwarn_throttle if self.machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self._publish_diagnostics(ERROR if self.machine.active else WARN, text)
         elif self._odom is None:
             text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % (
                 self._odom_subscriber.resolved_name)
-            rospy.logwarn_throttle(10.0, '%s', text)
+            rospy.loginfo_throttle(10.0, '%s', text)
             self._publish_diagnostics(WARN, text)
         elif self.machine.active:
             self._publish_diagnostics(WARN if result.text else OK, result.text or '%s (%s)' % (

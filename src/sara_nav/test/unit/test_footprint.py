@@ -1,0 +1,93 @@
+"""Footprints: reading, radii and padding against the peer, and what a footprint touches on a map."""
+import math
+import pathlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sara_nav import footprint as fp
+from sara_nav.collision import CollisionChecker
+from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
+from sara_nav.geometry import Pose2D
+from sara_nav.grid import GridGeometry
+
+REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
+SARA = fp.parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
+
+
+def empty_map(cells=160):
+    return Costmap(np.zeros((cells, cells), np.uint8), GridGeometry(cells, cells, 0.05, 0.0, 0.0))
+
+
+def test_string_and_list_are_the_same():
+    assert (fp.parse_footprint('[[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]]') == SARA).all()
+
+
+@pytest.mark.parametrize('value', ['', 'round', '[[1, 2], [3]]', [[1, 2], [3, 4]], 7, [[0, 0], [1, 'a'], [1, 1]],
+                                   [[0, 0], [1, math.nan], [1, 1]], '__import__("os")'])
+def test_senseless_footprints_are_refused(value):
+    with pytest.raises(fp.FootprintError, match='footprint'):
+        fp.parse_footprint(value)
+
+
+@pytest.mark.parametrize('number', range(7))
+def test_radii_and_padding_are_the_peers(number):
+    polygon = REFERENCE['poly_%d' % number]
+    assert fp.radii(polygon) == pytest.approx(REFERENCE['poly_%d_radii' % number], abs=1e-9)
+    for padding, padded in zip(REFERENCE['paddings'], REFERENCE['poly_%d_padded' % number]):
+        assert fp.pad_footprint(polygon, padding) == pytest.approx(padded, abs=1e-12)
+
+
+def test_a_centre_outside_the_footprint_has_no_inscribed_circle():
+    """The peer takes the distance of the outline here, and so calls cells touched that are not."""
+    assert fp.radii(REFERENCE['poly_7'])[0] == 0.0
+
+
+@given(st.floats(0.05, 5.0))
+def test_a_circles_radii(radius):
+    inscribed, circumscribed = fp.radii(fp.circle_footprint(radius))
+    assert circumscribed == pytest.approx(radius)
+    assert inscribed == pytest.approx(radius * math.cos(math.pi / 16))
+
+
+@given(st.floats(2.0, 6.0), st.floats(2.0, 6.0), st.floats(-4.0, 4.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_any_obstacle_well_inside_is_found_and_none_well_outside(x, y, yaw, dx, dy):
+    costmap = empty_map()
+    at = Pose2D(x, y, yaw).compose(Pose2D(dx, dy, 0.0))
+    column, row = costmap.geometry.to_cell(at.x, at.y)
+    costmap.costs[row, column] = LETHAL
+    found = CollisionChecker(costmap, SARA).collides(Pose2D(x, y, yaw))
+    if abs(dx) <= 0.54 and abs(dy) <= 0.29:
+        assert found
+    elif abs(dx) > 0.54 + 0.075 or abs(dy) > 0.29 + 0.075:
+        assert not found
+
+
+def test_agrees_with_the_peers_footprint_cost():
+    """The peer looks at the outline alone: whatever it finds we find, but for grazes of under half a cell."""
+    costs, theirs = REFERENCE['fpcost_grid'], REFERENCE['fpcost']
+    checker = CollisionChecker(Costmap(costs, GridGeometry(160, 160, 0.05, 0.0, 0.0)), SARA)
+    ours = checker.touched(REFERENCE['fpcost_poses']) > 0
+    assert ((theirs < 0) & ~ours).sum() <= 0.005 * len(theirs)
+    assert (ours[theirs < 0]).mean() > 0.99
+    assert ((theirs >= 0) & ours).mean() < 0.08  # obstacles that lie wholly inside
+
+
+def test_off_the_map_is_a_collision_and_unknown_as_asked():
+    costmap = empty_map()
+    assert CollisionChecker(costmap, SARA).collides(Pose2D(0.3, 4.0, 0.0))
+    costmap.costs[80, 80] = UNKNOWN
+    assert CollisionChecker(costmap, SARA, unknown_blocks=True).collides(Pose2D(4.0, 4.0, 0.0))
+    assert not CollisionChecker(costmap, SARA, unknown_blocks=False).collides(Pose2D(4.0, 4.0, 0.0))
+
+
+def test_one_in_contact_may_leave_but_not_press_on():
+    costmap = empty_map()
+    costmap.costs[60:100, 91] = LETHAL  # a wall at x = 4.55..4.60
+    checker = CollisionChecker(costmap, SARA)
+    start = 4.03
+    assert checker.collides(Pose2D(start, 4.0, 0.0))
+    assert not checker.worsens([[start - 0.02 * i, 4.0, 0.0] for i in range(10)])
+    assert checker.worsens([[start + 0.02 * i, 4.0, 0.0] for i in range(10)])
