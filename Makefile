@@ -25,7 +25,7 @@ bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup experiment square --seed 0 --bench
 
 campaign: build ## the square over many seeds, in lockstep; table in out/campaign
-	@$(ENV) rosrun sara_bringup campaign
+	@$(ENV) rosrun sara_bringup campaign --out out/campaign
 
 lint: venv ## manifests, CMake files and Python sources
 	@tools/lint.sh

@@ -1,0 +1,176 @@
+"""The whole system in one process: the simulated chair, its bus, and the very objects that the nodes run, on one clock.
+
+Frames pass as CAN frames, encoded and decoded by the code that serves the real bus; configuration is the nodes' own YAML.
+A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives the same drive to the last digit.
+"""
+import math
+
+import numpy as np
+import yaml
+
+from canserial.bus import BusDescription
+from canserial.config import ReaderConfig
+from canserial.reader import Reader
+from canserial.readings import EncoderReading, ImuReading, ModeReading
+from sara_bringup.paths import config_file
+from sara_bringup.planar import compose
+from sara_control.can_base import CanBase
+from sara_control.config import ControllerConfig
+from sara_control.controller import DiffDriveController
+from sara_localization.config import FilterConfig
+from sara_localization.data import ImuData, OdometryData
+from sara_localization.engine import FilterEngine
+from sara_localization.geometry import Transform, quaternion_from_rpy
+from sara_localization.transforms import TransformBuffer
+from sara_nav import costmap, map_io, move_base
+from sara_nav.geometry import Pose2D
+from sara_nav.parameters import Parameters
+from sara_nav.settings import read_settings
+from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.world import World
+
+COMMAND_STEPS = 2        # 50 Hz: wheel commands
+FILTER_STEPS = 2         # 50 Hz: ekf_se
+START_TIMEOUT_S = 120.0  # the gyro's calibration must be over by then
+
+
+class LockstepError(RuntimeError):
+    """The chair did not come up."""
+
+
+def _parameters(package, name):
+    return yaml.safe_load(config_file(name, package).read_text())
+
+
+class Lockstep:
+    """The chair and the stack, stepped together.
+
+    `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml.
+    """
+
+    def __init__(self, map_path, start, seed, ekf="default"):
+        bus = BusDescription.default()
+        self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
+        reader = _parameters("canserial", "read.yaml")
+        self.reader = Reader(ReaderConfig(**{key: value for key, value in reader.items() if key in ReaderConfig.__dataclass_fields__}), bus)
+        self.reader.set_yaw(start[2], 0.0)
+        control = ControllerConfig.from_params(_parameters("sara_control", "sara.yaml"))
+        self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
+        self._covariances = np.diag(control.pose_covariance_diagonal), np.diag(control.twist_covariance_diagonal)
+        parameters = _parameters("sara_localization", f"ekf_{ekf}.yaml")
+        parameters["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
+        filter_config = FilterConfig.from_params(parameters)
+        self.transforms = TransformBuffer()
+        self.ekf = FilterEngine(filter_config, self.transforms)
+        settings = read_settings(Parameters(_parameters("sara_nav", "sara_nav.yaml")))
+        grid = costmap.build(map_io.load_map(str(map_path)), settings.inscribed_radius, settings.static, settings.inflation)
+        self.move_base = settings.make_move_base(grid)
+        self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
+        self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
+        self._tick = 0
+        self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
+        self._odometry_stamp = None
+        self.fused = None                   # (x, y, yaw) in the map frame
+        self._fused_velocity = None
+        self._map_from_odom = None
+        self.result = None                  # move_base's newest StepResult that ended a goal
+
+    @property
+    def time(self):
+        """Seconds since the start."""
+        return self.chair.time
+
+    def step(self):
+        """Advance everything by 10 ms."""
+        self._tick += 1
+        for frame in self.chair.step():
+            for reading in self.reader.on_frame(frame):
+                self._on_reading(reading)
+        now = self.chair.time
+        if self._tick % FILTER_STEPS == 0:
+            self._filter(now)
+        if self._tick % self._control_steps == 0:
+            self._navigate(now)
+        if self._tick % COMMAND_STEPS == 0:
+            self.chair.receive(self.base.command(*self.controller.update(now)))
+
+    def start_up(self):
+        """Step, at rest, until the gyro is calibrated and the fused pose is there. Raises LockstepError."""
+        while not (self.reader.ready and self.fused and self._map_from_odom):
+            if self.time > START_TIMEOUT_S:
+                raise LockstepError(f"the gyro is not calibrated after {START_TIMEOUT_S:.0f} s")
+            self.step()
+
+    def _on_reading(self, reading):
+        if isinstance(reading, EncoderReading):
+            wheels = self.base.on_encoder(reading)
+            if wheels is not None:
+                state = self.controller.on_wheels(*wheels)
+                if state is not None:
+                    self._on_odometry(state)
+        elif isinstance(reading, ModeReading):
+            self.base.on_mode(reading.mode)
+        elif isinstance(reading, ImuReading):
+            angles, rates, accelerations = self._imu_covariances
+            self.ekf.add_imu("imu0", ImuData(reading.stamp, "base_link", quaternion_from_rpy(reading.roll, reading.pitch, reading.yaw), angles,
+                                             reading.angular_velocity, rates, reading.linear_acceleration, accelerations))
+
+    def _on_odometry(self, state):
+        self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
+        orientation = quaternion_from_rpy(0.0, 0.0, state.heading)
+        self.transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(state.x, state.y, 0.0, 0.0, 0.0, state.heading), state.stamp)
+        pose_covariance, twist_covariance = self._covariances
+        self.ekf.add_odometry("odom0", OdometryData(state.stamp, "odom", "base_link", (state.x, state.y, 0.0), orientation, pose_covariance,
+                                                    (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular), twist_covariance))
+
+    def _filter(self, now):
+        output = self.ekf.tick(now)
+        if output is None:
+            return
+        x = output.state
+        self.fused, self._fused_velocity = (float(x[0]), float(x[1]), float(x[5])), (float(x[6]), float(x[11]))
+        if output.map_to_odom is not None:
+            stamped = output.map_to_odom
+            self.transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
+            position, rpy = stamped.transform.translation, stamped.transform.rpy
+            self._map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))
+
+    def _navigate(self, now):
+        pose = None
+        if self._map_from_odom is not None and self._odometry_stamp is not None:
+            pose = Pose2D(*compose(self._map_from_odom, self.odometry))
+        result = self.move_base.step(now, pose, self._fused_velocity, self._odometry_stamp)
+        if result.status == move_base.ACTIVE:
+            self.controller.on_command(*result.command, now)
+        elif result.status != move_base.IDLE:
+            self.controller.on_command(0.0, 0.0, now)
+            self.result = result
+
+
+def drive(lockstep, mission, record, progress=None):
+    """Drive a mission's goals and fill `record` (drive.Drive); `progress`, if given, is called with a sentence per corner."""
+    settle = round(1.0 / STEP_S)
+    lockstep.start_up()
+
+    def step():
+        lockstep.step()
+        if lockstep._tick % FILTER_STEPS == 0:
+            record.add_sample(lockstep.time, lockstep.chair.pose, lockstep.fused, lockstep.odometry)
+
+    for number, pose in enumerate(mission.goals, 1):
+        lockstep.result = None
+        lockstep.move_base.set_goal(Pose2D(*pose), lockstep.time)
+        end = lockstep.time + mission.leg_timeout_s
+        while lockstep.result is None:
+            if lockstep.time > end:
+                lockstep.move_base.cancel(lockstep.time, f"not there after {mission.leg_timeout_s:.0f} s")
+            step()
+        for _ in range(settle):
+            step()
+        record.add_corner(pose, lockstep.result.status == move_base.SUCCEEDED, lockstep.result.text)
+        corner = record.corners[-1]
+        if progress:
+            progress(f"corner {number} of {len(mission.goals)}: {'reached' if corner.reached else 'NOT reached: ' + corner.text}, true pose "
+                     f"{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, {lockstep.time:.0f} s")
+    record.contacts = lockstep.chair.contacts
+    return record
