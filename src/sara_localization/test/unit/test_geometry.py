@@ -1,0 +1,59 @@
+"""Laws of angles, quaternions and transforms."""
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sara_localization.geometry import (IDENTITY, Transform, normalised, quaternion_from_rpy, rotation_matrix,
+                                        rpy_from_quaternion, wrap)
+
+angles = st.floats(-math.pi, math.pi)
+pitches = st.floats(-1.5, 1.5)
+lengths = st.floats(-100.0, 100.0)
+transforms = st.builds(Transform.from_xyz_rpy, lengths, lengths, lengths, angles, pitches, angles)
+
+
+def same(a, b, tolerance=1e-9):
+    np.testing.assert_allclose(a.translation, b.translation, atol=tolerance)
+    np.testing.assert_allclose(rotation_matrix(a.rotation), rotation_matrix(b.rotation), atol=tolerance)
+
+
+@given(angles, st.integers(-1000, 1000))
+def test_wrap_takes_off_whole_turns(angle, k):
+    wrapped = wrap(angle + 2 * math.pi * k)
+    assert -math.pi <= wrapped <= math.pi
+    assert abs(math.sin(wrapped - angle)) < 1e-9 and math.cos(wrapped - angle) > 0
+
+
+def test_wrap_lets_what_is_no_number_through():
+    assert math.isnan(wrap(math.nan)) and wrap(math.inf) == math.inf
+
+
+@given(angles, pitches, angles)
+def test_rpy_round_trip(roll, pitch, yaw):
+    np.testing.assert_allclose(rpy_from_quaternion(quaternion_from_rpy(roll, pitch, yaw)), (roll, pitch, yaw), atol=1e-9)
+
+
+@given(transforms, st.tuples(lengths, lengths, lengths))
+def test_inverse_takes_back(t, point):
+    np.testing.assert_allclose(t.inverse().apply(t.apply(point)), point, atol=1e-9)
+    same(t @ t.inverse(), IDENTITY)
+
+
+@given(transforms, transforms, st.tuples(lengths, lengths, lengths))
+def test_composition_is_one_after_the_other(a, b, point):
+    np.testing.assert_allclose((a @ b).apply(point), a.apply(b.apply(point)), atol=1e-9)
+
+
+@given(transforms, transforms)
+def test_interpolation_ends_at_its_ends(a, b):
+    same(a.interpolate(b, 0.0), a, 1e-6)
+    same(a.interpolate(b, 1.0), b, 1e-6)
+
+
+@pytest.mark.parametrize('q', [(0, 0, 0, 0), (math.nan, 0, 0, 1), (math.inf, 0, 0, 1)])
+def test_no_rotation_is_refused(q):
+    with pytest.raises(ValueError):
+        normalised(q)

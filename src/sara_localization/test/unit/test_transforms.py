@@ -1,0 +1,49 @@
+"""The buffer's rules: the tree joined both ways, interpolation, the latest where a time is not covered."""
+import pytest
+
+from sara_localization.geometry import Transform
+from sara_localization.transforms import TransformBuffer
+
+
+def at(x, yaw=0.0):
+    return Transform.from_xyz_rpy(x=x, yaw=yaw)
+
+
+@pytest.fixture
+def buffer():
+    buffer = TransformBuffer()
+    buffer.set_transform('base_link', 'imu_link', at(0.5))
+    for t in range(5):
+        buffer.set_transform('odom', 'base_link', at(float(t)), stamp=100.0 + t)
+    return buffer
+
+
+def test_interpolates_and_joins_static_with_moving(buffer):
+    assert buffer.lookup('odom', 'imu_link', 101.5).translation[0] == pytest.approx(2.0)
+    assert buffer.lookup('imu_link', 'odom', 101.5).translation[0] == pytest.approx(-2.0)
+
+
+def test_siblings_meet_at_their_common_parent(buffer):
+    buffer.set_transform('base_link', 'camera', at(0.1))
+    assert buffer.lookup('camera', 'imu_link', 101.0).translation[0] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize('stamp', [50.0, 104.5, 1000.0])
+def test_outside_of_its_time_the_latest_is_given(buffer, stamp):
+    assert buffer.lookup('odom', 'base_link', stamp).translation[0] == pytest.approx(4.0)
+
+
+def test_what_is_not_joined_is_none(buffer):
+    assert buffer.lookup('map', 'base_link', 101.0) is None
+    assert buffer.lookup('odom', 'laser', 101.0) is None
+
+
+def test_repeated_and_old_stamps_are_not_taken(buffer):
+    assert not buffer.set_transform('odom', 'base_link', at(9.0), stamp=102.0)
+    assert not buffer.set_transform('odom', 'base_link', at(9.0), stamp=80.0)
+    assert buffer.lookup('odom', 'base_link', 102.0).translation[0] == pytest.approx(2.0)
+
+
+def test_late_ones_are_put_in_order(buffer):
+    assert buffer.set_transform('odom', 'base_link', at(7.0), stamp=101.5)
+    assert buffer.lookup('odom', 'base_link', 101.5).translation[0] == pytest.approx(7.0)
