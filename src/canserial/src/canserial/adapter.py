@@ -126,4 +126,5 @@ class Adapter:
 
 def _why(error):
     """python-can says what failed, the error beneath says why."""
-    return f'{error} ({error.__cause__})' if error.__cause__ else str(error)
+    cause = str(error.__cause__ or '')
+    return str(error) if cause in str(error) else f'{error} ({cause})'
