@@ -1,4 +1,4 @@
 #!/usr/bin/env python3
-from sara_bringup.ros.square import main
+from sara_bringup.ros.square_node import main
 
 main()

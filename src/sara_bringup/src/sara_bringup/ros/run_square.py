@@ -32,7 +32,7 @@ def drive(ekf, out, seed, speed, rviz):
         arguments = {"ekf": ekf, "seed": seed, "speed": speed, "rviz": str(rviz).lower(), "port": f"{folder}/can", "record": "true",
                      "bag": out / f"square_{ekf}.bag", "result": result}
         environment = {**os.environ, "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}"}
-        subprocess.run(["roslaunch", "-p", str(_free_port()), "sara_bringup", "square.launch"] +
+        subprocess.run(["roslaunch", "--no-summary", "-p", str(_free_port()), "sara_bringup", "square.launch"] +
                        [f"{name}:={value}" for name, value in arguments.items()], check=False, env=environment)
     if not result.exists():
         return None
