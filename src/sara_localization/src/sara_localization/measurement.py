@@ -76,28 +76,30 @@ class _Sheet:
         sound = bool(np.isfinite(self.values).all() and np.isfinite(self.covariance).all())
         if sound and (variances[self.mask] > 0.0).all() and (variances[self.mask] < LARGEST_VARIANCE).all():
             return
-        for i in range(len(self.values)):
-            name, variance = NAMES[self.first + i], variances[i]
-            row_ok = np.isfinite(self.covariance[i]).all() and np.isfinite(self.covariance[:, i]).all()
-            usable = np.isfinite(self.values[i]) and row_ok
-            if self.mask[i]:
-                if not np.isfinite(self.values[i]):
-                    self._leave_out(i, 'not_finite', '%s is %s' % (name, self.values[i]))
-                elif not np.isfinite(variance):
-                    self._leave_out(i, 'not_finite', 'the variance of %s is %s' % (name, variance))
-                elif variance <= 0.0:
-                    self._leave_out(i, 'bad_variance', 'the variance of %s is %g; the sensor must state a positive one'
-                                    % (name, variance))
-                elif variance >= LARGEST_VARIANCE:
-                    self._leave_out(i, 'huge_variance', 'the variance of %s is %g' % (name, variance))
-                elif not row_ok:
-                    self.problems.append(Problem('not_finite', 'a covariance of %s is not a number: taken as 0' % name))
-                    variance = float(variance)
-                    self.covariance[i, :] = self.covariance[:, i] = 0.0
-                    self.covariance[i, i] = variance
-            elif not usable or not abs(variance) < LARGEST_VARIANCE:
-                self.values[i] = self.values[i] if np.isfinite(self.values[i]) else 0.0
-                self.covariance[i, :] = self.covariance[:, i] = 0.0
+        covariance = self.covariance
+        for i in np.flatnonzero(~self.mask):
+            if not (np.isfinite(self.values[i]) and abs(variances[i]) < LARGEST_VARIANCE):
+                self.values[i] = 0.0
+                covariance[i, :] = covariance[:, i] = 0.0
+            covariance[i, ~np.isfinite(covariance[i])] = 0.0
+            covariance[~np.isfinite(covariance[:, i]), i] = 0.0
+        for i in np.flatnonzero(self.mask):
+            name, variance = NAMES[self.first + i], float(variances[i])
+            if not np.isfinite(self.values[i]):
+                self._leave_out(i, 'not_finite', '%s is %s' % (name, self.values[i]))
+            elif not np.isfinite(variance):
+                self._leave_out(i, 'not_finite', 'the variance of %s is %s' % (name, variance))
+            elif variance <= 0.0:
+                self._leave_out(i, 'bad_variance', 'the variance of %s is %g and %s is left out; its sensor must state a '
+                                'positive one' % (name, variance, name))
+            elif variance >= LARGEST_VARIANCE:
+                self._leave_out(i, 'huge_variance', 'the variance of %s is %g' % (name, variance))
+        for i in np.flatnonzero(self.mask):
+            if not np.isfinite(covariance[i]).all() or not np.isfinite(covariance[:, i]).all():
+                name, variance = NAMES[self.first + i], float(variances[i])
+                self.problems.append(Problem('not_finite', 'a covariance of %s is not a number: taken as 0' % name))
+                covariance[i, :] = covariance[:, i] = 0.0
+                covariance[i, i] = variance
 
     def _leave_out(self, i, kind, sentence):
         self.mask[i] = False
