@@ -20,3 +20,7 @@ run cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DCATKIN_DEVEL_PREFIX="$PWD/d
     -DPYTHON_EXECUTABLE="$python" -DCATKIN_ENABLE_TESTING=ON
 run cmake --build build --target "$target" -- -j"$(nproc)"
 echo "$stamp" >build/built.stamp
+# catkin leaves `env python3` in what it installs; on a machine with another python3 first on PATH that one has no ROS.
+if [ "$target" = install ]; then
+    grep -rlE --include='*' '^#!/usr/bin/env python3' install/lib/*/ | xargs -r sed -i "1s|^#!/usr/bin/env python3.*|#!$python|"
+fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test: the pure modules' units where ROS cannot be imported, then the rostests. Ends with the count.
-set -uo pipefail
+set -o pipefail
 cd "$(dirname "$0")/.."
 source devel/setup.bash || exit 1
 results=$PWD/build/test_results

@@ -70,7 +70,7 @@ def figures(drive, folder, world=None, stem=None):
     axes.plot([], [], color="tab:green", linewidth=3, label="asked pose")
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"The square, ekf:={drive.ekf}, seed {drive.seed}")
     axes.grid(alpha=0.3)
-    axes.legend(loc="center")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=4)
     figure.savefig(folder / f"{stem}_paths.png", dpi=110, bbox_inches="tight")
     pyplot.close(figure)
 

@@ -60,7 +60,8 @@ def main():
     for result in drives.values():
         if result is not None:
             print(f"\n{table(result)}")
-    print(f"\nfigures, bags and figures as JSON: {os.path.relpath(out)}/square_default_paths.png, square_default_yaw.png, square_default.bag, ...")
+    written = sorted(path.name for path in out.glob("square_*.*"))
+    print(f"\nin {os.path.relpath(out)}/: {', '.join(written)}")
     faults = ["no result: the drive did not end by itself"] if drives["default"] is None else verdict(drives["default"], goals)
     for fault in faults:
         print(f"NOT MET: {fault}")
