@@ -57,9 +57,9 @@ def predict(x: np.ndarray, dt: float) -> Tuple[np.ndarray, np.ndarray]:
     forward, down = cp * lifted - sp * ux, cp * ux + sp * lifted
     F[X, PITCH], F[Y, PITCH], F[Z, PITCH] = cy * forward, sy * forward, -down
     F[X, YAW], F[Y, YAW] = -step_y, step_x
-    rotation = ((r00, r01, r02), (r10, r11, r12), (r20, r21, r22))
-    F[X:Z + 1, VX:VX + 3] = R = np.array(rotation) * dt
-    F[X:Z + 1, AX:AZ + 1] = R * (0.5 * dt)
+    R = np.array(((r00, r01, r02), (r10, r11, r12), (r20, r21, r22)))
+    F[X:Z + 1, VX:VX + 3] = R * dt
+    F[X:Z + 1, AX:AZ + 1] = R * half
 
     F[ROLL, ROLL] += (cr * tp * wy - sr * tp * wz) * dt
     F[ROLL, PITCH] = (sr * wy + cr * wz) / (cp * cp) * dt

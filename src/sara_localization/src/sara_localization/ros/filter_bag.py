@@ -3,10 +3,11 @@
     rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf]
         [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
-Messages are delivered in the order and at the times they were recorded; a tick comes every 1/frequency after the first used
-message (/tf counts) and runs after all that was received by then; five ticks follow the last. Transforms come from the bag's /tf and
-/tf_static, from the option, and from the filter itself, whose own enter right after the tick that gives them. OUT.bag holds
-odometry/filtered, /tf (what the filter broadcasts) and, if configured, accel/filtered. The last line on stdout is JSON.
+Messages are delivered in the order and at the times they were recorded; a tick comes every 1/frequency after the first
+used message (/tf counts) and runs after all that was received by then; five ticks follow the last. Transforms come from
+the bag's /tf and /tf_static, from the option, and from the filter itself, whose own enter right after the tick that gives
+them. OUT.bag holds odometry/filtered, /tf (what the filter broadcasts) and, if configured, accel/filtered. The last line on
+stdout is JSON.
 """
 from __future__ import annotations
 
