@@ -22,7 +22,7 @@ test: build ## every test: units without ROS, then the rostests
 	@tools/run_tests.sh
 
 bench: build ## how fast it is, against a yardstick timed in the same run
-	@$(ENV) rosrun sara_bringup experiment square --seed 0 --bench
+	@$(ENV) rosrun sara_bringup bench
 
 campaign: build ## the square over many seeds, in lockstep; table in out/campaign
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign

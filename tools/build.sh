@@ -9,6 +9,7 @@ python=$PWD/.venv/bin/python3
 # Only ours and Debian's: a sourced workspace of another project must not be frozen into this one.
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
 mkdir -p build devel/lib/python3/dist-packages
+if [ "$target" = install ]; then mkdir -p install && touch install/CATKIN_IGNORE; fi  # this folder is the source space too
 log=build/build.log
 stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \
         -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' | sort | xargs stat -c '%n %Y' | sha1sum)

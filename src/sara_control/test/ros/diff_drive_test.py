@@ -9,7 +9,6 @@ import threading
 import time
 import unittest
 
-import rosgraph
 import rosnode
 import rospy
 import rostest
@@ -151,10 +150,15 @@ class DiffDriveTest(unittest.TestCase):
         self.assertTrue(self.moving(again), 'the wheels stay still although all is well again')
 
         rosnode.kill_nodes(['/diff_drive_controller'])
-        state = rosgraph.Master('/diff_drive_test')
-        self.until(lambda: not any('/diff_drive_controller' in nodes for _, nodes in state.getSystemState()[0]), 'not stopped')
-        values = chair.frames[-1][2]
-        self.assertEqual((values['left'], values['right'], values['mode']), (0.0, 0.0, ord('A')))
+        stop = (0.0, 0.0, ord('A'))
+
+        def word(frame):
+            return tuple(frame[2][name] for name in ('left', 'right', 'mode'))
+
+        self.until(lambda: word(chair.frames[-1]) == stop, 'no stop on the bus when the node is killed')
+        self.wait(1.0)
+        self.assertEqual(word(chair.frames[-1]), stop, 'something came after the stop')
+        self.assertGreater(chair.now - chair.frames[-1][0], 0.5, 'the node still sends')
         chair.running = False
         chair.join()
 

@@ -5,6 +5,7 @@ Twice, with the default fusion and with the thesis's; the second is printed besi
 import argparse
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -25,15 +26,22 @@ def _free_port():
 
 
 def drive(ekf, out, seed, speed, rviz):
-    """Run square.launch with a ROS master of its own; return the Drive, or None if it left no result."""
+    """Launch the stack with a ROS master of its own and run square.py; return the Drive, or None if it left no result."""
     result = out / f"square_{ekf}.json"
     result.unlink(missing_ok=True)
+    port = _free_port()
+    environment = {**os.environ, "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}", "ROS_MASTER_URI": f"http://localhost:{port}"}
     with tempfile.TemporaryDirectory(prefix="sara") as folder:
         arguments = {"ekf": ekf, "seed": seed, "speed": speed, "rviz": str(rviz).lower(), "port": f"{folder}/can", "record": "true",
-                     "bag": out / f"square_{ekf}.bag", "result": result}
-        environment = {**os.environ, "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}"}
-        subprocess.run(["roslaunch", "--no-summary", "-p", str(_free_port()), "sara_bringup", "square.launch"] +
-                       [f"{name}:={value}" for name, value in arguments.items()], check=False, env=environment)
+                     "bag": out / f"square_{ekf}.bag"}
+        launch = subprocess.Popen(["roslaunch", "--no-summary", "-p", str(port), "sara_bringup", "sara.launch"] +
+                                  [f"{name}:={value}" for name, value in arguments.items()], env=environment)
+        try:
+            subprocess.run(["rosrun", "sara_bringup", "square.py", f"_result:={result}", f"_seed:={seed}", f"_ekf:={ekf}", "__name:=square"],
+                           check=False, env=environment)
+        finally:
+            launch.send_signal(signal.SIGINT)
+            launch.wait()
     if not result.exists():
         return None
     return Drive.from_file_data(json.loads(result.read_text()))

@@ -6,9 +6,11 @@ import json
 import math
 import sys
 import threading
+import time
 from pathlib import Path
 
 import actionlib
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
@@ -101,6 +103,13 @@ def _drive_to(client, pose, number, mission, recorder):
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
 
 
+def _wait_for_master(seconds=30.0):
+    """roslaunch may still be starting the master; give it a while before rospy complains."""
+    master, end = rosgraph.Master("/square"), time.monotonic() + seconds
+    while not master.is_online() and time.monotonic() < end:
+        time.sleep(0.1)
+
+
 def drive_mission(mission, drive):
     """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it."""
     recorder = Recorder(drive)
@@ -121,6 +130,7 @@ def drive_mission(mission, drive):
 
 def main():
     """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed."""
+    _wait_for_master()
     rospy.init_node("square")
     mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
     drive = Drive(mission.name, rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))

@@ -1,0 +1,57 @@
+"""`make bench`: how long the parts take, as medians, and as multiples of a yardstick timed in the same run.
+
+The yardstick is a fixed loop of plain Python and numpy; a ratio to it says more than microseconds of one machine.
+"""
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from canserial.bus import BusDescription
+from sara_bringup.experiment import run
+
+
+def yardstick():
+    """A fixed amount of work: 200 000 additions and 200 products of 15 x 15 matrices."""
+    total = 0
+    for number in range(200_000):
+        total += number
+    matrix = np.eye(15) * 0.5
+    for _ in range(200):
+        matrix = matrix @ matrix.T
+    return total, matrix
+
+
+def median_s(work, runs):
+    """Median of the seconds that `work()` takes, and the runs."""
+    taken = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        taken.append(time.perf_counter() - start)
+    return float(np.median(taken))
+
+
+def decode_thousand():
+    """Decode 1000 encoder frames."""
+    bus = BusDescription.default()
+    frames = [bus.encode("ENCODER_LEFT", steps=number, time=1000 * number) for number in range(1000)]
+    return lambda: [bus.decode(frame) for frame in frames]
+
+
+def main():
+    """Print the table and write out/bench.json."""
+    out = Path("out")
+    out.mkdir(exist_ok=True)
+    run("square", 0)  # compiles or loads what is compiled
+    rows = {"yardstick": median_s(yardstick, 9), "1000 frames decoded": median_s(decode_thousand(), 9),
+            "the square in lockstep, seed 0": median_s(lambda: run("square", 0), 3)}
+    print(f"{'':34} {'median s':>10} {'yardsticks':>11}")
+    for name, seconds in rows.items():
+        print(f"{name:34} {seconds:10.4f} {seconds / rows['yardstick']:11.2f}")
+    drive, lockstep = run("square", 0)
+    print(f"the square in lockstep: {lockstep.time / rows['the square in lockstep, seed 0']:.0f} times real time, without the start of the process")
+    (out / "bench.json").write_text(json.dumps(rows, indent=1))
+    sys.exit(0)
