@@ -89,7 +89,7 @@ class EkfNode:
                 self._publish(output)
             self._diagnose(now, output)
         except rospy.ROSException as error:
-            if not rospy.is_shutdown():
+            if not rospy.core.is_shutdown_requested():
                 self._failed(error)
         except Exception as error:  # pylint: disable=broad-except
             self._failed(error)
