@@ -96,3 +96,4 @@ def main():
     """Run the node."""
     rospy.init_node('canserial')
     AdapterNode().run()
+    rospy.spin()  # until rospy has ended its own shutdown, so that the master forgets the node

@@ -122,3 +122,4 @@ def main():
     """Run the node."""
     rospy.init_node('read')
     ReadNode().run()
+    rospy.spin()  # until rospy has ended its own shutdown, so that the master forgets the node

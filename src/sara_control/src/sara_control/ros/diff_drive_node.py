@@ -114,21 +114,21 @@ class DiffDriveNode:
 
     def on_timer(self, _event):
         """The wheel command, 50 times a second."""
-        if self.stopping.is_set():
-            return
         with self.lock:
+            if self.stopping.is_set():  # asked and published under one lock: nothing follows the last stop
+                return
             left, right = self.controller.update(rospy.get_time())
-            frame = self.base.command(left, right)
-        self.cantx.publish(frame_to_msg(frame))
+            self.cantx.publish(frame_to_msg(self.base.command(left, right)))
         message = JointState(name=[self.config.left_wheel, self.config.right_wheel], velocity=[left, right])
         message.header.stamp = rospy.Time.now()
         self.joint_commands.publish(message)
 
     def on_shutdown(self):
-        """The last word to the wheels is stop."""
-        self.stopping.set()
+        """The last word to the wheels is stop; the process may end only when it is on its way."""
         with self.lock:
+            self.stopping.set()
             self.cantx.publish(frame_to_msg(self.base.stop()))
+        rospy.rostime.wallsleep(0.1)
 
     def run(self):
         """Diagnostics once a second of wall time until ROS shuts down."""
@@ -161,3 +161,4 @@ def main():
     """Run the node."""
     rospy.init_node('diff_drive_controller')
     DiffDriveNode().run()
+    rospy.spin()  # until rospy has ended its own shutdown: leaving earlier would cut off the last stop
