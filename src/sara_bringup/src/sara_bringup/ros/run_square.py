@@ -30,7 +30,7 @@ def drive(ekf, out, seed, speed, rviz):
     result = out / f"square_{ekf}.json"
     result.unlink(missing_ok=True)
     port = _free_port()
-    environment = {**os.environ, "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}", "ROS_MASTER_URI": f"http://localhost:{port}"}
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}", "ROS_MASTER_URI": f"http://localhost:{port}"}
     with tempfile.TemporaryDirectory(prefix="sara") as folder:
         arguments = {"ekf": ekf, "seed": seed, "speed": speed, "rviz": str(rviz).lower(), "port": f"{folder}/can", "record": "true",
                      "bag": out / f"square_{ekf}.bag"}
