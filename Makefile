@@ -7,7 +7,6 @@ SHELL := /bin/bash
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
 VENV   := .venv
-BUILD_TYPE ?= Release
 ENV    := source devel/setup.bash &&
 
 help: ## this list

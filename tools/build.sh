@@ -23,5 +23,5 @@ run cmake --build build --target "$target" -- -j"$(nproc)"
 echo "$stamp" >build/built.stamp
 # catkin leaves `env python3` in what it installs; on a machine with another python3 first on PATH that one has no ROS.
 if [ "$target" = install ]; then
-    grep -rlE --include='*' '^#!/usr/bin/env python3' install/lib/*/ | xargs -r sed -i "1s|^#!/usr/bin/env python3.*|#!$python|"
+    grep -rlE '^#!/usr/bin/env python3' install/lib/*/ | xargs -r sed -i "1s|^#!/usr/bin/env python3.*|#!$python|"
 fi

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from sara_bringup.experiment import run
+from sara_bringup.experiment import EXPERIMENTS, run
+from sara_bringup.mission import load_mission
+from sara_bringup.paths import config_file
 from sara_bringup.report import verdict
 
 
@@ -19,12 +21,12 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("out/campaign"), help="resumed if it holds results of an earlier call")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    results = []
+    results, goals = [], len(load_mission(config_file(EXPERIMENTS["square"])).goals)
     for seed in tqdm(range(arguments.seeds), unit="chair"):
         path = arguments.out / f"square_{arguments.ekf}_{seed}.json"
         if not path.exists():
             drive, _ = run("square", seed, arguments.ekf)
-            path.write_text(json.dumps({**drive.to_json(), "faults": verdict(drive, len(drive.corners))}))
+            path.write_text(json.dumps({**drive.to_json(), "faults": verdict(drive, goals)}))
         results.append(json.loads(path.read_text()))
     print(f"{'seed':>4} {'worst corner m':>15} {'deg':>6} {'fused yaw deg':>14} {'odometry':>9} {'contacts':>9}  faults")
     for result in results:

@@ -22,7 +22,7 @@ from sara_localization.data import ImuData, OdometryData
 from sara_localization.engine import FilterEngine
 from sara_localization.geometry import Transform, quaternion_from_rpy
 from sara_localization.transforms import TransformBuffer
-from sara_nav import costmap, map_io, move_base
+from sara_nav import map_io, move_base
 from sara_nav.geometry import Pose2D
 from sara_nav.parameters import Parameters
 from sara_nav.settings import read_settings
@@ -46,6 +46,7 @@ class Lockstep:
     """The chair and the stack, stepped together.
 
     `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml.
+    `tick` counts the steps.
     """
 
     def __init__(self, map_path, start, seed, ekf="default"):
@@ -63,11 +64,10 @@ class Lockstep:
         self.transforms = TransformBuffer()
         self.ekf = FilterEngine(filter_config, self.transforms)
         settings = read_settings(Parameters(_parameters("sara_nav", "sara_nav.yaml")))
-        grid = costmap.build(map_io.load_map(str(map_path)), settings.inscribed_radius, settings.static, settings.inflation)
-        self.move_base = settings.make_move_base(grid)
+        self.move_base = settings.make_move_base(settings.make_costmap(map_io.load_map(str(map_path))))
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
-        self._tick = 0
+        self.tick = 0
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
         self.fused = None                   # (x, y, yaw) in the map frame
@@ -82,16 +82,16 @@ class Lockstep:
 
     def step(self):
         """Advance everything by 10 ms."""
-        self._tick += 1
+        self.tick += 1
         for frame in self.chair.step():
             for reading in self.reader.on_frame(frame):
                 self._on_reading(reading)
         now = self.chair.time
-        if self._tick % FILTER_STEPS == 0:
+        if self.tick % FILTER_STEPS == 0:
             self._filter(now)
-        if self._tick % self._control_steps == 0:
+        if self.tick % self._control_steps == 0:
             self._navigate(now)
-        if self._tick % COMMAND_STEPS == 0:
+        if self.tick % COMMAND_STEPS == 0:
             self.chair.receive(self.base.command(*self.controller.update(now)))
 
     def start_up(self):
@@ -154,7 +154,7 @@ def drive(lockstep, mission, record, progress=None):
 
     def step():
         lockstep.step()
-        if lockstep._tick % FILTER_STEPS == 0:
+        if lockstep.tick % FILTER_STEPS == 0:
             record.add_sample(lockstep.time, lockstep.chair.pose, lockstep.fused, lockstep.odometry)
 
     for number, pose in enumerate(mission.goals, 1):

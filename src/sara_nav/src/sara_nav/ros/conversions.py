@@ -25,17 +25,16 @@ def pose_stamped(pose, frame, stamp):
 
 def pose_from_msg(msg):
     """Return the Pose2D of a geometry_msgs/Pose; raises ValueError for NaN and bad quaternions."""
-    q = msg.orientation
-    pose = Pose2D(msg.position.x, msg.position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
-    if not pose.is_finite():
-        raise ValueError('the position holds a NaN or an infinity')
-    return pose
+    return _planar(msg.position, msg.orientation)
 
 
 def pose_from_transform(msg):
     """Return the Pose2D of a geometry_msgs/Transform; raises ValueError as pose_from_msg does."""
-    q = msg.rotation
-    pose = Pose2D(msg.translation.x, msg.translation.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
+    return _planar(msg.translation, msg.rotation)
+
+
+def _planar(position, q):
+    pose = Pose2D(position.x, position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
     if not pose.is_finite():
         raise ValueError('the position holds a NaN or an infinity')
     return pose
