@@ -23,8 +23,9 @@ REPLAN_PERIOD = 1.0
 
 @dataclass(frozen=True)
 class MoveBaseConfig:
-    """Parameters of move_base (Hz, s, m). transform_tolerance: the oldest pose that is still driven on;
-    localization_patience: how long the robot stands without such a pose before the goal is aborted."""
+    """Parameters of move_base (Hz, s, m). transform_tolerance: the oldest pose that is still driven on, and the longest
+    a robot on its way may be without one: then the goal is aborted, so that it never sets off by itself when the pose is
+    back. localization_patience: how long a new goal waits for the first pose before it is aborted."""
 
     base_global_planner: str = 'sara_nav/GridPlanner'
     base_local_planner: str = 'sara_nav/RotateThenPursue'
@@ -77,7 +78,7 @@ class _Goal:
     last_plan_try: float = -math.inf
     planning_since: float = None
     valid_control_at: float = None
-    pose_lost_at: float = None
+    pose_at: float = None
     started: bool = False
     problem: str = ''
 
@@ -206,7 +207,7 @@ class MoveBase:
         age = self._pose_age(t, pose, pose_time)
         if age is None:
             return self._without_pose(goal, t)
-        goal.pose_lost_at = None
+        goal.pose_at = t - age
         plan = self._plan_if_due(goal, t, pose)
         if self._ended is not None:
             return self.step(t, pose, velocity, pose_time)
@@ -268,10 +269,12 @@ class MoveBase:
 
     def _without_pose(self, goal, t):
         self.local_planner.stop()
-        if goal.pose_lost_at is None:
-            goal.pose_lost_at = t
         text = 'no pose of the robot newer than %.2f s (transform_tolerance)' % self.config.transform_tolerance
-        if t - goal.pose_lost_at >= self.config.localization_patience - 1e-6:
+        if goal.pose_at is None:
+            lost = t - goal.set_at >= self.config.localization_patience - 1e-6
+        else:
+            lost = t - goal.pose_at > self.config.transform_tolerance
+        if lost:
             self._end(ABORTED, 'Goal aborted: there is %s.' % text)
             (status, text), self._ended = self._ended, None
             return self._result((0.0, 0.0), status, text)

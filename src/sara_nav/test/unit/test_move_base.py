@@ -146,16 +146,32 @@ def test_a_map_that_opens_while_planning_is_used():
     assert robot.go(1).plan is not None
 
 
-@pytest.mark.parametrize('pose, age', [(None, 0.0), (HOME, 0.6), (Pose2D(math.nan, 0.0, 0.0), 0.0), (HOME, math.nan)])
-def test_lost_localization_stops_at_once_and_aborts_after_patience(pose, age):
+LOST = [(None, 0.0), (HOME, 0.6), (Pose2D(math.nan, 0.0, 0.0), 0.0), (HOME, math.nan)]
+
+
+@pytest.mark.parametrize('pose, age', LOST)
+def test_lost_localization_stops_at_once_and_aborts_for_good(pose, age):
     robot = driving()
-    for _ in range(20):
-        result = robot.move_base.step(robot.t, pose, ZERO, robot.t - age)
-        assert (result.status, result.command) == ('active', ZERO) and 'transform_tolerance' in result.text
-        robot.t += 0.05
+    last_pose = robot.t - 0.05
     result = robot.move_base.step(robot.t, pose, ZERO, robot.t - age)
+    while result.status == 'active':
+        assert result.command == ZERO and 'transform_tolerance' in result.text
+        robot.t += 0.05
+        result = robot.move_base.step(robot.t, pose, ZERO, robot.t - age)
     assert (result.status, result.command) == ('aborted', ZERO)
-    assert robot.go(1).status == 'idle'
+    assert robot.t - last_pose <= 0.55 + 1e-9
+    after = robot.go(20)
+    assert (after.status, after.command) == ('idle', ZERO)
+
+
+@pytest.mark.parametrize('pose, age', LOST)
+def test_a_goal_given_before_there_is_a_pose_waits_for_the_patience(pose, age):
+    machine = make()
+    machine.set_goal(GOAL, 0.0)
+    for cycle in range(20):
+        result = machine.step(0.05 * cycle, pose, ZERO, 0.05 * cycle - age)
+        assert (result.status, result.command) == ('active', ZERO) and 'transform_tolerance' in result.text
+    assert machine.step(1.0, pose, ZERO, 1.0 - age).status == 'aborted'
 
 
 def test_a_short_gap_in_localization_is_a_stop_from_which_it_speeds_up_afresh():
