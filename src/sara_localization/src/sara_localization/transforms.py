@@ -40,6 +40,11 @@ class _Timed:
             del self.stamps[:expired], self.samples[:expired]
         return True
 
+    @property
+    def parent(self):
+        """The newest parent."""
+        return self.samples[-1][0]
+
     def at(self, stamp):
         """(parent, transform) at the stamp, None outside of what is remembered; the newest for stamp None."""
         stamps = self.stamps
@@ -63,7 +68,7 @@ class _Static:
     stamps = None
 
     def __init__(self, parent, transform):
-        self.sample = (parent, transform)
+        self.parent, self.sample = parent, (parent, transform)
 
     def at(self, stamp):
         return self.sample
@@ -99,37 +104,45 @@ class TransformBuffer:
         """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
         if target == source:
             return IDENTITY
-        found = self._at(target, source, stamp)
-        if found is None:
-            found = self._at(target, source, self._latest_common_time(target, source))
-        return found
+        way = self._way(target, source)
+        if way is None:
+            return None
+        found = self._along(*way, stamp)
+        return self._along(*way, self._latest_common_time(*way)) if found is None else found
 
-    def _chain(self, frame, stamp):
-        """[(ancestor, ancestor_from_frame)] from the frame itself up to the root, as far as the time is covered."""
-        chain, transform = [(frame, IDENTITY)], IDENTITY
-        while frame in self._frames and len(chain) <= len(self._frames) + 1:
-            sample = self._frames[frame].at(stamp)
-            if sample is None:
-                break
-            frame, step = sample
-            transform = step @ transform
-            chain.append((frame, transform))
-        return chain
+    def _ancestors(self, frame):
+        """The frame and those above it, by their newest parents."""
+        line = [frame]
+        while frame in self._frames and len(line) <= len(self._frames) + 1:
+            frame = self._frames[frame].parent
+            line.append(frame)
+        return line
 
-    def _at(self, target, source, stamp):
-        up_source = self._chain(source, stamp)
-        if up_source[-1][0] == target:
-            return up_source[-1][1]
-        above_source = dict(up_source)
-        for frame, frame_from_target in self._chain(target, stamp):
-            if frame in above_source:
-                return frame_from_target.inverse() @ above_source[frame]
+    def _way(self, target, source):
+        """The frames to climb from target and source until they meet, or None where nothing joins them."""
+        up_target, up_source = self._ancestors(target), self._ancestors(source)
+        for k, frame in enumerate(up_target):
+            if frame in up_source:
+                return up_target[:k], up_source[:up_source.index(frame)]
         return None
 
-    def _latest_common_time(self, target, source):
-        up_target, up_source = ([f for f, _ in self._chain(frame, None)] for frame in (target, source))
-        common = next((f for f in up_target if f in up_source), None)
-        if common is None:
+    def _along(self, up_target, up_source, stamp):
+        """target_from_source at the stamp; None where a frame on the way is not covered or had another parent then."""
+        base_from_target, base_from_source = self._climb(up_target, stamp), self._climb(up_source, stamp)
+        if base_from_target is None or base_from_source is None:
             return None
-        way = up_target[:up_target.index(common)] + up_source[:up_source.index(common)]
-        return min((self._frames[f].stamps[-1] for f in way if self._frames[f].stamps), default=None)
+        return base_from_source if base_from_target is IDENTITY else base_from_target.inverse() @ base_from_source
+
+    def _climb(self, line, stamp):
+        transform = IDENTITY
+        for name in line:
+            frame = self._frames[name]
+            sample = frame.at(stamp)
+            if sample is None or sample[0] != frame.parent:
+                return None
+            transform = sample[1] if transform is IDENTITY else sample[1] @ transform
+        return transform
+
+    def _latest_common_time(self, up_target, up_source):
+        frames = (self._frames[name] for name in (*up_target, *up_source))
+        return min((frame.stamps[-1] for frame in frames if frame.stamps), default=None)

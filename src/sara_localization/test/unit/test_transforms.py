@@ -47,3 +47,9 @@ def test_repeated_and_old_stamps_are_not_taken(buffer):
 def test_late_ones_are_put_in_order(buffer):
     assert buffer.set_transform('odom', 'base_link', at(7.0), stamp=101.5)
     assert buffer.lookup('odom', 'base_link', 101.5).translation[0] == pytest.approx(7.0)
+
+
+def test_a_frame_with_a_new_parent_is_joined_as_it_is_now(buffer):
+    buffer.set_transform('map', 'base_link', at(20.0), stamp=105.0)
+    assert buffer.lookup('map', 'imu_link', 101.5).translation[0] == pytest.approx(20.5)
+    assert buffer.lookup('odom', 'base_link', 101.5) is None
