@@ -22,6 +22,7 @@ test: build ## every test: units without ROS, then the rostests
 
 bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup bench
+	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
 
 campaign: build ## the square over many seeds, in lockstep; table in out/campaign
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign

@@ -1,6 +1,6 @@
 """`make bench`: how long the parts take, as medians, and as multiples of a yardstick timed in the same run.
 
-The yardstick is a fixed loop of plain Python and numpy; a ratio to it says more than microseconds of one machine.
+The yardstick is a fixed piece of plain Python and numpy; a ratio to it says more than microseconds of one machine.
 """
 import json
 import sys
@@ -14,14 +14,14 @@ from sara_bringup.experiment import run
 
 
 def yardstick():
-    """A fixed amount of work: 200 000 additions and 200 products of 15 x 15 matrices."""
-    total = 0
-    for number in range(200_000):
-        total += number
-    matrix = np.eye(15) * 0.5
-    for _ in range(200):
-        matrix = matrix @ matrix.T
-    return total, matrix
+    """A fixed amount of work: small matrix products called from Python, a sort of a million doubles, a sum in plain Python."""
+    random = np.random.default_rng(0)
+    step, matrix = random.standard_normal((15, 15)), np.eye(15)
+    for _ in range(20_000):
+        matrix = step @ matrix
+        matrix /= 1.0 + abs(matrix[0, 0])
+    np.sort(random.standard_normal(1_000_000))
+    return sum(number * number for number in range(400_000))
 
 
 def median_s(work, runs):

@@ -5,8 +5,6 @@ Twice, with the default fusion and with the thesis's; the second is printed besi
 import argparse
 import json
 import os
-import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,32 +14,21 @@ from sara_bringup.drive import Drive
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file, share
 from sara_bringup.report import figures, table, verdict
+from sara_bringup.ros.masters import environment, launched
 from sara_sim.world import World
-
-
-def _free_port():
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 def drive(ekf, out, seed, speed, rviz):
     """Launch the stack with a ROS master of its own and run square.py; return the Drive, or None if it left no result."""
     result = out / f"square_{ekf}.json"
     result.unlink(missing_ok=True)
-    port = _free_port()
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}", "ROS_MASTER_URI": f"http://localhost:{port}"}
+    env = environment()
     with tempfile.TemporaryDirectory(prefix="sara") as folder:
         arguments = {"ekf": ekf, "seed": seed, "speed": speed, "rviz": str(rviz).lower(), "port": f"{folder}/can", "record": "true",
                      "bag": out / f"square_{ekf}.bag"}
-        launch = subprocess.Popen(["roslaunch", "--no-summary", "-p", str(port), "sara_bringup", "sara.launch"] +
-                                  [f"{name}:={value}" for name, value in arguments.items()], env=environment)
-        try:
+        with launched("sara_bringup", "sara.launch", arguments, env):
             subprocess.run(["rosrun", "sara_bringup", "square.py", f"_result:={result}", f"_seed:={seed}", f"_ekf:={ekf}", "__name:=square"],
-                           check=False, env=environment)
-        finally:
-            launch.send_signal(signal.SIGINT)
-            launch.wait()
+                           check=False, env=env)
     if not result.exists():
         return None
     return Drive.from_file_data(json.loads(result.read_text()))

@@ -1,0 +1,116 @@
+"""1000 frames a second from the adapter's bytes through canserial.py and read.py to a topic: losses, latency, CPU.
+
+An emulated Lawicel adapter on a pseudo-terminal writes encoder frames whose step counter is their number; this process writes
+them and receives `encoders`, so both ends of a latency are read from one clock. Not simulated time: speed is the question.
+"""
+import argparse
+import json
+import os
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import numpy as np
+import rosgraph
+import rospy
+
+from canserial.bus import BusDescription
+from canserial.msg import Encoder
+from sara_bringup.ros.masters import environment, launched
+from sara_sim.lawicel import LawicelAdapter
+from sara_sim.terminal import Terminal
+
+RAMP_S = 2.0     # not counted: connections and caches settle
+DRAIN_S = 2.0
+
+
+class Feed:
+    """The bus: encoder frames of both wheels, in turn, at a fixed rate."""
+
+    def __init__(self, terminal, rate):
+        self.terminal, self.rate = terminal, rate
+        self.adapter = LawicelAdapter()
+        self.bus = BusDescription.default()
+        self.sent = {}              # number -> when its bytes were written, s
+        self.dropped = 0
+
+    def listen(self):
+        """Answer the PC once."""
+        answer, _ = self.adapter.feed(self.terminal.read(0.0))
+        if answer:
+            self.terminal.write(answer)
+
+    def run(self, seconds):
+        """Write frames for so long; the caller's thread keeps the pace."""
+        names, start = ("ENCODER_RIGHT", "ENCODER_LEFT"), time.monotonic()
+        for number in range(int(seconds * self.rate)):
+            self.listen()
+            due = start + number / self.rate
+            wait = due - time.monotonic()
+            if wait > 0.0:
+                time.sleep(wait)
+            # Both counters of one wheel move on as those of a wheel that turns slowly.
+            data = self.adapter.frame_bytes(self.bus.encode(names[number % 2], steps=number, time=number * 10000 // self.rate))
+            self.sent[number] = time.monotonic()
+            self.dropped += not self.terminal.write(data)
+
+
+def cpu_seconds(pid):
+    """User and system time a process has used so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def process_of(node):
+    """Process id of a running node."""
+    return ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2]
+
+
+def measure(rate, seconds):
+    """{name: figure} of one run."""
+    env = environment()
+    os.environ["ROS_MASTER_URI"] = env["ROS_MASTER_URI"]
+    arrived = {}
+    with tempfile.TemporaryDirectory(prefix="sara") as folder, Terminal(f"{folder}/can") as terminal:
+        feed = Feed(terminal, rate)
+        with launched("canserial", "canserial.launch", {"port": f"{folder}/can"}, env):
+            while not rosgraph.is_master_online():
+                time.sleep(0.1)
+            rospy.init_node("bench_bus", disable_signals=True)
+            topic = rospy.Subscriber("encoders", Encoder, lambda message: arrived.setdefault(message.steps, time.monotonic()),
+                             queue_size=10000, tcp_nodelay=True)
+            while not (feed.adapter.is_open and topic.get_num_connections()):
+                feed.listen()
+                time.sleep(0.001)
+            feeding = threading.Thread(target=feed.run, args=(RAMP_S + seconds,))
+            feeding.start()
+            time.sleep(RAMP_S)
+            pids = {name: process_of(name) for name in ("/canserial", "/read")}
+            before, began = {name: cpu_seconds(pid) for name, pid in pids.items()}, time.monotonic()
+            feeding.join()
+            used = {name: (cpu_seconds(pid) - before[name]) / (time.monotonic() - began) for name, pid in pids.items()}
+            time.sleep(DRAIN_S)
+    counted = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate))
+    latency = 1e3 * np.array([arrived[number] - feed.sent[number] for number in counted if number in arrived])
+    return {"frames": len(counted), "seconds": seconds, "lost": len(counted) - len(latency), "refused_by_the_port": feed.dropped,
+            "p50_ms": float(np.percentile(latency, 50)), "p99_ms": float(np.percentile(latency, 99)), "max_ms": float(latency.max()),
+            "cpu_percent": {name: 100.0 * share for name, share in used.items()}}
+
+
+def main():
+    """Exit status 0 if nothing was lost and the 99th percentile is under 5 ms."""
+    parser = argparse.ArgumentParser(prog="bench_bus", description=__doc__)
+    parser.add_argument("--rate", type=int, default=1000, help="frames per second")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--out", type=Path, help="JSON file")
+    arguments = parser.parse_args()
+    print(f"{arguments.rate} frames/s through canserial.py and read.py for {arguments.seconds:g} s", flush=True)
+    result = measure(arguments.rate, arguments.seconds)
+    print(f"  lost {result['lost']} of {result['frames']}; byte to topic p50 {result['p50_ms']:.2f} ms, p99 {result['p99_ms']:.2f} ms, "
+          f"max {result['max_ms']:.1f} ms; CPU " + ", ".join(f"{name[1:]} {share:.0f} %" for name, share in result["cpu_percent"].items()))
+    if arguments.out:
+        arguments.out.write_text(json.dumps(result, indent=1))
+    sys.exit(0 if result["lost"] == 0 and result["p99_ms"] < 5.0 else 1)

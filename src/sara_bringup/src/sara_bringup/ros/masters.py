@@ -1,0 +1,28 @@
+"""A ROS master of one's own for the length of a run, so that nothing on the machine is disturbed."""
+import os
+import signal
+import socket
+import subprocess
+from contextlib import contextmanager
+
+
+def environment():
+    """os.environ with the address of a master on a free port, readable logs and unbuffered output."""
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        port = probe.getsockname()[1]
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}",
+            "ROS_MASTER_URI": f"http://localhost:{port}"}
+
+
+@contextmanager
+def launched(package, launch_file, arguments, env, **popen):
+    """roslaunch with a master at `env`'s address; ended, and waited for, when the block is left."""
+    port = env["ROS_MASTER_URI"].rsplit(":", 1)[1]
+    process = subprocess.Popen(["roslaunch", "--no-summary", "-p", port, package, launch_file] +
+                               [f"{name}:={value}" for name, value in arguments.items()], env=env, **popen)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
