@@ -4,9 +4,9 @@ The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls 
 """
 from pathlib import Path
 
-import cv2
 import numpy as np
 import yaml
+from PIL import Image
 
 RESOLUTION = 0.05  # m per cell
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205  # grey values as map_saver writes them
@@ -27,7 +27,7 @@ class Drawing:
 
     def save(self, folder, name):
         """Write NAME.pgm (top row first) and NAME.yaml into `folder`."""
-        cv2.imwrite(str(folder / f"{name}.pgm"), self.cells[::-1])
+        Image.fromarray(self.cells[::-1]).save(folder / f"{name}.pgm")
         description = {"image": f"{name}.pgm", "resolution": RESOLUTION, "origin": [*self.origin, 0.0], "negate": 0,
                        "occupied_thresh": 0.65, "free_thresh": 0.196}
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(description, sort_keys=False))

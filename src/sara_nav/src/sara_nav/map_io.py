@@ -5,11 +5,11 @@ Modes: ``trinary`` (free, occupied, unknown), ``scale`` (shades between the thre
 """
 import math
 import os
-import re
 from dataclasses import dataclass
 
 import numpy as np
 import yaml
+from PIL import Image
 
 from sara_nav.grid import GridError, GridGeometry
 
@@ -125,51 +125,20 @@ def load_description(path):
 def read_image(path):
     """Return the pixels of an image as uint8, grey (rows, columns) or (rows, columns, channels); raises MapError.
 
-    PGM is read here; anything else by OpenCV, which is loaded only then, as it is slow to start.
+    Any format that Pillow knows: pgm (plain or binary, 8 or 16 bit) and png above all.
     """
     try:
-        with open(path, 'rb') as stream:
-            content = stream.read()
-    except OSError as error:
+        with Image.open(path) as image:
+            if image.mode not in ('L', 'LA', 'RGB', 'RGBA') and not image.mode.startswith('I'):
+                image = image.convert('RGBA' if 'transparency' in image.info else 'RGB' if image.mode == 'P' else 'L')
+            pixels = np.asarray(image)
+    except FileNotFoundError as error:
         raise MapError('map image %s cannot be read: %s' % (path, error.strerror)) from None
-    if content[:2] in (b'P5', b'P2'):
-        try:
-            return parse_pgm(content)
-        except ValueError as error:
-            raise MapError('map image %s cannot be read: %s' % (path, error)) from None
-    import cv2
-    pixels = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED) if content else None
-    if pixels is None:
-        raise MapError('map image %s is not an image that can be read (pgm or png)' % path)
-    if pixels.dtype == np.uint16:
-        pixels = (pixels // 257).astype(np.uint8)
-    if pixels.dtype != np.uint8:
-        raise MapError('map image %s has pixels of type %s but must have 8 or 16 bit ones' % (path, pixels.dtype))
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
+        raise MapError('map image %s cannot be read: %s' % (path, error)) from None
+    if pixels.dtype != np.uint8:  # 16 bits
+        pixels = (pixels // 257).clip(0, 255).astype(np.uint8)
     return pixels
-
-
-def parse_pgm(content):
-    """Return the pixels (rows, columns) uint8 of a portable grey map, binary or plain; raises ValueError.
-
-    Values are scaled to 0..255 by the greatest value that the header allows.
-    """
-    header = re.match(rb'P[25]' + 3 * rb'(?:\s+|#[^\n]*\n)+(\d+)' + rb'\s', content)
-    if not header:
-        raise ValueError('its PGM header is damaged')
-    columns, rows, greatest = (int(v) for v in header.groups())
-    if columns < 1 or rows < 1 or not 0 < greatest < 65536:
-        raise ValueError('its PGM header says %d x %d pixels up to %d' % (columns, rows, greatest))
-    body = content[header.end():]
-    if content[:2] == b'P2':
-        values = np.array(re.sub(rb'#[^\n]*', b'', body).split(), dtype=np.int64)
-    else:
-        values = np.frombuffer(body, np.uint8 if greatest < 256 else '>u2', len(body) // (1 if greatest < 256 else 2))
-    if len(values) < rows * columns:
-        raise ValueError('it holds %d of %d x %d pixels' % (len(values), columns, rows))
-    pixels = values[:rows * columns].reshape(rows, columns)
-    if greatest != 255:
-        pixels = (pixels.astype(np.int64) * 255 // greatest).clip(0, 255)
-    return pixels.astype(np.uint8)
 
 
 def load_map(path):
