@@ -8,25 +8,34 @@ from __future__ import annotations
 
 from math import atan2, degrees, hypot
 
+_TO_DEGREES = degrees(1.0)
+
 
 class ComplementaryFilter:
     """`roll`, `pitch`, `yaw` in degrees; yaw grows without wrapping."""
 
     def __init__(self, weight: float, period: float):
-        """`weight`: A, between 0 and 1. `period`: s between samples."""
+        """`weight`: A, between 0 and 1. `period`: s between samples where `update` is not told."""
         self.weight, self.period = weight, period
         self.roll = self.pitch = self.yaw = 0.0
         self._started = False
 
-    def update(self, accel: tuple[float, float, float], rate: tuple[float, float, float]) -> None:
-        """`accel`: specific force x, y, z in any unit; `rate`: x, y, z in deg/s. The first sample sets roll and pitch."""
+    def restart(self) -> None:
+        """After a gap: the next sample sets roll and pitch anew; yaw stays."""
+        self._started = False
+
+    def update(self, accel: tuple[float, float, float], rate: tuple[float, float, float], dt: float | None = None) -> None:
+        """`accel`: specific force x, y, z in any unit; `rate`: x, y, z in deg/s; `dt`: s since the last sample. The first sets roll and pitch."""
         ax, ay, az = accel
-        roll = degrees(atan2(ay, hypot(ax, az)))
-        pitch = degrees(atan2(-ax, hypot(ay, az)))
+        gx, gy, gz = rate
+        roll = atan2(ay, hypot(ax, az)) * _TO_DEGREES
+        pitch = atan2(-ax, hypot(ay, az)) * _TO_DEGREES
         if not self._started:
             self.roll, self.pitch, self._started = roll, pitch, True
             return
-        weight, dt = self.weight, self.period
-        self.roll = weight * (self.roll + rate[0] * dt) + (1.0 - weight) * roll
-        self.pitch = weight * (self.pitch + rate[1] * dt) + (1.0 - weight) * pitch
-        self.yaw += rate[2] * dt
+        if dt is None:
+            dt = self.period
+        weight = self.weight
+        self.roll = weight * (self.roll + gx * dt) + (1.0 - weight) * roll
+        self.pitch = weight * (self.pitch + gy * dt) + (1.0 - weight) * pitch
+        self.yaw += gz * dt

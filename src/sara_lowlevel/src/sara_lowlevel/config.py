@@ -11,8 +11,8 @@ class ConfigError(ValueError):
 
 
 @dataclass(frozen=True)
-class _Positive:
-    """A configuration all of whose numbers must be positive and finite."""
+class _Checked:
+    """A configuration whose numbers must be positive and finite and whose switches must be True or False."""
 
     def __post_init__(self):
         faults = self.validate()
@@ -24,14 +24,24 @@ class _Positive:
         faults = []
         for field in fields(self):
             value = getattr(self, field.name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not number or not math.isfinite(value) or value <= 0:
-                faults.append(f'{field.name} is {value!r} but must be a positive number.')
+            if isinstance(field.default, bool):
+                if not isinstance(value, bool):
+                    faults.append(f'{field.name} is {value!r} but must be True or False.')
+            elif isinstance(field.default, (int, float)):
+                number = isinstance(value, (int, float)) and not isinstance(value, bool)
+                if not number or not math.isfinite(value) or value <= 0:
+                    faults.append(f'{field.name} is {value!r} but must be a positive number.')
         return faults
+
+    def _whole(self, name: str, low: int, high: int) -> list[str]:
+        value = getattr(self, name)
+        if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
+            return []
+        return [f'{name} is {value!r} but must be a whole number from {low} to {high}.']
 
 
 @dataclass(frozen=True)
-class MotorConfig(_Positive):
+class MotorConfig(_Checked):
     """The motor node: periods and timeouts in seconds, speeds in rad/s of the wheel."""
 
     encoder_period: float = 0.1
@@ -45,7 +55,7 @@ class MotorConfig(_Positive):
 
 
 @dataclass(frozen=True)
-class JoystickConfig(_Positive):
+class JoystickConfig(_Checked):
     """The joystick node: 10-bit axes, wheel speeds in rad/s at full deflection."""
 
     period: float = 0.1
@@ -57,18 +67,47 @@ class JoystickConfig(_Positive):
 
 
 @dataclass(frozen=True)
-class SensorConfig(_Positive):
-    """The sensor node: scales of the MPU6050 in its power-up ranges, and the weight A of the complementary filter."""
+class SensorConfig(_Checked):
+    """The sensor node: addresses, what is sent, calibration, filters.
 
-    accel_counts_per_g: float = 16384.0
-    gyro_counts_per_dps: float = 131.0
+    `imu_address`, `sonar_addresses`: 7-bit I2C addresses; the sonars in the order of `schedule.SENSORS`. `imu_period`: s, 0.2, or
+    0.05 in the fast mode. `calibrate`: measure the offsets after power-up: discard `settle_time`, average `calibration_time` (s) at
+    rest. Rest is 0.2 s means that stay within `still_accel` (m/s2) and `still_rate` (deg/s) of each other; a correction beyond
+    `max_accel_bias` (m/s2) or `max_rate_bias` (deg/s; the data sheet's zero-rate limit) is refused. `complementary_weight`: A of eq. 2.16.
+    `madgwick`: send 0x206 too; `madgwick_beta`: rad/s, the optimum Madgwick found without a magnetometer. `retry_period`: s between attempts to start
+    a chip that does not answer. `motion_threshold`, `motion_duration`: registers MOT_THR (2 mg each) and MOT_DUR (ms).
+    """
+
+    imu_address: int = 0x68
+    sonar_addresses: tuple = (0x70, 0x71, 0x72, 0x73, 0x74, 0x75, 0x76, 0x77, 0x78)
+    imu_period: float = 0.2
+    calibrate: bool = True
+    settle_time: float = 10.0
+    calibration_time: float = 20.0
+    still_accel: float = 0.3
+    still_rate: float = 1.0
+    max_accel_bias: float = 4.9
+    max_rate_bias: float = 20.0
     gravity: float = 9.80665
-    sample_period: float = 0.01
     complementary_weight: float = 0.9
+    madgwick: bool = True
+    madgwick_beta: float = 0.033
+    retry_period: float = 1.0
+    motion_threshold: int = 20
+    motion_duration: int = 40
 
     def validate(self) -> list[str]:
-        """As the base, and the filter's weight below 1."""
+        """As the base, and the limits of single settings."""
         faults = super().validate()
-        if not faults and self.complementary_weight >= 1.0:
-            faults.append(f'complementary_weight is {self.complementary_weight!r} but must be between 0 and 1.')
+        faults += self._whole('imu_address', 0x08, 0x77)
+        faults += self._whole('motion_threshold', 1, 255) + self._whole('motion_duration', 1, 255)
+        addresses = self.sonar_addresses
+        if (not isinstance(addresses, tuple) or len(addresses) != 9 or len(set(addresses)) != 9
+                or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)):
+            faults.append(f'sonar_addresses is {addresses!r} but must be nine different I2C addresses (0x08 to 0x7f), none of them imu_address.')
+        if self.imu_period not in (0.2, 0.05):
+            faults.append(f'imu_period is {self.imu_period!r} but must be 0.2 or 0.05.')
+        weight = self.complementary_weight
+        if isinstance(weight, (int, float)) and weight >= 1.0:
+            faults.append(f'complementary_weight is {weight!r} but must be between 0 and 1.')
         return faults

@@ -1,7 +1,74 @@
-"""Periodic duties of a node that is called every few milliseconds with the time."""
+"""Turns and slots of the nodes: what is due when, by the time and not by the number of calls.
+
+The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 2.6). Turn 1 triggers SDI, STD, SLDD, SLIT in its first
+slot, turn 2 SLID, SDD, SLDT, STI, SJO; both are read from 70 ms later on (an SRF02 needs 66 ms). At most one frame goes out in a slot:
+0x201 in slot 10, 0x202 in slot 0 of the next cycle, the IMU's four in the last four slots of every IMU period, the rates last, so that
+they are the freshest. The fast mode repeats the IMU's slots every 50 ms and leaves slots 0, 5, 10, 15 free for the ranges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+SENSORS = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
+TURN_1 = ('SDI', 'STD', 'SLDD', 'SLIT')
+TURN_2 = ('SLID', 'SDD', 'SLDT', 'STI', 'SJO')
+SLOTS, SLOT_S = 20, 0.01
+TRIGGER_SLOTS = {0: TURN_1, 10: TURN_2}
+# The first slot in which a turn is read; what still ranges is asked again in the two slots after it.
+READ_SLOTS = {7: TURN_1, 17: TURN_2}
+READ_TRIES = 3
+RANGE_FRAME_SLOTS = {10: 'RANGES_1', 0: 'RANGES_2'}
+IMU_FRAMES = ('MADGWICK', 'COMPLEMENTARY', 'RANGE_ACCEL', 'IMPACT_GYRO')
 
 # Times are sums of binary fractions: a duty due at 0.3 s must not slip to the next call for a rounding error.
 TIME_TOLERANCE_S = 1e-6
+
+
+def frame_slots(imu_period: float, madgwick: bool = True) -> dict[int, str]:
+    """{slot: message} of one cycle. `imu_period`: s, 0.2 or 0.05."""
+    slots = dict(RANGE_FRAME_SLOTS)
+    period = round(imu_period / SLOT_S)
+    for end in range(period, SLOTS + 1, period):
+        for place, name in enumerate(reversed(IMU_FRAMES), 1):
+            if name != 'MADGWICK' or madgwick:
+                slots[end - place] = name
+    return slots
+
+
+class Cycle:
+    """Which duties are due in a cycle of `SLOTS` slots that began with the first call. `missed`: slots that were not called in time."""
+
+    def __init__(self, duties: Mapping[int, Iterable]):
+        """`duties`: {slot: duties in their order}."""
+        self._duties = [tuple(duties.get(slot, ())) for slot in range(SLOTS)]
+        self._start: float | None = None
+        self._index = 0
+        self.missed = 0
+
+    def advance(self, t: float):
+        """The duties of the slots since the last call, oldest first; None when the slot of `t` (s) has been served already.
+
+        A call up to half a slot early or late serves its own slot. A late one serves the missed slots too, but no more than a
+        cycle of them; the phase stays where it was. A clock that went back begins a new cycle.
+        """
+        if self._start is None:
+            self._start = t
+            return self._duties[0]
+        index = round((t - self._start) / SLOT_S)
+        late = index - self._index - 1
+        if late == 0:
+            self._index = index
+            return self._duties[index % SLOTS]
+        if late == -1:
+            return None
+        if late < 0:
+            self._start, self._index = t, 0
+            return self._duties[0]
+        self.missed += late
+        first = max(self._index + 1, index - SLOTS + 1)
+        self._index = index
+        return tuple(duty for slot in range(first, index + 1) for duty in self._duties[slot % SLOTS])
 
 
 class Every:
