@@ -1,57 +1,94 @@
-"""The simulated chair: true motion, sensors, and the programs of its three microcontrollers on one bus.
+"""The simulated chair: true motion, chips, and the programs of its three microcontrollers on one bus.
 
 From outside it is a bus only: frames in by `receive`, frames out of `step`. The true pose is for tests and plots. Time is counted in
-steps of 10 ms from 0.
+steps of 10 ms from 0; the chair has been switched on before that, long enough for its sensor node to have calibrated, or just then.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections import Counter
 
 import numpy as np
 from canserial.frame import Frame
-
+from sara_lowlevel.config import SensorConfig
 from sara_lowlevel.joystick_node import JoystickNode
 from sara_lowlevel.motor_node import MotorNode
 from sara_lowlevel.sensor_node import SensorNode
+
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.drive import Drive
-from sara_sim.sensors import Imu, Sonars
+from sara_sim.encoders import Encoders
+from sara_sim.fault_engine import Faults
+from sara_sim.options import ChairOptions
+from sara_sim.sensor_box import SensorBox
+from sara_sim.wire import CandumpLog, Wire
 from sara_sim.world import World
 
 STEP_S = 0.01
 STEPS_PER_S = 100
+LONGEST_CALIBRATION_S = 120
+LOAD_V = 0.05  # V per rad/s of each wheel
+
+
+class ChairError(RuntimeError):
+    """A chair that does not come up."""
 
 
 class SimulatedChair:
     """One chair, drawn from `seed`: the same seed and the same frames in give the same frames out.
 
     `time`: s. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes, 512 is the centre; set it to drive by hand.
+    `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments), clear(), list().
+    `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
 
     def __init__(self, world: World, seed: int, start: tuple[float, float, float] = (0.0, 0.0, 0.0), bus=None,
-                 config: ChairConfig = ChairConfig()):
-        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.bus.BusDescription, SARA's if None. Raises WorldError."""
+                 config: ChairConfig = ChairConfig(), options: ChairOptions = ChairOptions(), sensors: SensorConfig | None = None,
+                 power_up: bool = False):
+        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.bus.BusDescription, SARA's if None. `sensors`: of the sensor node.
+
+        `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
+        """
         if bus is None:
             from canserial.bus import BusDescription
             bus = BusDescription.default()
         # A stream for each source: a change in one leaves the luck of the others alone.
         drawn, imu, sonar, bus_luck = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
-        self.config = config
+        self.config, self.options, self.world = config, options, world
         self.chair = DrawnChair.draw(config, drawn)
-        self.drive = Drive(world, config, self.chair, start, STEP_S)
-        self.motor, self.sensors, self.joystick_node = MotorNode(bus), SensorNode(bus), JoystickNode(bus)
+        world.obstacles.move_to(0.0)
+        self.drive = Drive(world, config, self.chair, start, STEP_S, options)
+        self.box = SensorBox(world, config, self.chair, imu, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S)
+        sensors = SensorConfig(gravity=config.gravity) if sensors is None else sensors
+        self.motor, self.sensors, self.joystick_node = MotorNode(bus), SensorNode(bus, self.box.i2c, sensors), JoystickNode(bus)
         self.joystick = (512, 512)
-        self.counts: Counter = Counter()
-        self._imu = Imu(config, self.chair, imu, STEP_S)
-        self._sonars = Sonars(world, config, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw))
-        self._random = bus_luck
-        self._luck: list = []
+        self.battery = config.battery
+        self.encoders = Encoders()
+        self.wire = Wire(bus_luck, config.frame_jitter, config.frame_loss)
+        self.grabbed: tuple | None = None
+        self.silent_nodes: frozenset = frozenset()
+        self._plugged, self._pulled_out = True, False
         self._tick = 0
-        self._order = 0
-        self._incoming: list = []
-        self._outgoing: list = []
+        # The sensor node has a clock of its own, which started when it was switched on.
+        self._sensor_tick = 0
+        self.faults = Faults(self, seed, bus.id_of)
+        if not power_up:
+            self._come_up()
+
+    def _come_up(self) -> None:
+        """What happened since the switch-on, at rest: nobody listened yet."""
+        box, node = self.box, self.sensors
+        motion = self.drive.motion() if self.drive.drift.active else None
+        while node.state != 'running':
+            self._sensor_tick += 1
+            now = self._sensor_tick / STEPS_PER_S
+            if now > LONGEST_CALIBRATION_S:
+                raise ChairError(f'the sensor node is {node.state} {LONGEST_CALIBRATION_S} s after its switch-on: {node.counts}')
+            if motion:
+                box.step(now, *motion)
+            else:
+                box.rest(now)
+            node.update(now)
 
     @property
     def time(self) -> float:
@@ -64,52 +101,91 @@ class SimulatedChair:
         return self.drive.pose
 
     @property
+    def attitude(self) -> tuple[float, float]:
+        """True (roll, pitch), rad: 0 on a level floor without a payload; a nose that points up is a negative pitch."""
+        return self.drive.drift.roll, self.drive.drift.pitch
+
+    @property
     def velocity(self) -> tuple[float, float]:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
 
     @property
     def contacts(self) -> int:
-        """How often the body came to touch a wall."""
+        """How often the body came to touch a wall or an obstacle."""
         return self.drive.contacts
+
+    @property
+    def counts(self) -> Counter:
+        """Frames that were lost or changed on the way, by reason."""
+        return self.wire.counts
+
+    @property
+    def plugged(self) -> bool:
+        """Whether the PC's adapter is in: neither pulled out by hand (set this) nor by the fault `adapter_unplugged`."""
+        return self.wire.plugged
+
+    @plugged.setter
+    def plugged(self, value: bool) -> None:
+        self._plugged = bool(value)
+        self.wire.plugged = self._plugged and not self._pulled_out
+
+    @property
+    def pulled_out(self) -> bool:
+        """Whether a fault holds the adapter out."""
+        return self._pulled_out
+
+    @pulled_out.setter
+    def pulled_out(self, value: bool) -> None:
+        self._pulled_out = value
+        self.wire.plugged = self._plugged and not value
+
+    def calibrate(self) -> None:
+        """Press the sensor node's push-button: it calibrates anew, which takes 30 s at rest."""
+        self.sensors.recalibrate()
+
+    def log(self, path) -> CandumpLog:
+        """From now on, write what passes the PC's adapter to a file as `candump -l` does. `close` it. Raises OSError."""
+        if self.wire.log:
+            self.wire.log.close()
+        self.wire.log = CandumpLog(path)
+        return self.wire.log
 
     def receive(self, frame: Frame) -> None:
         """Put a frame of the PC on the bus now. It is heard up to 10 ms later, or lost."""
-        self._carry(self._incoming, frame)
+        self.wire.receive(frame, self._tick / STEPS_PER_S)
 
     def step(self) -> list[Frame]:
         """Advance 10 ms. Returns the frames that arrive at the PC in it, in order, `time` being when (s)."""
         self._tick += 1
+        self._sensor_tick += 1
         now = self._tick / STEPS_PER_S
-        while self._incoming and self._incoming[0][0] <= now:
-            frame = heapq.heappop(self._incoming)[2]
-            self.motor.receive(frame, now)
-        drive = self.drive
-        drive.step(*self.motor.target)
-        sample = self._imu.sample(drive.acceleration, drive.speed, drive.yaw_rate, drive.yaw_acceleration)
-        right, left = drive.steps()
-        load = 0.05 * (abs(drive.right_speed) + abs(drive.left_speed))
-        for frame in self.joystick_node.update(now, *self.joystick):
-            self.motor.receive(frame, now)
-            self._carry(self._outgoing, frame)
-        for frame in self.motor.update(now, right, left, battery=self.config.battery - load):
-            self.joystick_node.receive(frame, now)
-            self._carry(self._outgoing, frame)
-        for frame in self.sensors.update(now, *sample, self._sonars):
-            self._carry(self._outgoing, frame)
-        arrived = []
-        while self._outgoing and self._outgoing[0][0] <= now:
-            when, _, frame = heapq.heappop(self._outgoing)
-            arrived.append(Frame(frame.id, frame.data, when, frame.extended))
-        return arrived
-
-    def _carry(self, queue: list, frame: Frame) -> None:
-        """Hand a frame to the bus: it arrives after a random delay, or never."""
-        if not self._luck:
-            self._luck = self._random.random((256, 2)).tolist()
-        delay, loss = self._luck.pop()
-        if loss < self.config.frame_loss:
-            self.counts['frames lost'] += 1
-            return
-        self._order += 1
-        heapq.heappush(queue, (self.time + delay * self.config.frame_jitter, self._order, frame))
+        wire, drive, motor, box = self.wire, self.drive, self.motor, self.box
+        if self.faults.active:
+            self.faults.step(now)
+        silent = self.silent_nodes
+        for frame in wire.to_nodes(now):
+            if 'motor' not in silent:
+                motor.receive(frame, now)
+        if self.world.obstacles.all:
+            self.world.obstacles.move_to(now)
+        drive.step(*(motor.target if 'motor' not in silent else (0.0, 0.0)))
+        if drive.resting:
+            box.rest(self._sensor_tick / STEPS_PER_S)
+        else:
+            box.step(self._sensor_tick / STEPS_PER_S, *drive.motion())
+        if 'joystick' not in silent:
+            for frame in self.joystick_node.update(now, *(self.grabbed or self.joystick)):
+                if 'motor' not in silent:
+                    motor.receive(frame, now)
+                wire.send(frame, now)
+        if 'motor' not in silent:
+            right, left = self.encoders.read(*drive.steps())
+            load = LOAD_V * (abs(drive.right_speed) + abs(drive.left_speed))
+            for frame in motor.update(now, right, left, battery=self.battery - load):
+                self.joystick_node.receive(frame, now)
+                wire.send(frame, now)
+        if 'sensor' not in silent:
+            for frame in self.sensors.update(self._sensor_tick / STEPS_PER_S):
+                wire.send(frame, now)
+        return wire.to_pc(now)

@@ -37,9 +37,9 @@ class ChairConfig:
     gyro_bias_sigma: float = 0.02  # deg/s
     gyro_drift: float = 0.003  # deg/s per square root of a minute
     gyro_frame_sigma: tuple = (0.0841, 0.0971, 0.0734)  # deg/s of the 200 ms means (table 4.5)
-    accel_offset: tuple = (-0.9498, -0.0752, 9.5638 - 9.80665)  # m/s2 (table 4.1)
-    accel_frame_sigma_low: tuple = (0.0576, 0.0365, 0.0476)  # m/s2 of the 200 ms means (table 4.1)
-    accel_frame_sigma_high: tuple = (0.1097, 0.0594, 0.0628)  # m/s2 (table 4.2)
+    accel_offset: tuple = (-0.9498, -0.0752, 9.5638 - 9.80665)  # m/s2 on the level chair, tilt included (table 4.1)
+    accel_sigma_low: tuple = (0.0576, 0.0365, 0.0476)  # m/s2 of a 10 ms sample, which is what is sent (table 4.1)
+    accel_sigma_high: tuple = (0.1097, 0.0594, 0.0628)  # m/s2 (table 4.2)
     samples_per_frame: int = 20  # 10 ms samples in a 200 ms mean
     tilt_sigma: float = 1.0  # deg, roll and pitch of the IMU's mounting
     frame_jitter: float = 0.010  # s, uniform from 0
@@ -103,7 +103,7 @@ class DrawnChair:
         right, left = config.wheel_radius * random.normal(1.0, config.wheel_radius_sigma, 2)
         scale = random.uniform(*config.gyro_scale_range)
         bias = np.array(config.gyro_bias) + random.normal(0.0, config.gyro_bias_sigma, 3)
-        sigma = random.uniform(config.accel_frame_sigma_low, config.accel_frame_sigma_high)
+        sigma = random.uniform(config.accel_sigma_low, config.accel_sigma_high)
         roll, pitch = random.normal(0.0, config.tilt_sigma, 2)
         return cls(slip, float(right), float(left), scale, tuple(bias.tolist()), tuple(sigma.tolist()), float(roll), float(pitch))
 

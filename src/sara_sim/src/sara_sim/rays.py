@@ -1,4 +1,4 @@
-"""The two loops over map cells that must be fast: a sonar's cone of rays, and a rectangle's overlap with occupied cells.
+"""The loops that must be fast: a sonar's cone of rays over map cells and obstacles, and a rectangle's overlap with either.
 
 Rays walk the grid cell by cell (Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", 1987). The overlap of the
 rectangle with a square cell is the separating axis test.
@@ -78,6 +78,97 @@ def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
                 if abs(c * dx + s * dy) < half_length + margin and abs(c * dy - s * dx) < half_width + margin:
                     return True
     return False
+
+
+@njit(cache=True)
+def hit_shape(x, y, dx, dy, shape):
+    """Where the ray from (x, y) along the unit vector (dx, dy) meets a shape (a row of `Obstacles.shapes`).
+
+    Returns (distance or inf, normal x, normal y of the surface there, towards the shape). 0 from inside.
+    """
+    px, py, c, s, half, side = x - shape[0], y - shape[1], shape[2], shape[3], shape[4], shape[5]
+    if side < 0.0:
+        along = -(px * dx + py * dy)
+        inside = px * px + py * py - half * half
+        if inside <= 0.0:
+            return 0.0, dx, dy
+        square = along * along - inside
+        if along < 0.0 or square < 0.0:
+            return inf, 0.0, 0.0
+        distance = along - square ** 0.5
+        return distance, -(px + distance * dx) / half, -(py + distance * dy) / half
+    bx, by, ex, ey = c * px + s * py, c * py - s * px, c * dx + s * dy, c * dy - s * dx
+    low, high, nx, ny = 0.0, inf, dx, dy
+    if abs(ex) < 1e-12:
+        if abs(bx) > half:
+            return inf, 0.0, 0.0
+    else:
+        first, last = (-half - bx) / ex, (half - bx) / ex
+        sign = 1.0
+        if first > last:
+            first, last, sign = last, first, -1.0
+        if first > low:
+            low, nx, ny = first, sign * c, sign * s
+        high = min(high, last)
+    if abs(ey) < 1e-12:
+        if abs(by) > side:
+            return inf, 0.0, 0.0
+    else:
+        first, last = (-side - by) / ey, (side - by) / ey
+        sign = 1.0
+        if first > last:
+            first, last, sign = last, first, -1.0
+        if first > low:
+            low, nx, ny = first, -sign * s, sign * c
+        high = min(high, last)
+    if low > high:
+        return inf, 0.0, 0.0
+    return low, nx, ny
+
+
+@njit(cache=True)
+def cone_with_shapes(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit, shapes):
+    """As `cone`, with the rows of `shapes` (lengths in cells too) in front of or behind the walls."""
+    nearest = inf
+    ax, ay = cos(axis), sin(axis)
+    rows, columns = occupied.shape
+    for i in range(rays):
+        angle = axis + half_angle * (2.0 * i / (rays - 1) - 1.0) if rays > 1 else axis
+        distance, row, column = cast(occupied, x, y, angle, limit)
+        nx = ny = 0.0
+        if distance < inf and 0 <= row < rows and 0 <= column < columns:
+            nx, ny = normal_x[row, column], normal_y[row, column]
+        dx, dy = cos(angle), sin(angle)
+        for k in range(shapes.shape[0]):
+            reach, hx, hy = hit_shape(x, y, dx, dy, shapes[k])
+            if reach < distance:
+                distance, nx, ny = reach, hx, hy
+        if distance > limit or distance >= nearest or ((nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cos_steepest):
+            continue
+        nearest = distance
+    return nearest
+
+
+@njit(cache=True)
+def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
+    """Which shapes a rectangle centred on (x, y) overlaps: fills `met` (n bool), returns how many. Touching edges do not overlap."""
+    count = 0
+    c, s = cos(yaw), sin(yaw)
+    for k in range(shapes.shape[0]):
+        px, py, a, b = shapes[k, 0] - x, shapes[k, 1] - y, shapes[k, 4], shapes[k, 5]
+        along, across = c * px + s * py, c * py - s * px
+        if b < 0.0:
+            ox, oy = max(abs(along) - half_length, 0.0), max(abs(across) - half_width, 0.0)
+            met[k] = ox * ox + oy * oy < a * a
+        else:
+            # Separating axis test: the axes of either rectangle.
+            cc, cs = abs(c * shapes[k, 2] + s * shapes[k, 3]), abs(c * shapes[k, 3] - s * shapes[k, 2])
+            far_x, far_y = shapes[k, 2] * px + shapes[k, 3] * py, shapes[k, 2] * py - shapes[k, 3] * px
+            met[k] = (abs(along) < half_length + a * cc + b * cs and abs(across) < half_width + a * cs + b * cc
+                      and abs(far_x) < a + half_length * cc + half_width * cs and abs(far_y) < b + half_length * cs + half_width * cc)
+        if met[k]:
+            count += 1
+    return count
 
 
 @njit(cache=True)

@@ -1,7 +1,7 @@
-"""What stands around the chair: a map of occupied cells that sonars see and bodies touch.
+"""What stands around the chair: a map of occupied cells that sonars see and bodies touch, obstacles that the map does not show, ramps.
 
 Maps are the image and YAML pair of ROS's map_server; only occupied cells matter here (unknown ones are empty). Outside the image
-there is nothing.
+there is nothing but obstacles.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import yaml
 from scipy import ndimage
 
 from sara_sim import rays
+from sara_sim.obstacles import Obstacles
 
 # Walls on a grid are stairs: their direction is that of the occupancy blurred over this many cells.
 _BLUR_CELLS = 1.5
@@ -27,9 +28,10 @@ class World:
     """An occupancy grid with sonar and contact queries.
 
     `occupied`: (rows, columns) bool, row 0 at the lowest y. `resolution`: m per cell. `origin`: (x, y) of the lower left corner, m, map frame.
+    `obstacles`: `Obstacles` at one time; whoever steps the world moves them. `ramps`: list of `terrain.Ramp`.
     """
 
-    def __init__(self, occupied: np.ndarray, resolution: float = 0.05, origin: tuple[float, float] = (0.0, 0.0)):
+    def __init__(self, occupied: np.ndarray, resolution: float = 0.05, origin: tuple[float, float] = (0.0, 0.0), obstacles=(), ramps=()):
         self.occupied = np.ascontiguousarray(occupied, dtype=np.bool_)
         if self.occupied.ndim != 2 or self.occupied.size == 0:
             raise WorldError(f'the map has shape {self.occupied.shape} but must be two-dimensional and not empty.')
@@ -37,6 +39,8 @@ class World:
             raise WorldError(f'resolution is {resolution!r} but must be a positive number of metres per cell.')
         self.resolution = float(resolution)
         self.origin = (float(origin[0]), float(origin[1]))
+        self.obstacles = Obstacles(obstacles)
+        self.ramps = list(ramps)
         self._normal_x, self._normal_y = _wall_normals(self.occupied)
         # Distance from each cell to the nearest occupied one, less what two cells' halves can hide.
         self._clearance = (ndimage.distance_transform_edt(~self.occupied) - 1.5).astype(np.float32) * self.resolution \
@@ -75,6 +79,12 @@ class World:
         `x`, `y`: m, map frame. `axis`, `half_angle`, `steepest` (between the axis and a wall's normal): rad. `limit`: m.
         """
         size = self.resolution
+        shapes = self.obstacles.shapes
+        if len(shapes):
+            scaled = (shapes - (*self.origin, 0.0, 0.0, 0.0, 0.0)) / (size, size, 1.0, 1.0, size, size)
+            return size * rays.cone_with_shapes(
+                self.occupied, self._normal_x, self._normal_y, (x - self.origin[0]) / size, (y - self.origin[1]) / size,
+                axis, half_angle, rays_cast, math.cos(steepest), limit / size, scaled)
         return size * rays.cone(self.occupied, self._normal_x, self._normal_y, (x - self.origin[0]) / size, (y - self.origin[1]) / size,
                                 axis, half_angle, rays_cast, math.cos(steepest), limit / size)
 
@@ -86,6 +96,15 @@ class World:
         if 0 <= row < rows and 0 <= column < columns and self._clearance[int(row), int(column)] > 0.5 * math.hypot(length, width):
             return False
         return rays.rectangle_overlaps(self.occupied, column, row, yaw, 0.5 * length / size, 0.5 * width / size)
+
+
+    def meets(self, x: float, y: float, yaw: float, length: float, width: float) -> np.ndarray:
+        """Which obstacles (rows of `obstacles.shapes`, bool) a rectangle (m) centred on (x, y, yaw) overlaps."""
+        shapes = self.obstacles.shapes
+        met = np.zeros(len(shapes), np.bool_)
+        if len(shapes):
+            rays.rectangle_meets_shapes(shapes, x, y, yaw, 0.5 * length, 0.5 * width, met)
+        return met
 
 
 def _wall_normals(occupied: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,8 +14,8 @@ REFERENCE = {
     'length': 1.08, 'width': 0.58, 'wheel_radius': 0.155, 'wheel_radius_sigma': 0.005, 'track': 0.525, 'steps_per_turn': 64000,
     'slip_range': (1.25, 1.30), 'motor_lag': 0.10, 'dead_band': 0.02, 'max_wheel_speed': 7.0, 'gyro_scale_range': (0.920, 0.927),
     'gyro_bias': (-0.49, -0.91, -0.65), 'gyro_bias_sigma': 0.02, 'gyro_drift': 0.003, 'gyro_frame_sigma': (0.0841, 0.0971, 0.0734),
-    'accel_offset': (-0.9498, -0.0752, 9.5638 - 9.80665), 'accel_frame_sigma_low': (0.0576, 0.0365, 0.0476),
-    'accel_frame_sigma_high': (0.1097, 0.0594, 0.0628), 'samples_per_frame': 20, 'tilt_sigma': 1.0, 'frame_jitter': 0.010, 'frame_loss': 1e-4,
+    'accel_offset': (-0.9498, -0.0752, 9.5638 - 9.80665), 'accel_sigma_low': (0.0576, 0.0365, 0.0476),
+    'accel_sigma_high': (0.1097, 0.0594, 0.0628), 'samples_per_frame': 20, 'tilt_sigma': 1.0, 'frame_jitter': 0.010, 'frame_loss': 1e-4,
     'sonar_sigma': 0.01, 'sonar_lost': 0.02, 'sonar_steepest': 60.0, 'sonar_cone': 60.0, 'sonar_rays': 13, 'sonar_limit': 6.0,
     'battery': 25.4, 'gravity': 9.80665}
 

@@ -1,0 +1,233 @@
+"""An MPU6050 as its bus master meets it: a file of registers, fed one sample at a time.
+
+After the maker's register map (RM-MPU-6000A, revision 4.2; 0x1F, 0x20, 0x69 and the offset registers from its earlier revisions) and
+product specification. What a sample holds is the analogue value at the chip (specific force in g, angular velocity in deg/s, the noise and
+the errors of the individual chip included: `imu.py`); the chip scales, shifts by its offset registers, limits and rounds it.
+
+Not modelled: FIFO, DMP, the auxiliary I2C bus, self-test, cycle mode, free-fall and zero-motion interrupts, DLPF and sample rate divider
+(their registers hold what is written, the data do not change for it).
+"""
+
+from __future__ import annotations
+
+import struct
+from math import exp, log, pi
+
+WHO_AM_I, ADDRESS = 0x75, 0x68
+XA_OFFS, XG_OFFS = 0x06, 0x13
+GYRO_CONFIG, ACCEL_CONFIG = 0x1B, 0x1C
+MOT_THR, MOT_DUR, MOT_DETECT_CTRL = 0x1F, 0x20, 0x69
+INT_PIN_CFG, INT_ENABLE, INT_STATUS = 0x37, 0x38, 0x3A
+DATA, DATA_LENGTH = 0x3B, 14
+SIGNAL_PATH_RESET, USER_CTRL, PWR_MGMT_1, PWR_MGMT_2 = 0x68, 0x6A, 0x6B, 0x6C
+RESET_BIT, SLEEP_BIT, MOTION_BIT, DATA_READY_BIT = 0x80, 0x40, 0x40, 0x01
+
+# Bits that keep what is written. A register that is not here is read-only or reserved: writing it changes nothing.
+WRITABLE = {
+    **dict.fromkeys(range(0x00, 0x0C), 0xFF), **dict.fromkeys(range(0x13, 0x1A), 0xFF), 0x1A: 0x3F, 0x1B: 0xF8, 0x1C: 0xFF,
+    **dict.fromkeys(range(0x1D, 0x24), 0xFF), 0x24: 0xFF, **dict.fromkeys(range(0x25, 0x34), 0xFF), 0x34: 0xDF, 0x37: 0xFE, 0x38: 0xF9,
+    **dict.fromkeys(range(0x63, 0x68), 0xFF), 0x69: 0x3F, 0x6A: 0xF0, 0x6B: 0x6F, 0x6C: 0xFF}
+RESET_S = 0.05  # after DEVICE_RESET registers take no writes (start-up time: 20 ms typical, 100 ms at most)
+STARTUP_S = 0.03  # gyro start-up and signal path reset: the data registers hold still
+SETTLED_S = 12.0  # what is left of the transient after this is below a thousandth of it
+HIGH_PASS_HZ = {1: 5.0, 2: 2.5, 3: 1.25, 4: 0.63}
+HIGH_PASS_RESET, HIGH_PASS_HOLD = 0, 7
+THRESHOLD_G = 0.002  # per count of MOT_THR
+DECREMENT_MS = (None, 1, 2, 4)  # of MOT_COUNT; None: a sample below the threshold clears the counter
+TEMPERATURE_COUNTS = round((27.0 - 36.53) * 340.0)  # 27 degrees C
+_PACK = struct.Struct('>hhhhhhh')
+
+
+class Mpu6050:
+    """One chip. `silent`: it does not acknowledge; `stuck`: its data registers do not change (faults).
+
+    `trim`: what the accelerometer's offset registers hold after a reset, counts. `settling`: (accelerometer in g, gyro in deg/s, time
+    constant in s) of the transient after waking up.
+    """
+
+    def __init__(self, trim: tuple[int, int, int] = (-1230, 411, 1507), settling: tuple[float, float, float] = (0.02, 0.3, 1.5)):
+        self.trim = tuple(trim)
+        self.settling = settling
+        self.silent = self.stuck = False
+        self.resets = 0
+        self._value = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+        self._fresh = False
+        self._power_up()
+
+    @property
+    def asleep(self) -> bool:
+        """True while no new samples reach the data registers, because SLEEP is set."""
+        return bool(self._registers[PWR_MGMT_1] & SLEEP_BIT)
+
+    @property
+    def interrupt_pin(self) -> bool:
+        """Level of the INT pin. Without LATCH_INT_EN it is a pulse of 50 us, too short to be seen here."""
+        latched = self._registers[INT_PIN_CFG] & 0x20 and self._registers[INT_STATUS] & self._registers[INT_ENABLE]
+        return bool(latched) != bool(self._registers[INT_PIN_CFG] & 0x80)
+
+    def step(self, dt: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> None:
+        """One sample, `dt` s after the last: specific force (g), angular velocity (deg/s), in the chip's axes."""
+        if self._busy > 0.0:
+            self._busy -= dt
+            if self._busy <= 1e-9:
+                self._busy = 0.0
+                self._registers[PWR_MGMT_1] &= ~RESET_BIT
+            return
+        if self._asleep:
+            return
+        if self._hold_s > 0.0:
+            self._hold_s -= dt
+            return
+        if self._warm_s is not None:
+            self._warm_s += dt
+            accel, gyro = self._transient(self._warm_s)
+            ax, ay, az, gx, gy, gz = ax + accel, ay + accel, az + accel, gx + gyro, gy + gyro, gz + gyro
+        if self.stuck:
+            return
+        self._value = [ax, ay, az, gx, gy, gz]
+        self._fresh = True
+        if self._interrupts:
+            if self._interrupts & MOTION_BIT:
+                self._detect(dt, ax, ay, az)
+            if self._interrupts & DATA_READY_BIT:
+                self._registers[INT_STATUS] |= DATA_READY_BIT
+
+    def read(self, register: int, length: int) -> list[int]:
+        """`length` bytes from `register` on. Reading INT_STATUS clears it."""
+        if self._fresh:
+            self._convert()
+        registers = self._registers
+        data = list(registers[register:register + length])
+        if register <= INT_STATUS < register + length or registers[INT_PIN_CFG] & 0x10:
+            registers[INT_STATUS] = 0
+        if len(data) < length:  # the address wraps at the end of the file
+            data += list(registers[:length - len(data)])
+        return data
+
+    def write(self, register: int, values: list[int]) -> None:
+        """Bytes from `register` on. Reserved bits and read-only registers keep what they hold."""
+        for offset, value in enumerate(values):
+            self._write(register + offset & 0x7F, value)
+
+    def _write(self, register: int, value: int) -> None:
+        if self._busy > 0.0:
+            return
+        mask = WRITABLE.get(register, 0)
+        before = self._registers[register]
+        self._registers[register] = before & ~mask & 0xFF | value & mask
+        if register == PWR_MGMT_1:
+            if value & RESET_BIT:
+                self._power_up()
+                self.resets += 1
+                self._busy = RESET_S
+                self._registers[PWR_MGMT_1] |= RESET_BIT
+            elif before & SLEEP_BIT and not value & SLEEP_BIT:
+                self._hold_s, self._warm_s = STARTUP_S - 1e-9, 0.0
+                self._clear_motion()
+        elif register == SIGNAL_PATH_RESET and value & 0x07 or register == USER_CTRL and value & 0x01:
+            self._value = [0.0] * 6
+            self._registers[DATA:DATA + DATA_LENGTH] = bytes(DATA_LENGTH)
+            self._fresh = False
+            self._clear_motion()
+            self._hold_s = STARTUP_S - 1e-9
+        elif register in (ACCEL_CONFIG, MOT_THR, MOT_DUR, MOT_DETECT_CTRL):
+            self._clear_motion()
+        self._configure()
+
+    def _power_up(self) -> None:
+        self._registers = registers = bytearray(128)
+        registers[WHO_AM_I] = ADDRESS
+        registers[PWR_MGMT_1] = SLEEP_BIT
+        for axis, trim in enumerate(self.trim):
+            struct.pack_into('>h', registers, XA_OFFS + 2 * axis, trim)
+        self._busy = self._hold_s = 0.0
+        self._warm_s: float | None = None
+        self._fresh = False
+        self._clear_motion()
+        self._configure()
+
+    def _configure(self) -> None:
+        """What a sample needs of the registers, worked out when they change."""
+        registers = self._registers
+        self._asleep = bool(registers[PWR_MGMT_1] & SLEEP_BIT)
+        self._interrupts = registers[INT_ENABLE]
+        accel_scale = 16384.0 / (1 << (registers[ACCEL_CONFIG] >> 3 & 3))
+        gyro_scale = 131.0 / (1 << (registers[GYRO_CONFIG] >> 3 & 3))
+        shift = []
+        for axis in range(3):
+            offset = struct.unpack_from('>h', registers, XA_OFFS + 2 * axis)[0]
+            shift.append(((offset & ~1) - (self.trim[axis] & ~1)) / 2048.0 * accel_scale)
+        for axis in range(3):
+            shift.append(struct.unpack_from('>h', registers, XG_OFFS + 2 * axis)[0] / 32.8 * gyro_scale)
+        self._accel_scale, self._gyro_scale, self._shift = accel_scale, gyro_scale, shift
+        self._threshold = registers[MOT_THR] * THRESHOLD_G
+        self._duration_ms = registers[MOT_DUR]
+        self._decrement_ms = DECREMENT_MS[registers[MOT_DETECT_CTRL] & 3]
+        self._high_pass = registers[ACCEL_CONFIG] & 7
+        self._tau = 1.0 / (2.0 * pi * HIGH_PASS_HZ[self._high_pass]) if self._high_pass in HIGH_PASS_HZ else 0.0
+
+    def _transient(self, t: float) -> tuple[float, float]:
+        """(g, deg/s) by which a chip is off that woke up `t` s ago."""
+        accel, gyro, tau = self.settling
+        if t > SETTLED_S:
+            self._warm_s = None
+        left = exp(-t / tau)
+        return accel * left, gyro * left
+
+    def _convert(self) -> None:
+        self._fresh = False
+        ax, ay, az, gx, gy, gz = self._value
+        sx, sy, sz, tx, ty, tz = self._shift
+        a, g = self._accel_scale, self._gyro_scale
+        try:
+            _PACK.pack_into(self._registers, DATA, round(ax * a + sx), round(ay * a + sy), round(az * a + sz), TEMPERATURE_COUNTS,
+                            round(gx * g + tx), round(gy * g + ty), round(gz * g + tz))
+        except struct.error:
+            counts = [min(max(round(value), -32768), 32767) for value in (
+                ax * a + sx, ay * a + sy, az * a + sz, TEMPERATURE_COUNTS, gx * g + tx, gy * g + ty, gz * g + tz)]
+            _PACK.pack_into(self._registers, DATA, *counts)
+
+    def _clear_motion(self) -> None:
+        self._counter_ms = 0.0
+        self._last: tuple | None = None
+        self._passed = [0.0, 0.0, 0.0]
+
+    def _detect(self, dt: float, ax: float, ay: float, az: float) -> None:
+        """The motion detector: high-passed acceleration above MOT_THR on any axis for MOT_DUR.
+
+        The chip looks every millisecond. A sample of `dt` is a step at its input that then decays with the filter's time constant, so
+        the time above the threshold is tau ln(peak / threshold), `dt` at most. The counter rises by one per millisecond above and
+        falls by MOT_COUNT per millisecond below.
+        """
+        if self._high_pass == HIGH_PASS_RESET:
+            return  # the filter's output is zero
+        if self._last is None:
+            self._last = (ax, ay, az)
+            return
+        last, passed, threshold = self._last, self._passed, self._threshold
+        x, y, z = passed[0] + ax - last[0], passed[1] + ay - last[1], passed[2] + az - last[2]
+        self._last = (ax, ay, az)
+        peak = max(abs(x), abs(y), abs(z))
+        turn_ms = above = 1000.0 * dt
+        if self._high_pass in HIGH_PASS_HZ:
+            if dt != self._decay_for:
+                self._decay_for, self._decays = dt, {n: exp(-dt * 2.0 * pi * hz) for n, hz in HIGH_PASS_HZ.items()}
+            decay = self._decays[self._high_pass]
+            self._passed = [x * decay, y * decay, z * decay]
+            if peak > threshold > 0.0:
+                above = min(turn_ms, 1000.0 * self._tau * log(peak / threshold))
+        else:  # hold: the difference from the sample at which it was switched on
+            self._passed = [x, y, z]
+        if peak <= threshold:
+            if not self._counter_ms:
+                return
+            above = 0.0
+        self._counter_ms += above
+        if above and self._counter_ms >= self._duration_ms:
+            self._registers[INT_STATUS] |= MOTION_BIT
+            self._counter_ms = 0.0
+        elif above < turn_ms:
+            down = self._decrement_ms
+            self._counter_ms = 0.0 if down is None else max(self._counter_ms - down * (turn_ms - above), 0.0)
+
+    _decay_for, _decays = -1.0, {}

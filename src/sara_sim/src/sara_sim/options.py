@@ -1,0 +1,59 @@
+"""What a chair can do besides the reference chair: castors that swing, a payload, collisions that shake it, counters near their wrap.
+
+All of it is off by default: published figures rest on the reference chair. The equations are in docs/simulator.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from sara_sim.config import ConfigError
+
+
+@dataclass(frozen=True)
+class ChairOptions:
+    """Frozen; raises ConfigError that names every fault."""
+
+    castor_swing: float = 0.0  # sideways speed of the castors' axle per forward speed while they stand across, 0..0.5
+    castor_x: float = 0.40  # m, the castors' pivots ahead of the drive axle
+    castor_trail: float = 0.06  # m, wheel behind pivot
+    payload: float = 0.0  # kg, on top of the chair and rider that the reference figures were measured with
+    payload_x: float = 0.0  # m, where the payload sits in base_link
+    payload_y: float = 0.0
+    mass: float = 150.0  # kg, chair and rider without the payload
+    tyre_stiffness: float = 50000.0  # N/m, each of four wheels
+    wheelbase: float = 0.50  # m, front to rear wheels
+    collision_shake: bool = False  # a collision makes the frame ring
+    shake_frequency: float = 9.0  # Hz
+    shake_decay: float = 0.15  # s, time constant
+    right_steps: int = 0  # encoder counters at the start, e.g. 2**32 - 1000
+    left_steps: int = 0
+
+    def __post_init__(self):
+        faults = self.validate()
+        if faults:
+            raise ConfigError(' '.join(faults))
+
+    def validate(self) -> list[str]:
+        """One sentence for every fault found."""
+        faults = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(field.default, bool):
+                if not isinstance(value, bool):
+                    faults.append(f'{field.name} is {value!r} but must be true or false.')
+            elif isinstance(field.default, int):
+                if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**32:
+                    faults.append(f'{field.name} is {value!r} but must be a whole number from 0 to 2^32 - 1.')
+            elif isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+                faults.append(f'{field.name} is {value!r} but must be a finite number.')
+            elif field.name == 'castor_swing' and not 0.0 <= value <= 0.5:
+                faults.append(f'castor_swing is {value!r} but must be from 0 to 0.5.')
+            elif field.name == 'payload' and value < 0.0:
+                faults.append(f'payload is {value!r} but must not be negative.')
+            elif field.name not in ('castor_swing', 'payload', 'payload_x', 'payload_y', 'castor_x') and value <= 0.0:
+                faults.append(f'{field.name} is {value!r} but must be positive.')
+            elif field.name == 'castor_x' and value == 0.0:
+                faults.append('castor_x is 0 but castors under the drive axle cannot swing the chair.')
+        return faults
