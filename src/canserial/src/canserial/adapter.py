@@ -1,80 +1,68 @@
 """A CAN adapter behind python-can: open, receive, send, close, with one kind of error for everything that unplugging does.
 
-python-can's slcan needs some care: no sleep after opening, receiving with a timeout above 0 (each acknowledgement of the
-adapter eats one receive), errors from shutdown() too. A line that is no frame raises whatever parsing it raised; one that is
-no text at all stays in python-can's buffer for ever, so it is an AdapterError: only opening anew gets rid of it.
+python-can's slcan needs some care: no sleep after opening, errors from shutdown() too, and a stream that is checked before it is
+parsed (canserial.lawicel).
 """
 
+import time
 from collections import Counter
-from dataclasses import dataclass
 
 import can
 
-from canserial.config import ConfigError
+from canserial.adapter_config import AdapterConfig, Filter
+from canserial.busload import frame_bits
 from canserial.frame import EXTENDED_ID_MAX, STANDARD_ID_MAX, Frame
+from canserial.lawicel import LinePort
 
-# Lawicel's S0..S8. python-can calls S7 750 kbit/s, the CANUSB's manual 800 kbit/s: both names give S7.
-LAWICEL_RATES = (10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000, 1000000)
+__all__ = ['Adapter', 'AdapterConfig', 'AdapterError', 'BadFrame', 'Filter', 'NoDriver']
 SEND_TIMEOUT = 0.1  # s
+# linux/can/error.h, of which python-can hands on identifier and data.
+CAN_ERR_CRTL, CAN_ERR_CRTL_OVERFLOW = 0x04, 0x03
 
 
 class AdapterError(OSError):
     """The adapter is not there (any more)."""
 
 
+class NoDriver(AdapterError):
+    """This machine lacks what the interface needs: waiting for the adapter is of no use."""
+
+
 class BadFrame(ValueError):
     """A frame that CAN cannot carry."""
 
 
-@dataclass(frozen=True)
-class AdapterConfig:
-    """interface: a name python-can knows; port: its channel; bitrate: bit/s; tty_baudrate: of the serial port (slcan)."""
-
-    interface: str = 'slcan'
-    port: str = '/dev/ttyUSB0'
-    bitrate: int = 500000
-    tty_baudrate: int = 115200
-
-    def __post_init__(self):
-        faults = []
-        if self.interface not in can.VALID_INTERFACES:
-            faults.append(f'interface is {self.interface!r}, allowed are {", ".join(sorted(can.VALID_INTERFACES))}')
-        if not isinstance(self.port, str) or not self.port:
-            faults.append(f'port is {self.port!r}, allowed is the name of a port, such as /dev/ttyUSB0')
-        for name in ('bitrate', 'tty_baudrate'):
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value <= 0:
-                faults.append(f'{name} is {value!r}, allowed are whole numbers above 0')
-        if not faults and self.interface == 'slcan' and self.bitrate not in (*LAWICEL_RATES, 750000):
-            faults.append(f'bitrate is {self.bitrate}, allowed with slcan are {", ".join(map(str, LAWICEL_RATES))}')
-        if faults:
-            raise ConfigError('; '.join(faults))
-
-
 class Adapter:
-    """An adapter that may come and go. receive() and send() may be called from one thread each."""
+    """An adapter that may come and go. receive() and send() may be called from one thread each.
+
+    `counters`: received, sent, bits (on the wire, both ways), remote_frames, fd_frames, error_frames, overruns, bad_lines, and what a
+    Lawicel adapter's status tells (canserial.lawicel).
+    """
 
     def __init__(self, config):
         self.config = config
         self.counters = Counter()
         self._bus = None
+        self._port = None
 
     @property
     def is_open(self):
-        """Whether open() succeeded and nothing failed since."""
+        """Whether open() succeeded and close() was not called since."""
         return self._bus is not None
 
     def open(self):
-        """Open the port and the CAN channel. Raises AdapterError."""
-        config = self.config
-        options = {'channel': config.port, 'bitrate': config.bitrate}
-        if config.interface == 'slcan':
-            rate = 750000 if config.bitrate == 800000 else config.bitrate
-            options.update(bitrate=rate, tty_baudrate=config.tty_baudrate, sleep_after_open=0, timeout=0.02)
+        """Open the port and the CAN channel. Raises AdapterError (NoDriver)."""
+        self.close()
         try:
-            self._bus = can.Bus(interface=config.interface, ignore_config=True, **options)
-        except (can.CanError, OSError, ValueError) as error:
+            bus = can.Bus(**self.config.keywords())
+        except (can.CanInterfaceNotImplementedError, ImportError) as error:
+            raise NoDriver(_why(error)) from error
+        except (can.CanError, OSError, ValueError, TypeError) as error:
             raise AdapterError(_why(error)) from error
+        if self.config.interface == 'slcan':
+            bus.serialPortOrig.write_timeout = SEND_TIMEOUT
+            self._port = bus.serialPortOrig = LinePort(bus.serialPortOrig, self.counters, time.monotonic)
+        self._bus = bus
 
     def receive(self, timeout, clock):
         """The next Frame, stamped by clock() on its arrival, or None after timeout (s, > 0). Raises AdapterError."""
@@ -83,37 +71,53 @@ class Adapter:
             raise AdapterError('the adapter is not open')
         try:
             message = bus.recv(timeout)
-        except (ValueError, IndexError):
-            self.counters['bad_lines'] += 1
-            return None
         except (can.CanError, OSError, TypeError) as error:  # TypeError: pyserial, when the port closes under a read
             raise AdapterError(_why(error)) from error
+        except (ValueError, IndexError):  # an interface that takes its stream on trust
+            self.counters['bad_lines'] += 1
+            return None
         if message is None:
             return None
-        if message.is_remote_frame or message.is_error_frame or message.is_fd:
-            self.counters['not_data_frames'] += 1
+        if message.is_error_frame or message.is_remote_frame or message.is_fd:
+            self._no_data(message)
             return None
+        data = bytes(message.data)
         self.counters['received'] += 1
-        return Frame(message.arbitration_id, bytes(message.data), clock(), message.is_extended_id)
+        self.counters['bits'] += frame_bits(message.arbitration_id, data, message.is_extended_id)
+        return Frame(message.arbitration_id, data, clock(), message.is_extended_id)
 
     def send(self, frame):
         """Send a Frame. Raises AdapterError, BadFrame."""
-        limit = EXTENDED_ID_MAX if frame.extended else STANDARD_ID_MAX
-        if not 0 <= frame.id <= limit or len(frame.data) > 8:
-            raise BadFrame(f'id 0x{frame.id:X} with {len(frame.data)} bytes does not fit into a CAN 2.0 frame')
+        check(frame)
         bus = self._bus
         if bus is None:
             raise AdapterError('the adapter is not open')
+        if self.config.listen_only:
+            raise AdapterError('the adapter listens only')
         message = can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=frame.extended)
         try:
             bus.send(message, timeout=SEND_TIMEOUT)
         except (can.CanError, OSError, TypeError) as error:
             raise AdapterError(_why(error)) from error
         self.counters['sent'] += 1
+        self.counters['bits'] += frame_bits(frame.id, frame.data, frame.extended)
+
+    def ask_status(self):
+        """Ask the adapter for its error flags where it has any and it is time (once a second); from the thread that sends.
+
+        Raises AdapterError.
+        """
+        port = self._port
+        if port is None:
+            return
+        try:
+            port.ask_status()
+        except (OSError, TypeError) as error:
+            raise AdapterError(_why(error)) from error
 
     def close(self):
         """Close what is open; an adapter that is gone is closed too."""
-        bus, self._bus = self._bus, None
+        bus, self._bus, self._port = self._bus, None, None
         if bus is None:
             return
         try:
@@ -122,6 +126,21 @@ class Adapter:
             port = getattr(bus, 'serialPortOrig', None)  # shutdown() gave up before closing the port
             if port is not None:
                 port.close()
+
+    def _no_data(self, message):
+        if message.is_error_frame:
+            self.counters['error_frames'] += 1
+            if message.arbitration_id & CAN_ERR_CRTL and len(message.data) > 1 and message.data[1] & CAN_ERR_CRTL_OVERFLOW:
+                self.counters['overruns'] += 1
+        else:
+            self.counters['fd_frames' if message.is_fd else 'remote_frames'] += 1
+
+
+def check(frame):
+    """Raise BadFrame if a CAN 2.0 frame cannot be this."""
+    limit = EXTENDED_ID_MAX if frame.extended else STANDARD_ID_MAX
+    if not 0 <= frame.id <= limit or len(frame.data) > 8:
+        raise BadFrame(f'id 0x{frame.id:X} with {len(frame.data)} bytes does not fit into a CAN 2.0 frame')
 
 
 def _why(error):

@@ -1,95 +1,98 @@
-"""canserial.py: frames of a CAN adapter to `canrx`, frames of `cantx` to the adapter.
-
-Two threads of its own: one receives (and opens, waits and opens again when the adapter is missing), the main one publishes
-diagnostics. Both wait in wall time, for an adapter does not know of simulated time.
-"""
+"""canserial.py: frames of a CAN adapter to `canrx`, frames of `cantx` to the adapter; the shell around canserial.link.Link."""
 
 import threading
 
 import rospy
-from canserial.adapter import Adapter, AdapterConfig, AdapterError, BadFrame
+from canserial.adapter import Adapter, AdapterConfig
+from canserial.busload import load
+from canserial.link import Link
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params
+from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop
 
-FIRST_BACK_OFF, LAST_BACK_OFF = 0.2, 2.0  # s
-RECEIVE_TIMEOUT = 0.1  # s
+QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
+# What spoils the good state for as long as it goes on, and what it means.
+TROUBLE = {
+    'bad_lines': 'lines that are no frames', 'error_frames': 'error frames', 'overruns': 'frames lost in the adapter',
+    'adapter_receive_full': 'the adapter is full', 'adapter_transmit_full': 'the adapter cannot send', 'bus_errors': 'bus errors',
+    'error_passive': 'the adapter is error passive', 'error_warning': 'many errors on the bus', 'refused': 'commands that the adapter refused',
+    'transmit_queue_full': 'frames dropped from a full transmit queue',
+    'transmit_queue_too_old': 'frames that waited too long to be sent',
+    'not_sent_failed': 'frames that the adapter did not take', 'not_sent_invalid': 'frames on cantx that CAN cannot carry',
+    'not_sent_listen_only': 'frames on cantx, but the adapter listens only', 'canrx_lost': 'frames lost to a slow subscriber of canrx',
+    'threads_restarted': 'a thread that died'}
+HIGH_LOAD = 0.8
+
+
+class FramePublisher:
+    """Publishes on canrx, and counts what rospy drops in silence when a subscriber is QUEUE frames behind."""
+
+    def __init__(self):
+        self._publisher = rospy.Publisher('canrx', CAN, queue_size=QUEUE, tcp_nodelay=True)
+        self.lost = 0
+
+    def __call__(self, frame):
+        for connection in self._publisher.impl.connections:
+            if len(getattr(connection, '_queue', ())) >= QUEUE:
+                self.lost += 1
+        try:
+            self._publisher.publish(frame_to_msg(frame))
+        except rospy.ROSException:
+            if not rospy.is_shutdown():
+                raise
 
 
 class AdapterNode:
-    """The shell around one Adapter."""
+    """The shell around one Link."""
 
     def __init__(self):
         self.config = config_from_params(AdapterConfig)
-        self.where = f'{self.config.interface} adapter on {self.config.port}'
-        self.adapter = Adapter(self.config)
-        self.counters = {'reconnections': 0, 'not_sent_closed': 0, 'not_sent_invalid': 0}
-        self.error = 'not opened yet'
+        for remark in self.config.remarks:
+            rospy.loginfo(remark)
+        self.canrx = FramePublisher()
+        self.link = Link(Adapter(self.config), self.canrx, rospy.get_time, self.report)
         self.stopping = threading.Event()
-        self.canrx = rospy.Publisher('canrx', CAN, queue_size=1000, tcp_nodelay=True)
         self.diagnostics = Diagnostics('CAN adapter', self.config.port)
-        rospy.Subscriber('cantx', CAN, self.send, queue_size=100, tcp_nodelay=True)
+        self.fatal = None
+        self.before, self.bits, self.time = {}, 0, rospy.get_time()
+        rospy.Subscriber('cantx', CAN, lambda message: self.link.send(msg_to_frame(message)), queue_size=QUEUE, tcp_nodelay=True)
         rospy.on_shutdown(self.stopping.set)
+
+    def report(self, level, sentence):
+        """What the link has to say."""
+        if level == 'fatal':
+            self.fatal = sentence
+            self.stopping.set()
+            return
+        {'info': rospy.loginfo, 'warn': rospy.logwarn, 'error': rospy.logerr}[level](sentence)
 
     def run(self):
         """Until ROS shuts down."""
-        thread = threading.Thread(target=self.receive, name='can-receive')
-        thread.start()
+        self.link.start()
         while not self.stopping.wait(1.0):
-            if not thread.is_alive() and not self.stopping.is_set():
-                rospy.logerr('the receiving thread died: started anew')
-                thread = threading.Thread(target=self.receive, name='can-receive')
-                thread.start()
-            level = OK if self.adapter.is_open and not self.error else ERROR
-            if level == OK and self.adapter.counters['received'] == 0:
-                level = WARN
-            message = self.error or ('open' if level == OK else 'open, but no frame has come yet')
-            self.diagnostics.publish(level, message, {**self.counters, **self.adapter.counters})
-        thread.join(2.0)
+            self.link.supervise()
+            self.diagnostics.publish(*self.status())
+        self.link.stop()
+        if self.fatal:
+            stop(self.fatal)
 
-    def receive(self):
-        """Open the adapter, receive until it fails, wait, begin again."""
-        back_off, said = FIRST_BACK_OFF, None
-        try:
-            while not self.stopping.is_set():
-                try:
-                    self.adapter.open()
-                    self.error = ''
-                    rospy.loginfo('the %s is open at %d bit/s', self.where, self.config.bitrate)
-                    back_off, said = FIRST_BACK_OFF, None
-                    self.pump()
-                except AdapterError as error:
-                    lost = self.adapter.is_open
-                    self.adapter.close()
-                    self.error = f'the {self.where} is {"lost" if lost else "missing"}: {error}'
-                    if lost:
-                        self.counters['reconnections'] += 1
-                    if self.error != said:
-                        rospy.logwarn('%s. Waiting for it.', self.error)
-                        said = self.error
-                    self.stopping.wait(back_off)
-                    back_off = min(2.0 * back_off, LAST_BACK_OFF)
-        finally:
-            self.adapter.close()
-
-    def pump(self):
-        """Publish what comes, until the adapter fails or the node stops."""
-        while not self.stopping.is_set():
-            frame = self.adapter.receive(RECEIVE_TIMEOUT, rospy.get_time)
-            if frame is not None:
-                self.canrx.publish(frame_to_msg(frame))
-
-    def send(self, message):
-        """A message of cantx to the adapter; never raises."""
-        try:
-            self.adapter.send(msg_to_frame(message))
-        except BadFrame as error:
-            self.counters['not_sent_invalid'] += 1
-            rospy.logwarn_throttle(10.0, f'cantx: {error}; dropped')
-        except AdapterError as error:
-            self.counters['not_sent_closed'] += 1
-            if self.adapter.is_open:
-                rospy.logwarn_throttle(10.0, f'cantx: the {self.where} did not take a frame: {error}')
+    def status(self):
+        """(level, message, values) for /diagnostics, since the last call."""
+        counters = self.link.all_counters
+        counters['canrx_lost'] = self.canrx.lost
+        now = rospy.get_time()
+        busy = load(counters.get('bits', 0) - self.bits, now - self.time, self.config.bitrate)
+        self.bits, self.time = counters.get('bits', 0), now
+        news = [text for name, text in TROUBLE.items() if counters.get(name, 0) > self.before.get(name, 0)]
+        if busy > HIGH_LOAD:
+            news.append('the bus is nearly full')
+        self.before = counters
+        values = {'received': 0, 'sent': 0, 'error_frames': 0, 'overruns': 0, **counters, 'bus_load_percent': f'{100.0 * busy:.1f}'}
+        if self.link.error:
+            return ERROR, self.link.error, values
+        if not values['received']:
+            news.insert(0, 'no frame has come yet')
+        return (WARN, 'open, but: ' + '; '.join(news), values) if news else (OK, 'open', values)
 
 
 def main():
