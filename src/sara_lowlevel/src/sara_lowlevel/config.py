@@ -67,6 +67,49 @@ class JoystickConfig(_Checked):
 
 
 @dataclass(frozen=True)
+class AmplifierConfig(_Checked):
+    """How the AX3500 is wired. `right_channel`: 1 or 2, motor and encoder of the right wheel; `*_reversed`: a positive command turns it backwards,
+    `*_encoder_reversed`: forward counts down. Times in s; `reply_timeout`: until the next question, `stale_after`: counts older than this stop the wheels.
+    """
+
+    right_channel: int = 1
+    right_reversed: bool = False
+    left_reversed: bool = False
+    right_encoder_reversed: bool = False
+    left_encoder_reversed: bool = False
+    reply_timeout: float = 0.1
+    stale_after: float = 0.3
+    battery_period: float = 1.0
+
+    def validate(self) -> list[str]:
+        """As the base, and the channel's number."""
+        return super().validate() + self._whole('right_channel', 1, 2)
+
+
+@dataclass(frozen=True)
+class SpeedLoopConfig(_Checked):
+    """The speed loop of a wheel: rad/s of the wheel, outputs of 0..1 of the amplifier's full scale.
+
+    `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s, `ki`: per rad. `rest_speed`: below it the wheel stands. `max_speed`: above
+    it a count is a glitch. `stall_output`, `stall_time`: this much output this long (s) without motion is a stall; `reversed_output`,
+    `reversed_time`: the same for motion against the output.
+    """
+
+    steps_per_turn: int = 64000
+    full_speed: float = 9.0
+    lag: float = 0.2
+    kp: float = 0.06
+    ki: float = 0.3
+    max_acceleration: float = 10.0
+    rest_speed: float = 0.15
+    max_speed: float = 20.0
+    stall_output: float = 0.5
+    stall_time: float = 1.0
+    reversed_output: float = 0.1
+    reversed_time: float = 0.25
+
+
+@dataclass(frozen=True)
 class SensorConfig(_Checked):
     """The sensor node: addresses, what is sent, calibration, filters.
 

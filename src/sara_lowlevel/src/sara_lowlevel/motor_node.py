@@ -1,8 +1,8 @@
 """The motor node: wheel commands in, encoder frames out, and who may drive.
 
 It decides between the joystick and the PC (the `modoPC` handshake), watches that commands keep coming, and reports the encoders, the
-mode and the battery. Wheel speed itself is closed around `target` by the motor controller below it. The frames and the handshake
-are SARA's own; the README of this package describes them.
+mode and the battery. Wheel speed itself is closed around `target` below it (`wheel_drive` on the chair, the simulator's motors there).
+The frames and the handshake are SARA's own; the README of this package describes them.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ class MotorNode:
         self._command = (0.0, 0.0)
         self._command_time: float | None = None
         self._announced: int | None = None
+        self._measured_at: float | None = None
         self._encoders = Every(config.encoder_period)
         self._mode_turn = Every(config.mode_period)
         self._battery = Every(config.battery_period)
@@ -67,12 +68,13 @@ class MotorNode:
             self._on_joystick(
                 Joystick(int(values['joyx']), int(values['joyy']), int(values['modo']), values['velD'], values['velI']), t)
 
-    def update(self, t: float, right_steps: int, left_steps: int, joystick: Joystick | None = None,
-               battery: float | None = None) -> list:
+    def update(self, t: float, right_steps: int | None, left_steps: int | None, joystick: Joystick | None = None,
+               battery: float | None = None, measured_at: float | None = None) -> list:
         """One turn of the main loop (every 10 ms).
 
         `t`: s, this node's clock. `right_steps`, `left_steps`: encoder edges, 64000 per wheel turn, any integer (sent modulo
-        2^32). `joystick`: when it is wired to this node; otherwise its frames come through `receive`. `battery`: V.
+        2^32); None where they could not be read: then no encoder frame goes out. `joystick`: when it is wired to this node; otherwise its
+        frames come through `receive`. `battery`: V. `measured_at`: when the steps were read, now if None; what was sent is not sent again.
         Returns the frames to send now and sets `target`.
         """
         if joystick is not None:
@@ -80,15 +82,22 @@ class MotorNode:
         self._decide(t)
         frames = []
         if self._encoders.due(t):
-            clock = round(t * 1e4) & _UINT32
-            frames.append(self._bus.encode('ENCODER_RIGHT', steps=right_steps & _UINT32, time=clock))
-            frames.append(self._bus.encode('ENCODER_LEFT', steps=left_steps & _UINT32, time=clock))
+            frames += self._encoder_frames(t if measured_at is None else measured_at, right_steps, left_steps)
         if self._mode_turn.due(t) or self.mode != self._announced:
             frames.append(self._bus.encode('MODO_PC', modoPC=self.mode))
             self._announced = self.mode
         if battery is not None and self._battery.due(t):
             frames.append(self._bus.encode('BATTERY', voltage=round(max(battery, 0.0), 3)))
         return frames
+
+    def _encoder_frames(self, when: float, right_steps: int | None, left_steps: int | None) -> list:
+        if right_steps is None or left_steps is None or when == self._measured_at:
+            self.counts['encoders not read'] += 1
+            return []
+        self._measured_at = when
+        clock = round(when * 1e4) & _UINT32
+        return [self._bus.encode('ENCODER_RIGHT', steps=right_steps & _UINT32, time=clock),
+                self._bus.encode('ENCODER_LEFT', steps=left_steps & _UINT32, time=clock)]
 
     def _on_command(self, values: dict, t: float) -> None:
         mode = int(values['mode'])
@@ -102,8 +111,7 @@ class MotorNode:
             if self.mode != MODE_PC and wheels == (0, 0) and self._joystick_allows_pc(t):
                 self.mode = MODE_PC
         elif self.mode == MODE_PC:
-            limit = self.config.max_wheel_speed
-            self._command = tuple(min(max(wheel, -limit), limit) for wheel in wheels)
+            self._command = self._limited(wheels)
         else:
             self.counts['command without control'] += 1
 
@@ -116,6 +124,10 @@ class MotorNode:
             self._take_from_pc(MODE_MANUAL)
         elif self.mode == MODE_OFF:
             self.mode = MODE_MANUAL
+
+    def _limited(self, wheels: tuple[float, float]) -> tuple[float, ...]:
+        limit = self.config.max_wheel_speed
+        return tuple(min(max(wheel, -limit), limit) for wheel in wheels)
 
     def _take_from_pc(self, mode: int) -> None:
         self.mode = mode
@@ -146,6 +158,6 @@ class MotorNode:
                 self._command = (0.0, 0.0)
             self.target = self._command
         elif self.mode == MODE_MANUAL and not self._centred(self._joystick):
-            self.target = (self._joystick.right, self._joystick.left)
+            self.target = self._limited((self._joystick.right, self._joystick.left))
         else:
             self.target = (0.0, 0.0)

@@ -100,7 +100,7 @@ def test_no_frame_but_a_command_moves_it(identifier, data):
     bench.run(0.05, CENTRE, Frame(identifier, data))
     if identifier != 0x120:
         assert bench.node.target == (0.0, 0.0) or identifier == 0x110
-    assert all(abs(wheel) <= 7.0 or identifier == 0x110 for wheel in bench.node.target)
+    assert all(abs(wheel) <= 7.0 for wheel in bench.node.target)
 
 
 def test_commands_are_limited():
@@ -119,6 +119,17 @@ def test_frames_and_their_rates():
     assert {b['time'] - a['time'] for a, b in zip(right, right[1:])} == {1000}
     assert [values['steps'] for _, name, values in bench.frames if name == 'ENCODER_LEFT'][0] == 5
     assert [values['voltage'] for _, name, values in bench.frames if name == 'BATTERY'][0] == 25.0
+
+
+def test_counts_that_are_old_or_missing_are_not_sent():
+    node, sent = MotorNode(BUS), []
+    for tick in range(100):
+        t = tick / 100
+        old, dead = 30 <= tick < 60, tick >= 60
+        frames = node.update(t, *((None, None) if dead else (tick, tick)), CENTRE, measured_at=0.295 if old else t - 0.005)
+        sent += [BUS.decode(frame)[1] for frame in frames if frame.id == 0x101]
+    assert [values['time'] for values in sent] == [round((-0.005) * 1e4) % 2**32, 950, 1950, 2950]
+    assert node.counts['encoders not read'] == 6
 
 
 def test_bad_settings_are_named():
