@@ -72,11 +72,15 @@ class Drive:
         side = 0.0
         if drift.active:
             distance, side, turn = drift.displaced(distance, turn, self.speed, self.yaw_rate, self.dt)
-        fraction = self._free_fraction(distance, side, turn) if distance or turn or side else 1.0
-        touched = fraction < 1.0 or (len(self.world.obstacles) > 0 and bool(self._met(self.x, self.y, self.yaw).any()))
-        if fraction < 1.0:
+        crowded = bool(self.world.obstacles.all)
+        moved = self._moved(distance, side, turn)
+        touched = crowded and bool(self._met(self.x, self.y, self.yaw).any())
+        if (distance or turn or side) and not self._free(*moved):
+            touched = True
+            fraction = self._free_fraction(distance, side, turn)
+            moved = self._moved(fraction * distance, fraction * side, fraction * turn)
             # The wall stalls the wheels: they turn no further than the body moves.
-            right, left, distance, side, turn = (fraction * value for value in (right, left, distance, side, turn))
+            right, left = fraction * right, fraction * left
             right_speed = left_speed = 0.0
             drift.stop()
         if touched:
@@ -87,7 +91,7 @@ class Drive:
         else:
             self._since_touch += self.dt
         self.touching = touched
-        self.x, self.y, self.yaw = self._moved(distance, side, turn)
+        self.x, self.y, self.yaw = moved
         self.right += right
         self.left += left
         self.right_speed, self.left_speed = right_speed, left_speed
@@ -105,6 +109,7 @@ class Drive:
         drift = self.drift
         if not drift.active:
             return self.acceleration, self.speed * self.yaw_rate, self.yaw_rate, self.yaw_acceleration
+        # In the chair's own axes: a moving chair that turns is accelerated towards the inside of the turn.
         shake = drift.shaken
         return (self.acceleration + shake[0] - drift.side_speed * self.yaw_rate, self.speed * self.yaw_rate + drift.side_acceleration,
                 self.yaw_rate, self.yaw_acceleration, drift.roll, drift.pitch, drift.roll_rate, drift.pitch_rate, shake[1])
@@ -112,9 +117,12 @@ class Drive:
     def _wheel(self, target: float, speed: float) -> tuple[float, float]:
         """(angle turned in dt, speed after it)."""
         limit = self.config.max_wheel_speed
-        target = 0.0 if abs(target) < self.config.dead_band else min(max(target, -limit), limit)
-        if target == 0.0 and (abs(speed) < 1e-6 or self.drift.droop and abs(speed) < BRAKE_SPEED):
-            return 0.0, 0.0
+        if abs(target) < self.config.dead_band:
+            if abs(speed) < 1e-6 or self.drift.droop and abs(speed) < BRAKE_SPEED:
+                return 0.0, 0.0
+            target = 0.0
+        elif not -limit <= target <= limit:
+            target = limit if target > 0.0 else -limit
         target -= self.drift.droop
         error = speed - target
         return target * self.dt + error * self._lag * (1.0 - self._decay), target + error * self._decay
@@ -122,29 +130,29 @@ class Drive:
     def _moved(self, distance: float, side: float, turn: float) -> tuple[float, float, float]:
         """The pose after an arc: its chord points along the middle heading and is shorter by sin(turn/2) / (turn/2)."""
         half = 0.5 * turn
-        shorter = sin(half) / half if abs(half) > 1e-9 else 1.0
-        c, s = shorter * cos(self.yaw + half), shorter * sin(self.yaw + half)
+        middle = self.yaw + half
+        shorter = sin(half) / half if half > 1e-9 or half < -1e-9 else 1.0
+        c, s = shorter * cos(middle), shorter * sin(middle)
+        if not side:
+            return self.x + distance * c, self.y + distance * s, self.yaw + turn
         return self.x + distance * c - side * s, self.y + distance * s + side * c, self.yaw + turn
 
     def _free_fraction(self, distance: float, side: float, turn: float) -> float:
-        """How much of the movement the walls and obstacles allow: 1, or less by bisection."""
-        if self._free(distance, side, turn):
-            return 1.0
+        """How much of a movement that walls or obstacles do not allow as a whole they allow, by bisection."""
         low, high = 0.0, 1.0
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
-            if self._free(middle * distance, middle * side, middle * turn):
+            if self._free(*self._moved(middle * distance, middle * side, middle * turn)):
                 low = middle
             else:
                 high = middle
         return low
 
-    def _free(self, distance: float, side: float, turn: float) -> bool:
-        x, y, yaw = self._moved(distance, side, turn)
+    def _free(self, x: float, y: float, yaw: float) -> bool:
         config, world = self.config, self.world
         if world.overlaps(x, y, yaw, config.length, config.width):
             return False
-        if not len(world.obstacles):
+        if not world.obstacles.all:
             return True
         met = self._met(x, y, yaw)
         if not met.any():

@@ -38,7 +38,8 @@ class SimulatedI2c:
         """`length` (1..32) bytes from `register` on. Raises OSError."""
         if not 0 < length <= BLOCK_MAX:
             raise ValueError(f'length is {length} but must be 1 to {BLOCK_MAX}')
-        return self._chip(i2c_addr).read(register, length)
+        chip = self.chips.get(i2c_addr)
+        return (self._chip(i2c_addr) if chip is None or chip.silent else chip).read(register, length)
 
     def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
         """One byte. Raises OSError."""
@@ -69,9 +70,20 @@ class _RealTimeI2c(SimulatedI2c):
         super().__init__(chips)
         self._advance = advance
 
-    def _chip(self, address: int):
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
+        """As a bus whose chips need no clock."""
         self._advance()
-        return super()._chip(address)
+        return super().read_i2c_block_data(i2c_addr, register, length, force)
+
+    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        return super().read_byte_data(i2c_addr, register, force)
+
+    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_i2c_block_data(i2c_addr, register, data, force)
 
 
 def demo(seed: int = 0, clock=time.monotonic) -> SimulatedI2c:

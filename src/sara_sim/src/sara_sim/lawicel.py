@@ -2,7 +2,8 @@
 
 The protocol is that of the CANUSB manual: lines of ASCII ended by CR, answered by CR (done) or BEL (refused); `tiiildd..`, `Tiiiiiiiildd..`,
 `riiil`, `Riiiiiiiil` are frames in both directions, with four hexadecimal digits of milliseconds behind those to the PC after `Z1`.
-It has no bus of its own: it accepts every bit rate, and acceptance filters only when they let everything through.
+The controller behind it is an SJA1000 at 16 MHz: `sxxyy` are its bus timing registers, `M` and `m` the acceptance code and mask of its
+two filters. An adapter that is opened with another bit rate than the bus's hears no frame, sends none, and tells of bus errors.
 """
 
 from __future__ import annotations
@@ -15,25 +16,38 @@ CR, BEL = b'\r', b'\a'
 VERSION, SERIAL = b'V1013', b'NSARA'
 MAX_LINE = 64
 TIMESTAMP_PERIOD_MS = 60000
-STATUS_OVERRUN = 0x08
+STATUS_TX_FULL, STATUS_WARNING, STATUS_OVERRUN, STATUS_PASSIVE, STATUS_BUS_ERROR = 0x02, 0x04, 0x08, 0x20, 0x80
+RATES = (10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000, 1000000)  # S0..S8
+CLOCK_HZ = 16e6
+TX_FIFO = 8  # frames the adapter takes that the bus does not
+RATE_TOLERANCE = 0.01
 _HEX = frozenset(b'0123456789abcdefABCDEF')
 _CLOSED, _OPEN, _LISTEN = 'closed', 'open', 'listen only'
 
 
 class LawicelAdapter:
     """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: n of the last `Sn`, -1 after `sxxyy`, None before;
-    `counts`: what passed and what was refused;
-    `switched`: how often the channel was opened or closed."""
+    `rate`: the bit/s of that; `counts`: what passed and what was refused; `switched`: how often the channel was opened or closed."""
 
-    def __init__(self):
+    def __init__(self, bus_rate: int = 500000):
+        """`bus_rate`: bit/s of the bus that the adapter is plugged into."""
+        self.bus_rate = bus_rate
         self.state = _CLOSED
         self.bit_rate: int | None = None
+        self.rate: float | None = None
+        self.code, self.mask = bytes(4), b'\xFF' * 4
         self.timestamps = False
         self.switched = 0
         self.counts: Counter = Counter()
         self._line = bytearray()
         self._overlong = False
         self._status = 0
+        self._stuck = 0
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the bit rate is the bus's."""
+        return self.rate is not None and abs(self.rate / self.bus_rate - 1.0) <= RATE_TOLERANCE
 
     @property
     def is_open(self) -> bool:
@@ -63,6 +77,12 @@ class LawicelAdapter:
         """A frame of the bus as it goes to the PC; nothing while the channel is closed. `frame.time` is the stamp (s)."""
         if not self.is_open:
             return b''
+        if not self.agrees:
+            self._disturbed()
+            return b''
+        if self.mask != b'\xFF' * 4 and not self._accepts(frame):
+            self.counts['filtered'] += 1
+            return b''
         self.counts['to PC'] += 1
         head = f'T{frame.id:08X}' if frame.extended else f't{frame.id:03X}'
         stamp = f'{int(frame.time * 1000) % TIMESTAMP_PERIOD_MS:04X}' if self.timestamps else ''
@@ -72,6 +92,31 @@ class LawicelAdapter:
         """The PC did not read: tell so in the next status."""
         self.counts['overruns'] += 1
         self._status |= STATUS_OVERRUN
+
+    def _disturbed(self) -> None:
+        self.counts['bus errors'] += 1
+        self._status |= STATUS_WARNING | STATUS_PASSIVE | STATUS_BUS_ERROR
+
+    def _accepts(self, frame: Frame) -> bool:
+        """The SJA1000's dual filter: 16 bits each; a mask bit of 1 is not compared."""
+        if frame.extended:
+            bits = frame.id >> 13
+            first = second = (bits, 0xFFFF)
+        else:
+            head = frame.id << 5  # 11 bits, RTR, and in the first filter the first data byte
+            byte = frame.data[0] if frame.data else 0
+            first = (head | byte >> 4, 0xFFFF if frame.data else 0xFFF0)
+            second = (head, 0xFFF0)
+            if frame.data:
+                low_code, low_mask = self.code[3] & 0x0F, self.mask[3] & 0x0F
+                if (byte & 0x0F ^ low_code) & ~low_mask & 0x0F:
+                    first = None
+        for value, code, mask in ((first, self.code[:2], self.mask[:2]), (second, self.code[2:], self.mask[2:])):
+            if value is not None:
+                bits, compared = value
+                if not (bits ^ int.from_bytes(code, 'big')) & ~int.from_bytes(mask, 'big') & compared:
+                    return True
+        return False
 
     def _command(self, line: bytes, frames: list[Frame]) -> bytes:
         if not line:
@@ -92,7 +137,13 @@ class LawicelAdapter:
         expected = digits + 1 + (0 if remote else 2 * length)
         if length > 8 or len(rest) != expected or identifier > (0x1FFFFFFF if extended else 0x7FF):
             return BEL
-        if remote:
+        if not self.agrees:
+            self._disturbed()
+            if self._stuck >= TX_FIFO:
+                self._status |= STATUS_TX_FULL
+                return BEL
+            self._stuck += 1
+        elif remote:
             self.counts['remote requests'] += 1  # nobody on SARA's bus answers them
         else:
             self.counts['from PC'] += 1
@@ -103,18 +154,21 @@ class LawicelAdapter:
         if self.is_open or len(rest) != 1 or rest not in b'012345678':
             return BEL
         self.bit_rate = int(rest)
+        self.rate = RATES[self.bit_rate]
         return CR
 
     def _registers(self, rest: bytes) -> bytes:
         if self.is_open or len(rest) != 4 or not _HEX.issuperset(rest):
             return BEL
+        prescaler, segments = int(rest[:2], 16), int(rest[2:], 16)
         self.bit_rate = -1
+        self.rate = CLOCK_HZ / (2 * ((prescaler & 0x3F) + 1) * (3 + (segments & 0x0F) + (segments >> 4 & 0x07)))
         return CR
 
     def _open(self, rest: bytes, state: str = _OPEN) -> bytes:
         if rest or self.is_open or self.bit_rate is None:
             return BEL
-        self.state, self._status = state, 0
+        self.state, self._status, self._stuck = state, 0, 0
         self.switched += 1
         return CR
 
@@ -147,7 +201,17 @@ class LawicelAdapter:
         return CR
 
     def _code(self, rest: bytes) -> bytes:
-        return CR if not self.is_open and rest == b'00000000' else BEL
+        value = self._filter(rest)
+        self.code = value or self.code
+        return CR if value else BEL
 
     def _mask(self, rest: bytes) -> bytes:
-        return CR if not self.is_open and rest.upper() == b'FFFFFFFF' else BEL
+        value = self._filter(rest)
+        self.mask = value or self.mask
+        return CR if value else BEL
+
+    def _filter(self, rest: bytes) -> bytes | None:
+        """Four bytes; only between setting the bit rate and opening the channel."""
+        if self.is_open or self.bit_rate is None or len(rest) != 8 or not _HEX.issuperset(rest):
+            return None
+        return bytes.fromhex(rest.decode('ascii'))

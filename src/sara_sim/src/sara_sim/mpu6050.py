@@ -27,6 +27,7 @@ WRITABLE = {
     **dict.fromkeys(range(0x00, 0x0C), 0xFF), **dict.fromkeys(range(0x13, 0x1A), 0xFF), 0x1A: 0x3F, 0x1B: 0xF8, 0x1C: 0xFF,
     **dict.fromkeys(range(0x1D, 0x24), 0xFF), 0x24: 0xFF, **dict.fromkeys(range(0x25, 0x34), 0xFF), 0x34: 0xDF, 0x37: 0xFE, 0x38: 0xF9,
     **dict.fromkeys(range(0x63, 0x68), 0xFF), 0x69: 0x3F, 0x6A: 0xF0, 0x6B: 0x6F, 0x6C: 0xFF}
+REGISTERS = 128
 RESET_S = 0.05  # after DEVICE_RESET registers take no writes (start-up time: 20 ms typical, 100 ms at most)
 STARTUP_S = 0.03  # gyro start-up and signal path reset: the data registers hold still
 SETTLED_S = 12.0  # what is left of the transient after this is below a thousandth of it
@@ -97,11 +98,11 @@ class Mpu6050:
         if self._fresh:
             self._convert()
         registers = self._registers
-        data = list(registers[register:register + length])
+        data = [*registers[register:register + length]]
         if register <= INT_STATUS < register + length or registers[INT_PIN_CFG] & 0x10:
             registers[INT_STATUS] = 0
-        if len(data) < length:  # the address wraps at the end of the file
-            data += list(registers[:length - len(data)])
+        if register + length > REGISTERS:  # the address wraps at the end of the file
+            data += registers[:length - len(data)]
         return data
 
     def write(self, register: int, values: list[int]) -> None:
@@ -135,7 +136,7 @@ class Mpu6050:
         self._configure()
 
     def _power_up(self) -> None:
-        self._registers = registers = bytearray(128)
+        self._registers = registers = bytearray(REGISTERS)
         registers[WHO_AM_I] = ADDRESS
         registers[PWR_MGMT_1] = SLEEP_BIT
         for axis, trim in enumerate(self.trim):
@@ -207,13 +208,15 @@ class Mpu6050:
         last, passed, threshold = self._last, self._passed, self._threshold
         x, y, z = passed[0] + ax - last[0], passed[1] + ay - last[1], passed[2] + az - last[2]
         self._last = (ax, ay, az)
-        peak = max(abs(x), abs(y), abs(z))
+        peak = max(x, y, z, -x, -y, -z)
         turn_ms = above = 1000.0 * dt
         if self._high_pass in HIGH_PASS_HZ:
             if dt != self._decay_for:
                 self._decay_for, self._decays = dt, {n: exp(-dt * 2.0 * pi * hz) for n, hz in HIGH_PASS_HZ.items()}
             decay = self._decays[self._high_pass]
             self._passed = [x * decay, y * decay, z * decay]
+            if peak <= threshold and not self._counter_ms:
+                return
             if peak > threshold > 0.0:
                 above = min(turn_ms, 1000.0 * self._tau * log(peak / threshold))
         else:  # hold: the difference from the sample at which it was switched on

@@ -35,6 +35,10 @@ class ChairOptions:
         if faults:
             raise ConfigError(' '.join(faults))
 
+    def changes(self) -> dict[str, tuple]:
+        """{name: (value, default)} of every option that is not the default."""
+        return {field.name: (getattr(self, field.name), field.default) for field in fields(self) if getattr(self, field.name) != field.default}
+
     def validate(self) -> list[str]:
         """One sentence for every fault found."""
         faults = []

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+
+from sara_sim.config import ConfigError
+from sara_sim.lawicel import RATES
+from sara_sim.options import ChairOptions
 
 
 class SettingsError(ValueError):
@@ -12,22 +16,43 @@ class SettingsError(ValueError):
 
 @dataclass(frozen=True)
 class SimulatorSettings:
-    """`map`: YAML file, '' for an empty floor. `start`: x, y (m), yaw (rad) in the map. `speed`: simulated seconds per second."""
+    """Of the node; those of ChairOptions are parameters too.
+
+    `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, '' for none. `start`: x, y (m), yaw (rad) in the map. `speed`: simulated
+    seconds per second. `port`: where the link to the pseudo-terminal is made. `bitrate`: of the bus, bit/s. `dbc`: the bus's description,
+    a name that canserial knows or a path. `power_up`: begin with the switch-on. `calibrate`: whether the sensor node does. `fast`: IMU
+    frames every 50 ms. `madgwick`: whether 0x206 is sent. `log`: file for a log in the format of candump, '' for none.
+    """
 
     map: str = ''
+    obstacles: str = ''
     start: tuple = (0.0, 0.0, 0.0)
     seed: int = 0
     speed: float = 1.0
     port: str = '/tmp/sara_can'
+    bitrate: int = 500000
+    dbc: str = 'sara'
+    power_up: bool = False
+    calibrate: bool = True
+    fast: bool = False
+    madgwick: bool = True
+    log: str = ''
+    options: ChairOptions = ChairOptions()
 
     @classmethod
     def from_params(cls, params: dict) -> SimulatorSettings:
         """From the node's private parameters. Raises SettingsError that names every fault, unknown names included."""
-        known = dict.fromkeys(cls.__dataclass_fields__)
-        faults = [f'{name} is not a parameter of the simulator (there are {", ".join(known)}).' for name in params if name not in known]
+        known = [field.name for field in fields(cls) if field.name != 'options']
+        optional = [field.name for field in fields(ChairOptions)]
+        faults = [f'{name} is not a parameter of the simulator (there are {", ".join([*known, *optional])}).' for name in params
+                  if name not in known and name not in optional]
         values = {name: params[name] for name in known if name in params}
         if 'start' in values and isinstance(values['start'], (list, tuple)):
             values['start'] = tuple(values['start'])
+        try:
+            values['options'] = ChairOptions(**{name: params[name] for name in optional if name in params})
+        except ConfigError as error:
+            faults.append(str(error))
         settings = cls(**values)
         faults += settings.validate()
         if faults:
@@ -37,8 +62,12 @@ class SimulatorSettings:
     def validate(self) -> list[str]:
         """One sentence for every fault found."""
         faults = []
-        if not isinstance(self.map, str):
-            faults.append(f"map is {self.map!r} but must be the path of a map's YAML file, or '' for an empty floor.")
+        for name, what in (('map', "a map's YAML file, or '' for an empty floor"), ('obstacles', "a YAML file of obstacles, or '' for none"),
+                           ('log', "a file for the log, or '' for none")):
+            if not isinstance(getattr(self, name), str):
+                faults.append(f'{name} is {getattr(self, name)!r} but must be the path of {what}.')
+        if not isinstance(self.dbc, str) or not self.dbc:
+            faults.append(f"dbc is {self.dbc!r} but must be 'sara', 'sara_tenths' or the path of a DBC file.")
         if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(_number, self.start))):
             faults.append(f'start is {self.start!r} but must be [x, y, yaw], finite numbers in m and rad.')
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
@@ -47,6 +76,10 @@ class SimulatorSettings:
             faults.append(f'speed is {self.speed!r} but must be above 0 and at most 100 times real time.')
         if not isinstance(self.port, str) or not self.port.startswith('/'):
             faults.append(f'port is {self.port!r} but must be an absolute path.')
+        if isinstance(self.bitrate, bool) or self.bitrate not in RATES:
+            faults.append(f'bitrate is {self.bitrate!r} but must be one of {", ".join(map(str, RATES))}.')
+        faults += [f'{name} is {getattr(self, name)!r} but must be true or false.' for name in ('power_up', 'calibrate', 'fast', 'madgwick')
+                   if not isinstance(getattr(self, name), bool)]
         return faults
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterator
 
 import numpy as np
 from canserial.frame import Frame
@@ -37,11 +36,12 @@ class Wire:
         """A frame of the PC sets out for the nodes."""
         self._carry(self._from_pc, frame, now, 'from_pc')
 
-    def to_nodes(self, now: float) -> Iterator[Frame]:
+    def to_nodes(self, now: float) -> list[Frame]:
         """The PC's frames that reach the nodes by `now`."""
-        queue = self._from_pc
+        queue, arrived = self._from_pc, []
         while queue and queue[0][0] <= now:
-            yield heapq.heappop(queue)[2]
+            arrived.append(heapq.heappop(queue)[2])
+        return arrived
 
     def to_pc(self, now: float) -> list[Frame]:
         """The frames that reach the PC by `now`, in order, each with its time (s)."""

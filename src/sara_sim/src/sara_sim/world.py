@@ -42,6 +42,7 @@ class World:
         self.obstacles = Obstacles(obstacles)
         self.ramps = list(ramps)
         self._normal_x, self._normal_y = _wall_normals(self.occupied)
+        self._reach: dict = {}
         # Distance from each cell to the nearest occupied one, less what two cells' halves can hide.
         self._clearance = (ndimage.distance_transform_edt(~self.occupied) - 1.5).astype(np.float32) * self.resolution \
             if self.occupied.any() else np.full(self.occupied.shape, np.inf, np.float32)
@@ -93,10 +94,16 @@ class World:
         size = self.resolution
         column, row = (x - self.origin[0]) / size, (y - self.origin[1]) / size
         rows, columns = self.occupied.shape
-        if 0 <= row < rows and 0 <= column < columns and self._clearance[int(row), int(column)] > 0.5 * math.hypot(length, width):
+        if 0 <= row < rows and 0 <= column < columns and self._clear(length, width).item(int(row), int(column)):
             return False
         return rays.rectangle_overlaps(self.occupied, column, row, yaw, 0.5 * length / size, 0.5 * width / size)
 
+
+    def _clear(self, length: float, width: float) -> np.ndarray:
+        """Cells from which a rectangle reaches no occupied cell, however it is turned; worked out once for a rectangle."""
+        if (length, width) not in self._reach:
+            self._reach[length, width] = self._clearance > 0.5 * math.hypot(length, width)
+        return self._reach[length, width]
 
     def meets(self, x: float, y: float, yaw: float, length: float, width: float) -> np.ndarray:
         """Which obstacles (rows of `obstacles.shapes`, bool) a rectangle (m) centred on (x, y, yaw) overlaps."""

@@ -1,20 +1,32 @@
-"""The simulator node: a chair behind a Lawicel adapter on a pseudo-terminal, with /clock, and /ground_truth for tests and plots."""
+"""The simulator node: a chair behind a Lawicel adapter on a pseudo-terminal, with /clock, and /ground_truth for tests and plots.
+
+Services make faults happen. While the adapter is unplugged the pseudo-terminal is really gone, and its link too; plugged in again it is
+a new one under the same name, as with a USB adapter and its udev rule.
+"""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from math import cos, sin
 
 import rospy
+import yaml
+from canserial.bus import BusDescription, BusError
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sara_lowlevel.config import SensorConfig
+from std_srvs.srv import Trigger, TriggerResponse
 
+from sara_sim import obstacles
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
+from sara_sim.faults import FaultError
 from sara_sim.lawicel import LawicelAdapter
 from sara_sim.pacing import Pacer
 from sara_sim.settings import SettingsError, SimulatorSettings
+from sara_sim.srv import Fault, FaultResponse
 from sara_sim.terminal import PortError, Terminal
 from sara_sim.world import World, WorldError
 
@@ -27,8 +39,11 @@ class SimulatorNode:
     """Steps the chair at the asked speed; bytes pass both ways between steps."""
 
     def __init__(self, chair: SimulatedChair, terminal: Terminal, settings: SimulatorSettings):
-        self._chair, self._terminal, self._settings = chair, terminal, settings
-        self._adapter = LawicelAdapter()
+        self._chair, self._settings = chair, settings
+        self._terminal: Terminal | None = terminal
+        self._adapter = LawicelAdapter(settings.bitrate)
+        # Services are called by other threads.
+        self._lock = threading.Lock()
         self._contacts = 0
         self._was_open = False
         self._dropped = 0
@@ -36,6 +51,9 @@ class SimulatorNode:
         self._clock = rospy.Publisher('/clock', Clock, queue_size=100)
         self._truth = rospy.Publisher('/ground_truth', Odometry, queue_size=10)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
+        rospy.Service('~fault', Fault, self._on_fault)
+        rospy.Service('~clear_faults', Trigger, self._on_clear)
+        rospy.Service('~calibrate', Trigger, self._on_calibrate)
 
     def run(self) -> None:
         """Until ROS shuts down."""
@@ -44,10 +62,59 @@ class SimulatorNode:
             self._listen(pacer.wait(time.monotonic()))
             if pacer.wait(time.monotonic()) > 0.0:
                 continue
-            self._step()
+            with self._lock:
+                self._plug()
+                self._step()
             pacer.stepped(time.monotonic())
 
+    def close(self) -> None:
+        """Take the terminal and its link away."""
+        if self._terminal:
+            self._terminal.close()
+            self._terminal = None
+
+    def _on_fault(self, request) -> FaultResponse:
+        try:
+            arguments = yaml.safe_load(request.arguments) if request.arguments.strip() else {}
+            if not isinstance(arguments, dict) or not all(isinstance(name, str) for name in arguments):
+                raise FaultError(f'arguments is {request.arguments!r} but must be a YAML set of names and values.')
+            with self._lock:
+                text = str(self._chair.faults.add(request.name, **arguments))
+        except (FaultError, yaml.YAMLError) as error:
+            return FaultResponse(False, str(error))
+        rospy.logwarn('fault on command: %s', text)
+        return FaultResponse(True, text)
+
+    def _on_clear(self, _) -> TriggerResponse:
+        with self._lock:
+            ended = self._chair.faults.clear()
+        rospy.loginfo('faults on command: %d ended', ended)
+        return TriggerResponse(True, f'{ended} faults ended')
+
+    def _on_calibrate(self, _) -> TriggerResponse:
+        with self._lock:
+            self._chair.calibrate()
+        return TriggerResponse(True, "the sensor node's push-button is pressed")
+
+    def _plug(self) -> None:
+        """Let the terminal come and go with the adapter."""
+        if self._terminal and not self._chair.plugged:
+            rospy.logwarn('the adapter is unplugged: %s is gone', self._settings.port)
+            self.close()
+            self._adapter = LawicelAdapter(self._settings.bitrate)  # it has lost its supply
+            self._was_open = False
+        elif not self._terminal and self._chair.plugged:
+            try:
+                self._terminal = Terminal(self._settings.port)
+            except PortError as error:
+                rospy.logerr_throttle(10.0, 'the adapter cannot be plugged in: %s' % error)
+                return
+            rospy.loginfo('the adapter is plugged in again at %s', self._settings.port)
+
     def _listen(self, timeout: float) -> None:
+        if not self._terminal:
+            time.sleep(timeout)
+            return
         data = self._terminal.read(timeout)
         if not data:
             return
@@ -58,8 +125,9 @@ class SimulatorNode:
             self._terminal.discard()
         if answer:
             self._write(answer)
-        for frame in frames:
-            self._chair.receive(frame)
+        with self._lock:
+            for frame in frames:
+                self._chair.receive(frame)
         if self._adapter.is_open != self._was_open:
             self._was_open = self._adapter.is_open
             rospy.loginfo('the CAN channel on %s is now %s', self._settings.port, self._adapter.state)
@@ -78,14 +146,14 @@ class SimulatorNode:
             self._truth.publish(self._ground_truth(stamp))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
-            rospy.logwarn('contact %d: the chair touches a wall at x %.2f m, y %.2f m', self._contacts, *self._chair.pose[:2])
+            rospy.logwarn('contact %d: the chair touches a wall or an obstacle at x %.2f m, y %.2f m', self._contacts, *self._chair.pose[:2])
         if self._ticks % DIAGNOSTICS_STEPS == 0:
             self._diagnostics.publish(self._status(stamp))
-            if not self._adapter.is_open:
+            if self._terminal and not self._adapter.is_open:
                 rospy.loginfo_throttle(WAITING_S, 'waiting for somebody to open the CAN channel on %s' % self._settings.port)
 
     def _write(self, data: bytes) -> None:
-        if not self._terminal.write(data):
+        if self._terminal and not self._terminal.write(data):
             self._adapter.overrun()
             self._dropped += len(data)
             rospy.logwarn_throttle(10.0, 'nobody reads %s: frames are dropped (%d bytes so far)' % (self._settings.port, self._dropped))
@@ -95,28 +163,59 @@ class SimulatorNode:
         message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, 'map', 'base_link'
         x, y, yaw = self._chair.pose
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        message.pose.pose.orientation.z, message.pose.pose.orientation.w = sin(yaw / 2), cos(yaw / 2)
+        orientation = message.pose.pose.orientation
+        orientation.x, orientation.y, orientation.z, orientation.w = _quaternion(*self._chair.attitude, yaw)
         message.twist.twist.linear.x, message.twist.twist.angular.z = self._chair.velocity
         return message
 
     def _status(self, stamp) -> DiagnosticArray:
         chair, adapter = self._chair, self._adapter
+        faults = chair.faults.list()
         values = {
-            'port': self._settings.port, 'channel': adapter.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
+            'port': self._settings.port, 'adapter plugged in': chair.plugged, 'channel': adapter.state,
+            'bit rate agrees': adapter.agrees, 'faults on command': '; '.join(faults) or 'none', 'sensor node': chair.sensors.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
             'modoPC': chair.motor.mode, 'bytes dropped': self._dropped, 'steps late': self._pacer.slips,
             'seconds given up': round(self._pacer.lost, 3), **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
             **{f'bus: {k}': v for k, v in sorted(chair.counts.items())}, **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
+            **{f'sensor node: {k}': v for k, v in sorted(chair.sensors.counts.items())},
         }
         level, text = DiagnosticStatus.OK, 'running'
-        if not adapter.is_open:
+        if not chair.plugged:
+            level, text = DiagnosticStatus.WARN, 'the adapter is unplugged'
+        elif not adapter.is_open:
             level, text = DiagnosticStatus.WARN, 'nobody has opened the CAN channel'
+        elif not adapter.agrees:
+            level, text = DiagnosticStatus.ERROR, f'the CAN channel is opened with {adapter.rate:.0f} bit/s, the bus has {adapter.bus_rate}'
+        elif faults:
+            level, text = DiagnosticStatus.WARN, f'{len(faults)} faults on command'
         elif chair.drive.touching:
-            level, text = DiagnosticStatus.WARN, 'the chair touches a wall'
+            level, text = DiagnosticStatus.WARN, 'the chair touches a wall or an obstacle'
         message = DiagnosticArray()
         message.header.stamp = stamp
         message.status = [DiagnosticStatus(level=level, name='simulator: chair', message=text, hardware_id='simulated',
                                            values=[KeyValue(key, str(value)) for key, value in values.items()])]
         return message
+
+
+def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    cr, sr, cp, sp, cy, sy = cos(roll / 2), sin(roll / 2), cos(pitch / 2), sin(pitch / 2), cos(yaw / 2), sin(yaw / 2)
+    return sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
+
+
+def make_chair(settings: SimulatorSettings) -> SimulatedChair:
+    """The chair and its world. Raises WorldError, ObstacleError, BusError, OSError."""
+    world = World.from_yaml(settings.map) if settings.map else World.empty()
+    if settings.obstacles:
+        things, ramps = obstacles.load(settings.obstacles)
+        for thing in things:
+            world.obstacles.add(thing)
+        world.ramps.extend(ramps)
+    sensors = SensorConfig(imu_period=0.05 if settings.fast else 0.2, calibrate=settings.calibrate, madgwick=settings.madgwick)
+    chair = SimulatedChair(world, settings.seed, settings.start, BusDescription.named(settings.dbc), options=settings.options, sensors=sensors,
+                           power_up=settings.power_up)
+    if settings.log:
+        chair.log(settings.log)
+    return chair
 
 
 def main() -> None:
@@ -125,15 +224,18 @@ def main() -> None:
     rospy.init_node('simulator', disable_rostime=True)
     try:
         settings = SimulatorSettings.from_params(rospy.get_param('~', {}))
-        world = World.from_yaml(settings.map) if settings.map else World.empty()
-        chair = SimulatedChair(world, settings.seed, settings.start)
-        terminal = Terminal(settings.port)
-    except (SettingsError, WorldError, PortError) as error:
+        chair = make_chair(settings)
+        node = SimulatorNode(chair, Terminal(settings.port), settings)
+    except (SettingsError, WorldError, obstacles.ObstacleError, BusError, OSError) as error:
         rospy.logfatal('the simulator cannot start: %s', error)
         sys.exit(1)
-    for name, (value, default) in chair.config.changes().items():
+    for name, (value, default) in {**chair.config.changes(), **chair.options.changes()}.items():
         rospy.logwarn('this is not the reference chair: %s is %r, not %r', name, value, default)
     rospy.loginfo('simulating chair %d on %s, at %g times real time, adapter at %s', settings.seed, settings.map or 'an empty floor',
                   settings.speed, settings.port)
-    with terminal:
-        SimulatorNode(chair, terminal, settings).run()
+    try:
+        node.run()
+    finally:
+        node.close()
+        if chair.wire.log:
+            chair.wire.log.close()

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""Faults over ROS: the services, the command, /diagnostics, and an adapter that really goes away and comes back."""
+
+import os
+import subprocess
+import time
+import unittest
+
+import can
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from sara_sim.srv import Fault
+from std_srvs.srv import Trigger
+
+
+class FaultsTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('faults_test')
+        cls.port = rospy.get_param('~port')
+        cls.status, cls.truth = [], []
+        rospy.Subscriber('/diagnostics', DiagnosticArray, lambda message: cls.status.extend(message.status), tcp_nodelay=True)
+        rospy.Subscriber('/ground_truth', Odometry, cls.truth.append, tcp_nodelay=True)
+        rospy.wait_for_service('/simulator/fault', 30.0)
+        cls.fault = rospy.ServiceProxy('/simulator/fault', Fault)
+        cls.clear = rospy.ServiceProxy('/simulator/clear_faults', Trigger)
+
+    def setUp(self):
+        self.clear()
+        self.assertTrue(self.until(lambda: os.path.islink(self.port)), 'no adapter')
+
+    def until(self, condition, timeout=15.0):
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            if condition():
+                return True
+            time.sleep(0.01)
+        return False
+
+    def told(self):
+        """The last status, as {key: value}."""
+        return {value.key: value.value for value in self.status[-1].values} if self.status else {}
+
+    def open(self, bitrate=500000):
+        return can.Bus(interface='slcan', channel=self.port, bitrate=bitrate, sleep_after_open=0)
+
+    def hears(self, bus, seconds):
+        deadline, heard = time.monotonic() + seconds, []
+        while time.monotonic() < deadline:
+            message = bus.recv(0.05)
+            if message:
+                heard.append(message.arbitration_id)
+        return heard
+
+    def test_what_is_wrong_is_refused_by_name(self):
+        answer = self.fault('frames_droped', '')
+        self.assertFalse(answer.success)
+        self.assertIn('frames_dropped', answer.message)
+        for arguments in ('{probability: 3}', '[1, 2]', '{probability: ', '{1: 2}'):
+            self.assertFalse(self.fault('frames_dropped', arguments).success)
+        self.assertEqual(self.told().get('faults on command', 'none'), 'none')
+
+    def test_a_fault_is_shown_and_cleared(self):
+        self.assertTrue(self.fault('node_silent', '{node: sensor}').success)
+        self.assertTrue(self.until(lambda: 'node_silent' in self.told().get('faults on command', '')))
+        with self.open() as bus:
+            self.hears(bus, 0.3)
+            heard = self.hears(bus, 1.5)
+            self.assertIn(0x101, heard)
+            self.assertNotIn(0x204, heard)
+            self.assertEqual(self.clear().message, '1 faults ended')
+            self.assertTrue(self.until(lambda: 0x204 in self.hears(bus, 0.3)))
+        self.assertTrue(self.until(lambda: self.told().get('faults on command') == 'none'))
+
+    def test_the_command(self):
+        run = lambda *words: subprocess.run(['rosrun', 'sara_sim', 'fault', *words], capture_output=True, text=True, timeout=60)
+        before = self.truth[-1].pose.pose.position.x
+        done = run('push', 'forward:=0.5', 'duration:=0.5')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(self.until(lambda: self.truth[-1].pose.pose.position.x > before + 0.1), 'it did not move')
+        self.assertNotEqual(run('push', 'forwards:=0.5').returncode, 0)
+        self.assertIn('wheel_slip', run('--list').stdout)
+        self.assertEqual(run('--clear').returncode, 0)
+
+    def test_unplugged_it_is_gone_and_comes_back(self):
+        bus = self.open()
+        self.assertTrue(self.hears(bus, 1.0))
+        self.assertTrue(self.fault('adapter_unplugged', '{duration: 3.0}').success)
+        self.assertTrue(self.until(lambda: not os.path.lexists(self.port)), 'the link is still there')
+
+        def fails():
+            try:
+                bus.recv(0.05)
+            except (can.CanError, OSError, TypeError):
+                return True
+            return False
+        self.assertTrue(self.until(fails), 'the port still reads')
+        try:
+            bus.shutdown()
+        except (can.CanError, OSError, TypeError):
+            bus.serialPortOrig.close()
+        self.assertTrue(self.until(lambda: self.told().get('adapter plugged in') == 'False'))
+        self.assertTrue(self.until(lambda: os.path.islink(self.port)), 'it did not come back')
+        with self.open() as again:
+            self.assertTrue(self.until(lambda: {0x101, 0x204} <= set(self.hears(again, 0.5))))
+
+    def test_a_wrong_bit_rate_hears_nothing_and_is_told(self):
+        with self.open(250000) as bus:
+            self.assertEqual(self.hears(bus, 1.0), [])
+            self.assertTrue(self.until(lambda: self.told().get('bit rate agrees') == 'False'))
+
+
+if __name__ == '__main__':
+    import rostest
+    rostest.rosrun('sara_sim', 'faults_test', FaultsTest)
