@@ -12,7 +12,9 @@ import cantools
 
 from canserial.frame import Frame
 
-DEFAULT_DBC = Path(__file__).resolve().parent / 'dbc' / 'sara.dbc'
+DBC_FOLDER = Path(__file__).resolve().parent / 'dbc'
+DEFAULT_DBC = DBC_FOLDER / 'sara.dbc'
+PACKAGED = ('sara', 'sara_tenths')
 
 
 class BusError(ValueError):
@@ -34,7 +36,7 @@ class BadValue(BusError):
 class BusDescription:
     """Encodes and decodes the frames of one DBC file.
 
-    Raises BusError where the file cannot be read.
+    `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where the file cannot be read.
     """
 
     def __init__(self, path=DEFAULT_DBC):
@@ -43,6 +45,8 @@ class BusDescription:
             database = cantools.database.load_file(self.path)
         except Exception as error:  # cantools raises a family of its own besides OSError
             raise BusError(f'cannot read the bus description {self.path}: {error}') from error
+        self.comment = next((bus.comment for bus in database.buses if bus.comment), '')
+        self.nodes = {node.name: node.comment for node in database.nodes}
         self._by_name = {message.name: message for message in database.messages}
         self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
         self._signals = {message.name: frozenset(signal.name for signal in message.signals)
@@ -50,8 +54,26 @@ class BusDescription:
 
     @classmethod
     def default(cls):
-        """The description of SARA's bus that comes with this package (read once per process)."""
-        return _default()
+        """The description of SARA's bus, 'sara'."""
+        return cls.named('sara')
+
+    @classmethod
+    def named(cls, name):
+        """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s), or that of the file `name`.
+
+        Read once per process. Raises BusError.
+        """
+        path = DBC_FOLDER / f'{name}.dbc'
+        if name not in PACKAGED:
+            path = Path(name)
+            if not path.is_file():
+                raise BusError(f'bus description is {str(name)!r}, allowed are {", ".join(PACKAGED)} or the path of a DBC file')
+        return _read(str(path))
+
+    @property
+    def messages(self):
+        """What the file says of each message, as cantools' Message objects, in the file's order."""
+        return tuple(self._by_name.values())
 
     @property
     def names(self):
@@ -115,6 +137,6 @@ def _bad_value(message, signals, error):
     return BadValue(f'{message.name}: {error}')
 
 
-@lru_cache(maxsize=1)
-def _default():
-    return BusDescription(DEFAULT_DBC)
+@lru_cache(maxsize=None)
+def _read(path):
+    return BusDescription(path)

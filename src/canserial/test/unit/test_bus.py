@@ -4,41 +4,53 @@ import math
 
 import cantools
 import pytest
-from canserial.bus import DEFAULT_DBC, BadLength, BadValue, BusDescription, BusError, UnknownFrame
+from canserial.bus import DBC_FOLDER, PACKAGED, BadLength, BadValue, BusDescription, BusError, UnknownFrame
 from canserial.frame import Frame
 from hypothesis import given
 from hypothesis import strategies as st
 
 BUS = BusDescription.default()
-DATABASE = cantools.database.load_file(str(DEFAULT_DBC))
-MESSAGES = {message.name: message for message in DATABASE.messages}
+BUSES = {name: BusDescription.named(name) for name in PACKAGED}
+DATABASES = {name: cantools.database.load_file(str(DBC_FOLDER / f'{name}.dbc')) for name in PACKAGED}
+MESSAGES = [(bus, message) for bus, database in DATABASES.items() for message in database.messages]
+KINDS = st.sampled_from(MESSAGES)
 
 
 def used_bits(message):
     return sum(((1 << signal.length) - 1) << signal.start for signal in message.signals)
 
 
-@given(st.sampled_from(sorted(MESSAGES)), st.binary(min_size=8, max_size=8))
-def test_decode_then_encode_gives_the_same_bytes(name, data):
-    mask = used_bits(MESSAGES[name])
-    data = (int.from_bytes(data, 'little') & mask).to_bytes(8, 'little')
-    decoded_name, values = BUS.decode(Frame(BUS.id_of(name), data))
-    assert decoded_name == name
-    assert BUS.encode(name, **values).data == data
+@given(KINDS, st.binary(min_size=8, max_size=8))
+def test_decode_then_encode_gives_the_same_bytes(kind, data):
+    name, message = kind
+    bus = BUSES[name]
+    data = (int.from_bytes(data, 'little') & used_bits(message)).to_bytes(8, 'little')
+    decoded_name, values = bus.decode(Frame(bus.id_of(message.name), data))
+    assert decoded_name == message.name
+    assert bus.encode(message.name, **values).data == data
 
 
-@given(st.data())
-def test_encoding_rounds_to_half_a_step(data):
-    name = data.draw(st.sampled_from(sorted(MESSAGES)))
+@given(KINDS, st.data())
+def test_encoding_rounds_to_half_a_step(kind, data):
+    name, message = kind
     values = {}
-    for signal in MESSAGES[name].signals:
+    for signal in message.signals:
         low, high = ((-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed
                      else (0, (1 << signal.length) - 1))
         values[signal.name] = data.draw(st.floats(low * signal.scale, high * signal.scale))
-    frame = BUS.encode(name, **values)
-    for key, value in BUS.decode(frame)[1].items():
-        scale = MESSAGES[name].get_signal_by_name(key).scale
+    frame = BUSES[name].encode(message.name, **values)
+    for key, value in BUSES[name].decode(frame)[1].items():
+        scale = message.get_signal_by_name(key).scale
         assert abs(value - values[key]) <= 0.5 * scale + 1e-6 * scale
+        assert BUSES[name].resolution(message.name, key) == scale
+
+
+def test_the_two_files_differ_in_the_step_of_the_rates_alone():
+    hundredths, tenths = ((DBC_FOLDER / f'{name}.dbc').read_text() for name in PACKAGED)
+    hundredths = hundredths.replace('VERSION "SARA 1"', 'VERSION "SARA 1, angular velocity in tenths"')
+    assert hundredths.count('(0.01,0) [0|0] "deg/s"') == 3
+    assert tenths == hundredths.replace('(0.01,0) [0|0] "deg/s"', '(0.1,0) [0|0] "deg/s"')
+    assert [BUSES[name].resolution('IMPACT_GYRO', 'gz') for name in PACKAGED] == [0.01, 0.1]
 
 
 def test_frames_of_the_bus_as_bytes():
@@ -53,7 +65,7 @@ def test_frames_of_the_bus_as_bytes():
 
 
 def test_every_message_has_eight_bytes_and_no_two_signals_overlap():
-    for message in DATABASE.messages:
+    for _, message in MESSAGES:
         assert message.length == 8
         assert used_bits(message).bit_count() == sum(signal.length for signal in message.signals)
 
@@ -82,3 +94,10 @@ def test_an_unknown_message_and_a_missing_file_are_named():
         BUS.encode('BRAKE')
     with pytest.raises(BusError, match='nowhere.dbc'):
         BusDescription('nowhere.dbc')
+    with pytest.raises(BusError, match="'sahra', allowed are sara, sara_tenths or the path"):
+        BusDescription.named('sahra')
+
+
+def test_a_description_is_found_by_name_or_path_and_read_once():
+    assert BusDescription.named('sara') is BusDescription.default()
+    assert BusDescription.named(str(DBC_FOLDER / 'sara_tenths.dbc')) is BusDescription.named('sara_tenths')

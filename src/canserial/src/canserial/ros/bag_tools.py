@@ -1,0 +1,151 @@
+"""Bus logs between candump's format and bags of canserial/CAN, without a master: `candump2bag`, `bag2candump`."""
+
+import argparse
+import os
+import sys
+from collections import Counter
+
+import genpy
+import rosbag
+from canserial.adapter import BadFrame, check
+from canserial.candump import BadLine, parse, to_line
+from canserial.msg import CAN
+from canserial.ros.conversions import frame_to_msg, msg_to_frame
+from tqdm import tqdm
+
+BAD_LINES_SHOWN = 10
+
+
+class ToolError(Exception):
+    """Why nothing could be converted, in one sentence."""
+
+
+def candump_to_bag(log_path, bag_path, topic='canrx', interface=None, say=print):
+    """Every data frame of a log (of one interface, or of all) to a bag; returns a Counter of what the lines were.
+
+    say(sentence) is told of bad lines by number. Raises ToolError.
+    """
+    counts, interfaces = Counter(), set()
+
+    def convert(bag):
+        with _open(log_path) as log, _progress(log_path, os.path.getsize(log_path), 'B') as progress:
+            for number, text in enumerate(log, 1):
+                progress.update(len(text))
+                if not text.strip():
+                    continue
+                try:
+                    line = parse(text.decode('ascii', 'replace'))
+                except BadLine as error:
+                    counts['bad'] += 1
+                    if counts['bad'] <= BAD_LINES_SHOWN:
+                        say(f'{log_path}, line {number}: {error}')
+                    continue
+                if interface not in (None, line.interface):
+                    counts['other_interface'] += 1
+                    continue
+                interfaces.add(line.interface)
+                counts[line.kind] += 1
+                if line.frame:
+                    message = frame_to_msg(line.frame)
+                    message.timestamp = genpy.Time(line.microseconds // 1000000, line.microseconds % 1000000 * 1000)
+                    # rosbag takes a time of 0 for "now".
+                    bag.write(f'/{topic.strip("/")}', message, message.timestamp or genpy.Time(0, 1))
+
+    _into(bag_path, lambda path: rosbag.Bag(path, 'w'), convert)
+    if len(interfaces) > 1:
+        say(f'{log_path} holds frames of {", ".join(sorted(interfaces))}: all of them are on one topic now (see --interface)')
+    return counts
+
+
+def bag_to_candump(bag_path, log_path, topic='canrx', interface='can0', say=print):
+    """Every frame of a topic of a bag to a log, in the bag's order; returns a Counter. Raises ToolError."""
+    counts = Counter()
+
+    def convert(log):
+        try:
+            bag = rosbag.Bag(bag_path)
+        except (OSError, rosbag.ROSBagException) as error:
+            raise ToolError(f'cannot read {bag_path}: {error}') from error
+        with bag:
+            found = bag.get_type_and_topic_info().topics
+            names = [name for name in found if name.strip('/') == topic.strip('/')]
+            if not names:
+                raise ToolError(f'{bag_path} has no topic {topic}, but {", ".join(sorted(found)) or "none at all"}')
+            wrong = [found[name].msg_type for name in names if found[name].msg_type != CAN._type]
+            if wrong:
+                raise ToolError(f'{topic} of {bag_path} is of type {wrong[0]}, not {CAN._type}')
+            with _progress(bag_path, bag.get_message_count(names), ' frames') as progress:
+                for _, message, time in bag.read_messages(names):
+                    progress.update()
+                    frame = msg_to_frame(message)
+                    try:
+                        check(frame)
+                    except BadFrame as error:
+                        counts['bad'] += 1
+                        if counts['bad'] <= BAD_LINES_SHOWN:
+                            say(f'{bag_path}, {time.to_sec():.6f}: {error}')
+                        continue
+                    stamp = message.timestamp or time
+                    log.write(to_line(frame, interface, stamp.secs * 1000000 + stamp.nsecs // 1000) + '\n')
+                    counts['data'] += 1
+
+    _into(log_path, lambda path: open(path, 'w', encoding='ascii'), convert)
+    return counts
+
+
+def _open(path):
+    try:
+        return open(path, 'rb')
+    except OSError as error:
+        raise ToolError(f'cannot read {path}: {error.strerror}') from error
+
+
+def _progress(name, total, unit):
+    return tqdm(total=total, unit=unit, unit_scale=True, desc=os.path.basename(name), delay=1.0, disable=None)
+
+
+def _into(path, opener, convert):
+    """Write a new file, which takes its name only when it is complete."""
+    if os.path.exists(path):
+        raise ToolError(f'{path} exists already')
+    partial = f'{path}.part'
+    try:
+        target = opener(partial)
+    except OSError as error:
+        raise ToolError(f'cannot write {path}: {error.strerror}') from error
+    try:
+        with target:
+            convert(target)
+        os.rename(partial, path)
+    finally:
+        if os.path.exists(partial):
+            os.unlink(partial)
+
+
+def _main(name, description, source, target, interface_help, interface, convert, arguments):
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser.add_argument('source', metavar=source)
+    parser.add_argument('target', metavar=target, help='must not exist yet')
+    parser.add_argument('--topic', default='canrx', help='topic of the bag (default: %(default)s)')
+    parser.add_argument('--interface', default=interface, help=interface_help)
+    options = parser.parse_args(arguments)
+    try:
+        counts = convert(options.source, options.target, options.topic, options.interface, lambda text: print(text, file=sys.stderr))
+    except ToolError as error:
+        sys.exit(f'{name}: {error}')
+    left = ', '.join(f'{count} {kind.replace("_", " ")}' for kind, count in sorted(counts.items()) if kind != 'data' and count)
+    print(f'{counts["data"]} frames to {options.target}' + (f'; left out: {left}' if left else ''))
+    if not counts['data']:
+        sys.exit(1)
+
+
+def candump2bag(arguments=None):
+    """The command of that name."""
+    _main('candump2bag', 'A log of candump -l to a bag of canserial/CAN.', 'LOG', 'BAG',
+          'take frames of this interface only (default: all)', None, candump_to_bag, arguments)
+
+
+def bag2candump(arguments=None):
+    """The command of that name."""
+    _main('bag2candump', 'A bag of canserial/CAN to a log as candump -l writes it.', 'BAG', 'LOG',
+          'name of the interface in the log (default: %(default)s)', 'can0', bag_to_candump, arguments)

@@ -1,0 +1,46 @@
+"""The document of the bus: docs/bus.md is what the command prints, and every signal of any DBC has its row."""
+
+from pathlib import Path
+
+import pytest
+from canserial import busdoc
+from canserial.bus import BusDescription
+from canserial.busdoc import markdown
+
+BIG_ENDIAN = '''VERSION ""
+NS_ :
+BS_:
+BU_: A
+BO_ 2147483649 LONG: 8 A
+ SG_ big : 7|16@0- (0.5,-3) [0|0] "K" Vector__XXX
+'''
+
+
+def test_the_committed_document_is_what_the_command_prints():
+    committed = Path(__file__).resolve().parents[4] / 'docs' / 'bus.md'
+    assert committed.read_text() == markdown(BusDescription.default()), 'rosrun canserial bus2md > docs/bus.md'
+
+
+def test_every_signal_is_described():
+    bus = BusDescription.default()
+    text = markdown(bus)
+    for message in bus.messages:
+        assert message.cycle_time and f'## {message.name}\n`0x{message.frame_id:03X}`' in text
+        for signal in message.signals:
+            assert signal.comment and signal.comment in text
+
+
+def test_a_bus_of_another_kind(tmp_path):
+    path = tmp_path / 'other.dbc'
+    path.write_text(BIG_ENDIAN)
+    text = markdown(BusDescription.named(str(path)))
+    assert '`0x00000001` (1), 8 bytes, from `A`, every -.' in text
+    assert '| `big` | from 7 (byte 0) | int16, big-endian | 0.5, offset -3 | K | -16387 to 16380.5 |  |' in text
+
+
+def test_the_command(capsys):
+    busdoc.main(['sara'])
+    assert capsys.readouterr().out == markdown(BusDescription.default())
+    with pytest.raises(SystemExit):
+        busdoc.main(['none'])
+    assert 'allowed are sara, sara_tenths or the path of a DBC file' in capsys.readouterr().err
