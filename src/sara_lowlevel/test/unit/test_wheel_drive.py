@@ -75,7 +75,7 @@ def test_a_late_answer_is_not_taken_for_the_other_wheels():
     assert amplifier.left.steps == 0x456 and amplifier.right is None and asked == b'?Q1\r'
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.floats(0.5, 6.0), st.sampled_from([1, -1]), st.floats(7.0, 12.0), st.floats(0.05, 0.25), st.floats(-0.8, 0.8))
 def test_the_wheels_come_to_their_speed_whatever_the_motor(speed, sign, full_speed, lag, load):
     bench = Bench(full_speed=full_speed, lag=lag)
@@ -85,7 +85,8 @@ def test_the_wheels_come_to_their_speed_whatever_the_motor(speed, sign, full_spe
     target = (sign * speed, -sign * speed / 2)
     bench.run(3.0, target, lambda: peak.append(abs(bench.fake.speeds[0])))
     assert bench.fake.speeds == pytest.approx(target, abs=0.1)  # an output step of 1/127 is 0.07 to 0.09 rad/s
-    assert max(peak) < speed * 1.25 + 0.3
+    # What the feed-forward takes the motor for is 9 rad/s at full output: a stronger one runs ahead until the integral has it.
+    assert max(peak) < 1.25 * speed * max(full_speed / 9.0, 1.0) + 0.3
     bench.fake.load = 0.0
     bench.run(1.5)
     assert max(map(abs, bench.fake.speeds)) < 0.05 and bench.drive.fault == ''

@@ -1,0 +1,226 @@
+"""The three commands as processes: frames on a CAN bus (UDP multicast on this machine), a clean end, errors that say what to do."""
+
+import os
+import pty
+import random
+import re
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+import tty
+from pathlib import Path
+
+import pytest
+from canserial.adapter import Adapter, AdapterConfig
+from canserial.bus import BusDescription
+from canserial.config import ConfigError as CanConfigError
+from sara_lowlevel.hardware import HardwareError, open_i2c
+from sara_lowlevel.joystick_device import JoystickState
+from sara_lowlevel.runner import Recorder, adapter_config
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+from fake_amplifier import FakeAmplifier  # noqa: E402
+
+BUS = BusDescription.default()
+
+
+class Command:
+    """A command on a bus of its own, and that bus's frames."""
+
+    def __init__(self, name, *arguments):
+        luck = random.SystemRandom()
+        group = f'239.{luck.randint(64, 127)}.{luck.randint(0, 255)}.{luck.randint(1, 254)}'
+        self.frames, self.adapter = [], Adapter(AdapterConfig('udp_multicast', group))
+        self.adapter.open()
+        path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
+        code = f'from sara_lowlevel.{name}_command import main; main()'
+        self.process = subprocess.Popen([sys.executable, '-c', code, '--can', f'udp_multicast:{group}', *map(str, arguments)],
+                                        env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, cwd=HERE)
+
+    def hear(self, until, limit=60.0):
+        """Collect frames until `until(self)` or `limit` s have passed."""
+        end = time.monotonic() + limit
+        while not until(self):
+            assert time.monotonic() < end and self.process.poll() is None, self.names()
+            frame = self.adapter.receive(0.1, time.monotonic)
+            if frame is not None:
+                self.frames.append((frame.time, *BUS.decode(frame)))
+        return self
+
+    def names(self):
+        return [name for _, name, _ in self.frames]
+
+    def count(self, name):
+        return self.names().count(name)
+
+    def send(self, name, **values):
+        self.adapter.send(BUS.encode(name, **values))
+
+    def end(self, how=signal.SIGINT):
+        self.process.send_signal(how)
+        _, errors = self.process.communicate(timeout=20)
+        self.adapter.close()
+        return self.process.returncode, errors
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+        self.adapter.close()
+
+
+@pytest.mark.parametrize('fast', [False, True])
+def test_the_sensor_node_on_chips_of_a_factory(fast, tmp_path):
+    log = tmp_path / 'bus.log'
+    with Command('sensor', '--i2c', 'fake_chips:demo', '--no-calibrate', '--record', log, *(['--fast'] if fast else [])) as command:
+        command.hear(lambda c: c.count('RANGES_1') >= 12)
+        status, errors = command.end()
+    assert status == 0 and 'running' in errors and 'frames sent' in errors
+    assert set(command.names()) == {'RANGES_1', 'RANGES_2', 'RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK'}
+    first = command.names().index('IMPACT_GYRO')
+    ranges = command.names()[first:].count('RANGES_1')
+    for name in ('RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK'):
+        assert command.names()[first:].count(name) == pytest.approx(ranges * (4 if fast else 1), abs=5)
+    # A process may be late, never early: no faster than its period, seen over the whole run.
+    times = [t for t, name, _ in command.frames if name == 'IMPACT_GYRO']
+    assert times[-1] - times[0] > (len(times) - 1) * (0.05 if fast else 0.2) - 0.15
+    lines = log.read_text().splitlines()
+    assert len(lines) >= len(command.frames)
+    assert all(re.fullmatch(r'\(\d+\.\d{6}\) \S+ 20[1-6]#[0-9A-F]{16}', line) for line in lines)
+
+
+def test_the_button_calibrates_and_imu_frames_pause():
+    with Command('sensor', '--i2c', 'fake_chips:demo', '--no-calibrate') as command:
+        command.hear(lambda c: c.count('IMPACT_GYRO') >= 2)
+        command.process.send_signal(signal.SIGUSR1)
+        start = len(command.frames)
+        command.hear(lambda c: c.names()[start:].count('RANGES_1') >= 8)
+        assert command.names()[start:].count('IMPACT_GYRO') <= 1
+        assert command.end(signal.SIGTERM)[0] == 0
+
+
+class AmplifierOnAPty(threading.Thread):
+    """The simulated AX3500 on a pseudo-terminal."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.fake, self.ending = FakeAmplifier(), False
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self.master, False)
+        self.name_of_port = os.ttyname(slave)
+        self._slave = slave
+
+    def run(self):
+        start = time.monotonic()
+        while not self.ending:
+            self.fake.advance(time.monotonic() - start)
+            try:
+                self.fake.write(os.read(self.master, 4096))
+            except BlockingIOError:
+                pass
+            os.write(self.master, self.fake.read())
+            time.sleep(0.003)
+
+
+def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
+    amplifier = AmplifierOnAPty()
+    amplifier.start()
+    with Command('motor', '--serial', amplifier.name_of_port) as command:
+        command.hear(lambda c: c.count('ENCODER_LEFT') >= 2 and c.count('BATTERY') >= 1)
+
+        sent = [0.0]
+
+        def drive(c):
+            now = time.monotonic()
+            if now < sent[0] + 0.02:  # what is sent is heard here too: no faster than it is read
+                return min(amplifier.fake.angles) > 1.0
+            sent[0] = now
+            c.send('JOYSTICK', velD=0, velI=0, joyx=512, modo=1, joyy=512)
+            granted = [values['modoPC'] for _, name, values in c.frames if name == 'MODO_PC'][-1] == 3
+            c.send('WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A'))
+            return min(amplifier.fake.angles) > 1.0
+        command.hear(drive)
+        status, errors = command.end()
+    assert status == 0 and 'PC drives' in errors
+    deadline = time.monotonic() + 10
+    while amplifier.fake.power != [0.0, 0.0] and time.monotonic() < deadline:
+        time.sleep(0.01)
+    amplifier.ending = True
+    assert amplifier.fake.power == [0.0, 0.0] and amplifier.fake.commands[-1][1] in ('!A00', '!B00')
+    right = [values['steps'] for _, name, values in command.frames if name == 'ENCODER_RIGHT']
+    assert right[-1] > 2000 and right == sorted(right)
+    assert [values['voltage'] for _, name, values in command.frames if name == 'BATTERY'][-1] == pytest.approx(24.707)
+
+
+def test_the_joystick_node_reads_a_device(tmp_path):
+    device = tmp_path / 'js0'
+    os.mkfifo(device)
+    keep = os.open(device, os.O_RDWR)
+    with Command('joystick', '--device', device) as command:
+        command.hear(lambda c: c.count('JOYSTICK') >= 2)
+        assert command.frames[-1][2]['joyy'] == 512
+        os.write(keep, struct.pack('<IhBB', 0, -32767, 2, 1))
+        command.hear(lambda c: c.frames[-1][2]['joyy'] == 1023)
+        values = command.frames[-1][2]
+        assert values['velD'] == values['velI'] > 2.5 and values['modo'] == 1
+        assert command.end()[0] == 0
+    os.close(keep)
+
+
+def test_the_stick_counts_only_while_its_button_is_held():
+    state = JoystickState(hold_button=4)
+    state.feed(struct.pack('<IhBB', 1, 32767, 0x82, 0))
+    assert state.stick == (512, 512)
+    event = struct.pack('<IhBB', 2, 1, 1, 4)
+    state.feed(event[:3])
+    state.feed(event[3:])
+    assert state.stick == (1023, 512)
+    state.feed(struct.pack('<IhBB', 3, 0, 1, 4))
+    assert state.stick == (512, 512)
+
+
+@pytest.mark.parametrize('name, arguments, says', [
+    ('sensor', ['--i2c', '/dev/i2c-99', '--can', 'udp_multicast:239.74.163.2'], 'there is no /dev/i2c-99'),
+    ('sensor', ['--i2c', 'no_such_module:x', '--can', 'udp_multicast:239.74.163.2'], 'no_such_module'),
+    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'can0'], 'INTERFACE:CHANNEL'),
+    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'carrier_pigeon:can0'], 'carrier_pigeon'),
+    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--dbc', '/nowhere.dbc'], '/nowhere.dbc'),
+    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--record', '/nowhere/x.log'], '/nowhere/x.log'),
+    ('motor', ['--serial', '/dev/ttyS99', '--can', 'udp_multicast:239.74.163.2'], '/dev/ttyS99'),
+    ('motor', ['--serial', '/dev/null', '--can', 'udp_multicast:239.74.163.2', '--max-speed', '-1'], 'max_wheel_speed'),
+    ('joystick', ['--device', '/dev/input/js99', '--can', 'udp_multicast:239.74.163.2'], '/dev/input/js99'),
+])
+def test_what_is_missing_is_said_in_one_line(name, arguments, says):
+    path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
+    done = subprocess.run([sys.executable, '-c', f'from sara_lowlevel.{name}_command import main; main()', *arguments],
+                          env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.startswith('error: ') and says in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_adapters_by_name():
+    assert adapter_config('socketcan:can0').port == 'can0' and adapter_config('slcan:/dev/canusb@250000').bitrate == 250000
+    for wrong in ('can0', 'slcan:', 'slcan:/dev/canusb@fast', ':x', 'slcan:/dev/canusb@123'):
+        with pytest.raises(CanConfigError):
+            adapter_config(wrong)
+
+
+def test_an_object_without_smbus2s_methods_is_refused():
+    with pytest.raises(HardwareError, match='read_i2c_block_data'):
+        open_i2c('collections:OrderedDict')
+
+
+def test_a_full_disk_ends_the_recording_only():
+    recorder = Recorder('/dev/full', 'can0', lambda: 1.5)
+    for _ in range(2000):
+        recorder.write(BUS.encode('MODO_PC', modoPC=1))
+    recorder.close()
+    assert 'No space left' in recorder.problem
