@@ -1,12 +1,11 @@
 """What the frames of the bus say, in SI units. `stamp` is the time the frame was received, s."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 RIGHT, LEFT = 0, 1
 
 
-@dataclass(frozen=True)
-class EncoderReading:
+class EncoderReading(NamedTuple):
     """A wheel's counters: `wheel` RIGHT or LEFT, `steps` and `time_100us` both modulo 2^32."""
 
     stamp: float
@@ -15,8 +14,7 @@ class EncoderReading:
     time_100us: int
 
 
-@dataclass(frozen=True)
-class ImuReading:
+class ImuReading(NamedTuple):
     """roll, pitch, yaw: rad (yaw in [-pi, pi]); angular_velocity: 3 x rad/s; linear_acceleration: 3 x m/s2, gravity in it."""
 
     stamp: float
@@ -27,8 +25,17 @@ class ImuReading:
     linear_acceleration: tuple
 
 
-@dataclass(frozen=True)
-class RangeReading:
+class AnglesReading(NamedTuple):
+    """The sensor node's own angles, rad; source: 'complementary' or 'madgwick'. yaw is modulo 65.536 deg (16 bits on the bus)."""
+
+    stamp: float
+    source: str
+    roll: float
+    pitch: float
+    yaw: float
+
+
+class RangeReading(NamedTuple):
     """Distance in m after REP-117: -Inf nearer than the sensor can measure, +Inf no echo within its range."""
 
     stamp: float
@@ -36,8 +43,7 @@ class RangeReading:
     range: float
 
 
-@dataclass(frozen=True)
-class JoystickReading:
+class JoystickReading(NamedTuple):
     """left and forward: -1..1, 0 within the dead band; mode: the `modo` of the bus; the node's own wheel commands, rad/s."""
 
     stamp: float
@@ -48,24 +54,21 @@ class JoystickReading:
     left_wheel: float
 
 
-@dataclass(frozen=True)
-class ModeReading:
+class ModeReading(NamedTuple):
     """Who drives (`modoPC` of the bus): 1 the joystick, 3 the PC."""
 
     stamp: float
     mode: int
 
 
-@dataclass(frozen=True)
-class BatteryReading:
+class BatteryReading(NamedTuple):
     """Voltage in V."""
 
     stamp: float
     voltage: float
 
 
-@dataclass(frozen=True)
-class ImpactReading:
+class ImpactReading(NamedTuple):
     """Whether the sensor node reports an impact (`alarma` of the bus)."""
 
     stamp: float

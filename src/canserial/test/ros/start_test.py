@@ -40,7 +40,7 @@ class StartTest(unittest.TestCase):
 
     def test_by_rosrun(self):
         processes = [self.rosrun('canserial.py', '__name:=run_canserial', '_port:=/dev/no_such_adapter'),
-                     self.rosrun('read.py', '__name:=run_read')]
+                     self.rosrun('read.py', '__name:=run_read', '_calibration_file:=/none/of/it.yaml')]
         self.assertTrue(wait_for('/run_canserial', '/canrx'))
         self.assertTrue(wait_for('/run_read', '/imu/data'))
         self.assertEqual([process.poll() for process in processes], [None, None])
@@ -61,8 +61,8 @@ class StartTest(unittest.TestCase):
 
     def test_wrong_settings_end_the_node_by_name(self):
         for number, (arguments, sentence) in enumerate((
-                (('read.py', '_calibration:=saved'), "calibration is 'saved', which is not available yet"),
-                (('read.py', '_dbc:=/none.dbc'), 'dbc: cannot read the bus description /none.dbc'),
+                (('read.py', '_calibration:=guessed'), "calibration is 'guessed', allowed are 'measure' and 'saved'"),
+                (('read.py', '_dbc:=/none.dbc'), "dbc: bus description is '/none.dbc', allowed are sara, sara_tenths"),
                 (('canserial.py', '_bitrate:=123'), 'bitrate is 123, allowed with slcan are 10000'))):
             process = self.rosrun(*arguments, f'__name:=wrong_{number}')
             output, _ = process.communicate(timeout=20.0)

@@ -5,6 +5,7 @@ import math
 import rospy
 from canserial.frame import Frame
 from canserial.msg import CAN, Encoder
+from geometry_msgs.msg import Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
 
 FIELD_OF_VIEW = math.radians(60.0)
@@ -48,6 +49,15 @@ def imu_to_msg(reading, frame_id, variances):
     return message
 
 
+def angles_to_msg(reading, frame_id):
+    """AnglesReading as geometry_msgs/Vector3Stamped: x roll, y pitch, z yaw (modulo 65.536 deg), rad."""
+    message = Vector3Stamped()
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    message.header.frame_id = frame_id
+    message.vector.x, message.vector.y, message.vector.z = reading.roll, reading.pitch, reading.yaw
+    return message
+
+
 def range_to_msg(reading, minimum, maximum):
     """RangeReading as sensor_msgs/Range in the frame `<name>_frame`."""
     message = Range(radiation_type=Range.ULTRASOUND, field_of_view=FIELD_OF_VIEW, min_range=minimum, max_range=maximum,
@@ -64,11 +74,22 @@ def joystick_to_msg(reading):
     return message
 
 
-def battery_to_msg(reading):
-    """BatteryReading as sensor_msgs/BatteryState; what is not measured is NaN."""
+def battery_to_msg(reading, empty=None, full=None, charging=None):
+    """BatteryReading as sensor_msgs/BatteryState; what is not known is NaN or UNKNOWN.
+
+    empty, full: V; where given, percentage is linear between them. charging: V; where given, from there on it is charging.
+    """
     nan = math.nan
-    message = BatteryState(voltage=reading.voltage, temperature=nan, current=nan, charge=nan, capacity=nan,
-                           design_capacity=nan, percentage=nan, present=True)
+    voltage = reading.voltage
+    percentage = nan if empty is None or full is None else min(1.0, max(0.0, (voltage - empty) / (full - empty)))
+    status = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
+    if charging is not None:
+        status = (BatteryState.POWER_SUPPLY_STATUS_CHARGING if voltage >= charging
+                  else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
+    message = BatteryState(voltage=voltage, temperature=nan, current=nan, charge=nan, capacity=nan,
+                           design_capacity=nan, percentage=percentage, present=True, power_supply_status=status,
+                           power_supply_health=BatteryState.POWER_SUPPLY_HEALTH_UNKNOWN,
+                           power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN)
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     return message
 

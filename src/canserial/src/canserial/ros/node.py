@@ -23,6 +23,14 @@ def config_from_params(config_type):
         stop(f'wrong configuration of {rospy.get_name()}: {error}')
 
 
+def warn_of_unknown_params(known):
+    """Say which private parameters are none of `known`, for a misspelt one would do nothing."""
+    given = rospy.get_param(rospy.get_name(), {})
+    unknown = sorted(set(given) - set(known)) if isinstance(given, dict) else []
+    if unknown:
+        rospy.logwarn('%s has no parameter %s', rospy.get_name(), ', '.join(unknown))
+
+
 def stop(sentence):
     """Say why, and end the process with status 1."""
     rospy.logfatal(sentence)

@@ -2,30 +2,30 @@
 
 import math
 import threading
+import time
 
 import rospy
-from canserial.bus import DEFAULT_DBC, BusDescription, BusError
+from canserial import calibration_file
+from canserial.bus import BusDescription, BusError
+from canserial.calibration_file import CalibrationFileError
 from canserial.config import ReaderConfig
+from canserial.faults import KINDS
 from canserial.msg import CAN, Encoder
 from canserial.ranges import NAMES
 from canserial.reader import Reader
-from canserial.readings import (BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading,
-                                RangeReading)
-from canserial.ros import conversions
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from canserial.readings import (AnglesReading, BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading,
+                                ModeReading, RangeReading)
+from canserial.ros import calibration_store, conversions
+from canserial.ros.node import Diagnostics, config_from_params, stop, warn_of_unknown_params
+from canserial.status import status_of
+from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
 from std_msgs.msg import Bool, UInt8
+from std_srvs.srv import Trigger, TriggerResponse
 
-DROPPED = {
-    'unknown_id': 'frames of an id that the bus description does not hold',
-    'bad_length': 'frames of a wrong length',
-    'joystick_implausible': 'joystick frames beyond the range of the joystick',
-    'imu_gaps': 'gaps between IMU frames',
-    'imu_without_acceleration': 'IMU frames without recent accelerations (0x203)',
-    'imu_without_angles': 'IMU frames without recent angles (0x205)',
-    'set_pose_not_finite': 'poses on /set_pose without a yaw',
-}
+WELL = 60.0      # s; a kind of fault that was away for so long is warned of again
+NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
+PARAMETERS = ('dbc', 'imu_frame', 'calibration_file', 'save_calibration')
 
 
 class ReadNode:
@@ -33,36 +33,55 @@ class ReadNode:
 
     def __init__(self):
         config = config_from_params(ReaderConfig)
+        warn_of_unknown_params({*ReaderConfig.__dataclass_fields__, *PARAMETERS})
         try:
-            bus = BusDescription(rospy.get_param('~dbc', str(DEFAULT_DBC)))
+            bus = BusDescription.named(str(rospy.get_param('~dbc', 'sara')))
         except BusError as error:
             stop(f'wrong configuration of {rospy.get_name()}: dbc: {error}')
-        self.reader = Reader(config, bus)
+        self.file = calibration_store.resolve(rospy.get_param('~calibration_file', calibration_store.DEFAULT_FILE))
+        self.save_at_start = rospy.get_param('~save_calibration', False)
+        if not isinstance(self.save_at_start, bool):
+            stop(f'wrong configuration of {rospy.get_name()}: save_calibration is {self.save_at_start!r}, '
+                 'allowed are true and false')
+        self.gain_is_given = config.gain is not None
+        self.reader = Reader(config, bus, calibration_store.load_at_start(self.file, config))
         self.lock = threading.Lock()
         self.imu_frame = rospy.get_param('~imu_frame', 'base_link')
-        self.warned = set()
+        self.noticed, self.known = {}, {}
         self.stopping = threading.Event()
         self.diagnostics = Diagnostics('frames to readings', 'CAN bus')
+        self.publish = self.advertise_all(config)
+        rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
+        rospy.Service('~calibrate', Trigger, self.on_calibrate)
+        rospy.Service('~reload_gain', Trigger, self.on_reload_gain)
+        rospy.on_shutdown(self.stopping.set)
+        offset = self.reader.offset
+        rospy.loginfo('gain %.4f; %s', self.reader.gain, 'the gyroscope is to be calibrated' if offset is None else
+                      'saved offset %.4f, %.4f, %.4f deg/s' % offset)
+
+    def advertise_all(self, config):
+        """The publishers, as a mapping from the type of a reading to what publishes it."""
         advertise = self.advertise
         imu = advertise('imu/data', Imu)
+        angles = {source: advertise(f'orientation/{source}', Vector3Stamped) for source in ('complementary', 'madgwick')}
         encoders = advertise('encoders', Encoder)
         joystick, battery = advertise('joystick', Joy), advertise('battery', BatteryState)
         mode, impact = advertise('mode', UInt8), advertise('impact', Bool)
         ranges = {name: advertise(f'{name}_range', Range) for name in NAMES}
         variances = config.variances
-        self.publish = {
+        charge = config.battery_empty, config.battery_full, config.battery_charging
+        return {
             ImuReading: lambda r: imu.publish(conversions.imu_to_msg(r, self.imu_frame, variances)),
+            AnglesReading: lambda r: angles[r.source].publish(conversions.angles_to_msg(r, self.imu_frame)),
             EncoderReading: lambda r: encoders.publish(conversions.encoder_to_msg(r)),
             JoystickReading: lambda r: joystick.publish(conversions.joystick_to_msg(r)),
-            BatteryReading: lambda r: battery.publish(conversions.battery_to_msg(r)),
+            BatteryReading: lambda r: battery.publish(conversions.battery_to_msg(r, *charge)),
             ModeReading: lambda r: mode.publish(UInt8(r.mode)),
             ImpactReading: lambda r: impact.publish(Bool(r.impact)),
             RangeReading: lambda r: ranges[r.name].publish(
                 conversions.range_to_msg(r, config.range_min, config.range_max)),
         }
-        rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=10, tcp_nodelay=True)
-        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
-        rospy.on_shutdown(self.stopping.set)
 
     @staticmethod
     def advertise(topic, message_type):
@@ -85,37 +104,110 @@ class ReadNode:
         if not math.isnan(yaw):
             rospy.loginfo('the yaw was set to %.3f rad', yaw)
 
+    def on_calibrate(self, _):
+        """Measure the gyroscope's offset, wait until it is done, save it."""
+        with self.lock:
+            refusal = self.reader.calibrate(rospy.get_time())
+            calibration = self.reader.calibration
+        if refusal:
+            return self.answer(False, f'not calibrated: {refusal}')
+        rospy.loginfo('calibrating the gyroscope: keep the chair still for %.0f s', calibration.duration)
+        self.wait_for(calibration)
+        if not calibration.done:
+            return self.answer(False, f'not calibrated, the old offset stays: {calibration.reason or "interrupted"}')
+        text = 'the offset is %.4f, %.4f, %.4f deg/s' % calibration.offset
+        try:
+            self.save_offset(calibration)
+        except CalibrationFileError as error:
+            return self.answer(False, f'{text} and in use, but not saved: {error}')
+        return self.answer(True, f'{text}; saved in {self.file}')
+
+    def wait_for(self, calibration):
+        """Until the measurement has ended, for good or ill."""
+        frames, since = -1, time.monotonic()
+        while not self.stopping.wait(0.05):
+            with self.lock:
+                if calibration.ended:
+                    return
+                if self.reader.calibration is not calibration:
+                    calibration.start_over('the sensor node began anew')
+                    return
+                if calibration.frames != frames:
+                    frames, since = calibration.frames, time.monotonic()
+                elif time.monotonic() - since > NO_FRAMES:
+                    calibration.start_over('no rates (0x204) come any more')
+                    return
+
+    def save_offset(self, calibration):
+        """Into the calibration file, beside the gain that it may hold. Raises CalibrationFileError."""
+        calibration_store.update(self.file, gyro_offset=calibration.offset, gyro_sigma=calibration.sigma,
+                                 gyro_frames=calibration.frames, gyro_measured=calibration_store.now_in_words())
+
+    def on_reload_gain(self, _):
+        """Take the gain from the calibration file."""
+        if self.gain_is_given:
+            return self.answer(False, 'the gain is not reloaded: ~gain is given')
+        try:
+            gain = calibration_file.load(self.file).gain
+        except FileNotFoundError:
+            return self.answer(False, f'the gain is not reloaded: there is no calibration file {self.file}')
+        except CalibrationFileError as error:
+            return self.answer(False, f'the gain is not reloaded: {error}')
+        if gain is None:
+            return self.answer(False, f'the gain is not reloaded: the calibration file {self.file} holds none')
+        with self.lock:
+            self.reader.gain = gain
+        return self.answer(True, f'the gain is {gain:.4f}')
+
+    @staticmethod
+    def answer(success, text):
+        """Said to the caller and in the log."""
+        (rospy.loginfo if success else rospy.logwarn)(text)
+        return TriggerResponse(success, text)
+
     def run(self):
         """Diagnostics once a second of wall time until ROS shuts down."""
-        silent_since, frames, restarts, said_ready = 0, -1, 0, False
+        restarts, ready = 0, self.reader.ready
         while not self.stopping.wait(1.0):
             with self.lock:
+                status = status_of(self.reader, rospy.get_time())
                 counters = dict(self.reader.counters)
-                calibration = self.reader.calibration
-                collected, reason = calibration.collected, calibration.reason
-                restarted, restarts = calibration.restarts > restarts, calibration.restarts
-                ready, offset = calibration.done, calibration.offset
-            total = counters.get('frames', 0)
-            silent_since = silent_since + 1 if total == frames else 0
-            frames = total
-            if restarted and not ready:
-                rospy.logwarn('the calibration of the gyroscope started over: %s. Keep the chair still.', reason)
-            if ready and not said_ready:
-                rospy.loginfo('the gyroscope is calibrated: offset %.4f, %.4f, %.4f deg/s', *offset)
-                said_ready = True
-            for kind in DROPPED.keys() & counters.keys() - self.warned:
-                rospy.logwarn('%s: counted in /diagnostics', DROPPED[kind])
-                self.warned.add(kind)
-            progress = f'{collected} of {calibration.frames} IMU frames'
-            if silent_since >= 2:
-                level, text = ERROR, f'waiting for frames on {rospy.resolve_name("canrx")}'
+                was_ready, ready, calibration = ready, self.reader.ready, self.reader.calibration
+            text = status.text
+            if not self.reader.frames:
+                text = f'waiting for frames on {rospy.resolve_name("canrx")}'
+            if status.silent or not self.reader.frames:
                 rospy.logwarn_throttle(10.0, text)
             elif not ready:
-                level, text = WARN, f'calibrating the gyroscope at rest: {progress}'
                 rospy.loginfo_throttle(5.0, text)
-            else:
-                level, text = OK, 'publishing'
-            self.diagnostics.publish(level, text, {**counters, 'calibration': progress, 'calibration_restarts': restarts})
+            if ready and not was_ready:
+                self.on_ready(calibration)
+            if calibration is not None and calibration.persistent:
+                if calibration.restarts > restarts and not ready:
+                    rospy.logwarn('the calibration of the gyroscope started over: %s. Keep the chair still.', calibration.reason)
+                restarts = calibration.restarts
+            self.warn_of_faults(counters)
+            self.diagnostics.publish(status.level, text, status.values)
+
+    def on_ready(self, calibration):
+        """The offset was measured at start."""
+        rospy.loginfo('the gyroscope is calibrated: offset %.4f, %.4f, %.4f deg/s', *calibration.offset)
+        if self.save_at_start:
+            try:
+                self.save_offset(calibration)
+                rospy.loginfo('saved in %s', self.file)
+            except CalibrationFileError as error:
+                rospy.logerr('the offset is in use, but not saved: %s', error)
+
+    def warn_of_faults(self, counters):
+        """Once per kind, and again when it was well for a while."""
+        now = time.monotonic()
+        for kind in KINDS.keys() & counters.keys():
+            if counters[kind] == self.known.get(kind):
+                continue
+            if now - self.noticed.get(kind, -math.inf) > WELL:
+                rospy.logwarn('%s: %d so far; counted in /diagnostics', KINDS[kind], counters[kind])
+            self.noticed[kind], self.known[kind] = now, counters[kind]
 
 
 def main():

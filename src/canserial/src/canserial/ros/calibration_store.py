@@ -1,0 +1,53 @@
+"""Where the calibration file lies, and what a node takes from it at start."""
+
+import os
+from datetime import datetime, timezone
+from pathlib import Path
+
+import rospkg
+import rospy
+from canserial import calibration_file
+from canserial.calibration_file import Calibration, CalibrationFileError
+from canserial.ros.node import stop
+
+DEFAULT_FILE = 'sara_calibration.yaml'
+
+
+def resolve(name):
+    """The path of a calibration file: `~` is the home, a relative one lies in ROS_HOME (~/.ros)."""
+    return Path(rospkg.get_ros_home()) / os.path.expanduser(name)
+
+
+def load_at_start(path, config):
+    """The Calibration to start with, or None; ends the node where the settings need a file that is no good.
+
+    A damaged file is never passed over in silence: with calibration 'measure' it could still hold the chair's gain, so only
+    a gain that is given makes it needless.
+    """
+    try:
+        if config.calibration == 'saved':
+            return calibration_file.load_offset(path)
+        return calibration_file.load(path)
+    except FileNotFoundError:
+        return None
+    except CalibrationFileError as error:
+        if config.calibration == 'saved':
+            stop(f'{rospy.get_name()} cannot take the saved calibration: {error}')
+        if config.gain is None:
+            stop(f'{rospy.get_name()} cannot take the gain: {error}; mend it, delete it, or give ~gain')
+        rospy.logwarn('%s; not needed: it is measured and ~gain is given', error)
+        return None
+
+
+def update(path, **changes):
+    """Change these fields of the file, which is made if there is none. Raises CalibrationFileError."""
+    try:
+        stored = calibration_file.load(path)
+    except FileNotFoundError:
+        stored = Calibration()
+    calibration_file.save(path, stored.updated(**changes))
+
+
+def now_in_words():
+    """The time of the day for the file; wall time, for people."""
+    return datetime.now(timezone.utc).isoformat(timespec='seconds')

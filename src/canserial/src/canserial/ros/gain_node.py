@@ -1,0 +1,169 @@
+"""calibrate_gain: turns of known angle to the gain k of the gyroscope (thesis table 4.11), at a terminal beside the chair.
+
+It reads canrx itself, without gain and with an offset that it measures first, so that it needs neither read.py nor what read.py
+is set to. The chair is turned by its joystick; nothing here moves it.
+"""
+
+import argparse
+import math
+import sys
+import threading
+import time
+
+import rospy
+from canserial.bus import BusDescription, BusError
+from canserial.calibration_file import CalibrationFileError
+from canserial.config import ConfigError, ReaderConfig
+from canserial.gain import ANGLES, GainError, GainProcedure
+from canserial.msg import CAN
+from canserial.reader import Reader
+from canserial.ros import calibration_store, conversions
+from canserial.status import status_of
+from std_srvs.srv import Trigger
+
+SIGNS = {'left': (1.0,), 'right': (-1.0,), 'both': (1.0, -1.0)}
+WAYS = {1.0: 'left', -1.0: 'right'}
+
+
+class GivenUp(Exception):
+    """The procedure cannot go on; nothing is saved."""
+
+
+class GainTool:
+    """Asks, listens, computes."""
+
+    def __init__(self, options):
+        self.options = options
+        config = ReaderConfig(gain=1.0, calibration_time=options.calibration_time)
+        self.procedure = GainProcedure([sign * angle for sign in SIGNS[options.directions] for angle in options.angles],
+                                       options.max_residual)
+        self.reader = Reader(config, BusDescription.named(options.dbc))
+        self.lock = threading.Lock()
+        self.zero = 0.0
+        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
+
+    def on_can(self, message):
+        """A frame to the reader."""
+        with self.lock:
+            self.reader.on_frame(conversions.msg_to_frame(message))
+
+    def run(self):
+        """The whole procedure; returns the GainResult. Raises GivenUp, GainError."""
+        self.measure_offset()
+        sign = 0.0
+        while self.procedure.next_angle is not None:
+            angle = self.procedure.next_angle
+            if math.copysign(1.0, angle) != sign:
+                sign = math.copysign(1.0, angle)
+                self.ask(f'Zero: stand at the mark from which you will turn {WAYS[sign]}, and press Enter')
+                self.zero = self.turned_at_rest()
+            self.ask(f'Turn {WAYS[sign]} until the chair stands {abs(angle):g} deg from zero, and press Enter')
+            measured = self.turned_at_rest() - self.zero
+            try:
+                self.procedure.add(angle, measured)
+            except GainError as error:
+                print(f'{error}. Again:', flush=True)
+                continue
+            print(f'  true {angle:.1f} deg, measured {measured:.2f} deg', flush=True)
+        return self.procedure.result()
+
+    def measure_offset(self):
+        """Wait until the reader has measured the offset at rest."""
+        print(f'Keep the chair still for {self.options.calibration_time:g} s.', flush=True)
+        said = None
+        while not self.reader.ready:
+            self.pause(0.1)
+            with self.lock:
+                text, restarts = status_of(self.reader, rospy.get_time()).text, self.reader.calibration.restarts
+            news = text.split(':')[0], restarts
+            if news != said:
+                said = news
+                print(f'  {text}', flush=True)
+        with self.lock:
+            self.reader.yaw_doubtful = False
+        print('  offset %.4f, %.4f, %.4f deg/s' % self.reader.offset, flush=True)
+
+    def turned_at_rest(self):
+        """The turned angle, deg, once the chair stands."""
+        said = False
+        while True:
+            with self.lock:
+                moving = self.reader.motion(rospy.get_time())
+                age = rospy.get_time() - self.reader.seen['IMPACT_GYRO']
+                doubtful, turned = self.reader.yaw_doubtful, math.degrees(self.reader.turned)
+            if doubtful:
+                raise GivenUp('rates (0x204) were missing for so long that the turned angle is not known: begin again')
+            if age > self.reader.config.max_gap:
+                moving = 'no rates (0x204) come'
+            if not moving:
+                return turned
+            if not said:
+                print(f'  waiting until the chair stands ({moving})', flush=True)
+                said = True
+            self.pause(0.1)
+
+    @staticmethod
+    def ask(prompt):
+        """A line from the user, or GivenUp at the end of the input."""
+        print(f'{prompt}: ', end='', flush=True)
+        if not sys.stdin.readline():
+            raise GivenUp('no more input')
+        if rospy.is_shutdown():
+            raise GivenUp('ROS was shut down')
+
+    @staticmethod
+    def pause(seconds):
+        """Wall time, for the bus does not wait for simulated time."""
+        time.sleep(seconds)
+        if rospy.is_shutdown():
+            raise GivenUp('ROS was shut down')
+
+
+def reload_gain(node):
+    """Tell a running read.py to take the new gain; returns what came of it, in words."""
+    service = rospy.resolve_name(f'{node}/reload_gain')
+    try:
+        rospy.wait_for_service(service, timeout=0.5)
+        answer = rospy.ServiceProxy(service, Trigger)()
+    except rospy.ROSException:
+        return f'{service} is not there: the gain counts from the next start of read.py'
+    except rospy.ServiceException as error:
+        return f'{service} failed: {error}'
+    return f'{service}: {answer.message}'
+
+
+def parse(arguments):
+    """The command line."""
+    parser = argparse.ArgumentParser(prog='calibrate_gain', description='Find the gain k of the gyroscope from turns of known angle, '
+                                     'and write it into the calibration file of read.py.')
+    parser.add_argument('--angles', nargs='+', type=float, default=list(ANGLES), metavar='DEG', help='each from zero (90 180 270 360)')
+    parser.add_argument('--directions', choices=SIGNS, default='both',
+                        help="both ways cancel what is left of the offset's error (default)")
+    parser.add_argument('--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME')
+    parser.add_argument('--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)')
+    parser.add_argument('--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)')
+    parser.add_argument('--dbc', default='sara', help='name or path of the bus description (sara)')
+    parser.add_argument('--node', default='read', help='the read.py to be told of the gain (read)')
+    parser.add_argument('--dry-run', action='store_true', help='print the gain, save nothing')
+    options = parser.parse_args(arguments)
+    if any(angle < 0.0 for angle in options.angles):
+        parser.error(f'--angles are {options.angles}, allowed are positive numbers: --directions says which way')
+    return options
+
+
+def main():
+    """Run the command; exit status 0 with a gain, 1 without, 2 for a wrong command line."""
+    options = parse(rospy.myargv()[1:])
+    path = calibration_store.resolve(options.file)
+    rospy.init_node('calibrate_gain', anonymous=True, disable_signals=True)
+    try:
+        result = GainTool(options).run()
+        print('\n'.join(result.table()), flush=True)
+        if not options.dry_run:
+            calibration_store.update(path, gain=result.gain, gain_error=result.error,
+                                     gain_measured=calibration_store.now_in_words())
+            print(f'k is saved in {path}; {reload_gain(options.node)}', flush=True)
+    except (GivenUp, GainError, ConfigError, BusError, CalibrationFileError) as error:
+        raise SystemExit(f'calibrate_gain: {error}') from None
+    except KeyboardInterrupt:
+        raise SystemExit('\ncalibrate_gain: interrupted, nothing is saved') from None

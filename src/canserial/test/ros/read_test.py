@@ -1,0 +1,262 @@
+#!/usr/bin/env python3
+"""read.py and calibrate_gain over ROS: the services, the file between them, and what is published. Frames come on canrx."""
+
+import math
+import os
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+# This test is installed beside canserial.py, which must not be taken for the package.
+HERE = {os.path.dirname(os.path.realpath(path)) for path in (sys.argv[0], __file__)}
+sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in HERE]
+
+import rospy  # noqa: E402
+import rostest  # noqa: E402
+import yaml  # noqa: E402
+from canserial.bus import BusDescription  # noqa: E402
+from canserial.msg import CAN  # noqa: E402
+from canserial.ros.conversions import frame_to_msg  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from geometry_msgs.msg import Vector3Stamped  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from sensor_msgs.msg import BatteryState, Imu  # noqa: E402
+from std_msgs.msg import Bool  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+BUS = BusDescription.default()
+OFFSET = (-0.49, -0.91, -0.65)
+TOPICS = (('imu/data', Imu), ('impact', Bool), ('battery', BatteryState), ('orientation/complementary', Vector3Stamped),
+          ('orientation/madgwick', Vector3Stamped), ('saved/imu/data', Imu))
+
+
+def wait_until(condition, seconds=20.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and not condition():
+        time.sleep(0.01)
+    return condition()
+
+
+class Bus:
+    """Plays the chair: turns of 0.2 s of its frames and of the clock. Each turn waits until the reader has said it."""
+
+    def __init__(self):
+        self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
+        self.canrx = rospy.Publisher('/canrx', CAN, queue_size=1000)
+        self.got = {topic: [] for topic, _ in TOPICS}
+        for topic, kind in TOPICS:
+            rospy.Subscriber(topic, kind, self.got[topic].append, tcp_nodelay=True)
+        self.statuses = {}
+        rospy.Subscriber('/diagnostics', DiagnosticArray, self.note, tcp_nodelay=True)
+        self.time, self.steps, self.count = 1000.0, 0, 0
+        rospy.wait_for_service('/reader/calibrate', 30.0)
+        assert wait_until(lambda: self.canrx.get_num_connections() and self.clock.get_num_connections())
+        self.listeners = self.canrx.get_num_connections()
+        assert wait_until(self.impact_arrives), 'no frame comes through'
+
+    def note(self, message):
+        self.statuses.update({status.name: status for status in message.status})
+
+    def send(self, name, **signals):
+        self.canrx.publish(frame_to_msg(BUS.encode(name, self.time, **signals)))
+
+    def impact_arrives(self):
+        self.tick()
+        time.sleep(0.1)
+        return bool(self.got['impact'])
+
+    def tick(self, rate=0.0, steps=0):
+        """rate: deg/s about z, as the chip measures it. steps: of the left wheel."""
+        self.time += 0.2
+        self.count += 1
+        self.steps += steps
+        alive = 0.01 * (self.count % 2)
+        self.clock.publish(Clock(rospy.Time.from_sec(self.time)))
+        self.send('ENCODER_LEFT', steps=self.steps, time=round(self.time * 1e4))
+        self.send('BATTERY', voltage=24.5)
+        self.send('RANGE_ACCEL', SJO=1.0, ax=alive, ay=0.0, az=9.81)
+        self.send('COMPLEMENTARY', rx=1.0, ry=-2.0, rz=alive)
+        self.send('MADGWICK', roll=2.0, pitch=-1.0, yaw=alive)
+        self.send('IMPACT_GYRO', alarma=0, gx=OFFSET[0] + alive, gy=OFFSET[1], gz=OFFSET[2] + rate)
+
+    def turn(self, count=1, rate=0.0, steps=0):
+        for _ in range(count):
+            before = len(self.got['impact'])
+            self.tick(rate, steps)
+            assert wait_until(lambda: len(self.got['impact']) > before), 'read.py does not answer'
+
+    def turn_until(self, condition, turns=400, **motion):
+        """Turns, until the condition holds; whether it does. They go slowly, for others than the reader listen too."""
+        for _ in range(turns):
+            if condition():
+                return True
+            self.turn(**motion)
+            time.sleep(0.02)
+        return condition()
+
+    def call(self, service, **motion):
+        """Call a Trigger while the bus goes on."""
+        answers = []
+        thread = threading.Thread(target=lambda: answers.append(rospy.ServiceProxy(service, Trigger)()))
+        thread.start()
+        self.turn_until(lambda: not thread.is_alive(), **motion)
+        thread.join(20.0)
+        return answers[0]
+
+
+class ReadTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.bus = Bus()
+        cls.file = rospy.get_param('~file')
+
+    @classmethod
+    def tearDownClass(cls):
+        if os.path.exists(cls.file):
+            os.unlink(cls.file)
+
+    def setUp(self):
+        self.assertTrue(self.bus.turn_until(lambda: self.bus.got['imu/data']), 'not calibrated at start')
+        self.bus.turn(7)
+
+    def rosrun(self, *arguments, **pipes):
+        process = subprocess.Popen(['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   text=True, **pipes)
+        self.addCleanup(lambda: process.stdin and process.stdin.close())
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        return process
+
+    def calibrate(self):
+        answer = self.bus.call('/reader/calibrate')
+        self.assertTrue(answer.success, answer.message)
+        return answer
+
+    def test_what_is_published(self):
+        bus = self.bus
+        self.assertTrue(bus.turn_until(lambda: all(bus.got[topic] for topic, _ in TOPICS[:5])))
+        vector = bus.got['orientation/complementary'][-1].vector
+        self.assertAlmostEqual(vector.x, math.radians(1.0))
+        self.assertAlmostEqual(vector.y, math.radians(-2.0))
+        self.assertAlmostEqual(bus.got['orientation/madgwick'][-1].vector.x, math.radians(2.0))
+        battery = bus.got['battery'][-1]
+        self.assertAlmostEqual(battery.voltage, 24.5, 5)
+        self.assertAlmostEqual(battery.percentage, 0.75, 5)
+        self.assertEqual(battery.power_supply_status, BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
+        self.assertTrue(math.isnan(battery.current))
+
+    def test_calibrate_saves_while_the_imu_goes_on(self):
+        count = len(self.bus.got['imu/data'])
+        answer = self.calibrate()
+        self.assertIn(f'saved in {self.file}', answer.message)
+        self.assertGreaterEqual(len(self.bus.got['imu/data']) - count, 5, 'nothing was published meanwhile')
+        with open(self.file, encoding='utf-8') as file:
+            content = yaml.safe_load(file)
+        for value, right in zip(content['gyro_offset'], OFFSET):
+            self.assertAlmostEqual(value, right, delta=0.011)
+        self.assertGreaterEqual(content['gyro_frames'], 5)
+
+    def test_calibrate_is_refused_while_the_chair_moves_and_given_up_when_it_sets_off(self):
+        bus = self.bus
+        for motion, reason in (({'steps': 100}, 'a wheel turns'), ({'rate': 20.0}, 'the gyroscope moves')):
+            bus.turn(1, **motion)
+            answer = rospy.ServiceProxy('/reader/calibrate', Trigger)()
+            self.assertFalse(answer.success)
+            self.assertIn(f'the chair moves: {reason}', answer.message)
+            bus.turn(7)
+        answers = []
+        thread = threading.Thread(target=lambda: answers.append(rospy.ServiceProxy('/reader/calibrate', Trigger)()))
+        thread.start()
+        self.assertTrue(bus.turn_until(lambda: not thread.is_alive(), steps=100))
+        self.assertFalse(answers[0].success)
+        self.assertIn('wheel', answers[0].message)
+
+    def test_a_saved_calibration_is_there_at_once(self):
+        self.calibrate()
+        bus = self.bus
+        listeners = bus.canrx.get_num_connections()
+        process = self.rosrun('read.py', '__ns:=saved', 'canrx:=/canrx', '_calibration:=saved', f'_calibration_file:={self.file}')
+        self.assertTrue(wait_until(lambda: bus.canrx.get_num_connections() > listeners))
+        self.assertTrue(bus.turn_until(lambda: bus.got['saved/imu/data'], turns=100))
+        self.assertAlmostEqual(bus.got['saved/imu/data'][-1].angular_velocity.z, 0.0, delta=math.radians(0.02))
+        self.assertIsNone(process.poll())
+
+    def test_a_bad_file_ends_the_node_with_one_sentence(self):
+        bad = self.file + '.bad'
+        self.addCleanup(lambda: os.path.exists(bad) and os.unlink(bad))
+        for number, (content, arguments, sentence) in enumerate((
+                (None, ['_calibration:=saved'], 'there is no calibration file'),
+                ('gyro_offset: [0, 0', ['_calibration:=saved'], 'is damaged'),
+                ('gyro_offset: [0, 0, 99]', ['_calibration:=saved'], 'is implausible: gyro_offset is (0, 0, 99)'),
+                ('gain: 1.1', ['_calibration:=saved'], 'holds no gyro_offset'),
+                ('gain: [', [], 'is damaged'))):
+            if content is not None:
+                with open(bad, 'w', encoding='utf-8') as file:
+                    file.write(content)
+            process = self.rosrun('read.py', f'__name:=bad_{number}', f'_calibration_file:={bad}', *arguments)
+            output, _ = process.communicate(timeout=30.0)
+            self.assertIn(sentence, output)
+            self.assertEqual(process.returncode, 1)
+
+    def test_the_gain_by_turns_of_known_angle(self):
+        bus = self.bus
+        listeners = bus.canrx.get_num_connections()
+        process = self.rosrun('calibrate_gain', '--angles', '90', '360', '--calibration-time', '1.0', '--file', self.file,
+                              '--node', '/reader', stdin=subprocess.PIPE)
+        said = []
+
+        def listen():
+            for character in iter(lambda: process.stdout.read(1), ''):
+                said.append(character)
+
+        listener = threading.Thread(target=listen, daemon=True)
+        listener.start()
+        self.addCleanup(listener.join)
+        self.assertTrue(wait_until(lambda: bus.canrx.get_num_connections() > listeners))
+
+        def answer_when(prompt, count=1):
+            self.assertTrue(bus.turn_until(lambda: ''.join(said).count(prompt) >= count), ''.join(said))
+            process.stdin.write('\n')
+            process.stdin.flush()
+
+        for number, sign in enumerate((1.0, -1.0), 1):
+            way = 'left' if sign > 0.0 else 'right'
+            answer_when(f'from which you will turn {way}, and press Enter: ')
+            turned = 0.0
+            for angle in (90.0, 360.0):
+                self.assertTrue(bus.turn_until(lambda: f'Turn {way} until the chair stands {angle:g} deg' in ''.join(said)))
+                rate = sign * (angle - turned) / 1.1 / 4.0
+                bus.turn(20, rate=round(rate, 2))
+                bus.turn(8)
+                turned = angle
+                answer_when(f'Turn {way} until the chair stands {angle:g} deg from zero, and press Enter: ')
+        self.assertTrue(bus.turn_until(lambda: process.poll() is not None, turns=1000), ''.join(said))
+        listener.join(5.0)
+        output = ''.join(said)
+        self.assertEqual(process.returncode, 0, output)
+        self.assertIn('k = 1.10', output)
+        self.assertIn('/reader/reload_gain: the gain is 1.10', output)
+        with open(self.file, encoding='utf-8') as file:
+            self.assertAlmostEqual(yaml.safe_load(file)['gain'], 1.1, delta=0.002)
+        before = len(bus.got['imu/data'])
+        bus.turn(2, rate=10.0)
+        self.assertTrue(wait_until(lambda: len(bus.got['imu/data']) >= before + 2))
+        self.assertAlmostEqual(bus.got['imu/data'][-1].angular_velocity.z, math.radians(11.0), delta=math.radians(0.1))
+
+    def test_a_wrong_mode_and_a_silent_frame_are_named_in_the_diagnostics(self):
+        bus = self.bus
+        bus.send('MODO_PC', modoPC=9)
+
+        def status():
+            return bus.statuses.get('reader: frames to readings')
+
+        self.assertTrue(bus.turn_until(lambda: status() and any(v.key == 'mode_implausible' for v in status().values)))
+        self.assertTrue(bus.turn_until(lambda: '0x201 RANGES_1' in status().message, turns=200), status())
+
+
+if __name__ == '__main__':
+    rospy.init_node('read_test', disable_rostime=True)
+    rostest.rosrun('canserial', 'read', ReadTest)
