@@ -11,7 +11,7 @@ unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
 mkdir -p build devel/lib/python3/dist-packages
 if [ "$target" = install ]; then mkdir -p install && touch install/CATKIN_IGNORE; fi  # this folder is the source space too
 log=build/build.log
-stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \
+stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' -o -name '*.cfg' \
         -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' | sort | xargs stat -c '%n %Y' | sha1sum)
 if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then exit 0; fi
 echo "== build: catkin packages into devel/ (log: $log)"

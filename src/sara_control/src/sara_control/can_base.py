@@ -7,7 +7,8 @@ read them at the same time; a wheel whose partner was lost waits for the next pa
 
 import math
 from collections import Counter
-from typing import NamedTuple
+
+from sara_control.base import WheelPositions
 
 WRAP = 2 ** 32
 TICK = 1e-4  # s
@@ -16,40 +17,34 @@ CLOSED_LOOP, STOP = ord('C'), ord('A')
 RIGHT, LEFT = 0, 1
 
 
-class WheelPositions(NamedTuple):
-    """left, right: rad since the first pair. stamp: reception, s. interval: s since the last pair by the motor node's clock."""
-
-    left: float
-    right: float
-    stamp: float
-    interval: float
-
-
 class CanBase:
-    """bus: canserial.bus.BusDescription. max_wheel_speed: rad/s, faster is not believed.
+    """bus: canserial.bus.BusDescription. max_wheel_speed: rad/s, faster is not believed. period: s between two readings.
 
-    `counters` counts what was dropped, by kind.
+    `counters` counts what was dropped and what was lost, by kind.
     """
 
     PAIR_TOLERANCE = 0.005  # s
     STALE = 1.0  # s; a clock that went back by less repeats an old frame, by more was started anew
 
-    def __init__(self, bus, steps_per_turn=64000, max_wheel_speed=20.0):
+    def __init__(self, bus, steps_per_turn=64000, max_wheel_speed=20.0, period=0.1):
         self._bus = bus
         self._radians = math.tau / steps_per_turn
         self._max_wheel_speed = max_wheel_speed
+        self._period = period
         self._resolution = bus.resolution('WHEEL_COMMAND', 'left'), bus.resolution('WHEEL_COMMAND', 'right')
         self._rest = [0.0, 0.0]
         self._waiting = {}
+        self._newest = {}
         self._last = None
         self._steps = (0, 0)
+        self._unmeasured = 0.0
         self.mode = None
         self.counters = Counter()
 
     @classmethod
     def from_config(cls, bus, config):
         """With the settings of a ControllerConfig."""
-        return cls(bus, config.steps_per_turn, config.max_wheel_speed)
+        return cls(bus, config.steps_per_turn, config.max_wheel_speed, config.encoder_period)
 
     @property
     def may_drive(self):
@@ -65,6 +60,10 @@ class CanBase:
         if reading.wheel not in (RIGHT, LEFT):
             self.counters['unknown_wheel'] += 1
             return None
+        if not self._is_newer(reading):
+            self.counters['repeated'] += 1
+            return None
+        self._newest[reading.wheel] = reading.time_100us
         self._waiting[reading.wheel] = reading
         partner = self._waiting.get(1 - reading.wheel)
         if partner is None:
@@ -77,6 +76,10 @@ class CanBase:
         self._waiting.clear()
         return self._on_pair(self._pair(reading, partner))
 
+    def _is_newer(self, reading):
+        newest = self._newest.get(reading.wheel)
+        return newest is None or not -self.STALE < _signed(reading.time_100us - newest) * TICK <= 0.0
+
     @staticmethod
     def _pair(one, other):
         right, left = (one, other) if one.wheel == RIGHT else (other, one)
@@ -84,24 +87,27 @@ class CanBase:
 
     def _on_pair(self, pair):
         left, right, clock, stamp = pair
-        if self._last is None:
-            self._last = pair
+        last, self._last = self._last, pair
+        if last is None:
             return WheelPositions(0.0, 0.0, stamp, 0.0)
-        ticks = _signed(clock - self._last[2])
-        interval = ticks * TICK
-        if -self.STALE < interval <= 0.0:
-            self.counters['repeated'] += 1
-            return None
-        moved = _signed(left - self._last[0]), _signed(right - self._last[1])
-        self._last = pair
-        if interval <= 0.0:
+        interval = _signed(clock - last[2]) * TICK
+        if interval <= 0.0:  # repeated frames never come here: the motor node started anew, its counters too
             self.counters['clock_restarted'] += 1
+            self._unmeasured += max(0.0, stamp - last[3])
             return None
+        moved = _signed(left - last[0]), _signed(right - last[1])
         if max(map(abs, moved)) * self._radians > self._max_wheel_speed * interval:
             self.counters['implausible_steps'] += 1
             moved = (0, 0)
+            self._unmeasured += interval
+            interval = 0.0
+        lost = max(0, round(interval / self._period) - 1)
+        if lost:
+            self.counters['readings_lost'] += lost
         self._steps = (self._steps[0] + moved[0], self._steps[1] + moved[1])
-        return WheelPositions(self._steps[0] * self._radians, self._steps[1] * self._radians, stamp, interval)
+        unmeasured, self._unmeasured = self._unmeasured, 0.0
+        return WheelPositions(self._steps[0] * self._radians, self._steps[1] * self._radians, stamp, interval,
+                              lost * self._period, unmeasured)
 
     def command(self, left, right):
         """The frame that commands these wheel speeds (rad/s); a stop that asks for control while the PC has none."""

@@ -15,7 +15,10 @@ STRAIGHT = 1e-6  # rad turned in an interval: below it the arc's radius is not c
 
 @dataclass(frozen=True)
 class OdometryState:
-    """Pose in the odometry frame (m, rad, heading not wrapped) and speed in the body frame (m/s, rad/s) at `stamp` (s)."""
+    """Pose in the odometry frame (m, rad, heading not wrapped) and speed in the body frame (m/s, rad/s) at `stamp` (s).
+
+    The covariances are diagonals: x y z roll pitch yaw.
+    """
 
     stamp: float
     x: float
@@ -23,6 +26,8 @@ class OdometryState:
     heading: float
     linear: float
     angular: float
+    pose_covariance: tuple = (0.0,) * 6
+    twist_covariance: tuple = (0.0,) * 6
 
 
 class Odometry:
@@ -71,6 +76,22 @@ class Odometry:
         self._speeds.append((distance / dt, turn / dt))
         self.linear, self.angular = (sum(speeds) / len(self._speeds) for speeds in zip(*self._speeds))
         return True
+
+    def update_open_loop(self, linear, angular, time):
+        """The chair is taken to have moved with these speeds (m/s, rad/s) since the last call. True if it was not the first.
+
+        Where time went back nothing moved.
+        """
+        before, self._time = self._time, time
+        self.linear, self.angular = linear, angular
+        if before is None or time < before:
+            return False
+        self._integrate(linear * (time - before), angular * (time - before))
+        return True
+
+    def rebase(self, left, right):
+        """Count on from these wheel positions (rad): what lies between was not measured. Pose and speed stay."""
+        self._wheels = (left, right)
 
     def _integrate(self, distance, turn):
         if abs(turn) < STRAIGHT:

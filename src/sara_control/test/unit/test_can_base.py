@@ -54,7 +54,7 @@ def test_repeated_frames_change_nothing():
     pair(base, 100, 100, 1000)
     assert pair(base, 100, 100, 1000) is None
     assert pair(base, 0, 0, 0) is None
-    assert base.counters['repeated'] == 2
+    assert base.counters == {'repeated': 4}
     assert pair(base, 200, 200, 2000).left == pytest.approx(200 * STEP)
 
 
@@ -67,12 +67,85 @@ def test_a_motor_node_that_restarts_moves_nothing():
     assert base.counters['clock_restarted'] == 1
 
 
+def test_readings_that_are_missing_are_counted_and_said():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    assert pair(base, 100, 100, 1000, apart=2).missed == 0.0
+    wheels = pair(base, 400, 400, 4000)
+    assert wheels.missed == pytest.approx(0.2) and wheels.unmeasured == 0.0
+    assert base.counters['readings_lost'] == 2
+
+
+def test_what_a_restart_hid_is_said_with_the_next_reading():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 500000, stamp=1.0)
+    assert pair(base, 0, 0, 10, stamp=4.0) is None
+    wheels = pair(base, 64, 64, 1010, stamp=4.1)
+    assert wheels.unmeasured == pytest.approx(3.0) and wheels.interval == pytest.approx(0.1)
+    assert pair(base, 128, 128, 2010, stamp=4.2).unmeasured == 0.0
+
+
+def test_an_implausible_step_is_time_without_knowledge():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    wheels = pair(base, 1 << 24, 0, 1000)
+    assert wheels.interval == 0.0 and wheels.unmeasured == pytest.approx(0.1)
+
+
+def test_one_wheels_frame_that_comes_again_is_no_partner():
+    base = CanBase(BUS)
+    pair(base, 0, 0, 0)
+    pair(base, 100, 100, 1000)
+    assert base.on_encoder(EncoderReading(0.2, RIGHT, 100, 1000)) is None
+    assert pair(base, 200, 200, 2000).left == pytest.approx(200 * STEP)
+    assert base.counters == {'repeated': 1}
+
+
+@given(st.integers(0, WRAP - 1), st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), min_size=1, max_size=40), st.randoms())
+def test_whatever_is_lost_or_repeated_the_way_is_measured(ticks, fates, random):
+    """Steady wheels; frames vanish or come twice, in any order of the wheels: positions stay those of the clock."""
+    base = CanBase(BUS)
+    pair(base, 0, 0, ticks)
+    for k, (right_lost, left_lost, twice) in enumerate(fates, 1):
+        frames = [EncoderReading(0.1 * k, RIGHT, 128 * k % WRAP, (ticks + 1000 * k) % WRAP)] * (not right_lost)
+        frames += [EncoderReading(0.1 * k, LEFT, 64 * k % WRAP, (ticks + 1000 * k + 3) % WRAP)] * (not left_lost)
+        frames += frames * twice
+        random.shuffle(frames)
+        for frame in frames:
+            wheels = base.on_encoder(frame)
+            if wheels is not None:
+                assert (wheels.left, wheels.right) == pytest.approx((64 * k * STEP, 128 * k * STEP))
+    k += 1
+    wheels = pair(base, 64 * k, 128 * k, ticks + 1000 * k, apart=3)
+    assert (wheels.left, wheels.right) == pytest.approx((64 * k * STEP, 128 * k * STEP))
+
+
 def test_steps_that_no_wheel_can_make_are_not_believed():
     base = CanBase(BUS)
     pair(base, 0, 0, 0)
     assert pair(base, 1 << 24, 0, 1000).left == 0.0
     assert pair(base, (1 << 24) + 64, 0, 2000).left == pytest.approx(64 * STEP)
     assert base.counters['implausible_steps'] == 1
+
+
+@given(st.floats(0.05, 7.0), st.sampled_from([-1, 1]))
+def test_over_a_second_and_over_ten_the_mean_command_is_what_was_asked(speed, sign):
+    base = CanBase(BUS)
+    base.on_mode(3)
+    sent = [BUS.decode(base.command(sign * speed, -sign * speed))[1] for _ in range(500)]
+    for name, wanted in (('left', sign * speed), ('right', -sign * speed)):
+        values = [command[name] for command in sent]
+        for start in range(0, 500, 50):
+            assert sum(values[start:start + 50]) / 50 == pytest.approx(wanted, abs=1.0 / (9.5 * 50) + 1e-9)
+        assert sum(values) / 500 == pytest.approx(wanted, rel=0.01)
+
+
+@given(st.lists(st.floats(0.05, 7.0), min_size=50, max_size=50))
+def test_the_mean_holds_for_speeds_that_change_too(speeds):
+    base = CanBase(BUS)
+    base.on_mode(3)
+    sent = [BUS.decode(base.command(speed, 1.0))[1]['left'] for speed in speeds]
+    assert sum(sent) / 50 == pytest.approx(sum(speeds) / 50, abs=1.0 / (9.5 * 50) + 1e-9)
 
 
 @given(st.floats(0.05, 7.0), st.sampled_from([-1, 1]), st.integers(1, 200))

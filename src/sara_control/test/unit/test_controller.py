@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.config import ConfigError, ControllerConfig, not_available
+from sara_control.config import ConfigError, ControllerConfig
 from sara_control.controller import DiffDriveController
 
 PARAMS = {'wheel_separation': 0.525, 'wheel_radius': 0.155, 'left_wheel': 'left', 'right_wheel': ['right'],
@@ -100,14 +100,222 @@ def test_multipliers_scale_the_geometry():
     assert config.separation == 1.05 and config.radii == (0.0775, 0.0775)
 
 
-def test_configuration_faults_are_named_all_at_once():
-    with pytest.raises(ConfigError, match='wheel_radius is -1.*twist_covariance_diagonal is .*six.*right_wheel is'):
-        ControllerConfig.from_params({**PARAMS, 'wheel_radius': -1, 'twist_covariance_diagonal': [1.0],
-                                      'right_wheel': ['a', 'b']})
-    with pytest.raises(ConfigError, match='wheel_separation is missing, and taking it from the URDF is not available'):
-        ControllerConfig.from_params({})
+def config(**changes):
+    return ControllerConfig.from_params({**PARAMS, **changes})
 
 
-def test_what_the_peer_has_and_this_has_not_is_named():
-    sentences = not_available({**PARAMS, 'open_loop': True, 'linear': {'x': {'has_velocity_limits': True}}})
-    assert [sentence.split()[0] for sentence in sentences] == ['open_loop', 'linear/x/has_velocity_limits']
+class Ideal:
+    """Wheels that do at once what they are told, 100 cycles a second."""
+
+    def __init__(self, config, start=(0.0, 0.0)):
+        self.controller = DiffDriveController(config)
+        self.angles, self.t = list(start), 100.0
+        self.obey = (1.0, 1.0)
+        self.commands = []
+        self.controller.on_wheels(*self.angles, self.t)
+        self.controller.update(self.t)
+
+    def run(self, seconds, v=None, w=0.0, dt=0.01, encoders=True):
+        for _ in range(round(seconds / dt)):
+            if v is not None:
+                self.controller.on_command(v, w, self.t)
+            speeds = self.controller.update(self.t)
+            self.commands.append(self.controller.command)
+            self.angles = [angle + speed * dt * obeys for angle, speed, obeys in zip(self.angles, speeds, self.obey)]
+            self.t += dt
+            if encoders:
+                self.controller.on_wheels(*self.angles, self.t)
+        return self.controller.odometry
+
+
+VARIANTS = {
+    'plain': {}, 'open_loop': {'open_loop': True}, 'multipliers': {'wheel_separation_multiplier': 1.3, 'wheel_radius_multiplier': 0.9},
+    'left_and_right': {'left_wheel_radius_multiplier': 1.05, 'right_wheel_radius_multiplier': 0.95},
+    'several_wheels': {'left_wheel': ['a', 'b', 'c'], 'right_wheel': ['d', 'e', 'f']}}
+
+
+@pytest.mark.parametrize('name', VARIANTS)
+def test_forward_goes_forward(name):
+    """0.1 m/s for 10 s: 1 m, and nothing else."""
+    odometry = Ideal(config(**VARIANTS[name])).run(10.0, 0.1)
+    assert odometry.x == pytest.approx(1.0, abs=0.01)
+    assert odometry.y == pytest.approx(0.0, abs=1e-9) and odometry.heading == pytest.approx(0.0, abs=1e-9)
+    assert (odometry.linear, odometry.angular) == pytest.approx((0.1, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize('name', VARIANTS)
+def test_a_turn_turns_on_the_spot(name):
+    odometry = Ideal(config(**VARIANTS[name])).run(10.0, 0.0, math.pi / 10.0)
+    assert odometry.heading == pytest.approx(math.pi, abs=0.03)
+    assert math.hypot(odometry.x, odometry.y) < 0.01
+    assert odometry.angular == pytest.approx(math.pi / 10.0, abs=1e-6)
+
+
+def test_a_side_with_several_joints_counts_as_their_mean():
+    controller = DiffDriveController(config(left_wheel=['a', 'b'], right_wheel=['c', 'd']))
+    controller.on_wheels((1.0, 3.0), (2.0, 2.0), 1.0)
+    state = controller.on_wheels((2.0, 4.0), (3.5, 2.5), 2.0)
+    assert state.x == pytest.approx(0.155) and state.heading == pytest.approx(0.0)
+    assert controller.on_wheels((2.0, math.nan), (3.0, 3.0), 3.0) is None, 'one joint of a side is not known'
+    assert controller.on_wheels((), (3.0, 3.0), 3.0) is None
+
+
+LIMITS = {'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': 1.0, 'linear/x/has_acceleration_limits': True,
+          'linear/x/max_acceleration': 1.0, 'linear/x/has_jerk_limits': True, 'linear/x/max_jerk': 3.0,
+          'angular/z/has_velocity_limits': True, 'angular/z/max_velocity': 2.0, 'angular/z/has_acceleration_limits': True,
+          'angular/z/max_acceleration': 2.0}
+
+
+def test_commands_are_limited_in_jerk_then_acceleration_then_speed():
+    robot = Ideal(config(**LIMITS))
+    robot.run(0.5, 10.0)
+    v = robot.controller.command[0]
+    assert v == pytest.approx(1.0 / 3.0 / 2.0 + (0.5 - 1.0 / 3.0), abs=0.02)  # to 1 m/s2 in 1/3 s, then on
+    robot.run(4.0, 10.0)
+    assert robot.controller.command[0] == pytest.approx(1.0)
+    speeds = [command[0] for command in robot.commands]
+    assert max(b - a for a, b in zip(speeds, speeds[1:])) <= 0.01 + 1e-9
+
+
+def test_turns_are_limited_too():
+    robot = Ideal(config(**LIMITS))
+    robot.run(0.5, 0.0, 10.0)
+    assert robot.controller.command[1] == pytest.approx(1.0, abs=0.05)
+    robot.run(1.0, 0.0, 10.0)
+    assert robot.controller.command[1] == 2.0
+
+
+def test_a_late_cycle_does_not_leap():
+    """A second's pause of the process is no second's acceleration."""
+    robot = Ideal(config(**{'linear/x/has_acceleration_limits': True, 'linear/x/max_acceleration': 1.0}))
+    robot.t += 0.4
+    robot.controller.on_wheels(*robot.angles, robot.t)
+    robot.controller.on_command(5.0, 0.0, robot.t)
+    robot.controller.update(robot.t)
+    assert robot.controller.command[0] == pytest.approx(0.1)  # five periods of 20 ms
+
+
+def test_one_metre_a_second_said_once_moves_less_than_the_timeout_allows():
+    robot = Ideal(config())
+    robot.run(0.01, 1.0)
+    assert 0.4 < robot.run(3.0).x < 0.8
+
+
+def test_nothing_is_believed_of_commands_that_are_not_finite():
+    robot = Ideal(config())
+    for bad in ((math.nan, 0.0), (0.0, math.nan), (math.inf, 0.0), (math.nan, math.nan)):
+        odometry = robot.run(0.2, *bad)
+    assert (odometry.x, odometry.y, odometry.heading, odometry.linear, odometry.angular) == (0.0,) * 5
+
+
+def test_odometry_outlives_positions_that_are_not_finite():
+    robot = Ideal(config())
+    robot.run(1.0, 0.2)
+    before = robot.controller.state
+    assert robot.controller.on_wheels(math.nan, math.nan, robot.t + 0.01) is None
+    assert robot.controller.state == before
+    odometry = robot.run(1.0, 0.2)
+    assert odometry.x == pytest.approx(0.4, abs=0.005)
+
+
+def test_two_publishers_stop_the_robot_where_only_one_is_allowed():
+    alone, free = config(allow_multiple_cmd_vel_publishers=False), config()
+    for configuration, publishers, moves in ((alone, 2, False), (alone, 1, True), (free, 2, True)):
+        controller = driving(0.0, 0.0, config=configuration)
+        controller.on_command(0.5, 0.2, 10.0, publishers)
+        assert (controller.update(10.0) != (0.0, 0.0)) == moves
+    assert controller.counters['several_publishers'] == 0
+
+
+def test_stops_nobody_commanded_go_along_the_arc_at_the_deceleration_asked_for():
+    robot = Ideal(config(stop_deceleration=1.5))
+    robot.run(1.0, 0.6, 0.8)
+    robot.run(2.0)
+    trail = robot.commands[100:]
+    rim = [abs(v) + 0.5 * abs(w) * 0.525 for v, w in trail]
+    drops = [a - b for a, b in zip(rim, rim[1:])]
+    assert max(drops) <= 1.5 * 0.01 + 1e-9 and rim[-1] == 0.0
+    assert all(w == pytest.approx(v * 0.8 / 0.6) for v, w in trail)
+    seconds = sum(drop > 1e-6 for drop in drops) * 0.01
+    assert seconds == pytest.approx(0.81 / 1.5, abs=0.02)
+
+
+def test_while_the_joystick_drives_commands_are_forgotten():
+    controller = driving()
+    assert controller.update(10.0, driving=False) == (0.0, 0.0)
+    assert controller.update(10.02) == (0.0, 0.0), 'an old command came back with the control'
+    controller.on_command(0.5, 0.0, 10.04)
+    assert controller.update(10.04) != (0.0, 0.0)
+
+
+@pytest.mark.parametrize('wheel', [0, 1])
+def test_a_frozen_encoder_stops_the_robot_until_a_rest_and_a_fresh_command(wheel):
+    robot = Ideal(config())
+    robot.run(1.0, 0.4)
+    frozen = robot.obey = tuple(float(side != wheel) for side in (0, 1))
+    began = robot.t
+    while robot.controller.stopped_by is None:
+        robot.run(0.01, 0.4)
+        assert robot.t - began < 0.3, 'not noticed'
+    assert ('left', 'right')[wheel] in robot.controller.stopped_by
+    assert robot.controller.counters['encoder_frozen'] == 1
+    yaw_variance = robot.controller.state.pose_covariance[5]
+    assert yaw_variance > (0.02 / 0.525) ** 2, 'the turn that only the odometry saw is not doubted'
+    robot.run(1.0, 0.4)
+    assert robot.controller.command == (0.0, 0.0), 'it moved on'
+    robot.run(0.1, 0.0)
+    robot.obey = (1.0, 1.0)
+    robot.run(0.5, 0.4)
+    assert robot.controller.stopped_by is None and robot.controller.command[0] == 0.4
+    assert frozen != (1.0, 1.0)
+
+
+def test_two_still_encoders_stop_it_too():
+    robot = Ideal(config())
+    robot.obey = (0.0, 0.0)
+    robot.run(1.0, 0.3)
+    assert 'left and the right' in robot.controller.stopped_by
+
+
+@given(st.lists(st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)), min_size=1, max_size=8), st.floats(0.0, 0.2))
+def test_wheels_that_obey_with_a_lag_are_never_called_frozen(commands, lag):
+    controller = driving(0.0, 0.0)
+    angles, speeds = [0.0, 0.0], [0.0, 0.0]
+    t = 10.0
+    for v, w in commands:
+        for k in range(100):
+            controller.on_command(v, w, t)
+            wanted = controller.update(t)
+            gain = 0.01 / (lag + 0.01)
+            speeds = [speed + (command - speed) * gain for speed, command in zip(speeds, wanted)]
+            angles = [angle + 0.01 * speed for angle, speed in zip(angles, speeds)]
+            t += 0.01
+            if k % 10 == 9:
+                controller.on_wheels(*angles, t)
+    assert not controller.counters['encoder_frozen'] and controller.stopped_by is None
+
+
+def test_covariances_are_the_configured_ones_until_something_is_lost():
+    controller = DiffDriveController(config(pose_covariance_diagonal=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+    for k in range(20):
+        state = controller.on_wheels(0.1 * k, 0.12 * k, 0.1 * k, 0.1)
+    assert state.pose_covariance == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0) and state.twist_covariance == (1.0,) * 6
+    bridged = controller.on_wheels(2.4, 2.8, 2.4, 0.5, 0.4)
+    assert bridged.twist_covariance[0] > 1.0 and bridged.pose_covariance[1] > 2.0
+    assert bridged.pose_covariance[5] == 6.0, 'the turn was measured'
+    after = controller.on_wheels(2.5, 2.9, 2.5, 0.1)
+    assert after.twist_covariance == (1.0,) * 6 and after.pose_covariance == bridged.pose_covariance
+    lost = controller.on_wheels(2.6, 3.0, 2.9, 0.1, 0.0, 0.3)
+    assert all(lost.pose_covariance[index] > bridged.pose_covariance[index] for index in (0, 5))
+    more = controller.on_wheels(2.7, 3.1, 3.8, 0.1, 0.0, 0.8)
+    first, second = (state.pose_covariance[5] - before.pose_covariance[5] for state, before in ((lost, after), (more, lost)))
+    assert second > 4.0 * first, 'longer is worse'
+
+
+def test_new_multipliers_hold_from_the_next_cycle():
+    robot = Ideal(config())
+    robot.controller.set_geometry(left_wheel_radius_multiplier=0.5, right_wheel_radius_multiplier=0.5)
+    left, right = (robot.run(0.1, 0.1), robot.controller.update(robot.t))[1]
+    assert left == pytest.approx(0.1 / 0.0775) == right
+    with pytest.raises(ConfigError):
+        robot.controller.set_geometry(wheel_separation_multiplier=0.0)

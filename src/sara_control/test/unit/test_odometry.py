@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sara_control.odometry import SHORTEST_INTERVAL, Odometry
 
-REFERENCE = np.load(Path(__file__).resolve().parents[1] / 'data' / 'diff_drive_odometry.npz')
+REFERENCE = np.load(Path(__file__).resolve().parents[1] / 'data' / 'diff_drive.npz')
 CLOSED_LOOP = [k for k, case in enumerate(REFERENCE['odo_cases']) if case[4] == 0]
+OPEN_LOOP = [k for k, case in enumerate(REFERENCE['odo_cases']) if case[4] == 1]
+SHORT_INTERVALS, NOT_AT_ZERO = 5, 8
 
 
 @pytest.mark.parametrize('k', CLOSED_LOOP)
@@ -29,6 +31,47 @@ def test_equal_to_the_peer(k):
         row[:] = odometry.x, odometry.y, odometry.heading, odometry.linear, odometry.angular
     np.testing.assert_allclose(answer[:, :columns], REFERENCE[f'odo_{k:02d}_out'][:, :columns], rtol=0, atol=1e-9)
     assert updated == REFERENCE[f'odo_{k:02d}_updated'].tolist()
+
+
+@pytest.mark.parametrize('k', OPEN_LOOP)
+def test_open_loop_equals_the_peer(k):
+    window, separation, left_radius, right_radius, _, start = REFERENCE['odo_cases'][k]
+    odometry = Odometry(separation, left_radius, right_radius, int(window))
+    odometry.update_open_loop(0.0, 0.0, start)
+    stamps, linear, angular = (REFERENCE[f'odo_{k:02d}_{name}'] for name in 'tab')
+    answer = []
+    for values in zip(linear, angular, np.round(stamps, 9)):
+        odometry.update_open_loop(*values)
+        answer.append((odometry.x, odometry.y, odometry.heading, odometry.linear, odometry.angular))
+    np.testing.assert_allclose(answer, REFERENCE[f'odo_{k:02d}_out'], rtol=0, atol=1e-9)
+
+
+def test_the_peers_first_pose_jumps_and_this_ones_does_not():
+    case, k = REFERENCE['odo_cases'][NOT_AT_ZERO], NOT_AT_ZERO
+    odometry = Odometry(*case[1:4], int(case[0]))
+    left, right = REFERENCE[f'odo_{k:02d}_a'], REFERENCE[f'odo_{k:02d}_b']
+    odometry.update(left[0], right[0], REFERENCE[f'odo_{k:02d}_t'][0])
+    peer = REFERENCE[f'odo_{k:02d}_out'][0]
+    assert math.hypot(peer[0], peer[1]) > 0.1
+    assert (odometry.x, odometry.y, odometry.heading, odometry.linear, odometry.angular) == (0.0,) * 5
+
+
+def test_the_peers_speed_misses_short_intervals_and_this_ones_has_them():
+    """Speed times interval must add up to the way; the peer's speeds are off, ours are not."""
+    case, k = REFERENCE['odo_cases'][SHORT_INTERVALS], SHORT_INTERVALS
+    readings = list(zip(REFERENCE[f'odo_{k:02d}_a'], REFERENCE[f'odo_{k:02d}_b'], np.round(REFERENCE[f'odo_{k:02d}_t'], 9)))
+    odometry, single = Odometry(*case[1:4], int(case[0])), Odometry(*case[1:4], window=1)
+    turned, counted_from, off = 0.0, case[5], []
+    for each in (odometry, single):
+        each.start(0.0, 0.0, case[5])
+    for reading, row in zip(readings, REFERENCE[f'odo_{k:02d}_out']):
+        odometry.update(*reading)
+        off.append(abs(odometry.angular - row[4]))
+        if single.update(*reading):
+            turned += single.angular * (reading[2] - counted_from)
+            counted_from = reading[2]
+            assert turned == pytest.approx(single.heading, abs=1e-9)
+    assert max(off) > 1e-5
 
 
 def test_encoders_that_do_not_start_at_zero_do_not_move_the_pose():

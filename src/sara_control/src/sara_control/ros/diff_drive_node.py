@@ -1,101 +1,139 @@
-"""diff_drive_controller for a chair on a CAN bus: `encoders`, `mode` and `~cmd_vel` in, odometry, TF, joints and `cantx` out."""
+"""diff_drive_controller as a node: `~cmd_vel` in, odometry, TF and joints out, the wheels behind a WheelBase (`~base`)."""
 
 import math
 import threading
 
 import rospy
 import tf2_ros
-from canserial.bus import BusDescription
-from canserial.msg import CAN, Encoder
-from canserial.readings import EncoderReading
-from canserial.ros.conversions import frame_to_msg
 from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
-from geometry_msgs.msg import TransformStamped, Twist
+from dynamic_reconfigure.server import Server
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from std_msgs.msg import UInt8
 
-from sara_control.can_base import CanBase
-from sara_control.config import ConfigError, ControllerConfig, not_available
+from sara_control.base import BaseError, load_base
+from sara_control.cfg import DiffDriveControllerConfig
+from sara_control.config import ConfigError, ControllerConfig, unknown
 from sara_control.controller import DiffDriveController
+from sara_control.pacer import Pacer
+from sara_control.ros.wheel_states import WheelStates
 
-COMMAND_RATE = 50.0  # Hz
+DYNAMIC = ('enable_odom_tf', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier', 'wheel_separation_multiplier',
+           'publish_rate')
+MULTIPLIERS = DYNAMIC[1:4]
 
 
 class DiffDriveNode:
-    """The shell around DiffDriveController and CanBase."""
+    """The shell around DiffDriveController and a WheelBase."""
 
     def __init__(self):
         params = rospy.get_param('~', {})
         try:
-            config = ControllerConfig.from_params(params)
-        except ConfigError as error:
+            config = self.config = ControllerConfig.from_params(params, rospy.get_param('robot_description', None))
+            self.base = load_base(params.get('base', 'can'), config, params)
+        except (ConfigError, BaseError) as error:
             stop(f'wrong configuration of {rospy.get_name()}: {error}')
-        for sentence in not_available(params):
-            rospy.logwarn(sentence)
-        self.config = config
-        self.base = CanBase.from_config(BusDescription.default(), config)
+        if params.get('base', 'can') == 'can':  # another robot may have parameters of its own
+            for name in unknown(params):
+                rospy.logwarn('~%s is set, but there is no such parameter', name)
         self.controller = DiffDriveController(config)
+        self.pacer = Pacer(config.publish_rate)
+        self.enable_odom_tf = config.enable_odom_tf
         self.lock = threading.Lock()
         self.stopping = threading.Event()
-        self.published_at = -math.inf
-        self.wheels = None
-        self.diagnostics = Diagnostics('wheels', 'CAN bus')
+        self.diagnostics = Diagnostics('wheels', 'wheel base')
         self.odom = rospy.Publisher('~odom', Odometry, queue_size=10, tcp_nodelay=True)
         self.joint_states = rospy.Publisher('joint_states', JointState, queue_size=10, tcp_nodelay=True)
         self.joint_commands = rospy.Publisher('joint_commands', JointState, queue_size=10, tcp_nodelay=True)
-        self.cantx = rospy.Publisher('cantx', CAN, queue_size=10, tcp_nodelay=True)
+        self.command_out = self.wheel_states = None
+        if config.publish_cmd:
+            self.command_out = rospy.Publisher('~cmd_vel_out', TwistStamped, queue_size=10, tcp_nodelay=True)
+        if config.publish_wheel_joint_controller_state:
+            self.wheel_states = WheelStates(config)
         self.broadcaster = tf2_ros.TransformBroadcaster()
-        rospy.Subscriber('mode', UInt8, self.on_mode, queue_size=10, tcp_nodelay=True)
-        rospy.Subscriber('encoders', Encoder, self.on_encoder, queue_size=20, tcp_nodelay=True)
-        rospy.Subscriber('~cmd_vel', Twist, self.on_command, queue_size=1, tcp_nodelay=True)
+        self._offered = None
+        self.server = Server(DiffDriveControllerConfig, self.on_reconfigure)
+        self.base.news = self.read_wheels
+        self.commands = rospy.Subscriber('~cmd_vel', Twist, self.on_command, queue_size=1, tcp_nodelay=True)
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
-        self.timer = rospy.Timer(rospy.Duration(1.0 / COMMAND_RATE), self.on_timer, reset=True)
+        self.timer = rospy.Timer(rospy.Duration(1.0 / config.command_rate), self.on_timer, reset=True)
         rospy.on_shutdown(self.on_shutdown)
 
-    def on_mode(self, message):
-        """Who drives."""
+    def on_reconfigure(self, wanted, level):
+        """Takes what was changed. The server knows a smaller range than the parameters: what nobody changed stays as it was set."""
+        names = DYNAMIC if self._offered is not None else ()
+        changes = {name: wanted[name] for name in names if wanted[name] != self._offered[name]}
         with self.lock:
-            before, self.base.mode = self.base.mode, message.data
-            may_drive = self.base.may_drive
-        if before != message.data:
-            rospy.loginfo('modoPC is %d: %s', message.data, 'the PC drives' if may_drive else 'the joystick drives')
+            try:
+                for name, value in changes.items():
+                    if name != 'enable_odom_tf' and not math.isfinite(value):
+                        raise ConfigError(f'{name} is {value}, allowed are numbers')
+                self.controller.set_geometry(**{name: changes[name] for name in MULTIPLIERS if name in changes})
+                self.pacer.rate = changes.get('publish_rate', self.pacer.rate)
+                self.enable_odom_tf = changes.get('enable_odom_tf', self.enable_odom_tf)
+            except ConfigError as error:
+                rospy.logwarn('not reconfigured: %s', error)
+            values = {'enable_odom_tf': self.enable_odom_tf, 'publish_rate': self.pacer.rate,
+                      **{name: getattr(self.controller.config, name) for name in MULTIPLIERS}}
+        wanted.update(values)
+        self._offered = values
+        return wanted
 
     def on_command(self, message):
-        """A new command for the chair."""
+        """A new command for the robot."""
         with self.lock:
-            self.controller.on_command(message.linear.x, message.angular.z, rospy.get_time())
+            self.controller.on_command(message.linear.x, message.angular.z, rospy.get_time(), self.commands.get_num_connections())
 
-    def on_encoder(self, message):
-        """One wheel's counters; a pair moves the odometry on."""
-        reading = EncoderReading(message.header.stamp.to_sec(), message.wheel, message.steps, message.time_100us)
+    def read_wheels(self):
+        """Positions the base has: odometry and joint states."""
         with self.lock:
-            wheels = self.base.on_encoder(reading)
-            state = None if wheels is None else self.controller.on_wheels(*wheels)
-        if state is None:
-            return
-        self.publish_joints(wheels, message.header.stamp)
-        since = state.stamp - self.published_at
-        # A little early is on time: stamps jitter. A stamp far back is a clock that was started anew.
-        if 0.0 <= since < 0.9 / self.config.publish_rate:
-            return
-        self.published_at = state.stamp
-        self.publish_odometry(state)
+            try:
+                readings = self.base.read(rospy.get_time())
+            except Exception as error:  # a robot's own code
+                self.base_failed('read', error)
+                return
+            for positions in readings:
+                state = self.controller.on_wheels(*positions)
+                self.publish_joints(positions)
+                if state is not None:
+                    self.publish_odometry(state)
 
-    def publish_joints(self, wheels, stamp):
+    def base_failed(self, what, error):
+        """The wheels' positions will be too old soon, and that stops everything."""
+        self.base.counters[f'{what}_failed'] += 1
+        rospy.logerr_throttle(10.0, f'the wheel base failed to {what}: {error!r}')
+
+    def publish_joints(self, positions):
         """Measured wheel positions and speeds."""
-        message = JointState(name=[self.config.left_wheel, self.config.right_wheel], position=[wheels.left, wheels.right])
-        message.header.stamp = stamp
-        if self.wheels is not None and wheels.interval > 0.0:
-            message.velocity = [(wheels.left - self.wheels.left) / wheels.interval,
-                                (wheels.right - self.wheels.right) / wheels.interval]
-        else:
-            message.velocity = [0.0, 0.0]
-        self.wheels = wheels
+        left, right = (tuple(side) if hasattr(side, '__iter__') else (side,) for side in positions[:2])
+        config = self.config
+        if len(left) != len(config.left_joints) or len(right) != len(config.right_joints):
+            self.base.counters['positions_without_joint'] += 1
+            return
+        message = JointState(name=[*config.left_joints, *config.right_joints], position=[*left, *right])
+        message.header.stamp = rospy.Time.from_sec(positions.stamp)
+        message.velocity = self.joint_speeds(message.position, positions)
         self.joint_states.publish(message)
+        if self.wheel_states is not None:
+            self.wheel_states.on_positions(message.position, message.velocity, positions.stamp)
+
+    def joint_speeds(self, angles, positions):
+        """rad/s, from the positions before; those of the last reading where there was no time between them."""
+        before = getattr(self, '_joints', None)
+        interval = 0.0 if before is None else positions.stamp - before[1] if positions.interval is None else positions.interval
+        if before is None:
+            speeds = [0.0] * len(angles)
+        elif interval > 0.0:
+            speeds = [(angle - old) / interval for angle, old in zip(angles, before[0])]
+        else:
+            speeds = before[2]
+        self._joints = angles, positions.stamp, speeds
+        return speeds
 
     def publish_odometry(self, state):
-        """Odometry and its transform."""
+        """Odometry and its transform, if it is time."""
+        if not self.pacer.due(state.stamp):
+            return
         config, message = self.config, Odometry()
         message.header.stamp = rospy.Time.from_sec(state.stamp)
         message.header.frame_id, message.child_frame_id = config.odom_frame_id, config.base_frame_id
@@ -103,9 +141,9 @@ class DiffDriveNode:
         pose.position.x, pose.position.y = state.x, state.y
         pose.orientation.z, pose.orientation.w = math.sin(0.5 * state.heading), math.cos(0.5 * state.heading)
         twist.linear.x, twist.angular.z = state.linear, state.angular
-        message.pose.covariance = _diagonal(config.pose_covariance_diagonal)
-        message.twist.covariance = _diagonal(config.twist_covariance_diagonal)
-        if config.enable_odom_tf:
+        message.pose.covariance = _diagonal(state.pose_covariance)
+        message.twist.covariance = _diagonal(state.twist_covariance)
+        if self.enable_odom_tf:
             transform = TransformStamped(header=message.header, child_frame_id=config.base_frame_id)
             transform.transform.translation.x, transform.transform.translation.y = state.x, state.y
             transform.transform.rotation = pose.orientation
@@ -113,21 +151,38 @@ class DiffDriveNode:
         self.odom.publish(message)
 
     def on_timer(self, _event):
-        """The wheel command, 50 times a second."""
+        """A cycle: positions, then the wheel command."""
+        self.read_wheels()
+        stamp = rospy.Time.now()
         with self.lock:
-            if self.stopping.is_set():  # asked and published under one lock: nothing follows the last stop
+            if self.stopping.is_set():  # asked and written under one lock: nothing follows the last stop
                 return
-            left, right = self.controller.update(rospy.get_time())
-            self.cantx.publish(frame_to_msg(self.base.command(left, right)))
-        message = JointState(name=[self.config.left_wheel, self.config.right_wheel], velocity=[left, right])
-        message.header.stamp = rospy.Time.now()
+            left, right = self.controller.update(stamp.to_sec(), self.base.may_drive)
+            try:
+                self.base.write(left, right, stamp.to_sec())
+            except Exception as error:  # a robot's own code
+                self.base_failed('write', error)
+            if self.config.open_loop and self.controller.state is not None:
+                self.publish_odometry(self.controller.state)
+        config = self.config
+        commands = [left] * len(config.left_joints) + [right] * len(config.right_joints)
+        message = JointState(name=[*config.left_joints, *config.right_joints], velocity=commands)
+        message.header.stamp = stamp
         self.joint_commands.publish(message)
+        if self.command_out is not None:
+            limited = TwistStamped()
+            limited.header.stamp = stamp
+            limited.header.frame_id = config.base_frame_id
+            limited.twist.linear.x, limited.twist.angular.z = self.controller.command
+            self.command_out.publish(limited)
+        if self.wheel_states is not None:
+            self.wheel_states.publish(commands, stamp)
 
     def on_shutdown(self):
         """The last word to the wheels is stop; the process may end only when it is on its way."""
         with self.lock:
             self.stopping.set()
-            self.cantx.publish(frame_to_msg(self.base.stop()))
+            self.base.stop()
         rospy.rostime.wallsleep(0.1)
 
     def run(self):
@@ -136,17 +191,19 @@ class DiffDriveNode:
         while not self.stopping.wait(1.0):
             with self.lock:
                 counters = {**self.base.counters, **self.controller.counters}
-                known, may_drive, mode = self.controller.wheels_known(rospy.get_time()), self.base.may_drive, self.base.mode
+                known, stopped_by = self.controller.wheels_known(rospy.get_time()), self.controller.stopped_by
+                may_drive, who = self.base.may_drive, self.base.state
             for kind in sorted(counters.keys() - warned):
-                rospy.logwarn('dropped: %s; counted in /diagnostics', kind.replace('_', ' '))
+                rospy.logwarn('dropped or lost: %s; counted in /diagnostics', kind.replace('_', ' '))
                 warned.add(kind)
             if not known:
-                level, text = ERROR, f'waiting for {rospy.resolve_name("encoders")}: the wheels are stopped'
+                level, text = ERROR, f'waiting for the wheel positions of {type(self.base).__name__}: the wheels are stopped'
                 rospy.logwarn_throttle(10.0, text)
-            elif not may_drive:
-                level, text = WARN, f'the joystick drives (modoPC is {"unknown" if mode is None else mode})'
+            elif may_drive and stopped_by:
+                level, text = ERROR, f'{stopped_by}: the wheels are stopped; after a rest a fresh command tries again'
+                rospy.logwarn_throttle(10.0, text)
             else:
-                level, text = OK, 'the PC drives'
+                level, text = (OK if may_drive else WARN), who
             self.diagnostics.publish(level, text, counters)
 
 

@@ -1,0 +1,75 @@
+"""SARA on her CAN bus as a WheelBase: `encoders` and `mode` (canserial's read.py) in, `cantx` out."""
+
+import threading
+from collections import deque
+
+import rospy
+from canserial.bus import BusDescription
+from canserial.msg import CAN, Encoder
+from canserial.readings import EncoderReading
+from canserial.ros.conversions import frame_to_msg
+from std_msgs.msg import UInt8
+
+from sara_control.base import WheelBase
+from sara_control.can_base import CanBase
+
+
+class CanChair(WheelBase):
+    """One joint a side."""
+
+    def __init__(self, config, params):
+        super().__init__(config, params)
+        if len(config.left_joints) != 1:
+            raise ValueError(f'left_wheel and right_wheel are {config.left_joints} and {config.right_joints}, '
+                             'allowed is one joint a side')
+        self.can = CanBase.from_config(BusDescription.default(), config)
+        self.counters = self.can.counters
+        self._lock = threading.Lock()
+        self._positions = deque(maxlen=100)
+        self._cantx = rospy.Publisher('cantx', CAN, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber('mode', UInt8, self._on_mode, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber('encoders', Encoder, self._on_encoder, queue_size=20, tcp_nodelay=True)
+
+    def read(self, t):
+        """What came since the last call."""
+        with self._lock:
+            positions = list(self._positions)
+            self._positions.clear()
+        return positions
+
+    def write(self, left, right, t):
+        """A command frame; while the joystick drives, the question for control."""
+        with self._lock:
+            frame = self.can.command(left, right)
+        self._cantx.publish(frame_to_msg(frame))
+
+    def stop(self):
+        """The frame that stops both wheels."""
+        self._cantx.publish(frame_to_msg(self.can.stop()))
+
+    @property
+    def may_drive(self):
+        """modoPC says so."""
+        return self.can.may_drive
+
+    @property
+    def state(self):
+        """Who drives."""
+        mode = self.can.mode
+        return 'the PC drives' if self.may_drive else f'the joystick drives (modoPC is {"unknown" if mode is None else mode})'
+
+    def _on_mode(self, message):
+        with self._lock:
+            before = self.can.mode
+            self.can.on_mode(message.data)
+        if before != message.data:
+            rospy.loginfo('modoPC is %d: %s', message.data, self.state)
+
+    def _on_encoder(self, message):
+        reading = EncoderReading(message.header.stamp.to_sec(), message.wheel, message.steps, message.time_100us)
+        with self._lock:
+            positions = self.can.on_encoder(reading)
+            if positions is None:
+                return
+            self._positions.append(positions)
+        self.news()

@@ -1,0 +1,65 @@
+"""An encoder that stands still although its wheel must turn: found by the command, and sooner where the other wheel turns.
+
+The command passes a first-order lag (as the motors do) and is summed up while a wheel's positions do not follow; once that
+makes a way no wheel can have missed, the wheel is called frozen. Where only one stands still, the other one bears witness and
+half the way is enough. A wheel blocked by a wall looks the same, and the answer to it is the same: stop.
+"""
+
+import math
+
+LAG = 0.15  # s; a little more than the motors have
+SLOWEST = 0.1  # rad/s; below it friction may hold a wheel
+FOLLOWING = 0.1  # a wheel that makes less than this share of its way does not follow
+
+
+class WheelWatch:
+    """distance: m of rim that a wheel may miss while the other one turns (twice that when both stand still).
+
+    `frozen`: names of the wheels ('left', 'right') that do not follow; kept until `reset`.
+    `missed`: (left, right), m, the way that was commanded to wheels that stood still.
+    """
+
+    def __init__(self, distance, radii):
+        self.distance = distance
+        self.radii = radii
+        self.reset()
+
+    def reset(self):
+        """Nothing is known: wait for motion anew."""
+        self.frozen = ()
+        self.missed = (0.0, 0.0)
+        self._idle = [0.0, 0.0]
+        self._speed = [0.0, 0.0]
+        self._expected = [0.0, 0.0]
+        self._positions = None
+
+    def on_command(self, left, right, dt):
+        """These wheel speeds (rad/s) held for dt (s)."""
+        gain = 1.0 - math.exp(-dt / LAG)
+        for index, command in enumerate((left, right)):
+            self._speed[index] += (command - self._speed[index]) * gain
+            # Neither what the wheel did before the command nor what it has not come to yet: the smaller of the two.
+            speed = min(abs(self._speed[index]), abs(command))
+            if speed >= SLOWEST and self._speed[index] * command > 0.0:
+                self._expected[index] += speed * dt * self.radii[index]
+
+    def on_wheels(self, left, right):
+        """Wheel positions, rad. True when this reading made a wheel be called frozen."""
+        before, self._positions = self._positions, (left, right)
+        expected, self._expected = self._expected, [0.0, 0.0]
+        if before is None or self.frozen:
+            return False
+        following = []
+        for index in (0, 1):
+            moved = abs(self._positions[index] - before[index]) * self.radii[index]
+            following.append(moved > FOLLOWING * expected[index] and expected[index] > 0.0)
+            # What is not expected to move neither proves nor disproves anything.
+            if following[index]:
+                self._idle[index] = 0.0
+            else:
+                self._idle[index] += expected[index]
+        still = tuple(name for index, name in enumerate(('left', 'right')) if self._idle[index] > 0.0 and self._idle[index]
+                      >= self.distance * (1.0 if following[1 - index] else 2.0))
+        if still:
+            self.frozen, self.missed = still, tuple(self._idle)
+        return bool(still)
