@@ -2,8 +2,7 @@
 
 FilterConfig.from_params takes the private parameters of a node, or a YAML file of them, as a dictionary. Everything that is
 wrong is told at once in a ConfigError, one sentence each. What would be ignored is told by name in `warnings`: a name that
-is none, and a parameter of robot_localization that has no effect here. One that would change the result but is not built
-is refused when it is set to anything but its default.
+is none, and a parameter of robot_localization that has no effect here. Extensions are off unless asked for.
 """
 from __future__ import annotations
 
@@ -11,40 +10,44 @@ import difflib
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Dict, Tuple
+from typing import Dict, Optional, Tuple
 
 import numpy as np
 
+from .control import ControlConfig
+from .parameters import ConfigError, ParameterReader
+from .standstill import StandstillConfig
 from .state import NAMES, SIZE
+
+__all__ = ['ConfigError', 'FilterConfig', 'InputConfig']
 
 DEFAULT_PROCESS_NOISE = (.05, .05, .06, .03, .03, .06, .025, .025, .04, .01, .01, .02, .01, .01, .015)
 DEFAULT_INITIAL_VARIANCE = 1e-9
+FILTERS = ('ekf', 'ukf')
+TWIST_NAMES = 'vx vy vz vroll vpitch vyaw'
 
-# robot_localization's parameters that are not built yet, with the value that asks for nothing.
-NOT_BUILT = {'smooth_lagged_data': False, 'history_length': 0.0, 'use_control': False, 'stamped_control': False,
-             'dynamic_process_noise_covariance': False, 'disabled_at_startup': False, 'tf_prefix': ''}
-NOT_BUILT_ONLY_WITH = {'use_control': ('control_config', 'control_timeout', 'acceleration_limits', 'deceleration_limits',
-                                       'acceleration_gains', 'deceleration_gains')}
-NO_EFFECT = {'debug': False, 'debug_out_file': None, 'print_diagnostics': True}
-INPUT_NOT_BUILT = {'differential': False, 'relative': False, 'pose_use_child_frame': False}
+NO_EFFECT = {'debug': False, 'debug_out_file': None}
+ONLY_WITH = {'use_control': ('control_config', 'control_timeout', 'acceleration_limits', 'deceleration_limits',
+                             'acceleration_gains', 'deceleration_gains')}
 
 # Which of the 15 variables each kind of input can measure.
 MEASURES = {'odom': range(0, 12), 'pose': range(0, 6), 'twist': range(6, 12), 'imu': (3, 4, 5, 9, 10, 11, 12, 13, 14)}
 THRESHOLDS = {'odom': ('pose', 'twist'), 'imu': ('pose', 'twist', 'linear_acceleration'), 'pose': (), 'twist': ()}
+# The covariances that a parameter can put in the place of the messages' own: parameter, (what, size).
+COVARIANCES = {'odom': (('pose', 6), ('twist', 6)), 'pose': (('pose', 6),), 'twist': (('twist', 6),),
+               'imu': (('orientation', 3), ('angular_velocity', 3), ('linear_acceleration', 3))}
 _INPUT = re.compile(r'^(odom|pose|twist|imu)(\d+)(?:_(.+))?$')
-
-
-class ConfigError(ValueError):
-    """The configuration cannot be used; `faults` holds one sentence for each reason."""
-
-    def __init__(self, faults):
-        super().__init__('\n'.join(faults))
-        self.faults = tuple(faults)
 
 
 @dataclass(frozen=True)
 class InputConfig:
-    """One input: its name (odom0), kind, topic, the (15,) mask of variables and the gates in sigmas."""
+    """One input: its name (odom0), kind, topic, the (15,) mask of variables, the gates in sigmas.
+
+    Extensions: `covariances` in the place of the messages' own, by part (pose, twist, orientation, angular_velocity,
+    linear_acceleration); `turning_noise`: standard deviations of vx, vy (m/s) and vyaw (rad/s) that grow with each rad/s
+    of turning; `gyro_bias`: 'off', 'standstill' (measured while parked) or 'state' (estimated as a state), its noise in
+    (rad/s)2 per s and its variance at the start in (rad/s)2.
+    """
 
     name: str
     kind: str
@@ -55,6 +58,15 @@ class InputConfig:
     pose_threshold: float = math.inf
     twist_threshold: float = math.inf
     acceleration_threshold: float = math.inf
+    differential: bool = False
+    relative: bool = False
+    pose_use_child_frame: bool = False
+    nodelay: bool = False
+    covariances: Dict[str, np.ndarray] = field(default_factory=dict)
+    turning_noise: Tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gyro_bias: str = 'off'
+    gyro_bias_noise: float = 1e-10
+    gyro_bias_variance: float = 1e-4
 
 
 @dataclass(frozen=True)
@@ -62,6 +74,7 @@ class FilterConfig:
     """All that the filter needs to know; frequencies in Hz, times in s, frames without a leading slash."""
 
     inputs: Tuple[InputConfig, ...] = ()
+    filter: str = 'ekf'
     frequency: float = 30.0
     sensor_timeout: float = 1.0 / 30.0
     two_d_mode: bool = False
@@ -74,14 +87,25 @@ class FilterConfig:
     invert_tf: bool = False
     publish_acceleration: bool = False
     permit_corrected_publication: bool = False
+    print_diagnostics: bool = True
     transform_time_offset: float = 0.0
     transform_timeout: float = 0.0
     gravitational_acceleration: float = 9.80665
     reset_on_time_jump: bool = False
     predict_to_current_time: bool = False
+    smooth_lagged_data: bool = False
+    history_length: float = 0.0
+    disabled_at_startup: bool = False
+    dynamic_process_noise_covariance: bool = False
+    control: Optional[ControlConfig] = None
+    alpha: float = 0.001
+    beta: float = 2.0
+    kappa: float = 0.0
     process_noise_covariance: np.ndarray = field(default_factory=lambda: np.diag(DEFAULT_PROCESS_NOISE))
     initial_estimate_covariance: np.ndarray = field(default_factory=lambda: np.eye(SIZE) * DEFAULT_INITIAL_VARIANCE)
     initial_state: np.ndarray = field(default_factory=lambda: np.zeros(SIZE))
+    standstill: StandstillConfig = StandstillConfig()
+    publish_nis: bool = False
     warnings: Tuple[str, ...] = ()
 
     @property
@@ -96,87 +120,19 @@ class FilterConfig:
         raise KeyError(name)
 
     @classmethod
-    def from_params(cls, params: Dict[str, object]) -> 'FilterConfig':
-        """From a dictionary of parameters; raises ConfigError with every fault that was found."""
-        return _Reader(params).config(cls)
+    def from_params(cls, params: Dict[str, object], filter: str = 'ekf') -> 'FilterConfig':
+        """From a dictionary of parameters, for the 'ekf' or the 'ukf'; raises ConfigError with every fault that was found."""
+        if filter not in FILTERS:
+            raise ConfigError(['the filter is %r; it must be one of %s.' % (filter, ', '.join(FILTERS))])
+        return _Reader(params).config(cls, filter)
 
 
-class _Reader:
-    """Takes parameters one by one, so that what is left over is known, and collects what is wrong."""
-
-    def __init__(self, params):
-        self.left = dict(params)
-        self.known, self.faults, self.warnings = [], [], []
-
-    def _take(self, name, default):
-        self.known.append(name)
-        return self.left.pop(name, default)
-
-    def number(self, name, default, low=None, above=None):
-        value = self._take(name, default)
-        result = _as_number(value)
-        if result is None or not math.isfinite(result):
-            self.faults.append('%s must be a number, not %r.' % (name, value))
-            return default
-        if (low is not None and result < low) or (above is not None and result <= above):
-            allowed = 'at least %g' % low if low is not None else 'greater than %g' % above
-            self.faults.append('%s is %g; it must be %s.' % (name, result, allowed))
-            return default
-        return result
-
-    def boolean(self, name, default):
-        value = self._take(name, default)
-        result = _as_bool(value)
-        if result is None:
-            self.faults.append('%s must be true or false, not %r.' % (name, value))
-            return default
-        return result
-
-    def frame(self, name, default):
-        value = self._take(name, default)
-        if not isinstance(value, str) or not value.strip('/'):
-            self.faults.append('%s must be the name of a frame, not %r.' % (name, value))
-            return default
-        return value.lstrip('/')
-
-    def vector(self, name, default):
-        value = self._take(name, None)
-        if value is None:
-            return np.array(default, dtype=float)
-        numbers = [_as_number(v) for v in value] if isinstance(value, (list, tuple)) else None
-        if numbers is None or len(numbers) != SIZE or not all(n is not None and math.isfinite(n) for n in numbers):
-            held = '%d values' % len(numbers) if numbers is not None else repr(value)
-            self.faults.append('%s must be a list of 15 finite numbers (%s); it holds %s.' % (name, ' '.join(NAMES), held))
-            return np.array(default, dtype=float)
-        return np.array(numbers)
-
-    def covariance(self, name, default):
-        value = self._take(name, None)
-        if value is None:
-            return np.diag(default)
-        if isinstance(value, (list, tuple)) and value and isinstance(value[0], (list, tuple)):
-            value = [number for row in value for number in row]
-        numbers = [_as_number(v) for v in value] if isinstance(value, (list, tuple)) else [None]
-        if len(numbers) not in (SIZE, SIZE * SIZE) or not all(n is not None and math.isfinite(n) for n in numbers):
-            self.faults.append('%s must be a list of 225 finite numbers, row by row, or of 15, its diagonal; it holds %d.'
-                               % (name, len(numbers)))
-            return np.diag(default)
-        matrix = np.diag(numbers) if len(numbers) == SIZE else np.reshape(numbers, (SIZE, SIZE))
-        if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
-            self.faults.append('%s is not symmetric.' % name)
-        elif np.linalg.eigvalsh(matrix).min() < -1e-12 * max(1.0, np.abs(matrix).max()):
-            self.faults.append('%s is not positive semidefinite: no noise has such a covariance.' % name)
-        return matrix
+class _Reader(ParameterReader):
+    """The parameters of the filter, in their order."""
 
     def mask(self, name, kind):
-        value = self._take(name, None)
-        if value is None:
-            self.faults.append('%s is missing: list for the 15 variables (%s) which of them to use.' % (name, ' '.join(NAMES)))
-            return None
-        flags = [_as_bool(v) for v in value] if isinstance(value, (list, tuple)) else [None]
-        if len(flags) != SIZE or None in flags:
-            self.faults.append('%s must be a list of 15 times true or false (%s); it holds %d values.'
-                               % (name, ' '.join(NAMES), len(flags)))
+        flags = self.flags(name, SIZE, ' '.join(NAMES))
+        if flags is None:
             return None
         impossible = [NAMES[i] for i in range(SIZE) if flags[i] and i not in MEASURES[kind]]
         if impossible:
@@ -189,27 +145,51 @@ class _Reader:
 
     def input(self, kind, index):
         name = '%s%d' % (kind, index)
-        topic = self._take(name, None)
+        topic = self.take(name)
         if not isinstance(topic, str) or not topic:
             self.faults.append('%s must be the name of a topic, not %r.' % (name, topic))
-        mask = self.mask(name + '_config', kind)
-        queue_size = self._take(name + '_queue_size', 1)
+        mask = self.mask(name + '_config', kind) or (False,) * SIZE
+        values = {}
+        queue_size = values['queue_size'] = self.take(name + '_queue_size', 1)
         if isinstance(queue_size, bool) or not isinstance(queue_size, int) or queue_size < 0:
             self.faults.append('%s_queue_size must be a whole number of messages, not %r.' % (name, queue_size))
-        self._take(name + '_nodelay', False)
-        for option, nothing in INPUT_NOT_BUILT.items():
-            if kind == 'twist' or (option == 'pose_use_child_frame' and kind != 'odom'):
-                continue
-            if self.boolean('%s_%s' % (name, option), nothing) != nothing:
-                self.faults.append('%s_%s is true, but this is not built yet; set it to false.' % (name, option))
-        gates = {}
+        values['nodelay'] = self.boolean(name + '_nodelay', False)
+        if kind != 'twist':
+            self.pose_options(name, mask, values)
+        if kind == 'odom':
+            values['pose_use_child_frame'] = self.boolean(name + '_pose_use_child_frame', False)
         for part in THRESHOLDS[kind]:
-            gates[part] = self.number('%s_%s_rejection_threshold' % (name, part), 1.7e308, low=0.0)
+            values[part.replace('linear_', '') + '_threshold'] = self.number('%s_%s_rejection_threshold' % (name, part),
+                                                                            1.7e308, low=0.0)
         if kind in ('pose', 'twist'):
-            gates[kind] = self.number('%s_rejection_threshold' % name, 1.7e308, low=0.0)
-        gravity = kind == 'imu' and self.boolean(name + '_remove_gravitational_acceleration', False)
-        return InputConfig(name, kind, topic, mask or (False,) * SIZE, queue_size, gravity, gates.get('pose', math.inf),
-                           gates.get('twist', math.inf), gates.get('linear_acceleration', math.inf))
+            values[kind + '_threshold'] = self.number('%s_rejection_threshold' % name, 1.7e308, low=0.0)
+        covariances = {part: self.covariance('%s_%s_covariance' % (name, part), size, positive=True)
+                       for part, size in COVARIANCES[kind]}
+        values['covariances'] = {part: matrix for part, matrix in covariances.items() if matrix is not None}
+        if kind in ('odom', 'twist'):
+            values['turning_noise'] = self.numbers(name + '_turning_noise', 3, (0.0,) * 3, low=0.0)
+        if kind == 'imu':
+            self.imu_options(name, mask, values)
+        return InputConfig(name, kind, topic, mask, **values)
+
+    def pose_options(self, name, mask, values):
+        differential = values['differential'] = self.boolean(name + '_differential', False)
+        relative = values['relative'] = self.boolean(name + '_relative', False)
+        if differential and relative:
+            self.warnings.append('%s_differential and %s_relative are both true: differential is used, relative has no '
+                                 'effect; set it to false.' % (name, name))
+            values['relative'] = False
+        elif (differential or relative) and not any(mask[:6]):
+            self.warnings.append('%s_%s has no effect: %s_config takes neither position nor orientation.'
+                                 % (name, 'differential' if differential else 'relative', name))
+
+    def imu_options(self, name, mask, values):
+        values['remove_gravity'] = self.boolean(name + '_remove_gravitational_acceleration', False)
+        bias = values['gyro_bias'] = self.choice(name + '_gyro_bias', ('off', 'standstill', 'state'))
+        values['gyro_bias_noise'] = self.number(name + '_gyro_bias_noise', 1e-10, low=0.0)
+        values['gyro_bias_variance'] = self.number(name + '_gyro_bias_variance', 1e-4, above=0.0)
+        if bias != 'off' and not any(mask[9:12]):
+            self.warnings.append('%s_gyro_bias has no effect: %s_config takes no angular velocity.' % (name, name))
 
     def inputs(self):
         found = []
@@ -220,22 +200,43 @@ class _Reader:
                 index += 1
         return tuple(found)
 
-    def not_built(self):
-        for name, nothing in NOT_BUILT.items():
-            value = self._take(name, nothing)
-            if value != nothing:
-                self.faults.append('%s is %r, but this is not built yet; leave it out or set it to %r.'
-                                   % (name, value, nothing))
-        for switch, names in NOT_BUILT_ONLY_WITH.items():
-            for name in names:
-                if self._take(name, None) is not None:
-                    self.warnings.append('%s has no effect: it belongs to %s, which is off.' % (name, switch))
-        for name, nothing in NO_EFFECT.items():
-            value = self._take(name, nothing)
-            if value != nothing:
-                self.warnings.append('%s: %r has no effect here; diagnostics are always published.' % (name, value))
+    def control(self, sensor_timeout, inputs):
+        if not self.boolean('use_control', False):
+            for switch, names in ONLY_WITH.items():
+                for name in names:
+                    if self.take(name) is not None:
+                        self.warnings.append('%s has no effect: it belongs to %s, which is off.' % (name, switch))
+            self.boolean('stamped_control', False)
+            return None
+        mask = self.flags('control_config', 6, TWIST_NAMES) or (False,) * 6
+        for i, axis in enumerate('xyz'):
+            measuring = [each.name for each in inputs if each.kind == 'imu' and each.mask[12 + i]]
+            if mask[i] and measuring:
+                self.warnings.append('control_config: v%s is left out, for %s measures a%s; leave one of them out of the '
+                                     'configuration.' % (axis, measuring[0], axis))
+                mask = mask[:i] + (False,) + mask[i + 1:]
+        limits = self.numbers('acceleration_limits', 6, (1.0,) * 6, low=0.0)
+        gains = self.numbers('acceleration_gains', 6, (1.0,) * 6, low=0.0)
+        return ControlConfig(mask, self.number('control_timeout', sensor_timeout, low=0.0), limits,
+                             self.numbers('deceleration_limits', 6, limits, low=0.0), gains,
+                             self.numbers('deceleration_gains', 6, gains, low=0.0), self.boolean('stamped_control', False))
+
+    def standstill(self):
+        d = StandstillConfig()
+        values = {name: self.number('standstill_' + name, getattr(d, name), above=0.0)
+                  for name in ('time', 'linear_velocity', 'angular_velocity', 'gyro_deviation', 'gyro_limit',
+                               'acceleration_deviation', 'variance')}
+        return StandstillConfig(update=self.boolean('standstill_update', False), **values)
+
+    def unscented(self):
+        return dict(alpha=self.number('alpha', 0.001, above=0.0), beta=self.number('beta', 2.0, low=0.0),
+                    kappa=self.number('kappa', 0.0, low=0.0))
 
     def leftovers(self):
+        for name, nothing in NO_EFFECT.items():
+            value = self.take(name, nothing)
+            if value != nothing:
+                self.warnings.append('%s: %r has no effect here; see /diagnostics.' % (name, value))
         for name in sorted(self.left):
             match = _INPUT.match(name)
             sentence = '%s is no parameter of this filter: ignored.' % name
@@ -249,53 +250,58 @@ class _Reader:
                     sentence = '%s is no parameter of this filter: ignored (is %s meant?).' % (name, close[0])
             self.warnings.append(sentence)
 
-    def config(self, cls) -> FilterConfig:
-        inputs = self.inputs()
-        frequency = self.number('frequency', 30.0, above=0.0)
-        frames = {name: self.frame(name, default) for name, default in
+    def frames(self):
+        prefix = self.take('tf_prefix', '')
+        if not isinstance(prefix, str):
+            self.faults.append('tf_prefix must be a word, not %r.' % (prefix,))
+            prefix = ''
+        prefix = prefix.strip('/')
+        frames = {name: self.frame(name, default, prefix) for name, default in
                   (('map_frame', 'map'), ('odom_frame', 'odom'), ('base_link_frame', 'base_link'))}
         if len(set(frames.values())) < 3:
             self.faults.append('map_frame, odom_frame and base_link_frame must differ; they are %s.'
                                % ', '.join(frames.values()))
-        world = self.frame('world_frame', frames['odom_frame'])
+        world = frames['world_frame'] = self.frame('world_frame', frames['odom_frame'], prefix)
         if world not in (frames['map_frame'], frames['odom_frame']):
             self.faults.append('world_frame is %s; it must be map_frame (%s) or odom_frame (%s).'
                                % (world, frames['map_frame'], frames['odom_frame']))
-        output = self.frame('base_link_frame_output', frames['base_link_frame'])
+        frames['base_link_frame_output'] = self.frame('base_link_frame_output', frames['base_link_frame'], prefix)
+        if frames['base_link_frame_output'] in (frames['map_frame'], frames['odom_frame']):
+            self.faults.append('base_link_frame_output is %s; it must be a frame of the robot, not map_frame or odom_frame.'
+                               % frames['base_link_frame_output'])
+        return frames
+
+    def config(self, cls, filter) -> FilterConfig:
+        inputs = self.inputs()
+        frequency = self.number('frequency', 30.0, above=0.0)
+        sensor_timeout = self.number('sensor_timeout', 1.0 / frequency, above=0.0)
         values = dict(
-            sensor_timeout=self.number('sensor_timeout', 1.0 / frequency, above=0.0),
+            sensor_timeout=sensor_timeout,
             transform_time_offset=self.number('transform_time_offset', 0.0),
             transform_timeout=self.number('transform_timeout', 0.0, low=0.0),
             gravitational_acceleration=self.number('gravitational_acceleration', 9.80665),
-            process_noise_covariance=self.covariance('process_noise_covariance', DEFAULT_PROCESS_NOISE),
-            initial_estimate_covariance=self.covariance('initial_estimate_covariance', [DEFAULT_INITIAL_VARIANCE] * SIZE),
-            initial_state=self.vector('initial_state', np.zeros(SIZE)))
-        for name, default in (('two_d_mode', False), ('publish_tf', True), ('invert_tf', False),
+            history_length=abs(self.number('history_length', 0.0)),
+            process_noise_covariance=self.covariance('process_noise_covariance', SIZE, np.diag(DEFAULT_PROCESS_NOISE)),
+            initial_estimate_covariance=self.covariance('initial_estimate_covariance', SIZE,
+                                                        np.eye(SIZE) * DEFAULT_INITIAL_VARIANCE),
+            initial_state=self.vector('initial_state', np.zeros(SIZE)),
+            control=self.control(sensor_timeout, inputs), standstill=self.standstill())
+        for name, default in (('two_d_mode', False), ('publish_tf', True), ('invert_tf', False), ('print_diagnostics', True),
                               ('publish_acceleration', False), ('permit_corrected_publication', False),
-                              ('reset_on_time_jump', False), ('predict_to_current_time', False)):
+                              ('reset_on_time_jump', False), ('predict_to_current_time', False),
+                              ('smooth_lagged_data', False), ('dynamic_process_noise_covariance', False),
+                              ('disabled_at_startup', False), ('publish_nis', False)):
             values[name] = self.boolean(name, default)
-        self.not_built()
+        if values['smooth_lagged_data'] and values['history_length'] == 0.0:
+            self.warnings.append('smooth_lagged_data has no effect while history_length is 0: give it the longest delay of an '
+                                 'input in seconds.')
+        elif values['history_length'] and not values['smooth_lagged_data']:
+            self.warnings.append('history_length has no effect: it belongs to smooth_lagged_data, which is off.')
+        values.update(self.unscented())
+        values.update(self.frames())
         self.leftovers()
         if not inputs:
             self.faults.append('no input is set: name at least one of odom0, imu0, pose0, twist0 and its _config.')
         if self.faults:
             raise ConfigError(self.faults)
-        return cls(inputs=inputs, frequency=frequency, world_frame=world, base_link_frame_output=output,
-                   warnings=tuple(self.warnings), **frames, **values)
-
-
-def _as_number(value):
-    """A float from a number or from a string such as '1e-9' (YAML 1.1 takes 1e-9 for a string), else None."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        return None
-    try:
-        return float(value)
-    except ValueError:
-        return None
-
-
-def _as_bool(value):
-    """True or False from a bool, 0 or 1, or those words in a string, else None."""
-    if isinstance(value, str):
-        return {'true': True, 'false': False}.get(value.lower())
-    return bool(value) if value in (0, 1) and isinstance(value, (bool, int)) else None
+        return cls(inputs=inputs, filter=filter, frequency=frequency, warnings=tuple(self.warnings), **values)

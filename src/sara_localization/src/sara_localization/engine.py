@@ -2,9 +2,9 @@
 
 What happens when is robot_localization's: a message is brought into the filter's frames at once and waits in a queue; a
 tick takes all that is not from the future, oldest first; with nothing to take for sensor_timeout it predicts. Where that
-node is known to go wrong this one does not follow: see measurement.py, and set_pose below.
+node is known to go wrong this one does not follow: see measurement.py, history.py, estimator.py, and set_pose below.
 
-    engine = FilterEngine(FilterConfig.from_params(params), transforms)
+    engine = FilterEngine(FilterConfig.from_params(params, 'ekf'), transforms)
     engine.add_odometry('odom0', OdometryData(...)); engine.add_imu('imu0', ImuData(...))
     output = engine.tick(now)           # FilterOutput, or None before there is anything to say
 """
@@ -17,15 +17,35 @@ import numpy as np
 
 from . import measurement
 from .config import FilterConfig
+from .control import Control
 from .data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
 from .ekf import Ekf
 from .geometry import Transform
-from .measurement import MissingTransform
-from .state import ANGLES, POSE, POSITION, RATES, SIZE, TWIST
+from .history import History
+from .intake import Intake, Motion
+from .measurement import MissingTransform, PoseOptions
+from .state import ANGLES, POSE, POSITION, RATES, SIZE
 from .status import InputStatus
+from .ukf import Ukf
 
 SET_POSE_VARIANCE = 1e-6
 SMALLEST_SET_POSE_VARIANCE = 1e-9
+# Stamps are float seconds since 1970, which resolve 0.24 us.
+CLOCK_RESOLUTION = 1e-6
+
+
+def make_filter(config: FilterConfig, control: Optional[Control] = None, biases=None):
+    """The Ekf or Ukf of a configuration; biases: as Intake.biases."""
+    noise, variance = [], []
+    for name, states in (biases or {}).items():
+        noise += [config.input(name).gyro_bias_noise] * len(states)
+        variance += [config.input(name).gyro_bias_variance] * len(states)
+    arguments = dict(process_noise=config.process_noise_covariance, initial_covariance=config.initial_estimate_covariance,
+                     initial_state=config.initial_state, control=control, bias_noise=noise, bias_variance=variance,
+                     dynamic_process_noise=config.dynamic_process_noise_covariance)
+    if config.filter == 'ukf':
+        return Ukf(alpha=config.alpha, beta=config.beta, kappa=config.kappa, **arguments)
+    return Ekf(**arguments)
 
 
 class FilterEngine:
@@ -40,14 +60,37 @@ class FilterEngine:
     def __init__(self, config: FilterConfig, transforms, report=None):
         self.config, self.transforms = config, transforms
         self._report = report or (lambda sentence: None)
-        self.filter = Ekf(config.process_noise_covariance, config.initial_estimate_covariance, config.initial_state)
-        self.inputs: Dict[str, InputStatus] = {i.name: InputStatus(i.name, i.topic) for i in config.inputs}
-        self._configs = {i.name: i for i in config.inputs}
-        self.time_jumps = 0
-        self.not_finite = 0
+        self.control = Control(config.control) if config.control else None
+        self.intake = Intake(config, transforms, self._report)
+        self.filter = make_filter(config, self.control, self.intake.biases)
+        self.history = History(config.history_length) if config.smooth_lagged_data and config.history_length else None
+        self.enabled, self.on = not config.disabled_at_startup, True
+        self.time_jumps = self.not_finite = self.before_history = 0
         self.missing_transform: Optional[str] = None
         self._last_tick = None
         self._forget()
+
+    @property
+    def inputs(self) -> Dict[str, InputStatus]:
+        """The account of every input, by name."""
+        return self.intake.inputs
+
+    @property
+    def parked(self) -> bool:
+        """Whether the robot is known to stand still; False where no extension asks for it."""
+        return self.intake.standstill is not None and self.intake.standstill.parked
+
+    def gyro_bias(self, name: str) -> np.ndarray:
+        """The estimated bias of the IMU `name`, (3,) rad/s: in the sensor's frame with 'standstill', about the robot's axes
+        with 'state'; zeros where none is estimated."""
+        states = self.intake.biases.get(name)
+        if states:
+            bias = np.zeros(3)
+            for rate, index in states.items():
+                bias[rate - RATES.start] = self.filter.x[index]
+            return bias
+        standstill = self.intake.standstill
+        return standstill.gyros[name].bias.copy() if standstill and name in standstill.gyros else np.zeros(3)
 
     def reset(self):
         """As if nothing had ever come in; the counters stay."""
@@ -57,101 +100,64 @@ class FilterEngine:
 
     def _forget(self):
         self._queue, self._sequence = [], 0
-        self._last_stamps: Dict[str, float] = {}
-        self._ignore_until = 0.0
+        self.intake.forget()
+        if self.history:
+            self.history.clear()
+        self._controls = []
         self._published_stamp = 0.0
         self._rates, self._rates_time = np.zeros(3), 0.0
         self._angular_acceleration, self._angular_acceleration_covariance = np.zeros(3), np.zeros((3, 3))
+
+    # On and off
+
+    def enable(self) -> bool:
+        """Start a filter that was disabled at startup; False if it was running."""
+        was, self.enabled = self.enabled, True
+        return not was
+
+    def toggle(self, on: bool) -> bool:
+        """Stop or resume the use of measurements while output goes on; False if it was so already."""
+        changed, self.on = bool(on) != self.on, bool(on)
+        return changed
 
     # Inputs
 
     def add_odometry(self, name: str, data: OdometryData):
         """A message of input `name` (odomN); never raises for what the data holds."""
-        mask = self._configs[name].mask
-        if self._accept(name, data.stamp):
-            self._add_pose(name, data.pose, mask[POSE])
-            self._add_twist(name, data.twist, mask[TWIST])
+        self._enqueue(name, self.intake.odometry(name, data, self._motion()))
 
     def add_pose(self, name: str, data: PoseData):
         """A message of input `name` (poseN)."""
-        if self._accept(name, data.stamp):
-            self._add_pose(name, data, self._configs[name].mask[POSE])
+        self._enqueue(name, self.intake.pose(name, data, self._motion()))
 
     def add_twist(self, name: str, data: TwistData):
         """A message of input `name` (twistN)."""
-        if self._accept(name, data.stamp):
-            self._add_twist(name, data, self._configs[name].mask[TWIST])
+        self._enqueue(name, self.intake.twist(name, data, self._motion()))
 
     def add_imu(self, name: str, data: ImuData):
         """A message of input `name` (imuN)."""
-        if not self._accept(name, data.stamp):
+        self._enqueue(name, self.intake.imu(name, data, self._motion()))
+
+    def add_control(self, command, stamp: float):
+        """A command (6,) vx vy vz vroll vpitch vyaw in the robot's frame, given at a time (s); one that is not finite is dropped."""
+        if self.control is None:
             return
-        config, mask = self._configs[name], self._configs[name].mask
-        frame, two_d = self.config.base_link_frame, self.config.two_d_mode
-        if any(mask[ANGLES]) and measurement.measures(data.orientation_covariance):
-            self._enqueue(name, '_pose', data.stamp, lambda source: measurement.imu_orientation(
-                data, mask[ANGLES], source, self.transforms, frame, two_d, config.pose_threshold))
-        if any(mask[RATES]) and measurement.measures(data.angular_velocity_covariance):
-            covariance = np.zeros((6, 6))
-            covariance[3:, 3:] = np.reshape(data.angular_velocity_covariance, (3, 3))
-            turning = TwistData(data.stamp, data.frame_id, (0.0, 0.0, 0.0), data.angular_velocity, covariance)
-            self._add_twist(name, turning, (False, False, False) + tuple(mask[RATES]))
-        if any(mask[12:]) and measurement.measures(data.linear_acceleration_covariance):
-            gravity = self.config.gravitational_acceleration if config.remove_gravity else None
-            self._enqueue(name, '_acceleration', data.stamp, lambda source: measurement.acceleration(
-                data, mask[12:], source, self.transforms, frame, self.filter.x, self._angular_acceleration, gravity, two_d,
-                config.acceleration_threshold))
-
-    def _add_pose(self, name, data, mask):
-        if any(mask):
-            threshold = self._configs[name].pose_threshold
-            self._enqueue(name, '_pose', data.stamp, lambda source: measurement.pose(
-                data, mask, source, self.transforms, self.config.world_frame, self.config.two_d_mode, threshold))
-
-    def _add_twist(self, name, data, mask):
-        if any(mask):
-            threshold = self._configs[name].twist_threshold
-            self._enqueue(name, '_twist', data.stamp, lambda source: measurement.twist(
-                data, mask, source, self.transforms, self.config.base_link_frame, self.filter.x[RATES],
-                self.config.two_d_mode, threshold))
-
-    def _accept(self, name, stamp) -> bool:
-        status = self.inputs[name]
-        status.received += 1
-        if not np.isfinite(stamp) or stamp <= 0.0:
-            self._problem(status, 'no_stamp', 'the message has no time stamp')
-        elif stamp <= self._ignore_until:
-            self._problem(status, 'before_set_pose', 'the message is not newer than the last set_pose: ignored')
-        else:
-            status.last_stamp = stamp
-            return True
-        return False
-
-    def _enqueue(self, name, part, stamp, prepare):
-        """Prepare one part of a message and put it into the queue, unless it is older than its predecessor."""
-        status, source = self.inputs[name], name + part
-        if stamp < self._last_stamps.get(source, stamp):
-            self._problem(status, 'out_of_order', 'the message at %.3f s is older than the one before it: ignored' % stamp)
+        if not (np.isfinite(command).all() and np.isfinite(stamp)):
+            self._report('a command that is not a number is ignored')
             return
-        self._last_stamps[source] = stamp
-        try:
-            prepared, problems = prepare(source)
-        except MissingTransform as error:
-            self._say(status.lacks(str(error), stamp))
+        self.control.set(command, stamp)
+        if self.history:
+            self._controls.append((stamp, self.control.command))
+
+    def _motion(self):
+        return Motion(self.filter.x[:SIZE], self._angular_acceleration)
+
+    def _enqueue(self, name, measurements):
+        if not self.enabled:
             return
-        status.missing = None
-        for problem in problems:
-            self._problem(status, problem.kind, problem.sentence)
-        if prepared is not None:
+        for m in measurements:
             self._sequence += 1
-            heapq.heappush(self._queue, (stamp, self._sequence, name, prepared))
-
-    def _problem(self, status, kind, sentence):
-        self._say(status.has_problem(kind, sentence))
-
-    def _say(self, sentence):
-        if sentence:
-            self._report(sentence)
+            heapq.heappush(self._queue, (m.stamp, self._sequence, name, m))
 
     # set_pose
 
@@ -162,7 +168,6 @@ class FilterEngine:
         robot_localization jumps to the origin when the frame is unknown, and lets the first measurement overwrite a pose
         set before it; here the former is refused and the latter is fused.
         """
-        mask = (True,) * 6
         covariance = np.array(data.covariance, dtype=float).reshape(6, 6)
         if not np.isfinite(covariance).all() or not np.isfinite([*data.position, *data.orientation]).all():
             return 'set_pose holds something that is not a number: ignored'
@@ -171,11 +176,11 @@ class FilterEngine:
         frame = data.frame_id or self.config.world_frame
         pose = PoseData(stamp, frame, data.position, data.orientation, covariance)
         try:
-            prepared, problems = measurement.pose(pose, mask, 'set_pose', self.transforms, self.config.world_frame,
-                                                  self.config.two_d_mode)
+            prepared, problems = measurement.pose(pose, (True,) * 6, 'set_pose', self.transforms, self.config.world_frame,
+                                                  PoseOptions(self.config.two_d_mode))
         except MissingTransform as error:
             return 'set_pose is ignored: %s' % error
-        bad = [p.sentence for p in problems if p.kind == 'bad_orientation']
+        bad = [p.sentence for p in problems if p.kind in ('bad_orientation', 'huge_value', 'huge_variance')]
         if bad:
             return 'set_pose is ignored: %s' % bad[0]
         x, P = np.zeros(SIZE), np.eye(SIZE) * SET_POSE_VARIANCE
@@ -187,7 +192,9 @@ class FilterEngine:
         self.filter.initialised = True
         self.filter.last_measurement_time = now
         self._queue = []
-        self._ignore_until = stamp
+        self.intake.forget_poses(stamp)
+        if self.history:
+            self.history.clear()
         self._rates = np.zeros(3)
         return None
 
@@ -198,7 +205,12 @@ class FilterEngine:
         if self._last_tick is not None and now < self._last_tick:
             self._time_went_back(now)
         self._last_tick = now
-        self._integrate(now)
+        if not self.enabled:
+            return None
+        if self.on:
+            self._integrate(now)
+        else:
+            self._idle(now)
         if not self.filter.initialised:
             return None
         if not (np.isfinite(self.filter.x).all() and np.isfinite(self.filter.P).all()):
@@ -206,28 +218,84 @@ class FilterEngine:
             self._report('the state is no longer finite: the filter starts anew; check the covariances of the inputs')
             self.reset()
             return None
-        self._differentiate(now)
+        if self.on:
+            self._differentiate(now)
         return self._output()
 
+    def _idle(self, now):
+        """Switched off: what came in is forgotten, and the state is as of now."""
+        self._queue = []
+        if self.history:
+            self.history.clear()
+        if self.filter.initialised:
+            self.filter.last_measurement_time = now
+
     def _integrate(self, now):
-        ekf, queue = self.filter, self._queue
+        kf, queue = self.filter, self._queue
         # A measurement from far in the future must not keep the filter from predicting.
         idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
+        again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
+        newest = (self.control.command, self.control.stamp) if self.control else None
         while queue and queue[0][0] <= now:
-            stamp, _, name, m = heapq.heappop(queue)
-            if ekf.process(stamp, m.indices, m.z, m.R, m.threshold):
-                self.inputs[name].used += 1
-            else:
-                self.inputs[name].rejected += 1
-        if not ekf.initialised:
+            entry = heapq.heappop(queue)
+            stamp, sequence, name, m = entry
+            if again and self._controls:
+                self._control_of(stamp)
+            taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
+            if sequence not in again:
+                self.inputs[name].took(taken, kf.nis, len(m.indices))
+            if self.history:
+                self.history.done(entry)
+                if not queue or queue[0][0] > stamp:
+                    self.history.keep(kf.snapshot())
+        if again and self.control:
+            self.control.set(*newest)
+        if not kf.initialised:
             return
-        late = idle and now - ekf.last_measurement_time >= self.config.sensor_timeout
+        late = idle and now - kf.last_measurement_time >= self.config.sensor_timeout
         if late or self.config.predict_to_current_time:
-            ekf.predict_to(now)
+            kf.predict_to(now)
+        if self.history:
+            limit = kf.last_measurement_time - self.history.length
+            self.history.expire(kf.last_measurement_time)
+            self.intake.history_from = limit
+            self._controls = [c for k, c in enumerate(self._controls)
+                              if c[0] >= limit or k + 1 == len(self._controls) or self._controls[k + 1][0] > limit]
+
+    def _go_back(self, first):
+        """For an oldest measurement that is late: back to before it; returns the sequence numbers of what is done again."""
+        if first[0] >= self.filter.last_measurement_time:
+            return ()
+        snapshot, again, enough = self.history.go_back(first[0])
+        if snapshot is not None:
+            self.filter.restore(snapshot)
+        if not enough:
+            self.before_history += 1
+            self._say_before_history(first)
+        for entry in again:
+            heapq.heappush(self._queue, entry)
+        return {entry[1] for entry in again}
+
+    def _say_before_history(self, first):
+        stamp, _, name, _ = first
+        status = self.inputs[name]
+        sentence = status.has_problem('before_history', 'a message comes %.3f s late, history_length is %g s: it cannot be put in '
+                                      'its place' % (self.filter.last_measurement_time - stamp, self.history.length))
+        if sentence:
+            self._report(sentence)
+
+    def _control_of(self, stamp):
+        """The command that held at a time, for a measurement that is done again."""
+        for at, command in reversed(self._controls):
+            if at <= stamp:
+                self.control.set(command, at)
+                return
 
     def _differentiate(self, now):
         """Angular acceleration from the rates of two ticks, for sensors off the robot's centre."""
-        dt = now - self._rates_time
+        dt, period = now - self._rates_time, 1.0 / self.config.frequency
+        if abs(dt - period) < CLOCK_RESOLUTION:
+            dt = period
         rates = self.filter.x[RATES].copy()
         if dt > 0.0:
             self._angular_acceleration = (rates - self._rates) / dt
@@ -235,13 +303,13 @@ class FilterEngine:
         self._rates, self._rates_time = rates, now
 
     def _output(self) -> FilterOutput:
-        config, stamp, x = self.config, self.filter.last_measurement_time, self.filter.x
+        config, stamp, x = self.config, self.filter.last_measurement_time, self.filter.x[:SIZE].copy()
         pose = Transform.from_xyz_rpy(*x[POSITION].tolist(), *x[ANGLES].tolist())
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
         transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
         self._published_stamp = stamp
-        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, self.filter.P, pose, transform,
-                            fresh, self._angular_acceleration, self._angular_acceleration_covariance)
+        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, self.filter.P[:SIZE, :SIZE].copy(), pose,
+                            transform, fresh, self._angular_acceleration, self._angular_acceleration_covariance)
 
     def _transform(self, stamp, pose) -> Optional[StampedTransform]:
         config, dated = self.config, stamp + self.config.transform_time_offset

@@ -8,18 +8,20 @@ their variables out and are reported, and with two_d_mode no covariance of the f
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from .data import ImuData, PoseData, TwistData
-from .geometry import IDENTITY, Transform, cross, normalised, quaternion_from_rpy, rotate, rotation_matrix, wrap
+from .geometry import IDENTITY, Transform, cross, multiply, normalised, quaternion_from_rpy, rotate, rotation_matrix, wrap
 from .state import ANGLES, AX, NAMES, OFF_PLANE, POSITION, RATES, SIZE, TWIST, X
 
 OFF_PLANE_VARIANCE = 1e-6
 # Drivers write "I do not measure this" as a very large variance; squared, it would no longer be a number.
 LARGEST_VARIANCE = 1e15
+# No robot is as far away or as fast (m, m/s, ...); a few steps on, such a number would no longer be one.
+LARGEST_VALUE = 1e12
 
 
 class Problem(NamedTuple):
@@ -31,7 +33,10 @@ class Problem(NamedTuple):
 
 @dataclass(frozen=True)
 class Measurement:
-    """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas."""
+    """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas.
+
+    extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
+    """
 
     stamp: float
     source: str
@@ -39,6 +44,7 @@ class Measurement:
     z: np.ndarray
     R: np.ndarray
     threshold: float = float('inf')
+    extra: Optional[Tuple[int, ...]] = None
 
 
 class MissingTransform(Exception):
@@ -73,12 +79,12 @@ class _Sheet:
     def _sift(self):
         """Leave out what is measured but no data; zero what is neither, so that it cannot spread by a rotation."""
         variances = self.covariance.diagonal()
-        sound = bool(np.isfinite(self.values).all() and np.isfinite(self.covariance).all())
+        sound = bool((np.abs(self.values) < LARGEST_VALUE).all() and np.isfinite(self.covariance).all())
         if sound and (variances[self.mask] > 0.0).all() and (variances[self.mask] < LARGEST_VARIANCE).all():
             return
         covariance = self.covariance
         for i in np.flatnonzero(~self.mask):
-            if not (np.isfinite(self.values[i]) and abs(variances[i]) < LARGEST_VARIANCE):
+            if not (abs(self.values[i]) < LARGEST_VALUE and abs(variances[i]) < LARGEST_VARIANCE):
                 self.values[i] = 0.0
                 covariance[i, :] = covariance[:, i] = 0.0
             covariance[i, ~np.isfinite(covariance[i])] = 0.0
@@ -87,6 +93,8 @@ class _Sheet:
             name, variance = NAMES[self.first + i], float(variances[i])
             if not np.isfinite(self.values[i]):
                 self._leave_out(i, 'not_finite', '%s is %s' % (name, self.values[i]))
+            elif abs(self.values[i]) >= LARGEST_VALUE:
+                self._leave_out(i, 'huge_value', '%s is %g' % (name, self.values[i]))
             elif not np.isfinite(variance):
                 self._leave_out(i, 'not_finite', 'the variance of %s is %s' % (name, variance))
             elif variance <= 0.0:
@@ -152,6 +160,26 @@ def _positive(R) -> bool:
 Prepared = Tuple[Optional[Measurement], List[Problem]]
 
 
+@dataclass
+class PoseMemory:
+    """What a source of poses must remember: the previous (stamp, pose, covariance) to differentiate, the first to subtract."""
+
+    previous: Optional[tuple] = None
+    initial: Optional[Transform] = None
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """How a source of poses is taken. turning_noise: (3,) see twist; memory: its own, for differential and relative."""
+
+    two_d: bool = False
+    threshold: float = float('inf')
+    differential: bool = False
+    relative: bool = False
+    turning_noise: Tuple[float, float, float] = (0.0, 0.0, 0.0)
+    memory: PoseMemory = field(default_factory=PoseMemory)
+
+
 def _orientation(sheet: _Sheet, q, first: int):
     """The unit quaternion, or no turn (and no angle measured) for one that stands for none."""
     try:
@@ -160,57 +188,115 @@ def _orientation(sheet: _Sheet, q, first: int):
         if sheet.mask[first:first + 3].any():
             sheet.mask[first:first + 3] = False
             sheet.problems.append(Problem('bad_orientation', str(error)))
-        return IDENTITY.rotation
+        return None
 
 
-def pose(data: PoseData, mask, source: str, transforms, world_frame: str, two_d: bool = False,
-         threshold: float = float('inf')) -> Prepared:
+def pose(data: PoseData, mask, source: str, transforms, world_frame: str, options: PoseOptions = PoseOptions(),
+         base_frame: str = '', child_frame: str = '', rates=(0.0, 0.0, 0.0)) -> Prepared:
     """A pose in data.frame_id as a measurement of x, y, z, roll, pitch, yaw in the world frame.
 
-    mask: which of the six count. Raises MissingTransform.
+    mask: which of the six count. child_frame: whose pose it is, if not base_frame's. Relative: taken from the first one.
+    Differential: the difference to the previous pose as a twist along the axes of base_frame (of child_frame), whatever
+    frame_id is; rates: (3,) as in twist. Raises MissingTransform.
     """
     values = tuple(data.position) + (0.0, 0.0, 0.0)
     sheet = _Sheet(X, values, data.covariance, mask)
-    trans = _lookup(transforms, world_frame, data.frame_id, data.stamp)
+    trans = IDENTITY if options.differential else _lookup(transforms, world_frame, data.frame_id, data.stamp)
+    other_body = child_frame if child_frame != base_frame else ''
+    child_from_base = _lookup(transforms, other_body, base_frame, data.stamp) if other_body else IDENTITY
     q = _orientation(sheet, data.orientation, 3)
-    in_world = trans @ Transform(tuple(sheet.values[POSITION].tolist()), q)
+    measured = Transform(tuple(sheet.values[POSITION].tolist()), q or IDENTITY.rotation)
+    if options.differential:
+        sound = q is not None and np.isfinite(data.position).all()
+        return _difference(sheet, measured if sound else None, IDENTITY.rotation, data.stamp, source, transforms, base_frame,
+                           child_frame or base_frame, options, rates)
+    measured = trans @ _since_first(measured @ child_from_base, q, options)
     if not trans.is_identity:
         sheet.turn(rotation_matrix(trans.rotation))
-    sheet.values[POSITION] = in_world.translation
-    sheet.values[ANGLES] = in_world.rpy
-    return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems
+    sheet.values[POSITION] = measured.translation
+    sheet.values[ANGLES] = measured.rpy
+    return sheet.measurement(data.stamp, source, options.threshold, options.two_d), sheet.problems
 
 
-def imu_orientation(data: ImuData, mask, source: str, transforms, base_frame: str, two_d: bool = False,
-                    threshold: float = float('inf')) -> Prepared:
+def imu_orientation(data: ImuData, mask, source: str, transforms, base_frame: str, options: PoseOptions = PoseOptions(),
+                    rates=(0.0, 0.0, 0.0)) -> Prepared:
     """An IMU's orientation as a measurement of the robot's roll, pitch, yaw; mask: which of the three count.
 
     The angles of the mounting are subtracted, and what is left is turned by the mounting's yaw, so that a pitch of a sensor
-    that looks to the side is a roll of the robot. Raises MissingTransform.
+    that looks to the side is a roll of the robot. Relative and differential as in `pose`. Raises MissingTransform.
     """
     covariance = np.zeros((6, 6))
     covariance[ANGLES, ANGLES] = np.reshape(data.orientation_covariance, (3, 3))
     sheet = _Sheet(X, np.zeros(6), covariance, (False, False, False) + tuple(mask))
     trans = _lookup(transforms, base_frame, data.frame_id, data.stamp)
-    measured = Transform(rotation=_orientation(sheet, data.orientation, 3)).rpy
+    q = _orientation(sheet, data.orientation, 3)
+    measured, turn = Transform(rotation=q or IDENTITY.rotation), IDENTITY.rotation
     if not trans.is_identity:
         offsets = trans.rpy
         turn = quaternion_from_rpy(0.0, 0.0, offsets[2])
-        angles = rotate(turn, tuple(wrap(a - offset) for a, offset in zip(measured, offsets)))
-        measured = Transform.from_xyz_rpy(0.0, 0.0, 0.0, *angles).rpy
+        angles = rotate(turn, tuple(wrap(a - offset) for a, offset in zip(measured.rpy, offsets)))
+        measured = Transform.from_xyz_rpy(0.0, 0.0, 0.0, *angles)
+    if options.differential:
+        return _difference(sheet, measured if q else None, turn, data.stamp, source, transforms, base_frame, base_frame,
+                           options, rates)
+    if not trans.is_identity:
         sheet.turn(rotation_matrix(turn))
-    sheet.values[ANGLES] = measured
-    return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems
+    sheet.values[ANGLES] = _since_first(measured, q, options).rpy
+    return sheet.measurement(data.stamp, source, options.threshold, options.two_d), sheet.problems
+
+
+def _since_first(measured: Transform, q, options: PoseOptions) -> Transform:
+    """The pose relative to the first one that had an orientation, if that is asked for."""
+    if not options.relative:
+        return measured
+    if options.memory.initial is None and q is not None:
+        options.memory.initial = measured
+    return measured if options.memory.initial is None else options.memory.initial.inverse() @ measured
+
+
+def _difference(sheet: _Sheet, measured: Optional[Transform], turn, stamp, source, transforms, base_frame, frame, options,
+                rates) -> Prepared:
+    """A pose (None: one that is none) and the one before it as a twist along the axes of `frame`.
+
+    Its covariance is the sum of both times the time between them, as in robot_localization. The time is that of the
+    pose that was kept, not of the message before: a pose that was dropped in between does not make the robot fast.
+    """
+    if measured is None:
+        sheet.problems.append(Problem('bad_pose', 'the pose holds something that is not a number or no rotation: it cannot be '
+                                                  'differentiated'))
+        return None, sheet.problems
+    previous = options.memory.previous
+    if previous is not None and stamp <= previous[0]:
+        sheet.problems.append(Problem('same_stamp', 'the pose has the stamp of the one before: it cannot be differentiated'))
+        return None, sheet.problems
+    options.memory.previous = (stamp, measured, sheet.covariance.copy())
+    if previous is None or not sheet.mask.any():
+        return None, sheet.problems
+    dt = stamp - previous[0]
+    step = previous[1].inverse() @ measured
+    sheet.covariance += previous[2]
+    sheet.covariance *= dt
+    if turn != IDENTITY.rotation:
+        sheet.turn(rotation_matrix(turn))
+    data = TwistData(stamp, frame, tuple(v / dt for v in step.translation), tuple(a / dt for a in step.rpy), sheet.covariance)
+    prepared, problems = twist(data, sheet.mask, source, transforms, base_frame, rates, options.two_d, options.threshold,
+                               options.turning_noise)
+    return prepared, sheet.problems + problems
 
 
 def twist(data: TwistData, mask, source: str, transforms, base_frame: str, rates, two_d: bool = False,
-          threshold: float = float('inf')) -> Prepared:
+          threshold: float = float('inf'), turning_noise=(0.0, 0.0, 0.0)) -> Prepared:
     """A twist along the axes of data.frame_id as a measurement of the robot's velocity and rates.
 
     mask: which of the six count; rates: (3,) the robot's own, for the velocity of a sensor off its centre (o x w).
+    turning_noise: (3,) standard deviations of vx, vy, vyaw per rad/s of turning, added to the data's own.
     Raises MissingTransform.
     """
     sheet = _Sheet(TWIST.start, tuple(data.linear) + tuple(data.angular), data.covariance, mask)
+    if any(turning_noise):
+        turning = float(sheet.values[5]) ** 2
+        for i, noise in zip((0, 1, 5), turning_noise):
+            sheet.covariance[i, i] += noise * noise * turning
     trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
     if not trans.is_identity:
         values = sheet.values.tolist()
@@ -222,26 +308,31 @@ def twist(data: TwistData, mask, source: str, transforms, base_frame: str, rates
 
 
 def acceleration(data: ImuData, mask, source: str, transforms, base_frame: str, state, angular_acceleration,
-                 gravity: Optional[float] = None, two_d: bool = False, threshold: float = float('inf')) -> Prepared:
+                 gravity: Optional[float] = None, two_d: bool = False, threshold: float = float('inf'),
+                 relative: bool = False) -> Prepared:
     """An IMU's specific force as a measurement of the robot's acceleration.
 
     gravity (m/s2) is taken off along the message's orientation, or the state's (15,) where the message has none; None
-    leaves it in. angular_acceleration: (3,) rad/s2 of the robot, for a sensor off its centre. Raises MissingTransform.
+    leaves it in. relative: the message's orientation is that of the robot since the start, not of the sensor.
+    angular_acceleration: (3,) rad/s2 of the robot, for a sensor off its centre. Raises MissingTransform.
     """
     sheet = _Sheet(AX, data.linear_acceleration, data.linear_acceleration_covariance, mask)
     trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
     value = tuple(sheet.values.tolist())
     if gravity is not None:
         if not measures(data.orientation_covariance):
-            attitude = (Transform(rotation=quaternion_from_rpy(*state[ANGLES])) @ Transform(rotation=trans.rotation))
+            attitude = multiply(quaternion_from_rpy(*state[ANGLES].tolist()), trans.rotation)
         else:
-            attitude = Transform(rotation=_orientation(sheet, data.orientation, 0))
-        down = attitude.inverse().apply((0.0, 0.0, gravity))
+            attitude = _orientation(sheet, data.orientation, 0) or IDENTITY.rotation
+            if relative:
+                attitude = multiply(attitude, trans.rotation)
+        x, y, z, w = attitude
+        down = rotate((-x, -y, -z, w), (0.0, 0.0, gravity))
         value = tuple(a - g for a, g in zip(value, down))
     if not trans.is_identity:
-        arm, rates = trans.translation, state[RATES].tolist()
+        arm, robot_rates = trans.translation, state[RATES].tolist()
         turning = cross(arm, [float(a) for a in angular_acceleration])
-        centripetal = cross(cross(arm, rates), rates)
+        centripetal = cross(cross(arm, robot_rates), robot_rates)
         value = tuple(a + t - c for a, t, c in zip(rotate(trans.rotation, value), turning, centripetal))
         sheet.turn(rotation_matrix(trans.rotation))
     sheet.values[:] = value

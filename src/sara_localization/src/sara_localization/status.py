@@ -1,8 +1,11 @@
 """What became of the messages of each input: counted, said once per kind, and put into one line for the user."""
 from __future__ import annotations
 
+import math
 from collections import Counter
 from typing import Optional
+
+NIS_MEMORY = 100
 
 
 class InputStatus:
@@ -15,6 +18,7 @@ class InputStatus:
         self.missing: Optional[str] = None
         self.missing_since = 0.0
         self.last_stamp: Optional[float] = None
+        self.nis = self.dof = 0.0
         self._said = set()
 
     def lacks(self, sentence: str, stamp: float) -> Optional[str]:
@@ -28,6 +32,26 @@ class InputStatus:
         """Something was wrong with a message; returns a sentence the first time this kind of thing is."""
         self.problems[kind] += 1
         return self._once(kind, '%s (%s): %s' % (self.name, self.topic, sentence))
+
+    def found(self):
+        """The transform that was missing is there."""
+        self.missing = None
+
+    def took(self, taken: bool, nis: float, dof: int):
+        """A measurement of `dof` variables was used or rejected by the gate, at the squared Mahalanobis distance nis."""
+        if taken:
+            self.used += 1
+        else:
+            self.rejected += 1
+        weight = 1.0 / min(self.used + self.rejected, NIS_MEMORY)
+        self.nis += (nis - self.nis) * weight
+        self.dof += (dof - self.dof) * weight
+
+    @property
+    def consistency(self) -> float:
+        """Mean NIS per measured variable over the last hundred or so: about 1 where the variances are honest, larger where
+        the input (or the filter) claims to know more than it does, NaN before any."""
+        return self.nis / self.dof if self.dof else math.nan
 
     def _once(self, key, sentence):
         if key in self._said:

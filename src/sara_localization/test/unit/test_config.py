@@ -52,15 +52,7 @@ def test_all_faults_are_told_at_once():
     assert len(faults(frequency=-1, two_d_mode=3, initial_state=[1])) == 3
 
 
-@pytest.mark.parametrize('name, value', [
-    ('odom0_differential', True), ('odom0_relative', True), ('odom0_pose_use_child_frame', True),
-    ('smooth_lagged_data', True), ('use_control', True), ('dynamic_process_noise_covariance', True),
-    ('disabled_at_startup', True), ('tf_prefix', 'robot')])
-def test_what_is_not_built_is_refused_by_name(name, value):
-    assert any(name in fault and 'not built' in fault for fault in faults(**{name: value}))
-
-
-def test_what_is_not_built_may_be_set_to_its_default():
+def test_what_is_off_may_be_set_to_its_default():
     assert read(odom0_differential=False, smooth_lagged_data=False, use_control=False, history_length=0).warnings == ()
 
 

@@ -76,7 +76,7 @@ def test_gravity_is_taken_off_a_tilted_imu(frames, orientation):
 
 def test_two_d_mode_measures_the_plane_and_takes_no_cross_terms(frames):
     covariance = COVARIANCE + 0.01
-    prepared, _ = measurement.pose(PoseData(1.0, 'map', covariance=covariance), ALL6, 's', frames, 'map', two_d=True)
+    prepared, _ = measurement.pose(PoseData(1.0, 'map', covariance=covariance), ALL6, 's', frames, 'map', measurement.PoseOptions(two_d=True))
     for i in OFF_PLANE:
         k = prepared.indices.index(i)
         assert prepared.z[k] == 0.0 and prepared.R[k, k] == 1e-6

@@ -1,0 +1,58 @@
+"""What has been done, so that a late measurement can be put in its place: states and measurements of the last seconds.
+
+The rule is robot_localization's: go back to the newest state that is older than the late measurement (to the oldest there
+is, where none is old enough) and do again all that was measured after it.
+"""
+from __future__ import annotations
+
+from collections import deque
+from typing import List, Optional, Tuple
+
+from .measurement import Measurement
+
+# A late measurement of the very stamp of a state goes before it.
+_EPSILON = 1e-9
+
+
+class History:
+    """length: how many seconds are kept."""
+
+    def __init__(self, length: float):
+        self.length = length
+        self._states, self._measurements = deque(), deque()
+
+    def clear(self):
+        self._states.clear()
+        self._measurements.clear()
+
+    def done(self, entry: Tuple[int, str, Measurement]):
+        """A measurement was taken; entry: what the queue held."""
+        self._measurements.append(entry)
+
+    def keep(self, snapshot):
+        """The state after all measurements of one stamp; snapshot: (time, ...)."""
+        self._states.append(snapshot)
+
+    def go_back(self, stamp: float) -> Tuple[Optional[tuple], List[tuple], bool]:
+        """For a measurement of `stamp` (s): the snapshot to restore (or None), the entries to do again, and whether the
+        history reaches back far enough."""
+        time, oldest = stamp - _EPSILON, None
+        while self._states and self._states[-1][0] > time:
+            oldest = self._states.pop()
+        enough = bool(self._states)
+        snapshot = self._states[-1] if enough else oldest
+        again = []
+        if snapshot is not None:
+            while self._measurements and self._measurements[-1][-1].stamp > time:
+                entry = self._measurements.pop()
+                if entry[-1].stamp >= snapshot[0]:
+                    again.append(entry)
+        return snapshot, again, enough
+
+    def expire(self, now: float):
+        """Forget what is older than `length` before now."""
+        limit = now - self.length
+        while self._measurements and self._measurements[0][-1].stamp < limit:
+            self._measurements.popleft()
+        while self._states and self._states[0][0] < limit:
+            self._states.popleft()

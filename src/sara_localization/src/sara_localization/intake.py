@@ -1,0 +1,236 @@
+"""From the messages of the inputs to measurements: what is dropped and why, and what must be remembered between messages.
+
+One Intake serves one filter. It knows the inputs' configurations, keeps their accounts (status.py), their previous poses
+(differential, relative), and the extensions that look at messages: covariances of the user's own, noise that grows with
+turning, gyro biases, and what is known of a parked robot.
+"""
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Dict, Iterator, List, NamedTuple
+
+import numpy as np
+
+from . import measurement
+from .config import FilterConfig
+from .data import ImuData, OdometryData, PoseData, TwistData
+from .geometry import multiply, normalised, quaternion_from_rpy, rpy_from_quaternion
+from .measurement import Measurement, MissingTransform, PoseMemory, PoseOptions
+from .standstill import Standstill
+from .state import ANGLES, POSE, RATES, SIZE, TWIST, VYAW
+from .status import InputStatus
+
+
+class Motion(NamedTuple):
+    """The filter's state (15,) and angular acceleration (3,) of the moment, for sensors off the robot's centre."""
+
+    state: np.ndarray
+    angular_acceleration: np.ndarray
+
+
+class Intake:
+    """Methods odometry, pose, twist, imu take a message of an input and give its measurements; they never raise for its data.
+
+    history_from: stamps (s) from which on a late message can still be put in its place; inf without lagged data.
+    """
+
+    def __init__(self, config: FilterConfig, transforms, report):
+        self.config, self.transforms, self._report = config, transforms, report
+        self.inputs: Dict[str, InputStatus] = {i.name: InputStatus(i.name, i.topic) for i in config.inputs}
+        self._configs = {i.name: i for i in config.inputs}
+        self.biases = _bias_states(config)
+        gyros = [i.name for i in config.inputs if i.kind == 'imu' and (config.standstill.update or i.gyro_bias == 'standstill')]
+        self.standstill = Standstill(config.standstill, gyros) if gyros else None
+        self._wheel_poses: Dict[str, tuple] = {}
+        self.forget()
+
+    def forget(self):
+        """As if nothing had ever come in; the accounts and the gyros' biases stay."""
+        self.history_from = math.inf
+        self._last_stamps: Dict[str, float] = {}
+        self.forget_poses(0.0)
+
+    def forget_poses(self, until: float):
+        """The robot was put somewhere at the time `until` (s): older messages are ignored, poses are followed anew from here."""
+        self._ignore_until = until
+        self._options = {i.name: PoseOptions(self.config.two_d_mode, i.pose_threshold, i.differential, i.relative,
+                                             i.turning_noise, PoseMemory()) for i in self.config.inputs}
+        self._wheel_poses.clear()
+        if self.standstill:
+            self.standstill.forget_yaw()
+
+    # Messages
+
+    def odometry(self, name: str, data: OdometryData, motion: Motion) -> List[Measurement]:
+        """A message of input `name` (odomN)."""
+        config = self._configs[name]
+        if not self._accept(name, data.stamp):
+            return []
+        if self.standstill:
+            self._watch_wheels(name, data)
+        child = data.child_frame_id.lstrip('/') if config.pose_use_child_frame else ''
+        return [*self._pose(name, data.pose, motion, child), *self._twist(name, data.twist, config.mask[TWIST], motion)]
+
+    def pose(self, name: str, data: PoseData, motion: Motion) -> List[Measurement]:
+        """A message of input `name` (poseN)."""
+        return list(self._pose(name, data, motion, '')) if self._accept(name, data.stamp) else []
+
+    def twist(self, name: str, data: TwistData, motion: Motion) -> List[Measurement]:
+        """A message of input `name` (twistN)."""
+        if not self._accept(name, data.stamp):
+            return []
+        if self.standstill:
+            self.standstill.wheels(data.stamp, data.linear, data.angular)
+        return list(self._twist(name, data, self._configs[name].mask[TWIST], motion))
+
+    def imu(self, name: str, data: ImuData, motion: Motion) -> List[Measurement]:
+        """A message of input `name` (imuN)."""
+        config = self._configs[name]
+        if not self._accept(name, data.stamp):
+            return []
+        data = _with_covariances(data, config.covariances, ('orientation', 'angular_velocity', 'linear_acceleration'))
+        found = []
+        if self.standstill and name in self.standstill.gyros:
+            data = self._watch_gyro(config, data)
+            if self.standstill.parked and self.config.standstill.update:
+                found.append(Measurement(data.stamp, 'standstill', tuple(range(TWIST.start, TWIST.stop)), np.zeros(6),
+                                         np.eye(6) * self.config.standstill.variance))
+        mask, frame, two_d = config.mask, self.config.base_link_frame, self.config.two_d_mode
+        if any(mask[ANGLES]) and measurement.measures(data.orientation_covariance):
+            found += self._prepared(name, '_pose', data.stamp, lambda source: measurement.imu_orientation(
+                data, mask[ANGLES], source, self.transforms, frame, self._options[name], motion.state[RATES]))
+        if any(mask[RATES]) and measurement.measures(data.angular_velocity_covariance):
+            covariance = np.zeros((6, 6))
+            covariance[3:, 3:] = np.reshape(data.angular_velocity_covariance, (3, 3))
+            turning = TwistData(data.stamp, data.frame_id, (0.0, 0.0, 0.0), data.angular_velocity, covariance)
+            found += map(lambda m: self._with_bias(name, m), self._twist(name, turning, (False,) * 3 + tuple(mask[RATES]),
+                                                                         motion))
+        if any(mask[12:]) and measurement.measures(data.linear_acceleration_covariance):
+            gravity = self.config.gravitational_acceleration if config.remove_gravity else None
+            found += self._prepared(name, '_acceleration', data.stamp, lambda source: measurement.acceleration(
+                data, mask[12:], source, self.transforms, frame, motion.state, motion.angular_acceleration, gravity, two_d,
+                config.acceleration_threshold, config.relative))
+        return found
+
+    # Their parts
+
+    def _pose(self, name, data, motion, child) -> Iterator[Measurement]:
+        config = self._configs[name]
+        if not any(config.mask[POSE]):
+            return iter(())
+        if 'pose' in config.covariances:
+            data = dataclasses.replace(data, covariance=config.covariances['pose'])
+        return self._prepared(name, '_pose', data.stamp, lambda source: measurement.pose(
+            data, config.mask[POSE], source, self.transforms, self.config.world_frame, self._options[name],
+            self.config.base_link_frame, child, motion.state[RATES]))
+
+    def _twist(self, name, data, mask, motion) -> Iterator[Measurement]:
+        if not any(mask):
+            return iter(())
+        config = self._configs[name]
+        if 'twist' in config.covariances:
+            data = dataclasses.replace(data, covariance=config.covariances['twist'])
+        return self._prepared(name, '_twist', data.stamp, lambda source: measurement.twist(
+            data, mask, source, self.transforms, self.config.base_link_frame, motion.state[RATES], self.config.two_d_mode,
+            config.twist_threshold, config.turning_noise))
+
+    def _prepared(self, name, part, stamp, prepare) -> Iterator[Measurement]:
+        """One part of a message, unless it is older than its predecessor and cannot be put in its place."""
+        status, source = self.inputs[name], name + part
+        last = self._last_stamps.get(source, stamp)
+        if stamp < last:
+            differences = part == '_pose' and self._configs[name].differential
+            if differences or stamp < self.history_from:
+                self._problem(status, 'out_of_order', 'the message at %.3f s is older than the one before it: ignored' % stamp)
+                return
+        self._last_stamps[source] = max(stamp, last)
+        try:
+            prepared, problems = prepare(source)
+        except MissingTransform as error:
+            self._say(status.lacks(str(error), stamp))
+            return
+        status.found()
+        for problem in problems:
+            self._problem(status, problem.kind, problem.sentence)
+        if prepared is not None:
+            yield prepared
+
+    def _accept(self, name, stamp) -> bool:
+        status = self.inputs[name]
+        status.received += 1
+        if not math.isfinite(stamp) or stamp <= 0.0:
+            self._problem(status, 'no_stamp', 'the message has no time stamp')
+        elif stamp <= self._ignore_until:
+            self._problem(status, 'before_set_pose', 'the message is not newer than the last set_pose: ignored')
+        else:
+            status.last_stamp = stamp
+            return True
+        return False
+
+    def _problem(self, status, kind, sentence):
+        self._say(status.has_problem(kind, sentence))
+
+    def _say(self, sentence):
+        if sentence:
+            self._report(sentence)
+
+    # Extensions
+
+    def _with_bias(self, name, m: Measurement) -> Measurement:
+        biases = self.biases.get(name)
+        if not biases:
+            return m
+        return dataclasses.replace(m, extra=tuple(biases.get(i, -1) for i in m.indices))
+
+    def _watch_wheels(self, name, data: OdometryData):
+        """Tell the standstill detector what the wheels did: what they say, and what their pose says."""
+        linear, before = data.linear, self._wheel_poses.get(name)
+        if before is not None and data.stamp > before[0]:
+            moved = math.dist(data.position, before[1])
+            if moved > self.config.standstill.linear_velocity * (data.stamp - before[0]):
+                linear = (math.inf, 0.0, 0.0)
+        self._wheel_poses[name] = data.stamp, tuple(data.position)
+        self.standstill.wheels(data.stamp, linear, data.angular)
+
+    def _watch_gyro(self, config, data: ImuData) -> ImuData:
+        """Tell the standstill detector what an IMU says, and take off the data what is known to be wrong with it."""
+        finite = np.isfinite(data.angular_velocity).all() and measurement.measures(data.angular_velocity_covariance)
+        force = measurement.measures(data.linear_acceleration_covariance) and np.isfinite(data.linear_acceleration).all()
+        yaw = None
+        if measurement.measures(data.orientation_covariance):
+            try:
+                yaw = rpy_from_quaternion(normalised(data.orientation))[2]
+            except ValueError:
+                pass
+        gyro = self.standstill.gyro(config.name, data.stamp, np.array(data.angular_velocity) if finite else None,
+                                    np.array(data.linear_acceleration) if force else None, yaw)
+        changes = {}
+        holding = self.config.standstill.update
+        if config.gyro_bias != 'state' and finite:
+            if holding and self.standstill.parked:
+                changes['angular_velocity'] = (0.0, 0.0, 0.0)
+            elif config.gyro_bias == 'standstill':
+                changes['angular_velocity'] = tuple(float(w - b) for w, b in zip(data.angular_velocity, gyro.bias))
+        if holding and yaw is not None and gyro.yaw_offset:
+            back = quaternion_from_rpy(0.0, 0.0, -gyro.yaw_offset)
+            changes['orientation'] = multiply(back, normalised(data.orientation))
+        return dataclasses.replace(data, **changes) if changes else data
+
+
+def _bias_states(config: FilterConfig) -> Dict[str, Dict[int, int]]:
+    """For each IMU whose bias is a state: from the measured rate (9..11) to the index of its bias behind the 15 variables."""
+    found, following = {}, SIZE
+    for i in config.inputs:
+        if i.gyro_bias == 'state':
+            rates = (VYAW,) if config.two_d_mode else range(RATES.start, RATES.stop)
+            found[i.name] = {rate: following + k for k, rate in enumerate(rates)}
+            following += len(found[i.name])
+    return found
+
+
+def _with_covariances(data, covariances, parts):
+    """The data with the user's covariances in the place of its own, but for a part that says it is not measured."""
+    changes = {part + '_covariance': covariances[part] for part in parts
+               if part in covariances and measurement.measures(getattr(data, part + '_covariance'))}
+    return dataclasses.replace(data, **changes) if changes else data

@@ -1,0 +1,261 @@
+"""The algebra of the filters, compiled by numba and cached on disk: a step costs microseconds.
+
+State x (n,) and covariance P (n, n), n >= 15: the 15 variables of state.py, then biases that walk at random. A measured
+variable is the sum of one of the 15 and, where `extra` names one, of a bias: h = e_i (+ e_b).
+
+- predict: P <- F P F' + Q dt through the few entries in which F differs from the identity.
+- correct: measurements one scalar at a time; what is correlated is whitened by the Cholesky factor of R first. With the
+  optimal gain this is Joseph's form (tested against it); the measured variable's own row is scaled by r/S instead of being
+  subtracted from itself, which keeps its digits (G. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977, ch. II).
+- unscented_predict: Merwe's scaled sigma points (R. van der Merwe, 2004). Mean and covariance are written with the
+  differences to the central point, in which no weight of the order of -1/alpha2 is left to cost digits:
+  m = sum w_i d_i,  P = sum w_i d_i d_i' + (beta - alpha2) m m'   (i >= 1, w_i = 1 / (2 alpha2 (n + kappa))).
+"""
+from __future__ import annotations
+
+from math import fabs, isfinite, pi, sqrt
+
+import numpy as np
+from numba import njit
+
+from .motion_model import advance, jacobian
+
+TAU = 2.0 * pi
+SMALLEST_VARIANCE = 1e-9
+# A pivot of the correlation matrix below this is taken for round-off.
+_SMALLEST_PIVOT = 1e-13
+
+TAKEN, REJECTED, CORRELATED_BADLY = 0, 1, 2
+
+
+@njit(cache=True)
+def wrap_angles(x):
+    """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
+    for i in range(3, 6):
+        if not -pi <= x[i] <= pi and isfinite(x[i]):
+            x[i] -= TAU * np.round(x[i] / TAU)
+
+
+@njit(cache=True)
+def positive_definite(P):
+    """Whether P (n, n) is finite and positive definite by a margin of round-off: Cholesky of its correlation matrix."""
+    n = P.shape[0]
+    scale = np.empty(n)
+    for i in range(n):
+        if not (isfinite(P[i, i]) and P[i, i] > 0.0):
+            return False
+        scale[i] = 1.0 / sqrt(P[i, i])
+    L = np.empty((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            total = P[i, j] * scale[i] * scale[j]
+            for k in range(j):
+                total -= L[i, k] * L[j, k]
+            if i == j:
+                if not total > _SMALLEST_PIVOT:
+                    return False
+                L[i, i] = sqrt(total)
+            else:
+                L[i, j] = total / L[j, j]
+    return True
+
+
+@njit(cache=True)
+def predict(x, P, Q, dt, at):
+    """The EKF's prediction over dt seconds, in place; Q (n, n) per second; F is taken at the state `at` (n,).
+
+    Returns whether P is positive definite.
+    """
+    n = x.shape[0]
+    F = jacobian(at, dt)
+    advance(x, dt)
+    wrap_angles(x)
+    A = P.copy()
+    for r in range(9):
+        first = 3 if r < 6 else r + 6
+        F[r, r] -= 1.0
+        for c in range(first, 15):
+            f = F[r, c]
+            if f != 0.0:
+                for k in range(n):
+                    A[r, k] += f * P[c, k]
+    for i in range(n):
+        for r in range(i + 1):
+            total = A[i, r]
+            if r < 9:
+                for c in range(3 if r < 6 else r + 6, 15):
+                    total += A[i, c] * F[r, c]
+            P[i, r] = P[r, i] = total + 0.5 * (Q[i, r] + Q[r, i]) * dt
+    return positive_definite(P)
+
+
+@njit(cache=True)
+def _cholesky(A, L):
+    """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
+    for i in range(A.shape[0]):
+        for j in range(i + 1):
+            total = 0.5 * (A[i, j] + A[j, i])
+            for k in range(j):
+                total -= L[i, k] * L[j, k]
+            if i == j:
+                if not total > _SMALLEST_PIVOT * A[i, i]:
+                    return False
+                L[i, i] = sqrt(total)
+            else:
+                L[i, j] = total / L[j, j]
+    return True
+
+
+@njit(cache=True)
+def innovation(x, indices, extra, z):
+    """y = z - h x (k,), angles wrapped."""
+    y = np.empty(z.shape[0])
+    for j in range(z.shape[0]):
+        i = indices[j]
+        y[j] = z[j] - x[i]
+        if extra[j] >= 0:
+            y[j] -= x[extra[j]]
+        if 3 <= i <= 5 and not -pi <= y[j] <= pi:
+            y[j] -= TAU * np.round(y[j] / TAU)
+    return y
+
+
+@njit(cache=True)
+def correct(x, P, indices, extra, z, R, gate):
+    """Take in k measured variables, in place: indices, extra (k,) int64 (-1: no bias), z (k,), R (k, k), gate in sigmas.
+
+    Returns (TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis distance;
+    whether P is positive definite).
+    """
+    n, k = x.shape[0], z.shape[0]
+    y = innovation(x, indices, extra, z)
+    diagonal = True
+    for i in range(k):
+        for j in range(i):
+            if R[i, j] != 0.0 or R[j, i] != 0.0:
+                diagonal = False
+    W = np.zeros((k, k))
+    if not diagonal:
+        L = np.zeros((k, k))
+        if not _cholesky(R, L):
+            return CORRELATED_BADLY, 0.0, True
+        for j in range(k):
+            W[j, j] = 1.0 / L[j, j]
+            for i in range(j + 1, k):
+                total = 0.0
+                for m in range(j, i):
+                    total -= L[i, m] * W[m, j]
+                W[i, j] = total / L[i, i]
+        y = W @ y
+    moved, covariance = np.zeros(n), P.copy()
+    column, row = np.empty(n), np.empty(n)
+    distance = 0.0
+    for j in range(k):
+        i, b = indices[j], extra[j]
+        if diagonal:
+            for m in range(n):
+                column[m] = covariance[m, i] + (covariance[m, b] if b >= 0 else 0.0)
+            prior = column[i] + (column[b] if b >= 0 else 0.0)
+            r = R[j, j]
+            rest = y[j] - moved[i] - (moved[b] if b >= 0 else 0.0)
+        else:
+            column[:] = 0.0
+            for m in range(j + 1):
+                for q in range(n):
+                    column[q] += W[j, m] * (covariance[q, indices[m]] + (covariance[q, extra[m]] if extra[m] >= 0 else 0.0))
+            prior, r, rest = 0.0, 1.0, y[j]
+            for m in range(j + 1):
+                prior += W[j, m] * (column[indices[m]] + (column[extra[m]] if extra[m] >= 0 else 0.0))
+                rest -= W[j, m] * (moved[indices[m]] + (moved[extra[m]] if extra[m] >= 0 else 0.0))
+        S = prior + r
+        if not S > 0.0:
+            return CORRELATED_BADLY, 0.0, True
+        distance += rest * rest / S
+        for m in range(n):
+            moved[m] += column[m] / S * rest
+        if diagonal and b < 0:
+            kept = r / S
+            for m in range(n):
+                row[m] = covariance[i, m] * kept
+        for a in range(n):
+            gain = column[a] / S
+            for m in range(a + 1):
+                value = covariance[a, m] - gain * column[m]
+                covariance[a, m] = covariance[m, a] = value
+        if diagonal and b < 0:
+            for m in range(n):
+                covariance[i, m] = covariance[m, i] = row[m]
+    if distance >= gate * gate:
+        return REJECTED, distance, True
+    for m in range(n):
+        x[m] += moved[m]
+        for q in range(n):
+            P[m, q] = covariance[m, q]
+    wrap_angles(x)
+    return TAKEN, distance, positive_definite(P)
+
+
+@njit(cache=True)
+def unscented_predict(x, P, dt, alpha, beta, kappa):
+    """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor."""
+    n = x.shape[0]
+    L = np.zeros((n, n))
+    if not _cholesky(P, L):
+        return False
+    weight = 1.0 / (2.0 * alpha * alpha * (n + kappa))
+    spread = alpha * sqrt(n + kappa)
+    centre = x.copy()
+    advance(centre, dt)
+    D = np.empty((2 * n, n))
+    point = np.empty(n)
+    for j in range(2 * n):
+        sign, column = (spread, j) if j < n else (-spread, j - n)
+        for i in range(n):
+            point[i] = x[i] + sign * L[i, column]
+        advance(point, dt)
+        for i in range(n):
+            D[j, i] = point[i] - centre[i]
+    m = np.zeros(n)
+    for j in range(2 * n):
+        for i in range(n):
+            m[i] += weight * D[j, i]
+    bend = beta - alpha * alpha
+    for a in range(n):
+        for b in range(a + 1):
+            total = bend * m[a] * m[b]
+            for j in range(2 * n):
+                total += weight * D[j, a] * D[j, b]
+            P[a, b] = P[b, a] = total
+    for i in range(n):
+        x[i] = centre[i] + m[i]
+    wrap_angles(x)
+    return True
+
+
+def repair(P: np.ndarray) -> None:
+    """Make P (n, n) symmetric and positive definite in place: the eigenvalues of its correlations kept above 1e-11.
+
+    Variances that are not positive or not finite become 1e-9, correlations that are not finite 0.
+    """
+    variances = P.diagonal().copy()
+    bad = ~(np.isfinite(variances) & (variances > 0.0))
+    variances[bad] = SMALLEST_VARIANCE
+    sigma = np.sqrt(variances)
+    with np.errstate(all='ignore'):
+        C = 0.5 * (P + P.T) / np.outer(sigma, sigma)
+    C[~np.isfinite(C)] = 0.0
+    C[bad, :] = C[:, bad] = 0.0
+    C = np.clip(C, -1.0, 1.0)
+    np.fill_diagonal(C, 1.0)
+    values, vectors = np.linalg.eigh(C)
+    C = (vectors * np.maximum(values, 1e-11)) @ vectors.T
+    P[:] = 0.5 * (C + C.T) * np.outer(sigma, sigma)
+
+
+def warm() -> None:
+    """Compile (or load from the cache) everything, so that nothing compiles on the move."""
+    x, P = np.zeros(15), np.eye(15)
+    indices, extra = np.array([6, 11]), np.array([-1, -1])
+    predict(x, P, np.eye(15), 0.01, x)
+    correct(x, P, indices, extra, np.zeros(2), np.eye(2), np.inf)
+    unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0)
