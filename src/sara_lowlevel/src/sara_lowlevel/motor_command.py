@@ -61,8 +61,8 @@ class Port:
                 self._lose(error)
 
     def stop_and_close(self) -> None:
-        """Stop both motors: said three times, for a line that garbles may garble one."""
-        for _ in range(3):
+        """Stop both motors: said three times, for a line that garbles may garble one. Once closed it stays closed."""
+        for _ in range(3 if self._serial is not None else 0):
             self.write(ax3500.STOP)
             time.sleep(0.02)
         if self._serial is not None:
@@ -71,6 +71,7 @@ class Port:
                 self._serial.close()
             except OSError:
                 pass  # nothing is left that could be told to stop; its own watchdog does
+        self._serial = None
 
     def _lose(self, error: Exception) -> None:
         self.problem = f'{self._name} was lost: {error}'
@@ -119,7 +120,7 @@ def run(arguments: list[str] | None = None) -> int:
     port = Port(options.serial)
     try:
         loop = MotorLoop(node, drive, port)
-        return Runner('motor_node', can, loop.step, loop.status, recorder).run()
+        return Runner('motor_node', can, loop.step, loop.status, recorder, at_end=port.stop_and_close).run()
     finally:
         port.stop_and_close()
 

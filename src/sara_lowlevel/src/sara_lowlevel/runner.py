@@ -85,16 +85,20 @@ class Runner:
     """One node's loop.
 
     `step(t, heard)`: called every 10 ms with seconds since the start and the frames heard since the last call; returns frames to send.
-    `status()`: what the node says of itself, a short text. `sent`, `heard`, `late`: counts.
+    `status()`: what the node says of itself, a short text. `at_end()`: called first of all when the loop ends, however it does.
+    `sent`, `heard`, `late`: counts.
     """
 
-    def __init__(self, name: str, can: AdapterConfig, step, status, recorder: Recorder | None = None, clock=time.monotonic, sleep=time.sleep):
+    def __init__(self, name: str, can: AdapterConfig, step, status, recorder: Recorder | None = None, at_end=lambda: None,
+                 clock=time.monotonic, sleep=time.sleep):
         self.name, self.sent, self.heard, self.late = name, 0, 0, 0
-        self._step, self._status, self._recorder = step, status, recorder
+        self._step, self._status, self._recorder, self._at_end = step, status, recorder, at_end
         self._clock, self._sleep = clock, sleep
         self._start = clock()
         self._incoming: queue.SimpleQueue = queue.SimpleQueue()
         self._link = Link(Adapter(can), self._on_frame, self._time, self._report)
+        # UDP multicast brings back what was sent; an identifier on a CAN bus has one sender, so ours need not be heard.
+        self._own: set | None = set() if can.interface == 'udp_multicast' else None
         self._stopping = False
         self._failed = False
         self._terminal = sys.stderr.isatty()
@@ -109,9 +113,9 @@ class Runner:
         self._stopping = True
 
     def run(self) -> int:
-        """The loop, until SIGINT or SIGTERM (status 0) or until the adapter can never work (1)."""
-        signal.signal(signal.SIGINT, self.stop)
-        signal.signal(signal.SIGTERM, self.stop)
+        """The loop, until SIGINT, SIGTERM or SIGHUP (status 0) or until the adapter can never work (1)."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, self.stop)
         self._link.start()
         turn, told = 0, -1
         try:
@@ -129,6 +133,7 @@ class Runner:
                 turn += 1
                 self._sleep(max(turn * PERIOD_S - self._time(), 0.0))
         finally:
+            self._at_end()
             self._link.stop()
             if self._recorder is not None:
                 self._recorder.close()
@@ -151,6 +156,8 @@ class Runner:
         for frame in frames:
             self._link.send(frame)
         self.sent += len(frames)
+        if self._own is not None:
+            self._own.update(frame.id for frame in frames)
         if self._recorder is not None:
             for frame in (*heard, *frames):
                 self._recorder.write(frame)
@@ -162,7 +169,7 @@ class Runner:
         return self._clock() - self._start
 
     def _on_frame(self, frame: Frame) -> None:
-        if self._incoming.qsize() < _MAX_INCOMING:
+        if (self._own is None or frame.id not in self._own) and self._incoming.qsize() < _MAX_INCOMING:
             self._incoming.put(frame)
 
     def _report(self, level: str, sentence: str) -> None:

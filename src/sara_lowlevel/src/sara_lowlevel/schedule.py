@@ -9,6 +9,7 @@ they are the freshest. The fast mode repeats the IMU's slots every 50 ms and lea
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import floor
 
 SENSORS = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 TURN_1 = ('SDI', 'STD', 'SLDD', 'SLIT')
@@ -23,6 +24,8 @@ IMU_FRAMES = ('MADGWICK', 'COMPLEMENTARY', 'RANGE_ACCEL', 'IMPACT_GYRO')
 
 # Times are sums of binary fractions: a duty due at 0.3 s must not slip to the next call for a rounding error.
 TIME_TOLERANCE_S = 1e-6
+# How much of a slot a call may come before it.
+EARLY_SLOTS = 0.25
 
 
 def frame_slots(imu_period: float, madgwick: bool = True) -> dict[int, str]:
@@ -49,13 +52,13 @@ class Cycle:
     def advance(self, t: float):
         """The duties of the slots since the last call, oldest first; None when the slot of `t` (s) has been served already.
 
-        A call up to half a slot early or late serves its own slot. A late one serves the missed slots too, but no more than a
-        cycle of them; the phase stays where it was. A clock that went back begins a new cycle.
+        A call up to 2.5 ms early or 7.5 ms late serves its own slot (loops are late more often than early). A later one serves the
+        missed slots too, but no more than a cycle of them; the phase stays where it was. A clock that went back begins a new cycle.
         """
         if self._start is None:
             self._start = t
             return self._duties[0]
-        index = round((t - self._start) / SLOT_S)
+        index = floor((t - self._start) / SLOT_S + EARLY_SLOTS)
         late = index - self._index - 1
         if late == 0:
             self._index = index

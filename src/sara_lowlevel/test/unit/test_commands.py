@@ -19,7 +19,7 @@ from canserial.bus import BusDescription
 from canserial.config import ConfigError as CanConfigError
 from sara_lowlevel.hardware import HardwareError, open_i2c
 from sara_lowlevel.joystick_device import JoystickState
-from sara_lowlevel.runner import Recorder, adapter_config
+from sara_lowlevel.runner import Recorder, Runner, adapter_config
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -148,7 +148,7 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
             c.send('WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A'))
             return min(amplifier.fake.angles) > 1.0
         command.hear(drive)
-        status, errors = command.end()
+        status, errors = command.end(signal.SIGHUP)
     assert status == 0 and 'PC drives' in errors
     deadline = time.monotonic() + 10
     while amplifier.fake.power != [0.0, 0.0] and time.monotonic() < deadline:
@@ -204,6 +204,50 @@ def test_what_is_missing_is_said_in_one_line(name, arguments, says):
                           env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 2
     assert done.stderr.startswith('error: ') and says in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+class Clock:
+    """Time that passes only in sleep."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+def runner(step, **arguments):
+    clock = Clock()
+    name = f'test{random.SystemRandom().getrandbits(32)}'
+    return Runner('node', adapter_config(f'virtual:{name}'), step, lambda: 'well', clock=clock, sleep=clock.sleep, **arguments), clock
+
+
+def test_a_turn_that_took_long_is_followed_by_turns_in_phase():
+    times = []
+
+    def step(t, heard):
+        times.append(round(t, 4))
+        clock.now += 0.034 if len(times) == 3 else 0.001
+        if len(times) == 8:
+            node.stop()
+        return []
+    node, clock = runner(step)
+    assert node.run() == 0
+    assert times == [0.0, 0.01, 0.02, 0.054, 0.06, 0.07, 0.08, 0.09] and node.late == 2
+
+
+def test_whatever_ends_the_loop_the_end_is_called_first():
+    ended = []
+
+    def step(t, heard):
+        raise RuntimeError('a fault in a node')
+    node, _ = runner(step, at_end=lambda: ended.append(True))
+    with pytest.raises(RuntimeError):
+        node.run()
+    assert ended == [True]
 
 
 def test_adapters_by_name():
