@@ -99,10 +99,13 @@ class Drift:
         """a = -v w exp(-t / tau) cos(w t): the frame springs back from what it met at v."""
         speed, t = self._shake
         t += dt
+        if t >= SHAKE_OVER * self._options.shake_decay:
+            self._shake = None
+            return
         w = 2.0 * pi * self._options.shake_frequency
         ringing = -speed * w * exp(-t / self._options.shake_decay)
         self.shaken = (ringing * cos(w * t), SHAKE_VERTICAL * ringing * sin(w * t))
-        self._shake = (speed, t) if t < SHAKE_OVER * self._options.shake_decay else None
+        self._shake = (speed, t)
 
 
 class Push:

@@ -15,7 +15,7 @@ from sara_sim.config import ConfigError
 class ChairOptions:
     """Frozen; raises ConfigError that names every fault."""
 
-    castor_swing: float = 0.0  # sideways speed of the castors' axle per forward speed while they stand across, 0..0.5
+    castor_swing: float = 0.0  # rad that the chair turns with each rad that its castors swivel, 0..0.2
     castor_x: float = 0.40  # m, the castors' pivots ahead of the drive axle
     castor_trail: float = 0.06  # m, wheel behind pivot
     payload: float = 0.0  # kg, on top of the chair and rider that the reference figures were measured with
@@ -52,8 +52,8 @@ class ChairOptions:
                     faults.append(f'{field.name} is {value!r} but must be a whole number from 0 to 2^32 - 1.')
             elif isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 faults.append(f'{field.name} is {value!r} but must be a finite number.')
-            elif field.name == 'castor_swing' and not 0.0 <= value <= 0.5:
-                faults.append(f'castor_swing is {value!r} but must be from 0 to 0.5.')
+            elif field.name == 'castor_swing' and not 0.0 <= value <= 0.2:
+                faults.append(f'castor_swing is {value!r} but must be from 0 to 0.2.')
             elif field.name == 'payload' and value < 0.0:
                 faults.append(f'payload is {value!r} but must not be negative.')
             elif field.name not in ('castor_swing', 'payload', 'payload_x', 'payload_y', 'castor_x') and value <= 0.0:
