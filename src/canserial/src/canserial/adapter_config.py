@@ -57,6 +57,8 @@ class AdapterConfig:
 
     def __post_init__(self):
         faults = []
+        if _is_whole(self.port):  # YAML's 0 is the name of a channel, too
+            object.__setattr__(self, 'port', str(self.port))
         if self.interface not in can.VALID_INTERFACES:
             faults.append(f'interface is {self.interface!r}, allowed are {", ".join(sorted(can.VALID_INTERFACES))}')
         if not isinstance(self.port, str) or not self.port:
@@ -92,11 +94,14 @@ class AdapterConfig:
 
     @property
     def remarks(self):
-        """Sentences about settings that the interface does not use."""
-        if self.interface not in NO_BITRATE:
-            return ()
-        return (f'bitrate is {self.bitrate}, which {self.interface} does not set ({NO_BITRATE[self.interface]}): '
-                'only the bus load is reckoned with it',)
+        """Sentences about what the interface does otherwise than the others."""
+        remarks = []
+        if self.interface in NO_BITRATE:
+            remarks.append(f'bitrate is {self.bitrate}, which {self.interface} does not set ({NO_BITRATE[self.interface]}): '
+                           'only the bus load is reckoned with it')
+        if self.interface == 'udp_multicast' and not self.listen_only:
+            remarks.append('interface is udp_multicast, which gives back what it sends, too')
+        return tuple(remarks)
 
     def keywords(self):
         """The keyword arguments of can.Bus."""

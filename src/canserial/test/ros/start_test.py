@@ -63,7 +63,9 @@ class StartTest(unittest.TestCase):
         for number, (arguments, sentence) in enumerate((
                 (('read.py', '_calibration:=guessed'), "calibration is 'guessed', allowed are 'measure' and 'saved'"),
                 (('read.py', '_dbc:=/none.dbc'), "dbc: bus description is '/none.dbc', allowed are sara, sara_tenths"),
-                (('canserial.py', '_bitrate:=123'), 'bitrate is 123, allowed with slcan are 10000'))):
+                (('canserial.py', '_bitrate:=123'), 'bitrate is 123, allowed with slcan are 10000'),
+                (('canserial.py', '_interface:=socketcan', '_port:=can0', '_listen_only:=true'), 'listen_only is True, allowed with'),
+                (('canserial.py', '_interface:=gs_usb', '_port:=0'), 'cannot be used on this machine'))):
             process = self.rosrun(*arguments, f'__name:=wrong_{number}')
             output, _ = process.communicate(timeout=20.0)
             self.assertIn(sentence, output)

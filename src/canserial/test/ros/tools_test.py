@@ -2,9 +2,11 @@
 """The commands by rosrun: a log to a bag and back is the log; what is left out is named by line; documents and fuzz tests run."""
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 # This test is installed beside canserial.py, which must not be taken for the package.
@@ -13,10 +15,13 @@ sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in
 
 import genpy  # noqa: E402
 import rosbag  # noqa: E402
+import rospy  # noqa: E402
 import rostest  # noqa: E402
 from canserial.bus import BusDescription  # noqa: E402
 from canserial.busdoc import markdown  # noqa: E402
+from canserial.frame import Frame  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
+from canserial.ros.adapter_node import QUEUE, FramePublisher  # noqa: E402
 from std_msgs.msg import UInt8  # noqa: E402
 
 LOG = '''(1612345678.123456) can0 204#0011223344556677
@@ -93,6 +98,25 @@ class ToolsTest(unittest.TestCase):
         code, out, _ = self.rosrun('fuzz', '--count', '100', '--seed', '7')
         self.assertEqual((code, out.count('no failure')), (0, 3))
         self.assertEqual(self.rosrun('fuzz', '--count', '0')[0], 2)
+
+    def test_what_a_stopped_subscriber_loses_is_counted(self):
+        rospy.init_node('tools_test')
+        listener = subprocess.Popen(['rostopic', 'echo', '-p', '/canrx'], stdout=subprocess.DEVNULL)
+        self.addCleanup(listener.wait)
+        self.addCleanup(listener.kill)
+        publish = FramePublisher()
+        end = time.monotonic() + 20.0
+        while not publish._publisher.get_num_connections() and time.monotonic() < end:
+            time.sleep(0.02)
+        for _ in range(QUEUE // 2):
+            publish(Frame(1, bytes(8), 1.0))
+        self.assertEqual(publish.lost, 0)
+        listener.send_signal(signal.SIGSTOP)
+        for _ in range(20000):  # the sockets take some megabytes
+            publish(Frame(1, bytes(5000), 1.0))
+            if publish.lost > 10:
+                break
+        self.assertGreater(publish.lost, 10)
 
 
 if __name__ == '__main__':

@@ -41,7 +41,8 @@ def test_what_python_can_is_told():
     keywords = config.keywords()
     assert keywords['bitrate'] == 750000 and keywords['tty_baudrate'] == 115200 and keywords['listen_only'] and keywords['rtscts']
     assert keywords['can_filters'] == [{'can_id': 0x100, 'can_mask': 0x700}]
-    assert AdapterConfig(interface='cantact', port='0', listen_only=True).keywords()['monitor'] is True
+    cantact = AdapterConfig(interface='cantact', port=0, listen_only=True).keywords()
+    assert cantact['monitor'] is True and cantact['channel'] == '0'
 
 
 def test_a_bit_rate_that_the_interface_does_not_set_is_said():

@@ -8,7 +8,7 @@ from canserial.busload import load
 from canserial.link import Link
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop
+from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop, warn_of_unknown_params
 
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.
@@ -47,6 +47,7 @@ class AdapterNode:
 
     def __init__(self):
         self.config = config_from_params(AdapterConfig)
+        warn_of_unknown_params(AdapterConfig.__dataclass_fields__)
         for remark in self.config.remarks:
             rospy.loginfo(remark)
         self.canrx = FramePublisher()
