@@ -107,6 +107,7 @@ class Obstacles:
         self.all: list[Obstacle] = []
         self.time = 0.0
         self.shapes = np.empty((0, 6))
+        self._still = True
         for obstacle in obstacles:
             self.add(obstacle)
 
@@ -118,7 +119,7 @@ class Obstacles:
         if not isinstance(obstacle, Obstacle):
             raise ObstacleError(f'{obstacle!r} is no Obstacle.')
         self.all.append(obstacle)
-        self.move_to(self.time)
+        self._place()
 
     def remove(self, name: str) -> None:
         """Take away all of that name. Raises ObstacleError where there is none."""
@@ -126,14 +127,19 @@ class Obstacles:
         if len(left) == len(self.all):
             raise ObstacleError(f'there is no obstacle {name!r}.')
         self.all = left
-        self.move_to(self.time)
+        self._place()
 
     def move_to(self, t: float) -> None:
         """Put every obstacle where it is at `t` (s)."""
         self.time = t
+        if not self._still:
+            self._place()
+
+    def _place(self) -> None:
+        self._still = all(not obstacle.path and obstacle.appears == -math.inf and obstacle.disappears == math.inf for obstacle in self.all)
         rows = []
         for obstacle in self.all:
-            pose = obstacle.pose(t)
+            pose = obstacle.pose(self.time)
             if pose is not None:
                 length, width = (obstacle.size[0] / 2, obstacle.size[1] / 2) if obstacle.size else (obstacle.radius, -1.0)
                 rows.append((pose[0], pose[1], cos(pose[2]), sin(pose[2]), length, width))

@@ -14,6 +14,7 @@ import yaml
 from scipy import ndimage
 
 from sara_sim import rays
+from sara_sim.map_image import read_grey
 from sara_sim.obstacles import Obstacles
 
 # Walls on a grid are stairs: their direction is that of the occupancy blurred over this many cells.
@@ -67,8 +68,7 @@ class World:
         if faults:
             raise WorldError(' '.join(faults))
         image, resolution, origin, negate, threshold = values
-        import cv2  # here, since only maps of files need it and it is slow to load
-        pixels = cv2.imread(str(path.parent / image), cv2.IMREAD_GRAYSCALE)
+        pixels = read_grey(path.parent / image)
         if pixels is None:
             raise WorldError(f'image is {image!r} but {path.parent / image} cannot be read as an image.')
         darkness = pixels / 255.0 if negate else (255.0 - pixels) / 255.0

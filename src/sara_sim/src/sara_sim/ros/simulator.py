@@ -173,7 +173,8 @@ class SimulatorNode:
         faults = chair.faults.list()
         values = {
             'port': self._settings.port, 'adapter plugged in': chair.plugged, 'channel': adapter.state,
-            'bit rate agrees': adapter.agrees, 'faults on command': '; '.join(faults) or 'none', 'sensor node': chair.sensors.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
+            'bit rate agrees': adapter.agrees, 'faults on command': '; '.join(faults) or 'none',
+            'sensor node': chair.sensors.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
             'modoPC': chair.motor.mode, 'bytes dropped': self._dropped, 'steps late': self._pacer.slips,
             'seconds given up': round(self._pacer.lost, 3), **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
             **{f'bus: {k}': v for k, v in sorted(chair.counts.items())}, **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
