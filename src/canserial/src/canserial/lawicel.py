@@ -6,7 +6,10 @@ CANUSB manual's grammar (and the CAN FD lines that some adapters add), and count
 (command `F`, allowed on an open channel), for which python-can has no call.
 """
 
+import errno
+import os
 import re
+import select
 import time
 
 CR, BEL = 13, 7
@@ -52,6 +55,7 @@ class LinePort:
 
     def __init__(self, port, counters, clock=time.monotonic):
         self._port, self.counters, self._clock = port, counters, clock
+        self._poll = _poll_of(port)
         self._line = bytearray()
         self._overlong = False
         self._ready, self._position = b'', 0
@@ -78,11 +82,22 @@ class LinePort:
     def read(self, size=1):
         """At most `size` bytes of frames; b'' when none came within the port's own timeout."""
         if self._position >= len(self._ready):
-            port = self._port
-            self._ready, self._position = self.feed(port.read(max(1, port.in_waiting))), 0
+            self._ready, self._position = self.feed(self._read_port()), 0
         chunk = self._ready[self._position:self._position + size]
         self._position += len(chunk)
         return chunk
+
+    def _read_port(self):
+        """All that has come, waiting for the first byte as long as the port's timeout says."""
+        port, poll = self._port, self._poll
+        if poll is None:
+            return port.read(max(1, port.in_waiting))
+        if not poll.poll(1000.0 * port.timeout):
+            return b''
+        data = os.read(port.fileno(), 4096)
+        if not data:
+            raise OSError(errno.ENODEV, 'the device is gone, or something else reads from it, too')
+        return data
 
     def write(self, data):
         """To the port, as it is."""
@@ -139,3 +154,13 @@ class LinePort:
                     self.counters[name] += 1
         else:
             self.counters['bad_lines'] += 1
+
+
+def _poll_of(port):
+    """A poll object on the port's descriptor, if it has one: two system calls a chunk where pyserial needs six."""
+    try:
+        poll = select.poll()
+        poll.register(port.fileno(), select.POLLIN)
+        return poll
+    except (AttributeError, OSError, ValueError):  # Windows, and pyserial's network ports
+        return None
