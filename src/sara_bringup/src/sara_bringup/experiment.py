@@ -1,4 +1,4 @@
-"""`experiment square`: a mission in lockstep, without ROS; JSON on stdout, figures in a folder, speed on stderr."""
+"""`experiment NAME`: the thesis's experiments in one process, without ROS; a table or JSON on stdout, figures in a folder, progress on stderr."""
 import argparse
 import json
 import sys
@@ -28,16 +28,9 @@ def _process_age_s():
     return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
 
 
-def main():
-    """Exit status 0 if the drive meets the square's acceptance; with ekf:=thesis, which is there for comparison, if it ran."""
-    parser = argparse.ArgumentParser(prog="experiment", description=__doc__)
-    parser.add_argument("name", choices=sorted(EXPERIMENTS))
-    parser.add_argument("--seed", type=int, default=0, help="which chair is drawn")
-    parser.add_argument("--ekf", choices=("default", "thesis"), default="default")
-    parser.add_argument("--json", action="store_true", help="one JSON object on stdout instead of the table")
-    parser.add_argument("--out", type=Path, help="folder for figures and the whole drive as JSON")
-    arguments = parser.parse_args()
-    result, lockstep = run(arguments.name, arguments.seed, arguments.ekf, lambda text: print(text, file=sys.stderr, flush=True))
+def square(arguments):
+    """`experiment square`. Exit status 0 if the drive meets the square's acceptance; with --ekf thesis, which is there for comparison, if it ran."""
+    result, lockstep = run("square", arguments.seed, arguments.ekf, lambda text: print(text, file=sys.stderr, flush=True))
     age = _process_age_s()
     print(f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: {lockstep.time / age:.1f} times real time",
           file=sys.stderr)
@@ -47,7 +40,46 @@ def main():
         world = lockstep.chair.drive.world
         figures(result, arguments.out, (world.occupied, world.resolution, world.origin))
         (arguments.out / f"square_{arguments.ekf}.json").write_text(json.dumps(result.to_file_data()))
-    faults = verdict(result, len(load_mission(config_file(EXPERIMENTS[arguments.name])).goals))
+    faults = verdict(result, len(load_mission(config_file(EXPERIMENTS["square"])).goals))
+    return faults if arguments.ekf == "default" else []
+
+
+def sensors(arguments):
+    """`experiment sensors`. Exit status 0 if the chips give the thesis's figures."""
+    from tqdm import tqdm
+
+    from sara_bringup import sensor_report
+    seeds = range(arguments.seed, arguments.seed + arguments.chairs)
+    chairs = sensor_report.run(seeds, lambda numbers: tqdm(numbers, unit="chair"))
+    print(json.dumps(sensor_report.to_json(chairs)) if arguments.json else sensor_report.table(chairs), flush=True)
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        sensor_report.figures(chairs[0], arguments.out)
+    return sensor_report.verdict(chairs)
+
+
+def _count(text):
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number}, allowed are whole numbers of 1 or more")
+    return number
+
+
+def main():
+    """Exit status 1 and a sentence per fault where the acceptance is not met."""
+    parser = argparse.ArgumentParser(prog="experiment", description=__doc__)
+    names = parser.add_subparsers(dest="name", required=True)
+    for name, function, text in (("square", square, "the thesis's square, driven by the whole stack"),
+                                 ("sensors", sensors, "E1, E2, E3 and E6: the IMU at rest and in full turns, beside the thesis's tables 4.1 to 4.11")):
+        sub = names.add_parser(name, help=text, description=function.__doc__)
+        sub.set_defaults(function=function)
+        sub.add_argument("--seed", type=int, default=0, help="which chair is drawn")
+        sub.add_argument("--json", action="store_true", help="JSON on stdout instead of the table")
+        sub.add_argument("--out", type=Path, help="folder for figures and results")
+    names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
+    names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")
+    arguments = parser.parse_args()
+    faults = arguments.function(arguments)
     for fault in faults:
         print(f"NOT MET: {fault}", file=sys.stderr)
-    sys.exit(1 if faults and arguments.ekf == "default" else 0)
+    sys.exit(1 if faults else 0)

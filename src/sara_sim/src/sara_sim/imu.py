@@ -33,6 +33,12 @@ class Imu:
         self._scale = chair.gyro_scale
         self._rotation = _tilt(radians(chair.roll), radians(chair.pitch))
         self._block: list = []
+        self._biases: list = []
+
+    @property
+    def gyro_bias(self) -> tuple[float, float, float]:
+        """The gyro's bias in the newest sample, drift included, deg/s: for tests and experiments only."""
+        return self._biases[len(self._block)] if self._biases else tuple(self._bias.tolist())
 
     def sample(self) -> list[float]:
         """[ax, ay, az (g), gx, gy, gz (deg/s)] of a chair that rests on a level floor."""
@@ -74,6 +80,7 @@ class Imu:
         block[:, :3] = self._rest + noise[:, :3]
         block[:, 3:] = bias + noise[:, 3:6]
         self._block = block[::-1].tolist()
+        self._biases = [tuple(row) for row in bias[::-1].tolist()]
 
 
 def _tilt(roll: float, pitch: float) -> list[list[float]]:
