@@ -94,7 +94,7 @@ class FilterBagTest(unittest.TestCase):
     def test_what_cannot_be_used_is_refused_in_a_sentence(self):
         quarter_circle(self.bag)
         bad = self.folder / 'bad.yaml'
-        bad.write_text(PARAMS + 'odom0_differential: true\n')
+        bad.write_text(PARAMS + 'odom0_differential: perhaps\n')
         for arguments, word in (((self.bag, self.out, '--params', bad), 'odom0_differential'),
                                 ((self.bag, self.bag, '--params', self.params), 'another file'),
                                 ((self.folder / 'no.bag', self.out, '--params', self.params), 'no.bag'),

@@ -53,13 +53,25 @@ def transform(msg) -> StampedTransform:
                             Transform(_vector(t.translation), _quaternion(t.rotation)))
 
 
+def command(msg, now: float):
+    """(stamp in s, (6,) command) of a Twist, which counts as of `now`, or a TwistStamped."""
+    stamped = hasattr(msg, 'twist')
+    twist_ = msg.twist if stamped else msg
+    return msg.header.stamp.to_sec() if stamped else now, _vector(twist_.linear) + _vector(twist_.angular)
+
+
+def fill_pose(pose_, transform_: Transform):
+    """Into a geometry_msgs/Pose."""
+    p, q = pose_.position, pose_.orientation
+    p.x, p.y, p.z = transform_.translation
+    q.x, q.y, q.z, q.w = transform_.rotation
+
+
 def odometry_message(output: FilterOutput) -> Odometry:
     msg = Odometry()
     msg.header.stamp = rospy.Time.from_sec(output.stamp)
     msg.header.frame_id, msg.child_frame_id = output.frame_id, output.child_frame_id
-    p, q = msg.pose.pose.position, msg.pose.pose.orientation
-    p.x, p.y, p.z = output.pose.translation
-    q.x, q.y, q.z, q.w = output.pose.rotation
+    fill_pose(msg.pose.pose, output.pose)
     v, w = msg.twist.twist.linear, msg.twist.twist.angular
     v.x, v.y, v.z, w.x, w.y, w.z = output.state[6:12].tolist()
     msg.pose.covariance = output.covariance[:6, :6].ravel().tolist()

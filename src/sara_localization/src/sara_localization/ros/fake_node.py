@@ -1,0 +1,144 @@
+"""fake_localization: the true pose of a simulator in the place of a localiser, with the navigation stack's interface.
+
+In: base_pose_ground_truth (Odometry), initialpose. Out: map -> odom, amcl_pose, particlecloud (one particle).
+~relay_set_pose: what comes on set_pose goes to initialpose too, so that it can stand in for ekf_se unseen.
+"""
+from __future__ import annotations
+
+import sys
+import threading
+from collections import Counter, deque
+
+import rospy
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+
+from ..config import ConfigError
+from ..fake import FakeConfig, FakeLocalization, true_pose
+from . import conversions
+
+QUEUE = 100
+PATIENCE = 5.0
+DIAGNOSTICS_PERIOD = 1.0
+
+
+class FakeNode:
+    """True poses wait until the odometry's transform for their time is there."""
+
+    def __init__(self, config: FakeConfig):
+        self.config, self.fake = config, FakeLocalization(config)
+        self.lock = threading.Lock()
+        self.waiting, self.counts = deque(maxlen=QUEUE), Counter()
+        self.last_diagnostics = None
+        self.buffer = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(self.buffer, tcp_nodelay=True)
+        self.broadcaster = tf2_ros.TransformBroadcaster()
+        self.pose_pub = rospy.Publisher('amcl_pose', PoseWithCovarianceStamped, queue_size=1, latch=True)
+        self.cloud_pub = rospy.Publisher('particlecloud', PoseArray, queue_size=1, latch=True)
+        self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
+        self.subscribers = [
+            rospy.Subscriber('base_pose_ground_truth', Odometry, self.on_ground_truth, queue_size=QUEUE, tcp_nodelay=True),
+            rospy.Subscriber('initialpose', PoseWithCovarianceStamped, self.on_initial_pose, queue_size=1, tcp_nodelay=True)]
+        if config.relay_set_pose:
+            self.relay_pub = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=1)
+            self.subscribers.append(rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.relay_pub.publish, queue_size=1,
+                                                     tcp_nodelay=True))
+        self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
+
+    def on_initial_pose(self, msg):
+        """The robot is to be there: the true frame is moved under it."""
+        with self.lock:
+            refused = self.fake.on_initial_pose(conversions.pose(msg))
+        if refused:
+            rospy.logwarn(refused)
+
+    def on_ground_truth(self, msg):
+        """Queue a true pose, and use all whose transform has come meanwhile."""
+        data = conversions.odometry(msg)
+        truth = true_pose(data.position, data.orientation)
+        with self.lock:
+            self.counts['received'] += 1
+            if truth is None or data.stamp <= 0.0:
+                kind = 'bad_pose' if truth is None else 'no_stamp'
+                self.counts[kind] += 1
+                if self.counts[kind] == 1:
+                    rospy.logwarn('base_pose_ground_truth holds %s: dropped',
+                                  'what is no pose' if truth is None else 'no time stamp')
+                return
+            if self.waiting and data.stamp < self.waiting[-1][0].to_sec():
+                self.waiting.clear()        # the clock went back
+            if len(self.waiting) == QUEUE:
+                self.counts['no_transform'] += 1
+            self.waiting.append((msg.header.stamp, truth))
+            while self.waiting and self._use(*self.waiting[0]):
+                self.waiting.popleft()
+
+    def _use(self, stamp, truth) -> bool:
+        """Whether the pose is done with."""
+        config = self.config
+        try:
+            found = self.buffer.lookup_transform_core(config.odom_frame_id, config.base_frame_id, stamp)
+        except tf2_ros.ExtrapolationException:
+            # Older than what tf remembers will never come; younger is waited for.
+            try:
+                newest = self.buffer.lookup_transform_core(config.odom_frame_id, config.base_frame_id, rospy.Time(0)).header.stamp
+            except tf2_ros.TransformException:
+                return False
+            if stamp < newest:
+                self.counts['no_transform'] += 1
+                return True
+            return False
+        except tf2_ros.TransformException:
+            return False
+        output = self.fake.on_ground_truth(stamp.to_sec(), truth, conversions.transform(found).transform)
+        self.counts['used'] += 1
+        self.broadcaster.sendTransform(conversions.transform_message(output.transform))
+        self._publish_pose(stamp, output.pose)
+        return True
+
+    def _publish_pose(self, stamp, pose):
+        msg, cloud = PoseWithCovarianceStamped(), PoseArray()
+        msg.header.stamp = cloud.header.stamp = stamp
+        msg.header.frame_id = cloud.header.frame_id = self.config.global_frame_id
+        conversions.fill_pose(msg.pose.pose, pose)
+        cloud.poses.append(msg.pose.pose)
+        self.pose_pub.publish(msg)
+        self.cloud_pub.publish(cloud)
+
+    def diagnose(self, _event):
+        """Once a second to /diagnostics; and to the log what is being waited for."""
+        try:
+            with self.lock:
+                counts, waiting = dict(self.counts), len(self.waiting)
+            level, message = DiagnosticStatus.OK, 'map -> odom is published'
+            if not counts.get('received'):
+                level, message = DiagnosticStatus.ERROR, 'waiting for true poses on %s' % rospy.resolve_name('base_pose_ground_truth')
+            elif not counts.get('used') or waiting == QUEUE:
+                level = DiagnosticStatus.ERROR
+                message = 'waiting for the transform %s -> %s' % (self.config.odom_frame_id, self.config.base_frame_id)
+            if level:
+                rospy.logwarn_throttle(PATIENCE, message)
+            array = DiagnosticArray()
+            array.header.stamp = rospy.Time.now()
+            array.status.append(DiagnosticStatus(name=rospy.get_name().lstrip('/') + ': fake_localization', level=level, message=message,
+                                                 hardware_id='none', values=[KeyValue(k, str(v)) for k, v in sorted(counts.items())]))
+            self.diagnostics_pub.publish(array)
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():
+                raise
+
+
+def main():
+    rospy.init_node('fake_localization')
+    try:
+        config = FakeConfig.from_params(rospy.get_param('~', {}))
+    except ConfigError as error:
+        for fault in error.faults:
+            rospy.logfatal(fault)
+        sys.exit(1)
+    for warning in config.warnings:
+        rospy.logwarn(warning)
+    node = FakeNode(config)  # noqa: F841 (kept alive)
+    rospy.spin()

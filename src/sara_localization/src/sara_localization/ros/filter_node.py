@@ -1,0 +1,242 @@
+"""ekf_localization_node and ukf_localization_node: robot_localization's topics, services, parameters and transforms around
+a FilterEngine."""
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import rospy
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Empty, EmptyResponse
+
+from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
+
+from .. import check_config
+from ..config import FilterConfig
+from ..diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
+from ..engine import FilterEngine
+from . import conversions
+from .inputs import KINDS, published_topics, why_silent
+from .tf2_transforms import Tf2Transforms
+
+DIAGNOSTICS_PERIOD = 1.0
+WAITING_LOG_PERIOD = 5.0
+CLOCK_PATIENCE = 3.0
+
+
+class FilterNode:
+    """Parameters in, messages to plain data, the engine, plain data to messages. Callbacks and timer share one lock.
+
+    findings: what check_config found, told in /diagnostics for as long as the node runs.
+    """
+
+    def __init__(self, config: FilterConfig, findings=()):
+        self.config = config
+        self.lock = threading.Lock()
+        self.transforms = Tf2Transforms(config.transform_timeout)
+        self.engine = FilterEngine(config, self.transforms, report=self._report)
+        self.silent_tf_failure = bool(rospy.get_param('/silent_tf_failure', False))
+        self.failures = 0
+        self.last_diagnostics = None
+        self.silent_because = {}
+        self.last_looked = None
+        self.filter_diagnostics = FilterDiagnostics(config, findings)
+        self.frequency_diagnostics = FrequencyDiagnostics(config.frequency)
+        self._advertise()
+        self._subscribe()
+        # reset=True: the timer goes on when simulated time jumps back.
+        self.timer = rospy.Timer(rospy.Duration.from_sec(1.0 / config.frequency), self.tick, reset=True)
+
+    def _advertise(self):
+        self.odometry_pub = rospy.Publisher('odometry/filtered', Odometry, queue_size=20, tcp_nodelay=True)
+        self.acceleration_pub = None
+        if self.config.publish_acceleration:
+            self.acceleration_pub = rospy.Publisher('accel/filtered', AccelWithCovarianceStamped, queue_size=20, tcp_nodelay=True)
+        self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
+        self.broadcaster = tf2_ros.TransformBroadcaster()
+        self.services = [rospy.Service('set_pose', SetPose, self.set_pose_service),
+                         rospy.Service('~enable', Empty, self.enable),
+                         rospy.Service('~toggle', ToggleFilterProcessing, self.toggle),
+                         rospy.Service('~reset', Empty, self.reset)]
+
+    def _subscribe(self):
+        self.subscribers = {i.name: self._subscribe_input(i) for i in self.config.inputs}
+        self.set_pose_sub = rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.set_pose, queue_size=1, tcp_nodelay=True)
+        control = self.config.control
+        if control is not None:
+            self.control_sub = rospy.Subscriber('cmd_vel', TwistStamped if control.stamped else Twist, self.on_control, queue_size=1,
+                                                tcp_nodelay=True)
+
+    def _subscribe_input(self, i):
+        kind = KINDS[i.kind]
+        add = getattr(self.engine, kind.method)
+
+        def receive(msg):
+            data = kind.convert(msg)
+            with self.lock:
+                add(i.name, data)
+
+        return rospy.Subscriber(i.topic, kind.message, receive, queue_size=i.queue_size or None, tcp_nodelay=True)
+
+    def _report(self, sentence):
+        if not (self.silent_tf_failure and 'no transform' in sentence):
+            rospy.logwarn(sentence)
+
+    def on_control(self, msg):
+        """A command to the robot's wheels."""
+        stamp, command = conversions.command(msg, rospy.Time.now().to_sec())
+        with self.lock:
+            self.engine.add_control(command, stamp)
+
+    def set_pose(self, msg):
+        """The robot is at this pose, at rest: from RViz or a program."""
+        with self.lock:
+            refused = self.engine.set_pose(conversions.pose(msg), rospy.Time.now().to_sec())
+        if refused:
+            rospy.logwarn(refused)
+        else:
+            rospy.loginfo('set_pose: the robot is at x %.3f, y %.3f in %s', msg.pose.pose.position.x,
+                          msg.pose.pose.position.y, msg.header.frame_id or self.config.world_frame)
+
+    def set_pose_service(self, request):
+        self.set_pose(request.pose)
+        return SetPoseResponse()
+
+    def enable(self, _request):
+        """Start a filter that was disabled_at_startup."""
+        with self.lock:
+            started = self.engine.enable()
+        if started:
+            rospy.loginfo('the filter is enabled')
+        else:
+            rospy.logwarn('~enable was called, but the filter was enabled already')
+        return EmptyResponse()
+
+    def toggle(self, request):
+        """Stop or resume the use of measurements; the output goes on."""
+        with self.lock:
+            changed = self.engine.toggle(request.on)
+        if changed:
+            rospy.loginfo('measurements are %s', 'used again' if request.on else 'no longer used')
+        else:
+            rospy.logwarn('~toggle was called, but measurements are %s already', 'used' if request.on else 'unused')
+        return ToggleFilterProcessingResponse(status=changed)
+
+    def reset(self, _request):
+        """Forget everything: the filter starts anew from initial_state."""
+        with self.lock:
+            self.engine.reset()
+        rospy.loginfo('the filter starts anew')
+        return EmptyResponse()
+
+    def tick(self, _event):
+        """A cycle of the filter; whatever goes wrong in one must not end the timer."""
+        try:
+            now = rospy.Time.now().to_sec()
+            with self.lock:
+                jumps = self.engine.time_jumps
+                output = self.engine.tick(now)
+                jumped = self.engine.time_jumps != jumps
+            if jumped and self.config.reset_on_time_jump:
+                self.transforms.clear()
+            if output is not None:
+                self._publish(output)
+            self._diagnose(now, output)
+        except rospy.ROSException as error:
+            if not rospy.core.is_shutdown_requested():
+                self._failed(error)
+        except Exception as error:  # pylint: disable=broad-except
+            self._failed(error)
+
+    def _failed(self, error):
+        self.failures += 1
+        rospy.logerr_throttle(5.0, 'a filter cycle failed (%s: %s); the next one is tried' % (type(error).__name__, error))
+
+    def _publish(self, output):
+        if output.transform is not None:
+            self.broadcaster.sendTransform(conversions.transform_message(output.transform))
+        if output.published:
+            self.odometry_pub.publish(conversions.odometry_message(output))
+            self.frequency_diagnostics.tick()
+            if self.acceleration_pub:
+                self.acceleration_pub.publish(conversions.acceleration_message(output))
+
+    def _diagnose(self, now, output):
+        """Once a second: what is right and wrong to /diagnostics, and to the log what is being waited for."""
+        if self.last_diagnostics is not None and 0.0 <= now - self.last_diagnostics < DIAGNOSTICS_PERIOD:
+            return
+        self.last_diagnostics = now
+        with self.lock:
+            statuses, lines = list(self.engine.inputs.values()), self.engine.status_lines(now)
+            silent = [status.name for status in statuses if not status.received]
+            waiting = '; '.join(lines) if output is None else self.engine.missing_transform
+            if not self.engine.enabled:
+                waiting = 'disabled at startup; call the service %s' % rospy.resolve_name('~enable')
+            counters = [('published', self.frequency_diagnostics.count), ('time jumps', self.engine.time_jumps),
+                        ('cycles failed', self.failures), ('states not finite', self.engine.not_finite)]
+            counters += self._silence(silent, now)
+            status = self.filter_diagnostics.status(now, statuses, waiting, counters)
+        if status.level and (waiting or silent):
+            reasons = '; '.join(self.silent_because.get(name) for name in silent if self.silent_because.get(name))
+            rospy.logwarn_throttle(WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, reasons))))
+        told = [status] if self.config.print_diagnostics else []
+        self._tell(now, told + [self.frequency_diagnostics.status(now)])
+
+    def _silence(self, silent, now):
+        """(key, value) for each input on whose topic nothing came: who, if anybody, publishes it."""
+        if not silent:
+            self.silent_because = {}
+        elif self.last_looked is None or not 0.0 <= now - self.last_looked < WAITING_LOG_PERIOD:
+            self.last_looked, published = now, published_topics()
+            topics = {i.name: (i.kind, rospy.resolve_name(i.topic)) for i in self.config.inputs}
+            self.silent_because = {name: why_silent(*topics[name], published) for name in silent}
+        return [(name + '_silent', why) for name, why in self.silent_because.items() if why and name in silent]
+
+    def _tell(self, now, statuses):
+        array = DiagnosticArray()
+        array.header.stamp = rospy.Time.from_sec(now)
+        for s in statuses:
+            array.status.append(DiagnosticStatus(name='%s: %s' % (rospy.get_name().lstrip('/'), s.name), level=s.level, message=s.message,
+                                                 hardware_id='none', values=[KeyValue(key, value) for key, value in s.values]))
+        self.diagnostics_pub.publish(array)
+
+
+def watch_clock():
+    """Say it when simulated time is asked for and nobody gives it: nothing else would ever run."""
+    began, said = time.monotonic(), 0.0
+    while not rospy.is_shutdown() and rospy.Time.now().is_zero():
+        time.sleep(0.1)
+        waited = time.monotonic() - began
+        if waited > CLOCK_PATIENCE and waited - said > WAITING_LOG_PERIOD:
+            said = waited
+            rospy.logwarn('use_sim_time is true, but there is no time on /clock for %.0f s: start the simulation or "rosbag play --clock", '
+                          'or set use_sim_time to false', waited)
+
+
+def parameters() -> dict:
+    """The node's private parameters; tf_prefix is searched for upwards, as tf's users expect."""
+    params = dict(rospy.get_param('~', {}))
+    prefix = rospy.search_param('tf_prefix')
+    if prefix is not None and 'tf_prefix' not in params:
+        params['tf_prefix'] = rospy.get_param(prefix)
+    return params
+
+
+def run(kind: str):
+    """The node of that kind ('ekf' or 'ukf') until it is shut down."""
+    rospy.init_node(kind + '_navigation_node')
+    config, findings = check_config.check(parameters(), kind)
+    for finding in check_config.sorted_findings(findings):
+        say = rospy.logfatal if config is None else rospy.logerr if finding.level == ERROR else rospy.logwarn
+        say(finding.sentence)
+    if config is None:
+        sys.exit(1)
+    if rospy.get_param('/use_sim_time', False):
+        threading.Thread(target=watch_clock, daemon=True).start()
+    node = FilterNode(config, findings)  # noqa: F841 (kept alive)
+    rospy.spin()
+    return node

@@ -1,0 +1,56 @@
+"""The kinds of inputs: their message, how it becomes plain data, and the engine's method that takes it."""
+from __future__ import annotations
+
+import difflib
+from typing import Callable, NamedTuple
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+from . import conversions
+
+
+class Kind(NamedTuple):
+    """message: its class; convert: message to data.py; method: the FilterEngine's."""
+
+    message: type
+    convert: Callable
+    method: str
+
+    @property
+    def type(self) -> str:
+        """E.g. 'nav_msgs/Odometry'."""
+        return self.message._type  # pylint: disable=protected-access
+
+
+KINDS = {'odom': Kind(Odometry, conversions.odometry, 'add_odometry'),
+         'imu': Kind(Imu, conversions.imu, 'add_imu'),
+         'pose': Kind(PoseWithCovarianceStamped, conversions.pose, 'add_pose'),
+         'twist': Kind(TwistWithCovarianceStamped, conversions.twist, 'add_twist')}
+
+
+def resolved(topic: str) -> str:
+    """The topic with a leading slash, as a bag names it."""
+    return topic if topic.startswith('/') else '/' + topic
+
+
+def why_silent(kind: str, topic: str, published) -> str:
+    """Why nothing comes on a topic, from [(topic, type), ...] of what is published; '' where it is published as it should."""
+    types, wanted = dict(published), KINDS[kind].type
+    if topic in types:
+        return '' if types[topic] in (wanted, '*') else '%s is a %s, a %s is needed' % (topic, types[topic], wanted)
+    alike = difflib.get_close_matches(topic, [name for name, type_ in published if type_ == wanted], 1, 0.5)
+    others = sorted(name for name, type_ in published if type_ == wanted)
+    hint = 'is %s meant?' % alike[0] if alike else ('%s comes on %s' % (wanted, ', '.join(others[:4])) if others
+                                                    else 'there is no %s at all' % wanted)
+    return 'nobody publishes %s (%s)' % (topic, hint)
+
+
+def published_topics():
+    """[(topic, type), ...] as the master knows them; [] where it does not answer."""
+    try:
+        return [tuple(pair) for pair in rospy.get_published_topics()]
+    except Exception:  # pylint: disable=broad-except
+        return []

@@ -1,0 +1,6 @@
+"""ukf_localization_node."""
+from .filter_node import run
+
+
+def main():
+    run('ukf')
