@@ -1,0 +1,161 @@
+"""Speeds that change gently: acceleration is limited first, jerk second, exactly and for every length of a step.
+
+De Winkel et al. (TU Delft, "Standards for passenger comfort in automated vehicles: acceleration and jerk") found that discomfort grows
+with the amplitude of the acceleration; the jerk limit keeps bodies and things on the seat in their place. From a speed v the change d
+that is still wanted allows the acceleration a that can be brought to zero in time: a dt + a^2 / (2 jerk) <= d. What follows a step is
+at most a^2 / (2 jerk), however long the steps to come are, so a fixed target is never overshot.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+from sara_control.config import ConfigError
+
+SHORTEST_STEP = 1e-6  # s
+ARRIVED = 1e-9        # m/s or rad/s: closer than this is there
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A rider's limits: m/s, rad/s, m/s2, rad/s2, m/s3, rad/s3; max_lateral is v w, m/s2."""
+
+    max_forward: float = 0.8
+    max_reverse: float = 0.4
+    max_turn: float = 0.8
+    max_lateral: float = 0.4
+    acceleration: float = 0.4
+    braking: float = 0.8
+    jerk: float = 0.8
+    turn_acceleration: float = 0.8
+    turn_jerk: float = 2.4
+
+    def __post_init__(self):
+        faults = [f'{field.name} is {getattr(self, field.name)!r}, allowed are numbers above 0' for field in fields(self)
+                  if not _is_positive(getattr(self, field.name))]
+        if faults:
+            raise ConfigError('; '.join(faults))
+
+    def shape(self, v, w):
+        """The command (m/s, rad/s) within the limits of speed, on the same curve."""
+        factor = 1.0
+        for value, limit in ((v, self.max_forward), (-v, self.max_reverse), (abs(w), self.max_turn)):
+            if value * factor > limit:
+                factor = limit / value
+        if factor * factor * abs(v * w) > self.max_lateral:
+            factor = math.sqrt(self.max_lateral / abs(v * w))
+        return v * factor, w * factor
+
+
+def read_profiles(params):
+    """{name: Profile} from a dictionary name -> limits. Raises ConfigError with every fault."""
+    if not isinstance(params, dict) or not params:
+        raise ConfigError(f'profiles is {params!r}, allowed is a mapping from names to limits')
+    profiles, faults = {}, []
+    known = Profile.__dataclass_fields__
+    for name, limits in params.items():
+        if not isinstance(limits, dict):
+            faults.append(f'profiles/{name} is {limits!r}, allowed is a mapping of limits')
+            continue
+        faults += [f'profiles/{name}/{key} is {limits[key]!r}, but there is no such limit; allowed are {", ".join(known)}'
+                   for key in limits if key not in known]
+        try:
+            profiles[name] = Profile(**{key: value for key, value in limits.items() if key in known})
+        except ConfigError as error:
+            faults += [f'profiles/{name}/{fault}' for fault in str(error).split('; ')]
+    if faults:
+        raise ConfigError('; '.join(faults))
+    return profiles
+
+
+class AxisLimiter:
+    """One speed that follows a target. acceleration: limit while the speed grows in size; braking: while it shrinks; jerk: of both.
+
+    `speed` and `acceleration`: of the last step. A target of the other sign is approached by way of rest, unless both limits are
+    equal.
+    """
+
+    def __init__(self, acceleration, braking, jerk):
+        self._growing, self._shrinking, self._jerk = acceleration, braking, jerk
+        self.speed = self.acceleration = 0.0
+
+    def set(self, speed):
+        """The speed is this now, without an acceleration: somebody else has changed it."""
+        self.speed, self.acceleration = speed, 0.0
+
+    def step(self, target, dt):
+        """The speed after dt (s, above 0) on the way to target."""
+        v, jerk = self.speed, self._jerk
+        if self._growing != self._shrinking and v * target < 0.0:
+            target = 0.0
+        d = target - v
+        least, most = self.acceleration - jerk * dt, self.acceleration + jerk * dt
+        if abs(d) <= ARRIVED and least <= d / dt <= most:
+            self.speed, self.acceleration = target, d / dt
+            return target
+        # -jerk dt + sqrt((jerk dt)^2 + 2 jerk d), without its cancellation
+        wanted = 2.0 * jerk * d / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(d)))
+        up = self._shrinking if v < 0.0 else self._growing
+        down = self._shrinking if v > 0.0 else self._growing
+        self.acceleration = min(max(wanted, -down, least), up, most)
+        self.speed = v + self.acceleration * dt
+        return self.speed
+
+
+class Comfort:
+    """The chair's two speeds under a profile: `v` (m/s) and `w` (rad/s) are what is commanded now."""
+
+    def __init__(self, profile):
+        self._waiting = None
+        self._use(profile)
+
+    def _use(self, profile):
+        self.profile = profile
+        self._forward = AxisLimiter(profile.acceleration, profile.braking, profile.jerk)
+        self._turn = AxisLimiter(profile.turn_acceleration, profile.turn_acceleration, profile.turn_jerk)
+
+    @property
+    def v(self):
+        """m/s."""
+        return self._forward.speed
+
+    @property
+    def w(self):
+        """rad/s."""
+        return self._turn.speed
+
+    @property
+    def moving(self):
+        """Whether a speed is commanded that is not zero."""
+        return self.v != 0.0 or self.w != 0.0
+
+    def change(self, profile):
+        """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
+        self._waiting = profile
+
+    def step(self, v, w, dt):
+        """One step of dt (s) towards (v, w), gently; the new (v, w)."""
+        if self._waiting is not None and not self.moving and self._forward.acceleration == self._turn.acceleration == 0.0:
+            self._use(self._waiting)
+            self._waiting = None
+        if dt >= SHORTEST_STEP:
+            v, w = self.profile.shape(v, w)
+            self._forward.step(v, dt)
+            self._turn.step(w, dt)
+        return self.v, self.w
+
+    def brake(self, dt, braking, turn_braking):
+        """One step of dt (s) towards rest on the same curve, at these decelerations (m/s2, rad/s2) and without a limit of jerk."""
+        left = max(abs(self.v) / braking, abs(self.w) / turn_braking)
+        factor = max(0.0, 1.0 - dt / left) if left > 0.0 else 0.0
+        self._forward.set(self.v * factor)
+        self._turn.set(self.w * factor)
+        return self.v, self.w
+
+    def rest(self):
+        """Nothing is commanded any more, from now on."""
+        self._forward.set(0.0)
+        self._turn.set(0.0)
+
+
+def _is_positive(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) and value > 0

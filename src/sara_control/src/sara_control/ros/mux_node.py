@@ -1,0 +1,138 @@
+"""cmd_vel_mux: the sources' commands in, that of the one who drives out; says who it is, and has goals dropped that were driven out."""
+
+import threading
+from functools import partial
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from canserial.ros.node import OK, WARN, Diagnostics, stop
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool, String, UInt8
+
+from sara_control.config import ConfigError
+from sara_control.guard import PC_DRIVES
+from sara_control.joystick import Joystick, JoystickConfig
+from sara_control.mux import NOBODY, ROBOT, Mux, MuxConfig
+
+RATE = 50.0  # Hz, at which silence is noticed
+KNOWN = ('topics', 'locks', 'joystick', 'handshake', 'cancel')
+
+
+class MuxNode:
+    """The shell around Mux and Joystick."""
+
+    def __init__(self):
+        params = rospy.get_param('~', {})
+        joystick = self.read(params)
+        self.lock = threading.Lock()
+        self.stopping = threading.Event()
+        self.driver = None
+        self.diagnostics = Diagnostics('who drives', 'commands')
+        self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
+        self.active = rospy.Publisher('~active', String, queue_size=1, latch=True, tcp_nodelay=True)
+        self.cancel = {name: rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True)
+                       for name, topic in params.get('cancel', {}).items()}
+        for source in self.mux.config.topics:
+            rospy.Subscriber(source.topic, Twist, partial(self.on_command, source.name), queue_size=1, tcp_nodelay=True)
+        for lock in self.mux.config.locks:
+            rospy.Subscriber(lock.topic, Bool, partial(self.on_lock, lock.name), queue_size=1, tcp_nodelay=True)
+        if params.get('handshake', False):
+            rospy.Subscriber('mode', UInt8, self.on_mode, queue_size=10, tcp_nodelay=True)
+        if joystick.enabled:
+            self.joystick = Joystick(joystick)
+            self.joystick_command = rospy.Publisher('cmd_vel_joystick', Twist, queue_size=1, tcp_nodelay=True)
+            rospy.Subscriber('joystick', Joy, self.on_joystick, queue_size=1, tcp_nodelay=True)
+        self.act(lambda now: self.mux.update(now))
+        # reset: a simulation that is started anew sets the clock back, which would kill the timer.
+        self.timer = rospy.Timer(rospy.Duration(1.0 / RATE), lambda _: self.act(lambda now: self.mux.update(now)), reset=True)
+        rospy.on_shutdown(self.stopping.set)
+
+    def read(self, params):
+        """Makes the Mux; returns the JoystickConfig. Ends the node with every fault at once."""
+        faults = [f'{name} is {params[name]!r}, but there is no such parameter' for name in params if name not in KNOWN]
+        joystick = None
+        try:
+            joystick = JoystickConfig.from_params(params.get('joystick', {'enabled': False}))
+        except ConfigError as error:
+            faults.append(str(error))
+        if not isinstance(params.get('handshake', False), bool):
+            faults.append(f'handshake is {params["handshake"]!r}, allowed are true and false')
+        cancel = params.get('cancel', {})
+        if not isinstance(cancel, dict) or not all(isinstance(topic, str) and topic for topic in cancel.values()):
+            faults.append(f'cancel is {cancel!r}, allowed is a mapping from sources to topics')
+            cancel = {}
+        try:
+            self.mux = Mux(MuxConfig.from_params(params))
+            names = [source.name for source in self.mux.config.topics]
+            faults += [f'cancel/{name} is no source; allowed are {", ".join(names)}' for name in cancel if name not in names]
+        except ConfigError as error:
+            faults.append(str(error))
+        if faults:
+            stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')
+        return joystick
+
+    def act(self, say):
+        """Let the multiplexer hear something, and pass on what it says. In this order: who drives, then what."""
+        with self.lock:
+            said = say(rospy.get_time())
+            driver, driven_out = self.mux.driver, self.mux.take_driven_out()
+            if driver != self.driver:
+                rospy.loginfo('%s drives', driver)
+                self.active.publish(driver)
+                self.driver = driver
+            for name in driven_out:
+                rospy.loginfo('%s was interrupted: it must command anew', name)
+                if name in self.cancel:
+                    self.cancel[name].publish(GoalID())
+            if said is not None:
+                message = Twist()
+                message.linear.x, message.angular.z = said.v, said.w
+                self.out.publish(message)
+
+    def on_command(self, name, message):
+        """A source commands."""
+        self.act(lambda now: self.mux.on_command(now, name, message.linear.x, message.angular.z))
+
+    def on_lock(self, name, message):
+        """A lock says whether it locks."""
+        self.act(lambda now: self.mux.on_lock(now, name, message.data))
+
+    def on_mode(self, message):
+        """The chair says who drives."""
+        self.act(lambda now: self.mux.on_robot(now, message.data != PC_DRIVES))
+
+    def on_joystick(self, message):
+        """Axes to a command, which comes back by the joystick's topic like any other."""
+        command = self.joystick.on_axes(message.axes, message.buttons)
+        if command is not None:
+            twist = Twist()
+            twist.linear.x, twist.angular.z = command
+            self.joystick_command.publish(twist)
+
+    def run(self):
+        """Diagnostics once a second of wall time until ROS shuts down."""
+        warned = set()
+        while not self.stopping.wait(1.0):
+            with self.lock:
+                dropped, driver = dict(self.mux.dropped), self.mux.driver
+                locked = self.mux.locked(rospy.get_time())
+            for name in sorted(dropped.keys() - warned):
+                rospy.logwarn('dropped: commands of %s that are not finite; counted in /diagnostics', name)
+                warned.add(name)
+            values = {f'not finite from {name}': count for name, count in dropped.items()}
+            values['heard from priority'] = locked
+            if driver == ROBOT:
+                level, text = WARN, f'{ROBOT} drives'
+            elif driver == NOBODY:
+                level, text = OK, 'nobody commands; waiting for ' + ', '.join(source.topic for source in self.mux.config.topics)
+            else:
+                level, text = OK, f'{driver} drives'
+            self.diagnostics.publish(level if not dropped else max(level, WARN), text, values)
+
+
+def main():
+    """Run the node."""
+    rospy.init_node('cmd_vel_mux')
+    MuxNode().run()
+    rospy.spin()  # until rospy has ended its own shutdown

@@ -1,0 +1,159 @@
+"""safety_gate: `cmd_vel_in` to `cmd_vel_out`, as gently, as slowly or not at all, by what the chair's own sensors say."""
+
+import threading
+from functools import partial
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from canserial.msg import Encoder
+from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, Range
+from std_msgs.msg import Bool, String, UInt8
+from std_srvs.srv import Trigger, TriggerResponse
+
+from sara_control.config import ConfigError
+from sara_control.gate_config import SafetyConfig
+from sara_control.guard import Guard
+from sara_control.reasons import Announcer, Reason, State, sentence
+
+LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
+SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
+
+
+class SafetyNode:
+    """The shell around Guard."""
+
+    def __init__(self):
+        try:
+            config = SafetyConfig.from_params(rospy.get_param('~', {}))
+        except ConfigError as error:
+            stop(f'wrong configuration of {rospy.get_name()}: {error}')
+        self.guard = Guard(config)
+        self.announcer = Announcer()
+        self.decision = None
+        self.lock = threading.Lock()
+        self.stopping = threading.Event()
+        self.diagnostics = Diagnostics('safety', 'wheelchair')
+        self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
+        self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.cancel = [rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True) for topic in config.cancel_topics]
+        self.subscribe(config)
+        rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
+        # reset: a simulation that is started anew sets the clock back, which would kill the timer.
+        self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), lambda _: self.step(), reset=True)
+        rospy.on_shutdown(self.on_shutdown)
+
+    def subscribe(self, config):
+        """What is listened to; what is not watched is not asked for."""
+        gate = config.gate
+        self.listen('cmd_vel_in', Twist, lambda now, m: self.guard.on_command(now, m.linear.x, m.angular.z))
+        self.listen('emergency_stop', Bool, lambda _, m: self.guard.on_emergency_stop(m.data), at_once=True)
+        self.listen('impact', Bool, lambda now, m: self.guard.on_impact(now, m.data), at_once=True)
+        self.listen('~profile', String, self.on_profile)
+        if config.handshake:
+            self.listen('mode', UInt8, lambda now, m: self.guard.on_mode(now, m.data), at_once=True)
+        if gate.encoder_timeout:
+            self.listen('encoders', Encoder, lambda now, m: self.guard.on_encoder(_stamp(m, now), m.wheel, m.steps, m.time_100us))
+        if gate.imu_timeout:
+            self.listen('imu/data', Imu, lambda now, m: self.guard.on_imu(
+                _stamp(m, now), (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z)))
+        if gate.range_timeout:
+            for sensor in config.zones.sensors:
+                self.listen(f'{sensor.name}_range', Range,
+                            lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range))
+        if gate.localization_timeout:
+            self.listen('cmd_vel_mux/active', String, lambda _, m: self.guard.on_source(m.data))
+            self.listen('odometry/filtered', Odometry, lambda now, m: self.guard.on_localization(_stamp(m, now), *_numbers(m)))
+
+    def listen(self, topic, kind, hear, at_once=False):
+        """hear(now, message) for each message; at_once: the wheels are told without waiting for the next turn."""
+        rospy.Subscriber(topic, kind, partial(self.on_message, hear, at_once), queue_size=10, tcp_nodelay=True)
+
+    def on_message(self, hear, at_once, message):
+        """Something came."""
+        with self.lock:
+            hear(rospy.get_time(), message)
+        if at_once:
+            self.step()
+
+    def on_profile(self, _now, message):
+        """Another rider."""
+        if self.guard.set_profile(message.data):
+            rospy.loginfo('the profile is %s, from the next rest on', message.data)
+        else:
+            rospy.logwarn('there is no profile %s; there are: %s', message.data, ', '.join(self.guard.config.profiles))
+
+    def on_reset(self, _request):
+        """The explicit release of the emergency stop."""
+        with self.lock:
+            done, why = self.guard.reset()
+        rospy.loginfo(why)
+        return TriggerResponse(success=done, message=why)
+
+    def step(self):
+        """Tell the wheels what to do, and the rider why."""
+        with self.lock:
+            if self.stopping.is_set():  # asked and published under one lock: nothing follows the last stop
+                return
+            now = rospy.get_time()
+            decision = self.decision = self.guard.step(now)
+            message = Twist()
+            message.linear.x, message.angular.z = decision.v, decision.w
+            self.out.publish(message)
+            text = self.announcer.say(now, decision.state, decision.reason)
+        if decision.give_up:
+            for topic in self.cancel:
+                topic.publish(GoalID())
+        if text is not None:
+            self.status.publish(text)
+            log = rospy.loginfo if LEVELS.get(decision.state, WARN) == OK else rospy.logwarn
+            log(text)
+
+    def on_shutdown(self):
+        """The last word is stop."""
+        with self.lock:
+            self.stopping.set()
+            self.out.publish(Twist())
+        rospy.rostime.wallsleep(0.1)
+
+    def run(self):
+        """Diagnostics once a second of wall time until ROS shuts down."""
+        warned = set()
+        while not self.stopping.wait(1.0):
+            with self.lock:
+                decision, dropped = self.decision, dict(self.guard.dropped)
+                missing = self.guard.missing(rospy.get_time())
+                latched = self.guard.gate.latched
+            for kind in sorted(dropped.keys() - warned):
+                rospy.logwarn('dropped: %s; counted in /diagnostics', kind)
+                warned.add(kind)
+            if decision is None:
+                self.diagnostics.publish(WARN, 'waiting for the clock', {})
+                continue
+            if decision.reason in SENSORS and missing:
+                rospy.logwarn_throttle(10.0, 'waiting for ' + ', '.join(missing))
+            values = {**dropped, 'state': decision.state.value, 'emergency stop': latched, 'profile': self.guard.profile,
+                      'v': f'{decision.v:.3f}', 'w': f'{decision.w:.3f}', 'missing': ', '.join(missing)}
+            level = LEVELS.get(decision.state, WARN)
+            self.diagnostics.publish(max(level, WARN) if dropped else level, sentence(decision.state, decision.reason), values)
+
+
+def _stamp(message, now):
+    """When it was measured; now, where it does not say."""
+    stamp = message.header.stamp.to_sec()
+    return stamp if stamp > 0.0 else now
+
+
+def _numbers(odometry):
+    """What must be finite in a pose."""
+    pose = odometry.pose.pose
+    return (pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w)
+
+
+def main():
+    """Run the node."""
+    rospy.init_node('safety_gate')
+    SafetyNode().run()
+    rospy.spin()  # until rospy has ended its own shutdown: leaving earlier would cut off the last stop

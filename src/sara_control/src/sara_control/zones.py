@@ -1,0 +1,251 @@
+"""How fast the chair may go before what its range sensors see: distance zones from raw ranges, without a map.
+
+An echo says how far something is, not where in the sensor's cone: every place on the arc is reckoned with. For a command (v, w) each
+such place moves round the chair on a circle (a line if w is 0); where that first meets the body's rectangle is the contact, the way
+to it the free distance, u = |velocity of the place relative to the chair| the speed of approach. Allowed is what keeps
+u t_react + u^2 / (2 a_brake) below the free distance less the stop distance; that holds ahead, astern and in turns alike. The command is
+scaled as a whole, so that it stays on its curve. A creeping speed whose way to rest is shorter than the stop distance is
+always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly.
+Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; several readings to trigger).
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_control.config import ConfigError
+
+RAYS = 13     # places in a cone
+SAMPLES = 40  # of the way
+IN = 1e-6     # m: a place that comes nearer by less does not
+
+
+@dataclass(frozen=True)
+class RangeSensor:
+    """A sensor on the chair: name, place x, y (m) and yaw (rad) in the base frame.
+
+    near: what a reading of -Inf counts as, m. stops: whether it may stop the chair or only slow it to creeping.
+    """
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    near: float = 0.0
+    stops: bool = True
+
+    @property
+    def side(self):
+        """Where it looks: front, rear, left or right."""
+        x, y = math.cos(self.yaw), math.sin(self.yaw)
+        if abs(x) >= abs(y):
+            return 'front' if x > 0.0 else 'rear'
+        return 'left' if y > 0.0 else 'right'
+
+
+@dataclass(frozen=True)
+class ZoneConfig:
+    """length, width: of the body, centred on the base frame, m. side_margin: added to each side, m. field_of_view: rad, of each sensor.
+
+    stop_distance: m. reaction_time: s from an echo to the wheels' answer. braking: m/s2. ease: s more that is reckoned with, so that
+    braking begins gently. creep_speed: m/s. trigger, release: how many readings in a row make a range nearer, or farther.
+    """
+
+    sensors: tuple
+    length: float = 1.08
+    width: float = 0.58
+    side_margin: float = 0.02
+    field_of_view: float = math.radians(60.0)
+    stop_distance: float = 0.15
+    reaction_time: float = 0.75
+    braking: float = 0.8
+    ease: float = 0.5
+    creep_speed: float = 0.1
+    trigger: int = 2
+    release: int = 3
+
+    def __post_init__(self):
+        faults = []
+        for name in ('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'creep_speed'):
+            if not (_is_number(getattr(self, name)) and getattr(self, name) > 0):
+                faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0')
+        for name in ('side_margin', 'ease'):
+            if not (_is_number(getattr(self, name)) and getattr(self, name) >= 0):
+                faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers of 0 or more')
+        for name in ('trigger', 'release'):
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 10:
+                faults.append(f'{name} is {value!r}, allowed are whole numbers from 1 to 10')
+        if not faults and self.way_to_rest(self.creep_speed) >= self.stop_distance:
+            faults.append(f'creep_speed is {self.creep_speed!r}, allowed are speeds that come to rest within stop_distance '
+                          f'({self.stop_distance!r} m)')
+        if faults:
+            raise ConfigError('; '.join(faults))
+
+    def way_to_rest(self, u):
+        """How far the chair goes from speed u (m/s) to rest, m."""
+        return u * self.reaction_time + u * u / (2.0 * self.braking)
+
+    @classmethod
+    def from_params(cls, params):
+        """From a dictionary; `sensors` maps names to x, y, yaw_deg and optionally near, stops. Raises ConfigError."""
+        values = dict(params)
+        faults = [f'{name} is {values.pop(name)!r}, but there is no such parameter' for name in list(values)
+                  if name not in cls.__dataclass_fields__ and name != 'field_of_view_deg']
+        if 'field_of_view_deg' in values:
+            degrees = values.pop('field_of_view_deg')
+            values['field_of_view'] = math.radians(degrees) if _is_number(degrees) else degrees
+        sensors = values.get('sensors', {})
+        if not isinstance(sensors, dict):
+            faults.append(f'sensors is {sensors!r}, allowed is a mapping from names to places')
+            sensors = {}
+        values['sensors'] = tuple(filter(None, (_sensor(name, place, faults) for name, place in sensors.items())))
+        try:
+            config = cls(**values)
+        except ConfigError as error:
+            faults.append(str(error))
+        if faults:
+            raise ConfigError('; '.join(faults))
+        return config
+
+
+def _sensor(name, place, faults):
+    """The RangeSensor, or None and its faults added."""
+    found = []
+    place = place if isinstance(place, dict) else {}
+    for key in ('x', 'y', 'yaw_deg'):
+        if not _is_number(place.get(key)):
+            found.append(f'sensors/{name}/{key} is {place.get(key)!r}, allowed are numbers')
+    near, stops = place.get('near', 0.0), place.get('stops', True)
+    if not _is_number(near) or near < 0:
+        found.append(f'sensors/{name}/near is {near!r}, allowed are numbers of 0 or more')
+    if not isinstance(stops, bool):
+        found.append(f'sensors/{name}/stops is {stops!r}, allowed are true and false')
+    found += [f'sensors/{name}/{key} is {place[key]!r}, but there is no such parameter' for key in place
+              if key not in ('x', 'y', 'yaw_deg', 'near', 'stops')]
+    faults += found
+    return None if found else RangeSensor(name, place['x'], place['y'], math.radians(place['yaw_deg']), near, stops)
+
+
+class _Believed:
+    """The range that enough readings in a row bear out."""
+
+    def __init__(self, trigger, release):
+        self._trigger, self._release = trigger, release
+        self._last = deque(maxlen=max(trigger, release))
+        self.range = None
+
+    def add(self, distance):
+        self._last.append(distance)
+        recent = list(self._last)
+        nearer, farther = max(recent[-self._trigger:]), min(recent[-self._release:])
+        if self.range is None:
+            self.range = distance
+        elif len(recent) >= self._trigger and nearer < self.range:
+            self.range = nearer
+        elif len(recent) >= self._release and farther > self.range:
+            self.range = farther
+
+
+class Zones:
+    """Ranges in, speed limits out."""
+
+    def __init__(self, config):
+        self.config = config
+        self.sensors = {sensor.name: sensor for sensor in config.sensors}
+        self._half = 0.5 * config.length, 0.5 * config.width + config.side_margin
+        self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
+        half = 0.5 * config.field_of_view
+        self._rays = {}
+        for name, sensor in self.sensors.items():
+            angles = sensor.yaw + np.linspace(-half, half, RAYS)
+            directions = np.stack([np.cos(angles), np.sin(angles)])
+            self._rays[name] = (directions, self._way_out(sensor, directions))
+        self._places = None
+
+    def _way_out(self, sensor, directions):
+        """How far along each ray the body ends: an echo within it is of what stands at its edge."""
+        place = np.array([[sensor.x], [sensor.y]])
+        half = np.array(self._half)[:, None]
+        with np.errstate(divide='ignore', invalid='ignore'):
+            ways = (np.copysign(half, directions) - place) / directions
+        ways[np.abs(directions) < 1e-12] = np.inf
+        inside = np.all(np.abs(place) < half, axis=0)[0]
+        return np.maximum(ways.min(axis=0), 0.0) if inside else np.zeros(directions.shape[1])
+
+    def on_range(self, name, distance):
+        """A reading in m after REP-117: -Inf too near, +Inf nothing there. Returns False for NaN, a negative one or an unknown name."""
+        if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
+            return False
+        self._believed[name].add(distance)
+        self._places = None
+        return True
+
+    def range(self, name):
+        """The range (m) that is believed, or None before the first reading."""
+        return self._believed[name].range
+
+    def scale(self, v, w, gentle=True):
+        """(factor 0..1 on the command (v m/s, w rad/s), name of the sensor that asks for it or '').
+
+        gentle: with `ease`; else what needs the whole of the reaction time and the brake.
+        """
+        if v == 0.0 and w == 0.0:
+            return 1.0, ''
+        x, y, stops, names = self._found()
+        config = self.config
+        reaction = config.reaction_time + (config.ease if gentle else 0.0)
+        u = np.hypot(v - w * y, w * x)
+        matters = config.stop_distance + u * reaction + u * u / (2.0 * config.braking)
+        near = (self._outside(x, y) < matters) & (u > 1e-9)
+        if not near.any():
+            return 1.0, ''
+        x, y, stops, u, matters, names = x[near], y[near], stops[near], u[near], matters[near], names[near]
+        room = self._free(x, y, v, w, u, matters) - config.stop_distance
+        allowed = config.braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / config.braking) - reaction)
+        allowed = np.where((room > 0.0) | ~stops, np.maximum(allowed, config.creep_speed), 0.0)
+        factors = allowed / u
+        worst = int(np.argmin(factors))
+        return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
+
+    def _found(self):
+        """Where something may be: x, y (m), whether it stops the chair, whose echo it is; one entry for each ray that has one."""
+        if self._places is None:
+            xs, ys, stops, names = [np.empty(0)], [np.empty(0)], [np.empty(0, bool)], [np.empty(0, str)]
+            for name, sensor in self.sensors.items():
+                distance = self._believed[name].range
+                if distance is None or distance == math.inf:
+                    continue
+                directions, way_out = self._rays[name]
+                ranges = np.maximum(sensor.near if distance == -math.inf else distance, way_out)
+                xs.append(sensor.x + ranges * directions[0])
+                ys.append(sensor.y + ranges * directions[1])
+                stops.append(np.full(RAYS, sensor.stops))
+                names.append(np.full(RAYS, name))
+            self._places = tuple(map(np.concatenate, (xs, ys, stops, names)))
+        return self._places
+
+    def _outside(self, x, y):
+        """How far outside the body (m), by the axis on which it is farther; negative within."""
+        return np.maximum(np.abs(x) - self._half[0], np.abs(y) - self._half[1])
+
+    def _free(self, x, y, v, w, u, way):
+        """The way (m) of each place until it meets the body, +Inf where it does not within `way`."""
+        ways = way[:, None] * (np.arange(1, SAMPLES + 1) / SAMPLES)
+        times = ways / u[:, None]
+        half_turn = 0.5 * w * times
+        chord = v * times * np.sinc(half_turn / math.pi)
+        dx, dy = x[:, None] - chord * np.cos(half_turn), y[:, None] - chord * np.sin(half_turn)
+        c, s = np.cos(2.0 * half_turn), np.sin(2.0 * half_turn)
+        outside = self._outside(c * dx + s * dy, c * dy - s * dx)
+        before = np.concatenate([self._outside(x, y)[:, None], outside[:, :-1]], axis=1)
+        met = (outside <= 0.0) & (outside < before - IN)
+        first = met.argmax(axis=1)
+        step = way / SAMPLES
+        return np.where(met.any(axis=1), first * step, math.inf)
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+"""The wiring of cmd_vel_mux and safety_gate: made-up readings and commands in, commands for the wheels out.
+
+The test is the clock (twice real time) and the chair: its wheels turn as they are told.
+"""
+
+import math
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalID
+from canserial.msg import Encoder
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, Joy, Range
+from std_msgs.msg import Bool, String, UInt8
+from std_srvs.srv import Trigger
+
+STEP = 0.01
+RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
+
+
+class Chair(threading.Thread):
+    """10 ms of simulated time every 5 ms. `silent`: what does not speak; `distances`: what the sonars say."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.now = 0.0
+        self.running = True
+        self.silent = set()
+        self.distances = dict.fromkeys(RANGES, math.inf)
+        self.mode = 3
+        self.navigation = None
+        self.axes = None
+        self.angles = [0.0, 0.0]
+        self.command = (0.0, 0.0)
+        self.out = []
+        publish = {'clock': ('/clock', Clock), 'encoders': ('encoders', Encoder), 'imu': ('imu/data', Imu), 'mode': ('mode', UInt8),
+                   'localization': ('odometry/filtered', Odometry), 'navigation': ('/cmd_vel/navigation', Twist),
+                   'impact': ('impact', Bool), 'joystick': ('joystick', Joy)}
+        publish.update({name: (f'{name}_range', Range) for name in RANGES})
+        self.topics = {name: rospy.Publisher(topic, kind, queue_size=10) for name, (topic, kind) in publish.items()}
+        rospy.Subscriber('/diff_drive_controller/cmd_vel', Twist, self.on_command, tcp_nodelay=True)
+
+    def on_command(self, message):
+        self.command = (message.linear.x, message.angular.z)
+        self.out.append((self.now, message.linear.x, message.angular.z))
+
+    def say(self, name, message):
+        if name not in self.silent:
+            self.topics[name].publish(message)
+
+    def run(self):
+        tick = 0
+        due = time.monotonic()
+        while self.running:
+            tick += 1
+            self.now = 50.0 + STEP * tick
+            stamp = rospy.Time.from_sec(self.now)
+            self.topics['clock'].publish(Clock(stamp))
+            v, w = self.command
+            for wheel, speed in enumerate((v + 0.2625 * w, v - 0.2625 * w)):
+                self.angles[wheel] += speed / 0.155 * STEP
+            if tick % 10 == 0:
+                self.say('mode', UInt8(self.mode))
+                for wheel, angle in enumerate(self.angles):
+                    message = Encoder(wheel=wheel, steps=round(angle * 64000 / math.tau) % 2 ** 32, time_100us=tick * 100)
+                    message.header.stamp = stamp
+                    self.say('encoders', message)
+                if self.axes is not None:
+                    self.say('joystick', Joy(axes=self.axes, buttons=[3]))
+            if tick % 20 == 0:
+                message = Imu()
+                message.header.stamp = stamp
+                message.angular_velocity.z = w
+                self.say('imu', message)
+                self.say('impact', Bool(False))
+                for name in RANGES:
+                    message = Range(range=self.distances[name])
+                    message.header.stamp = stamp
+                    self.say(name, message)
+            if tick % 5 == 0:
+                message = Odometry()
+                message.header.stamp = stamp
+                message.pose.pose.orientation.w = 1.0
+                self.say('localization', message)
+                if self.navigation is not None:
+                    message = Twist()
+                    message.linear.x, message.angular.z = self.navigation
+                    self.say('navigation', message)
+            due += STEP / 2
+            time.sleep(max(0.0, due - time.monotonic()))
+
+
+class SafetyTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.got = {}
+        for topic, kind in (('/safety_gate/status', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID),
+                            ('/diagnostics', DiagnosticArray)):
+            rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
+        cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
+        cls.touch = rospy.Publisher('/cmd_vel/touch', Twist, queue_size=1)
+        cls.chair = Chair()
+        rospy.wait_for_service('/emergency_stop/reset')
+        cls.reset = rospy.ServiceProxy('/emergency_stop/reset', Trigger)
+        end = time.monotonic() + 20.0
+        topics = [cls.stop_button, cls.touch, *cls.chair.topics.values()]
+        while not all(topic.get_num_connections() for topic in topics):
+            assert time.monotonic() < end, 'nobody listens to ' + ', '.join(t.name for t in topics if not t.get_num_connections())
+            time.sleep(0.01)
+        cls.chair.start()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.chair.running = False
+        cls.chair.join()
+
+    def setUp(self):
+        """All is well, nobody commands, the chair stands."""
+        chair = self.chair
+        chair.silent, chair.distances, chair.mode = set(), dict.fromkeys(RANGES, math.inf), 3
+        chair.navigation = chair.axes = None
+        self.until(lambda: self.status() == 'The chair is ready.' and chair.command == (0.0, 0.0), 'the chair is not ready')
+        self.wait(0.6)
+
+    def wait(self, seconds):
+        """Simulated seconds."""
+        end = self.chair.now + seconds
+        while self.chair.now < end:
+            time.sleep(0.005)
+
+    def until(self, condition, what, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), end, f'{what}; status: {self.status()}, command: {self.chair.command}')
+            time.sleep(0.01)
+
+    def status(self):
+        return self.got['/safety_gate/status'][-1].data if '/safety_gate/status' in self.got else None
+
+    def driver(self):
+        return self.got['/cmd_vel_mux/active'][-1].data
+
+    def drive(self):
+        self.chair.navigation = (0.4, 0.1)
+        self.until(lambda: abs(self.chair.command[0] - 0.4) < 1e-6, 'the command does not come through')
+        self.assertAlmostEqual(self.chair.command[1], 0.1, delta=1e-6)
+        self.assertEqual(self.driver(), 'navigation')
+
+    def stands_although_commanded(self, seconds=2.0):
+        since = self.chair.now
+        self.wait(seconds)
+        self.assertEqual([out for out in self.chair.out if out[0] > since and (out[1] or out[2])], [])
+
+    def test_drives_gently(self):
+        start = len(self.chair.out)
+        self.drive()
+        speeds = [out[1] for out in self.chair.out[start:]]
+        self.assertLess(max(b - a for a, b in zip(speeds, speeds[1:])), 0.4 * 0.1 + 1e-9)
+        self.assertGreater(len(speeds), 30, 'no ramp')
+
+    def test_emergency_stop_is_latched(self):
+        self.drive()
+        cancels = len(self.got.get('/move_base/cancel', []))
+        self.stop_button.publish(True)
+        self.until(lambda: self.chair.command == (0.0, 0.0), 'it does not stop')
+        self.assertIn('emergency stop', self.status())
+        self.until(lambda: len(self.got.get('/move_base/cancel', [])) > cancels, 'the goal is not given up')
+        self.assertFalse(self.reset().success, 'released although the button is pressed')
+        self.stop_button.publish(False)
+        self.wait(0.3)
+        self.assertFalse(self.reset().success, 'released although navigation commands')
+        self.stands_although_commanded()
+        self.chair.navigation = None
+        self.wait(0.7)
+        answer = self.reset()
+        self.assertTrue(answer.success, answer.message)
+        self.drive()
+
+    def test_silence_of_each_sensor_stops_the_chair(self):
+        for name, word in (('encoders', 'wheel sensors'), ('imu', 'turn sensor'), ('STD', 'obstacle sensor'),
+                           ('localization', 'does not know where')):
+            self.drive()
+            self.chair.silent = {name}
+            self.until(lambda: self.chair.command == (0.0, 0.0), f'it drives without {name}')
+            self.assertIn(word, self.status())
+            self.chair.silent = set()
+            self.stands_although_commanded()
+            self.assertIn('waits for a new command', self.status())
+            self.chair.navigation = None
+            self.until(lambda: self.status() == 'The chair is ready.', f'not ready after {name} came back')
+            self.wait(0.6)
+
+    def test_impact(self):
+        self.drive()
+        self.chair.topics['impact'].publish(Bool(True))
+        self.until(lambda: self.chair.command == (0.0, 0.0), 'it does not stop')
+        self.stands_although_commanded()
+
+    def test_navigation_dies(self):
+        self.drive()
+        self.chair.silent = {'navigation'}
+        self.until(lambda: self.chair.command == (0.0, 0.0), 'it goes on')
+        self.until(lambda: self.driver() == 'nobody', 'navigation still drives')
+
+    def test_obstacle_slows_and_blocks(self):
+        self.drive()
+        self.chair.distances['SDI'] = 0.5
+        self.until(lambda: 0.05 < self.chair.command[0] < 0.3, 'it does not slow down')
+        self.assertIn('in front', self.status())
+        self.chair.distances['SDI'] = -math.inf
+        self.until(lambda: self.chair.command == (0.0, 0.0), 'it does not stop')
+        self.until(lambda: 'does not go that way' in self.status(), 'no reason')
+        self.chair.navigation = (-0.2, 0.0)
+        self.until(lambda: self.chair.command[0] < -0.15, 'it may go back')
+
+    def test_the_user_wins(self):
+        self.drive()
+        self.chair.axes = [0.0, 0.0]
+        cancels = len(self.got.get('/move_base/cancel', []))
+        self.chair.axes = [0.0, -0.5]
+        self.until(lambda: self.chair.command[0] < -0.1, 'the joystick is not obeyed')
+        self.assertEqual(self.driver(), 'joystick')
+        self.until(lambda: len(self.got.get('/move_base/cancel', [])) > cancels, 'the goal is not given up')
+        self.chair.axes = [0.0, 0.0]
+        self.until(lambda: self.chair.command == (0.0, 0.0) and self.driver() == 'nobody', 'it goes on')
+        self.stands_although_commanded()
+
+    def test_the_chairs_own_joystick(self):
+        self.drive()
+        self.chair.mode = 1
+        self.until(lambda: self.chair.command == (0.0, 0.0) and self.driver() == 'the joystick of the chair', 'it goes on')
+        self.chair.mode = 3
+        self.stands_although_commanded()
+
+    def test_touch_before_navigation_and_nan(self):
+        self.drive()
+        message = Twist()
+        message.linear.x = math.nan
+        self.touch.publish(message)
+        self.wait(0.5)
+        self.assertEqual(self.driver(), 'navigation')
+        self.until(lambda: any('not finite from touch' == pair.key and int(pair.value) >= 1 for array in self.got['/diagnostics']
+                               for status in array.status for pair in status.values), 'not in /diagnostics')
+        message.linear.x = 0.1
+        self.touch.publish(message)
+        self.until(lambda: self.driver() == 'touch', 'the touch screen is not heard')
+
+
+if __name__ == '__main__':
+    rospy.init_node('safety_test', disable_rostime=True)
+    rostest.rosrun('sara_control', 'safety', SafetyTest)
