@@ -90,9 +90,10 @@ class AmplifierConfig(_Checked):
 class SpeedLoopConfig(_Checked):
     """The speed loop of a wheel: rad/s of the wheel, outputs of 0..1 of the amplifier's full scale.
 
-    `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s, `ki`: per rad. `rest_speed`: below it the wheel stands. `max_speed`: above
-    it a count is a glitch. `stall_output`, `stall_time`: this much output this long (s) without motion is a stall; `reversed_output`,
-    `reversed_time`: the same for motion against the output.
+    `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s, `ki`: per rad.
+    `rest_speed`: below it the wheel stands. `max_speed`: above it a count is a glitch. `stall_output`, `stall_time`: this much output this
+    long (s) without motion is a stall, `stall_integral`: what the integral may reach until then. `reversed_output`, `reversed_time`: the
+    same for motion against the output.
     """
 
     steps_per_turn: int = 64000
@@ -103,8 +104,9 @@ class SpeedLoopConfig(_Checked):
     max_acceleration: float = 10.0
     rest_speed: float = 0.15
     max_speed: float = 20.0
-    stall_output: float = 0.5
-    stall_time: float = 1.0
+    stall_output: float = 0.25
+    stall_time: float = 0.6
+    stall_integral: float = 0.2
     reversed_output: float = 0.1
     reversed_time: float = 0.25
 

@@ -27,6 +27,8 @@ def parser() -> argparse.ArgumentParser:
         result.add_argument(f'--{side}-encoder-reversed', action='store_true', help=f'the {side} encoder counts down when driving forward')
     result.add_argument('--full-speed', type=float, default=SpeedLoopConfig.full_speed, help='rad/s of a wheel at full output without load (default %(default)s)')
     result.add_argument('--max-speed', type=float, default=MotorConfig.max_wheel_speed, help='rad/s of a wheel, no command goes beyond (default %(default)s)')
+    result.add_argument('--kp', type=float, default=SpeedLoopConfig.kp, help='output per rad/s of error (default %(default)s)')
+    result.add_argument('--ki', type=float, default=SpeedLoopConfig.ki, help='output per rad of error (default %(default)s)')
     return result
 
 
@@ -115,7 +117,7 @@ def run(arguments: list[str] | None = None) -> int:
     amplifier = AmplifierConfig(options.right_channel, options.right_reversed, options.left_reversed, options.right_encoder_reversed,
                                 options.left_encoder_reversed)
     node = MotorNode(bus, MotorConfig(max_wheel_speed=options.max_speed))
-    drive = WheelDrive(amplifier, SpeedLoopConfig(full_speed=options.full_speed))
+    drive = WheelDrive(amplifier, SpeedLoopConfig(full_speed=options.full_speed, kp=options.kp, ki=options.ki))
     recorder = Recorder(options.record, can.port) if options.record else None
     port = Port(options.serial)
     try:

@@ -8,7 +8,7 @@ of the configuration: so the integral gathers what the motor does differently, n
 further into a limit than it takes to reach it (clamping; Astrom and Hagglund, "PID Controllers", 3.5). A target of zero brakes with
 kp alone and then lets go.
 
-Two faults cut the output until the target has been zero: `stalled`, much output and no motion (a blocked wheel, a dead motor, an encoder
+Two faults cut the output until the target has been zero: `stalled`, output and no motion (a blocked wheel, a dead motor, an encoder
 that is not plugged in), and `reversed`, motion against the output that does not fade (a motor or encoder wired the wrong way round: the
 loop would run away).
 """
@@ -40,8 +40,11 @@ class SpeedLoop:
         self.speed = 0.0
         self._release()
 
-    def update(self, steps: int, t: float, target: float) -> float:
-        """A new encoder count (any integer, modulo 2^32), read at `t` (s), and the wheel speed that is wanted, rad/s. Returns the output."""
+    def update(self, steps: int, t: float, target: float, allowed: bool = True) -> float:
+        """A new encoder count (any integer, modulo 2^32), read at `t` (s), and the wheel speed that is wanted, rad/s. Returns the output.
+
+        Not `allowed`: only measure, the amplifier is switched off for another reason.
+        """
         last, self._count = self._count, (steps, t)
         if target == 0.0:
             self.fault = ''
@@ -56,7 +59,7 @@ class SpeedLoop:
         growing = abs(speed) > 0.9 * abs(self.speed)
         self.speed = speed
         self._watch(dt, growing)
-        if self.fault:
+        if self.fault or not allowed:
             self._release()
         elif target == 0.0:
             self._release()
@@ -81,6 +84,9 @@ class SpeedLoop:
             integral = max(self._integral, 1.0 - base)
         elif error < 0.0 and base + integral < -1.0:
             integral = min(self._integral, -1.0 - base)
+        if self._suspect['stalled'] > 0.0:
+            # It may be the encoder that is dead: the wheel must not race before that is certain.
+            integral = _within(integral, max(abs(self._integral), config.stall_integral))
         self._integral = integral
         self.output = _within(base + self._integral, 1.0)
 

@@ -34,7 +34,7 @@ class WheelDrive:
             for loop, count, wanted in ((self.right, amplifier.right, target[0]), (self.left, amplifier.left, target[1])):
                 if count is not self._seen[loop]:
                     self._seen[loop] = count
-                    loop.update(count.steps, count.t, wanted)
+                    loop.update(count.steps, count.t, wanted, allowed=not self.fault)
         else:
             self.right.reset()
             self.left.reset()
