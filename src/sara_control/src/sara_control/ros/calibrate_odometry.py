@@ -1,0 +1,104 @@
+"""calibrate_odometry BAG: the wheel multipliers from a recorded drive with a gyroscope. Needs no master."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import rosbag
+import rospkg
+import yaml
+
+from sara_control.calibration import Geometry, calibrate, end_errors
+from sara_control.calibration_report import report, yaml_text
+from sara_control.config import ConfigError, ControllerConfig
+from sara_control.drive_log import DriveLog, LogError
+
+
+def read_log(path, config, joint_states, imu, truth=None):
+    """A DriveLog from a bag: sensor_msgs/JointState and Imu by their stamps; truth: a topic with nav_msgs/Odometry or geometry_msgs/Pose*.
+
+    What is not newer than the message before it is left out. Raises LogError.
+    """
+    topics = [joint_states, imu] + ([truth] if truth else [])
+    wheels, gyro, poses = [], [], []
+    try:
+        with rosbag.Bag(str(path)) as bag:
+            for topic, message, _ in bag.read_messages(topics=topics):
+                stamp = message.header.stamp.to_sec()
+                if topic == joint_states:
+                    found = dict(zip(message.name, message.position))
+                    if all(joint in found for joint in config.left_joints + config.right_joints):
+                        wheels.append((stamp, *(np.mean([found[joint] for joint in side]) for side in (config.left_joints, config.right_joints))))
+                elif topic == imu:
+                    gyro.append((stamp, message.angular_velocity.z))
+                else:
+                    poses.append((stamp, *_planar(message)))
+    except (OSError, rosbag.ROSBagException) as error:
+        raise LogError(f'the bag {path} cannot be read: {error}') from error
+    for rows, what in ((wheels, f'{joint_states} with the joints {", ".join(config.left_joints + config.right_joints)}'), (gyro, imu)):
+        if len(rows) < 2:
+            raise LogError(f'the bag {path} has {len(rows)} messages on {what}')
+    if truth and len(poses) < 2:
+        raise LogError(f'the bag {path} has {len(poses)} messages on {truth}')
+    times, left, right = _rising(wheels).T
+    gyro_times, rates = _rising(gyro).T
+    if not truth:
+        return DriveLog(times, left, right, gyro_times, rates)
+    pose_times, x, y, yaw = _rising(poses).T
+    columns = [np.interp(times, pose_times, values) for values in (x, y, np.unwrap(yaw))]
+    return DriveLog(times, left, right, gyro_times, rates, np.column_stack(columns))
+
+
+def _rising(rows):
+    """As an array, without rows that are not newer than the one before, or not finite."""
+    kept = []
+    for row in rows:
+        if np.isfinite(row).all() and (not kept or row[0] > kept[-1][0]):
+            kept.append(row)
+    return np.array(kept) if kept else np.empty((0, len(rows[0])))
+
+
+def _planar(message):
+    """x, y, yaw of an Odometry, PoseStamped or PoseWithCovarianceStamped."""
+    pose = message.pose
+    while hasattr(pose, 'pose'):
+        pose = pose.pose
+    q = pose.orientation
+    return pose.position.x, pose.position.y, np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def arguments(words):
+    """Of the command line."""
+    parser = argparse.ArgumentParser(prog='calibrate_odometry', description=__doc__, epilog=(
+        'The drive: stand still a second or two between any two moves, and 4 s between runs; drive a square both ways and '
+        'turn on the spot both ways. `roslaunch sara_control calibration_drive.launch` drives it.'))
+    parser.add_argument('bag')
+    parser.add_argument('--params', default=str(Path(rospkg.RosPack().get_path('sara_control')) / 'config' / 'sara.yaml'), help='the controller\'s YAML: geometry, joints (default: %(default)s)')
+    parser.add_argument('--joint-states', default='/joint_states', metavar='TOPIC', help='default: %(default)s')
+    parser.add_argument('--imu', default='/imu/data', metavar='TOPIC', help='z up; default: %(default)s')
+    parser.add_argument('--truth', metavar='TOPIC', help='true poses (Odometry or Pose*Stamped), to judge the result by')
+    parser.add_argument('--gyro-scale-sigma', type=float, default=0.005, metavar='S',
+                        help='how well the gyroscope\'s scale is known, relative (default: %(default)s)')
+    parser.add_argument('--leg', type=float, metavar='M', help='true mean length of the straight legs, measured on the floor: sets the radii\'s scale')
+    parser.add_argument('--leg-sigma', type=float, default=0.005, metavar='M', help='its uncertainty, m (default: %(default)s)')
+    parser.add_argument('--output', metavar='FILE', help='write the YAML there')
+    return parser.parse_args(words)
+
+
+def main(words=None):
+    """Run the command; exit status 1 and one sentence where it cannot."""
+    options = arguments(sys.argv[1:] if words is None else words)
+    try:
+        config = ControllerConfig.from_params(yaml.safe_load(Path(options.params).read_text()))
+        log = read_log(options.bag, config, options.joint_states, options.imu, options.truth)
+        result = calibrate(log, config.wheel_separation, config.wheel_radius, options.gyro_scale_sigma, options.leg, options.leg_sigma)
+    except (LogError, ConfigError, OSError, yaml.YAMLError) as error:
+        sys.exit(f'calibrate_odometry: {error}')
+    before = Geometry(config.separation, *config.radii)
+    after = result.geometry(config.wheel_separation, config.wheel_radius)
+    print(report(result, end_errors(log, before, after, result.bias)))
+    text = yaml_text(result)
+    print(f'\nthe parameters to use:\n{text}', end='')
+    if options.output:
+        Path(options.output).write_text(text)

@@ -1,0 +1,62 @@
+"""calibration_drive: drives the manoeuvres that calibrate_odometry wants, by the odometry that is to be calibrated."""
+
+import math
+from dataclasses import fields
+
+import rospy
+from canserial.ros.node import stop
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from sara_control.manoeuvres import ManoeuvreConfig, Manoeuvres, problems
+
+RATE = 20.0  # Hz
+SILENT = 0.5  # s without odometry after which it stands still
+
+
+class CalibrationDrive:
+    """`cmd_vel` out, `odom` in; parameters are those of ManoeuvreConfig."""
+
+    def __init__(self):
+        given = {field.name: rospy.get_param(f'~{field.name}') for field in fields(ManoeuvreConfig) if rospy.has_param(f'~{field.name}')}
+        faults = problems(given)
+        if faults:
+            stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')
+        self.manoeuvres = Manoeuvres(ManoeuvreConfig(**given))
+        self.odometry = None
+        self.heading = None
+        self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=10, tcp_nodelay=True)
+
+    def on_odometry(self, message):
+        """Where it is, the heading unwrapped."""
+        pose = message.pose.pose
+        yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+        before = yaw if self.heading is None else self.heading
+        self.heading = before + math.remainder(yaw - before, math.tau)
+        self.odometry = message.header.stamp.to_sec(), pose.position.x, pose.position.y, self.heading
+
+    def run(self):
+        """Until the manoeuvres are over."""
+        rate = rospy.Rate(RATE, reset=True)
+        shown = None
+        while not rospy.is_shutdown() and not self.manoeuvres.done:
+            now, command = rospy.get_time(), Twist()
+            if self.odometry is None or now - self.odometry[0] > SILENT:
+                rospy.logwarn_throttle(5.0, f'waiting for odometry on {rospy.resolve_name("odom")}')
+            else:
+                command.linear.x, command.angular.z = self.manoeuvres.step(now, *self.odometry[1:])
+                if self.manoeuvres.number != shown and not self.manoeuvres.done:
+                    shown = self.manoeuvres.number
+                    kind, amount = self.manoeuvres.moves[shown]
+                    rospy.loginfo('move %d of %d: %s %.2f', shown + 1, len(self.manoeuvres.moves), kind, amount)
+            self.cmd_vel.publish(command)
+            rate.sleep()
+        self.cmd_vel.publish(Twist())
+        rospy.loginfo('the drive is over')
+
+
+def main():
+    """Run the node."""
+    rospy.init_node('calibration_drive')
+    CalibrationDrive().run()
