@@ -4,6 +4,7 @@ python-can's slcan needs some care: no sleep after opening, errors from shutdown
 parsed (canserial.lawicel).
 """
 
+import os
 import time
 from collections import Counter
 
@@ -144,6 +145,11 @@ def check(frame):
 
 
 def _why(error):
-    """python-can says what failed, the error beneath says why."""
+    """The system's reason where there is one, else what python-can says failed and what the error beneath says."""
+    beneath = error
+    while beneath is not None:
+        if isinstance(beneath, OSError) and beneath.errno:
+            return os.strerror(beneath.errno)
+        beneath = beneath.__cause__ or beneath.__context__
     cause = str(error.__cause__ or '')
     return str(error) if cause in str(error) else f'{error} ({cause})'

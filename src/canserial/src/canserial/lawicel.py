@@ -16,6 +16,7 @@ CR, BEL = 13, 7
 LINE_MAX = 160  # bytes; the longest line, a CAN FD frame of 64 bytes with its stamp, has 142
 STATUS = b'F\r'
 STATUS_PERIOD = 1.0  # s
+SETTLING = 0.5  # s after opening, in which C on a closed channel and O on an open one are refused, as they should be
 STATUS_TRIES = 3  # an adapter that never answers is not asked for ever
 # CANUSB manual, command F. Bit 4 is not used.
 STATUS_BITS = {0: 'adapter_receive_full', 1: 'adapter_transmit_full', 2: 'error_warning', 3: 'overruns', 5: 'error_passive',
@@ -60,7 +61,8 @@ class LinePort:
         self._overlong = False
         self._ready, self._position = b'', 0
         self._asked = 0  # commands whose answer is due
-        self._status_due, self._unanswered = clock() + STATUS_PERIOD, 0
+        self._opened = clock()
+        self._status_due, self._unanswered = self._opened + STATUS_PERIOD, 0
 
     def __getattr__(self, name):
         return getattr(self._port, name)
@@ -138,7 +140,7 @@ class LinePort:
     def _refusal(self, line):
         if line:
             self.counters['bad_lines'] += 1
-        if self._asked:  # what is refused before is the opening: C on a closed channel, O on an open one
+        if self._asked and self._clock() > self._opened + SETTLING:
             self._asked -= 1
             self.counters['refused'] += 1
 

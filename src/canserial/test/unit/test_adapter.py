@@ -107,7 +107,7 @@ def test_listen_only_opens_with_L_and_sends_nothing():
 
 def test_a_closed_and_a_missing_adapter_raise_one_kind_of_error():
     adapter = Adapter(AdapterConfig(port='/dev/no_such_adapter'))
-    with pytest.raises(AdapterError, match='no_such_adapter'):
+    with pytest.raises(AdapterError, match='^No such file or directory$'):
         adapter.open()
     with pytest.raises(AdapterError):
         adapter.send(Frame(1, b''))

@@ -45,6 +45,30 @@ def test_encoding_rounds_to_half_a_step(kind, data):
         assert BUSES[name].resolution(message.name, key) == scale
 
 
+def kinds_of_signals():
+    """One (bus, message, signal) of each kind of at most 16 bits: width, sign, step."""
+    kinds = {}
+    for name, message in MESSAGES:
+        for signal in message.signals:
+            if signal.length <= 16:
+                kinds.setdefault((signal.length, signal.is_signed, signal.scale), (name, message, signal))
+    return kinds
+
+
+@pytest.mark.parametrize('kind', kinds_of_signals(), ids=str)
+def test_every_value_of_a_signal_survives(kind):
+    name, message, signal = kinds_of_signals()[kind]
+    bus, (length, signed, scale) = BUSES[name], kind
+    values = {other.name: 0 for other in message.signals}
+    low = -(1 << length - 1) if signed else 0
+    for raw in range(low, low + (1 << length)):
+        values[signal.name] = raw * scale
+        frame = bus.encode(message.name, **values)
+        bits = int.from_bytes(frame.data, 'little') >> signal.start & (1 << length) - 1
+        assert bits == raw % (1 << length)
+        assert round(bus.decode(frame)[1][signal.name] / scale) == raw
+
+
 def test_the_two_files_differ_in_the_step_of_the_rates_alone():
     hundredths, tenths = ((DBC_FOLDER / f'{name}.dbc').read_text() for name in PACKAGED)
     hundredths = hundredths.replace('VERSION "SARA 1"', 'VERSION "SARA 1, angular velocity in tenths"')

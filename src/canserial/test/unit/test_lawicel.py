@@ -69,11 +69,13 @@ def test_a_line_that_never_ends_is_cut_off_and_counted_once():
     assert port.counters == {'bad_lines': 1}
 
 
-def test_refusals_are_counted_only_when_something_was_asked():
-    port = make()
+def test_refusals_are_counted_only_when_something_was_asked_of_an_open_channel():
+    now = [0.0]
+    port = make(clock=lambda: now[0])
+    port.write(b't1010\r')
     port.feed(b'\a\a')
     assert not port.counters
-    port.write(b't1010\r')
+    now[0] = 1.0
     port.feed(b'z\r\a')
     assert not port.counters
     port.write(b't1010\r')
