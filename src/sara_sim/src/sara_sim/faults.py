@@ -177,7 +177,13 @@ class WheelSlip(Fault):
     factor: float = _between(0, 1, 'share of the rolling that moves the body', 0.3)
     x: float = _between(-1e5, 1e5, 'm, centre of the patch in the map', 0.0)
     y: float = _between(-1e5, 1e5, 'm', 0.0)
-    radius: float = _argument('m, more than 0 (none: everywhere)', lambda value: isinstance(value, (int, float)) and value > 0, math.inf)
+    radius: float = _argument('m, more than 0 (none: everywhere)',
+                              lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0, math.inf)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.radius == math.inf and (self.x or self.y):
+            raise FaultError('wheel_slip: radius is missing; without it x and y mean nothing, for the wheel slips everywhere.')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,7 +193,7 @@ class Push(Fault):
     forward: float = _between(-3, 3, 'm/s', 0.0)
     left: float = _between(-3, 3, 'm/s', 0.0)
     turn: float = _between(-6, 6, 'rad/s', 0.0)
-    duration: float = _duration(0.3)
+    duration: float = _between(0.01, 60, 's', 0.3)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -61,6 +61,14 @@ class Mpu6050:
         return bool(self._registers[PWR_MGMT_1] & SLEEP_BIT)
 
     @property
+    def counts(self) -> tuple[int, ...]:
+        """What the data registers hold: ax, ay, az, gx, gy, gz. For tests: looking does not clear what reading clears."""
+        if self._fresh:
+            self._convert()
+        ax, ay, az, _, gx, gy, gz = _PACK.unpack_from(self._registers, DATA)
+        return ax, ay, az, gx, gy, gz
+
+    @property
     def interrupt_pin(self) -> bool:
         """Level of the INT pin. Without LATCH_INT_EN it is a pulse of 50 us, too short to be seen here."""
         latched = self._registers[INT_PIN_CFG] & 0x20 and self._registers[INT_STATUS] & self._registers[INT_ENABLE]

@@ -6,7 +6,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from sara_lowlevel.config import SensorConfig
-from sara_lowlevel.mpu6050 import Mpu6050 as Driver
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.world import World
@@ -21,15 +20,15 @@ TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
 
 @lru_cache(maxsize=None)
 def at_rest(seed, calibrate):
-    """(n, 6) samples of a minute at rest: m/s2 and deg/s, each sample as the node reads it."""
+    """(n, 6) samples of a minute at rest: m/s2 and deg/s, each sample as the node finds it in the chip."""
     chair = SimulatedChair(World.empty(), seed, sensors=None if calibrate else UNCALIBRATED)
     if not calibrate:
         for _ in range(1500):
             chair.step()  # the chip settles
-    driver, samples = Driver(chair.box.i2c), []
+    samples = []
     for _ in range(SECONDS * 100):
         chair.step()
-        samples.append(driver.sample())
+        samples.append(chair.box.imu.counts)
     assert chair.sensors.state == 'running'
     return np.array(samples) / ([16384.0 / G] * 3 + [131.0] * 3)
 

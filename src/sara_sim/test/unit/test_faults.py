@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_lowlevel.mpu6050 import Mpu6050 as Driver
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.faults import FAULTS, FaultError, build, describe
@@ -38,7 +37,8 @@ def count(flight, name, since):
     ('frames_dropped', {'ids': [-1]}, ['ids is']), ('frames_dropped', {'direction': 'up', 'duration': 0}, ['direction is', 'duration is']),
     ('frames_dropped', {'probabilty': 0.1}, ['probabilty', 'probability']), ('sonar_stuck', {}, ['sensor is missing', 'range is missing']),
     ('sonar_stuck', {'sensor': 'SXX', 'range': 9}, ['sensor is', 'range is']), ('wheel_slip', {'radius': 0, 'factor': 'a'}, ['radius is', 'factor is']),
-    ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']), ('push', {'forward': math.nan}, ['forward is']),
+    ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']),
+    ('push', {'forward': math.nan}, ['forward is']),
     ('node_silent', {'node': True}, ['node is']), ('frames_corrupted', {'bits': 0}, ['bits is']), (7, {}, ['no fault 7'])])
 def test_what_is_wrong_is_named(flight, name, arguments, words):
     with pytest.raises(FaultError) as error:
@@ -200,13 +200,11 @@ def test_the_imu_stuck(flight):
 
 
 def test_the_imu_noisy(flight):
-    driver = Driver(flight.chair.box.i2c)
-
     def sigmas():
         samples = []
         for _ in range(1000):
             flight.chair.step()
-            samples.append(driver.sample())
+            samples.append(flight.chair.box.imu.counts)
         return np.std(samples, axis=0) / ([16384 / 9.80665] * 3 + [131.0] * 3)
     quiet = sigmas()
     flight.chair.faults.add('imu_noisy', accel_sigma=2.0, gyro_sigma=20.0)

@@ -32,6 +32,7 @@ def steps(chip, count, value=REST):
 
 def counts(chip):
     ax, ay, az, _, gx, gy, gz = struct.unpack('>7h', bytes(chip.read(DATA, 14)))
+    assert chip.counts == (ax, ay, az, gx, gy, gz)
     return ax, ay, az, gx, gy, gz
 
 

@@ -103,14 +103,9 @@ def test_gravity_is_seen_by_the_accelerometer(pilot):
     chair = SimulatedChair(uphill(5.0), 0, (0.0, 0.0, 0.0), config=QUIET, power_up=True)
     for _ in range(2000):
         chair.step()
-    ax, ay, az = (count / 16384 * G for count in _accel(chair))
+    ax, ay, az = (count / 16384 * G for count in chair.box.imu.counts[:3])
     assert (ax, ay, az) == pytest.approx((G * math.sin(math.radians(5)), 0.0, G * math.cos(math.radians(5))), abs=2e-3)
     assert np.degrees(chair.attitude) == pytest.approx((0.0, -5.0))
-
-
-def _accel(chair):
-    from sara_lowlevel.mpu6050 import Mpu6050
-    return Mpu6050(chair.box.i2c).sample()[:3]
 
 
 def test_level_ground_beside_a_ramp_is_level_ground():
