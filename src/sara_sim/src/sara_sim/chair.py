@@ -26,7 +26,7 @@ from sara_sim.world import World
 
 STEP_S = 0.01
 STEPS_PER_S = 100
-LONGEST_CALIBRATION_S = 120
+SWITCHED_ON_S, LONGEST_CALIBRATION_S = 30, 120
 LOAD_V = 0.05  # V per rad/s of each wheel
 
 
@@ -79,7 +79,8 @@ class SimulatedChair:
         """What happened since the switch-on, at rest: nobody listened yet."""
         box, node = self.box, self.sensors
         motion = self.drive.motion() if self.drive.drift.active else None
-        while node.state != 'running':
+        now = 0.0
+        while node.state != 'running' or now < SWITCHED_ON_S:
             self._sensor_tick += 1
             now = self._sensor_tick / STEPS_PER_S
             if now > LONGEST_CALIBRATION_S:

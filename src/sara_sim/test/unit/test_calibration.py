@@ -22,9 +22,6 @@ TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
 def at_rest(seed, calibrate):
     """(n, 6) samples of a minute at rest: m/s2 and deg/s, each sample as the node finds it in the chip."""
     chair = SimulatedChair(World.empty(), seed, sensors=None if calibrate else UNCALIBRATED)
-    if not calibrate:
-        for _ in range(1500):
-            chair.step()  # the chip settles
     samples = []
     for _ in range(SECONDS * 100):
         chair.step()
