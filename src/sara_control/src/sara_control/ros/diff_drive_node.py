@@ -60,9 +60,9 @@ class DiffDriveNode:
         rospy.on_shutdown(self.on_shutdown)
 
     def on_reconfigure(self, wanted, level):
-        """Takes what was changed. The server knows a smaller range than the parameters: what nobody changed stays as it was set."""
+        """Takes what was changed. The server clamps to the fields' range, the parameters may lie outside: what nobody changed stays."""
         names = DYNAMIC if self._offered is not None else ()
-        changes = {name: wanted[name] for name in names if wanted[name] != self._offered[name]}
+        changes = {name: wanted[name] for name in names if wanted[name] != _in_range(name, self._offered[name])}
         with self.lock:
             try:
                 for name, value in changes.items():
@@ -205,6 +205,12 @@ class DiffDriveNode:
             else:
                 level, text = (OK if may_drive else WARN), who
             self.diagnostics.publish(level, text, counters)
+
+
+def _in_range(name, value):
+    """As dynamic_reconfigure clamps it."""
+    kind = DiffDriveControllerConfig
+    return value if isinstance(value, bool) else min(max(value, kind.min[name]), kind.max[name])
 
 
 def _diagonal(values):
