@@ -19,6 +19,7 @@ MODES = frozenset((0, 1, 3))
 ANGLE_LIMIT = 90.0      # deg; both filters take roll and pitch from atan2(a, hypot(b, c))
 NORMAL_PERIOD = 0.2     # s between IMU frames, until 'auto' knows better
 SLOT = 0.01             # s; the sensor node's timer, of which its periods are multiples
+LEAST_PERIOD = 0.03     # s
 PERIOD_SAMPLES = 9      # intervals whose median is the period
 STILL_TIME = 1.0        # s without motion after which the chair stands
 ALONE_TIME = 8.0        # s of ranges without IMU frames: the sensor node did not lose frames, it calibrated itself
@@ -34,7 +35,8 @@ class Reader:
     `frames` counts what was taken, `counters` what was dropped by kind (faults.KINDS), `last_fault` holds each kind's latest
     stamp, `seen` the latest stamp of each frame by name. `offset`: the gyroscope's, three deg/s, None until known.
     `calibration`: the measurement under way or the last one (GyroCalibration), None if there was none. `yaw_doubtful`: whether
-    the chair may have turned unseen since the last set_yaw(). `battery`: V, None until known.
+    the chair may have turned unseen since the last set_yaw(). `battery`: V, `imu_stamp`: of the last ImuReading, both None
+    before the first.
     """
 
     def __init__(self, config, bus, stored=None):
@@ -50,7 +52,7 @@ class Reader:
         self.offset = tuple(stored.gyro_offset) if config.calibration == 'saved' else None
         self.calibration = None if self.offset else self._new_calibration(persistent=True)
         self.period = NORMAL_PERIOD if config.imu_period == AUTO else config.imu_period
-        self.battery = None
+        self.battery = self.imu_stamp = None
         self.yaw_doubtful = False
         stored_gain = None if stored is None else stored.gain
         gain = config.gain if config.gain is not None else stored_gain if stored_gain is not None else DEFAULT_GAIN
@@ -259,6 +261,9 @@ class Reader:
         return [AnglesReading(stamp, 'madgwick', *angles)] if angles else angles
 
     def _impact_gyro(self, stamp, values):
+        if self._imu_stamp is not None:
+            self._watch_interval(stamp)
+        self._imu_stamp = stamp
         gyro, alarm = (values['gx'], values['gy'], values['gz']), values['alarma']
         if max(map(abs, gyro)) > self.config.rate_limit or alarm not in (0, 1):
             return self._drop('gyro_implausible', stamp)
@@ -267,27 +272,29 @@ class Reader:
             self._drop('gyro_stuck', stamp)
             self._disturb('the gyroscope is stuck')
             return readings
-        if self._imu_stamp is not None:
-            self._watch_interval(stamp)
-        self._imu_stamp = stamp
-        self._alone = 0
         imu = self._imu(stamp, gyro)
-        return readings if imu is None else [*readings, imu]
+        if imu is None:
+            return readings
+        self.imu_stamp = stamp
+        return [*readings, imu]
 
     def _watch_interval(self, stamp):
         """Learn the period of the frames, and notice an IMU that was away while its node was alive."""
-        if self._alone * RANGES_PERIOD > ALONE_TIME:
+        alone, self._alone = self._alone * RANGES_PERIOD, 0
+        if alone > ALONE_TIME:
             # Its offsets are others now. A saved calibration is taken at its word.
             self._drop('imu_restarts', stamp)
             if self.config.calibration == 'measure':
                 self.offset = None
                 self.calibration = self._new_calibration(persistent=True)
-        if self._intervals is not None:
-            self._intervals.append(stamp - self._imu_stamp)
-            if len(self._intervals) == PERIOD_SAMPLES:
-                median = sorted(self._intervals)[PERIOD_SAMPLES // 2]
-                self.period = self._yaw.period = min(max(SLOT, round(median / SLOT) * SLOT), self.config.max_gap)
-                self._intervals.clear()
+        interval = stamp - self._imu_stamp
+        if self._intervals is None or interval < LEAST_PERIOD:  # less: a frame that was repeated or held back
+            return
+        self._intervals.append(interval)
+        if len(self._intervals) == PERIOD_SAMPLES:
+            median = sorted(self._intervals)[PERIOD_SAMPLES // 2]
+            self.period = self._yaw.period = min(round(median / SLOT) * SLOT, self.config.max_gap)
+            self._intervals.clear()
 
     def _imu(self, stamp, gyro):
         if self.calibrating:

@@ -9,6 +9,7 @@ OK, WARN, ERROR = 0, 1, 2  # as diagnostic_msgs/DiagnosticStatus
 IMU = None              # the period of the IMU frames, which the reader learns
 PERIODS_SILENT = 5      # a frame is silent after so many periods, and never before max_gap
 POWER_UP = 60.0         # s; the sensor node calibrates itself for 30 s after it is switched on, longer if it is moved
+KINDS_TOLD = 4          # of what was dropped lately; all are in the figures
 RECENT = 10.0           # s; what was dropped so long ago still counts as "lately"
 SENSOR_NODE = 'the sensor node calibrates itself for 30 s after it is switched on: keep the chair still'
 
@@ -55,9 +56,16 @@ def status_of(reader, now):
     parts += _calibration_texts(reader)
     if reader.yaw_doubtful:
         parts.append((WARN, 'the chair may have turned unseen: give its yaw on /set_pose'))
-    lately = sorted(kind for kind, stamp in reader.last_fault.items() if 0.0 <= now - stamp <= RECENT)
+    if reader.imu_stamp is not None and reader.ready and 'IMPACT_GYRO' not in silent:
+        missing = now - reader.imu_stamp
+        if missing > max(reader.config.max_gap, PERIODS_SILENT * reader.period):
+            parts.append((ERROR, f'no imu/data for {missing:.1f} s'))
+    lately = sorted((kind for kind, stamp in reader.last_fault.items() if 0.0 <= now - stamp <= RECENT),
+                    key=lambda kind: (-reader.last_fault[kind], kind))
     if lately:
-        parts.append((WARN, 'dropped lately: ' + ', '.join(f'{KINDS[kind]} ({reader.counters[kind]})' for kind in lately)))
+        told = [f'{KINDS[kind]} ({reader.counters[kind]})' for kind in lately[:KINDS_TOLD]]
+        more = [f'and {len(lately) - KINDS_TOLD} more'] if len(lately) > KINDS_TOLD else []
+        parts.append((WARN, 'dropped lately: ' + ', '.join(told + more)))
     empty = reader.config.battery_empty
     if empty is not None and reader.battery is not None and reader.battery <= empty:
         parts.append((WARN, f'the battery is empty: {reader.battery:.1f} V'))

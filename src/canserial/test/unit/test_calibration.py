@@ -213,6 +213,15 @@ def test_the_period_is_learned_or_fixed(period):
         assert reader.period == pytest.approx(period if setting == 'auto' else 0.2)
 
 
+def test_repeated_frames_do_not_change_the_period():
+    reader = Reader(ReaderConfig(calibration_time=1.0), BUS)
+    for k in range(60):
+        for frame in frames(0.2 * k, noise=0.01 * (k % 2)) * 2:
+            reader.on_frame(frame)
+    assert reader.period == pytest.approx(0.2)
+    assert 'imu_gaps' not in reader.counters and reader.counters['imu_stale'] > 40
+
+
 def test_two_lost_frames_of_the_fast_mode_are_a_gap_once_the_mode_is_known():
     reader = Reader(ReaderConfig(calibration_time=1.0), BUS)
     for k in [*range(40), 42, 43]:

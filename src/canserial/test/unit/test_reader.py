@@ -68,7 +68,7 @@ def test_the_gain_acts_on_rate_and_turn_but_not_on_a_set_yaw():
 @given(st.lists(st.tuples(st.floats(0.15, 0.25), st.integers(-3000, 3000)), min_size=1, max_size=40))
 @settings(max_examples=30)
 def test_yaw_is_the_integral_over_the_real_time_between_frames(turns):
-    reader, t = calibrated()
+    reader, t = calibrated(imu_period=0.2)  # learned from such a jitter, it might take a late frame for a gap
     imu(reader, t)
     angle = 0.0
     for dt, rate in turns:

@@ -130,3 +130,27 @@ def test_in_the_fast_mode_silence_is_judged_by_seconds():
     run(reader, 0.0, 10.0)
     assert not status_of(reader, 10.7).silent
     assert 'IMPACT_GYRO' in status_of(reader, 11.2).silent
+
+
+@pytest.mark.parametrize('name, kind', [('IMPACT_GYRO', 'rates (0x204)'), ('RANGE_ACCEL', 'accelerations (0x203)'),
+                                        ('COMPLEMENTARY', 'angles (0x205)')])
+def test_frames_that_come_but_say_always_the_same_are_no_imu(name, kind):
+    reader = make()
+    run(reader, 0.0, 10.0)
+    for k in range(50, 100):
+        run(reader, 0.2 * k, 0.2 * k + 0.1, without(name))
+        reader.on_frame(BUS.encode(name, 0.2 * k, **SIGNALS[name]))
+    status = status_of(reader, 20.0)
+    assert status.level == ERROR and not status.silent
+    assert 'no imu/data for' in status.text and f'{kind} that are always the same' in status.text
+    assert 'imu_restarts' not in reader.counters
+
+
+def test_of_many_kinds_the_newest_are_told():
+    reader = make()
+    run(reader, 0.0, 5.0)
+    for k in range(3):
+        reader.on_frame(BUS.encode('RANGES_1', 5.0 + 0.2 * k, **dict.fromkeys(('STD', 'SDI', 'SLIT', 'SLDD'), 600.0)))
+    reader.on_frame(BUS.encode('MODO_PC', 5.5, modoPC=7))
+    text = status_of(reader, 5.6).text
+    assert 'unknown mode (1), ' in text and text.endswith(', and 1 more')
