@@ -24,6 +24,7 @@ from .geometry import Transform
 from .history import History
 from .intake import Intake, Motion
 from .measurement import MissingTransform, PoseOptions
+from .stamps import later
 from .state import ANGLES, POSE, POSITION, RATES, SIZE
 from .status import InputStatus
 from .ukf import Ukf
@@ -303,7 +304,7 @@ class FilterEngine:
         self._rates, self._rates_time = rates, now
 
     def _output(self) -> FilterOutput:
-        config, stamp, x = self.config, self.filter.last_measurement_time, self.filter.x[:SIZE].copy()
+        config, stamp, x = self.config, float(self.filter.last_measurement_time), self.filter.x[:SIZE].copy()
         pose = Transform.from_xyz_rpy(*x[POSITION].tolist(), *x[ANGLES].tolist())
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
         transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
@@ -312,7 +313,7 @@ class FilterEngine:
                             transform, fresh, self._angular_acceleration, self._angular_acceleration_covariance)
 
     def _transform(self, stamp, pose) -> Optional[StampedTransform]:
-        config, dated = self.config, stamp + self.config.transform_time_offset
+        config, dated = self.config, later(stamp, self.config.transform_time_offset)
         if config.invert_tf:
             return StampedTransform(dated, config.base_link_frame_output, config.world_frame, pose.inverse())
         if not config.publishes_map_to_odom:

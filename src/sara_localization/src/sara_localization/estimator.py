@@ -126,18 +126,16 @@ class Estimator:
         Values that are not finite are left out; a negative variance counts as its absolute value and none below 1e-9.
         Returns False if nothing was taken in; `nis` then and else holds the squared Mahalanobis distance.
         """
-        z = np.ascontiguousarray(z, dtype=float)
-        R = np.array(R, dtype=float)
-        finite = np.isfinite(z) & np.isfinite(R.diagonal())
-        R[~np.isfinite(R)] = 0.0
-        if not finite.all():
-            keep = np.flatnonzero(finite)
-            indices, z, R = [indices[k] for k in keep], z[keep], np.ascontiguousarray(R[keep[:, None], keep])
+        z, R = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float)
+        finite, S = kernel.floored(z, R)
+        if not finite:
+            keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
+            R = np.where(np.isfinite(R), R, 0.0)[keep[:, None], keep]
             extra = None if extra is None else [extra[k] for k in keep]
+            indices, z, S = [indices[k] for k in keep], z[keep], kernel.floored(z[keep], R)[1]
+        R = S
         if len(z) == 0:
             return False
-        diagonal = np.einsum('ii->i', R)
-        np.maximum(np.abs(diagonal), kernel.SMALLEST_VARIANCE, out=diagonal)
         rows = _int_array(tuple(indices))
         biases = _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
         result, self.nis, positive = kernel.correct(self.x, self.P, rows, biases, z, R, float(threshold))

@@ -47,7 +47,7 @@ class Intake:
 
     def forget(self):
         """As if nothing had ever come in; the accounts and the gyros' biases stay."""
-        self.history_from = math.inf
+        self.history_from = -math.inf if self.config.smooth_lagged_data and self.config.history_length else math.inf
         self._last_stamps: Dict[str, float] = {}
         self.forget_poses(0.0)
 

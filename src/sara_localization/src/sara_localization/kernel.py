@@ -90,7 +90,21 @@ def predict(x, P, Q, dt, at):
 
 
 @njit(cache=True)
-def _cholesky(A, L):
+def floored(z, R):
+    """Whether z (k,) and R (k, k) are finite, and a copy of R with its diagonal made positive: |r|, at least 1e-9."""
+    k, finite = z.shape[0], True
+    S = np.empty((k, k))
+    for i in range(k):
+        finite = finite and isfinite(z[i])
+        for j in range(k):
+            finite = finite and isfinite(R[i, j])
+            S[i, j] = R[i, j]
+        S[i, i] = max(fabs(R[i, i]), SMALLEST_VARIANCE)
+    return finite, S
+
+
+@njit(cache=True)
+def cholesky(A, L):
     """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
     for i in range(A.shape[0]):
         for j in range(i + 1):
@@ -137,7 +151,7 @@ def correct(x, P, indices, extra, z, R, gate):
     W = np.zeros((k, k))
     if not diagonal:
         L = np.zeros((k, k))
-        if not _cholesky(R, L):
+        if not cholesky(R, L):
             return CORRELATED_BADLY, 0.0, True
         for j in range(k):
             W[j, j] = 1.0 / L[j, j]
@@ -200,7 +214,7 @@ def unscented_predict(x, P, dt, alpha, beta, kappa):
     """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor."""
     n = x.shape[0]
     L = np.zeros((n, n))
-    if not _cholesky(P, L):
+    if not cholesky(P, L):
         return False
     weight = 1.0 / (2.0 * alpha * alpha * (n + kappa))
     spread = alpha * sqrt(n + kappa)
@@ -257,5 +271,6 @@ def warm() -> None:
     x, P = np.zeros(15), np.eye(15)
     indices, extra = np.array([6, 11]), np.array([-1, -1])
     predict(x, P, np.eye(15), 0.01, x)
+    floored(np.zeros(2), np.eye(2))
     correct(x, P, indices, extra, np.zeros(2), np.eye(2), np.inf)
     unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0)

@@ -13,6 +13,7 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from . import sheets
 from .data import ImuData, PoseData, TwistData
 from .geometry import IDENTITY, Transform, cross, multiply, normalised, quaternion_from_rpy, rotate, rotation_matrix, wrap
 from .state import ANGLES, AX, NAMES, OFF_PLANE, POSITION, RATES, SIZE, TWIST, X
@@ -74,15 +75,12 @@ class _Sheet:
         self.values = np.array(values, dtype=float)
         self.covariance = np.array(covariance, dtype=float).reshape(n, n)
         self.mask = np.array(mask, dtype=bool)
-        self._sift()
+        if not sheets.sound(self.values, self.covariance, self.mask, LARGEST_VALUE, LARGEST_VARIANCE):
+            self._sift()
 
     def _sift(self):
         """Leave out what is measured but no data; zero what is neither, so that it cannot spread by a rotation."""
-        variances = self.covariance.diagonal()
-        sound = bool((np.abs(self.values) < LARGEST_VALUE).all() and np.isfinite(self.covariance).all())
-        if sound and (variances[self.mask] > 0.0).all() and (variances[self.mask] < LARGEST_VARIANCE).all():
-            return
-        covariance = self.covariance
+        covariance, variances = self.covariance, self.covariance.diagonal()
         for i in np.flatnonzero(~self.mask):
             if not (abs(self.values[i]) < LARGEST_VALUE and abs(variances[i]) < LARGEST_VARIANCE):
                 self.values[i] = 0.0
@@ -103,7 +101,10 @@ class _Sheet:
             elif variance >= LARGEST_VARIANCE:
                 self._leave_out(i, 'huge_variance', 'the variance of %s is %g' % (name, variance))
         for i in np.flatnonzero(self.mask):
-            if not np.isfinite(covariance[i]).all() or not np.isfinite(covariance[:, i]).all():
+            sound = np.isfinite(covariance[i]) & np.isfinite(covariance[:, i])
+            sound &= np.abs(covariance[i]) < LARGEST_VARIANCE
+            sound &= np.abs(covariance[:, i]) < LARGEST_VARIANCE
+            if not sound.all():
                 name, variance = NAMES[self.first + i], float(variances[i])
                 self.problems.append(Problem('not_finite', 'a covariance of %s is not a number: taken as 0' % name))
                 covariance[i, :] = covariance[:, i] = 0.0
@@ -117,44 +118,18 @@ class _Sheet:
 
     def turn(self, R: np.ndarray):
         """Turn mask and covariance, three variables at a time, by the (3, 3) matrix R."""
-        n = len(self.values)
-        full = np.zeros((n, n))
-        for k in range(0, n, 3):
-            full[k:k + 3, k:k + 3] = R
-            self.mask[k:k + 3] = np.sqrt(((R * self.mask[k:k + 3]) ** 2).sum(axis=1)) >= 1e-6
-        self.covariance = full @ self.covariance @ full.T
+        sheets.turn(R, self.mask, self.covariance)
 
     def measurement(self, stamp, source, threshold, two_d: bool) -> Optional[Measurement]:
         if not self.mask.any():
             return None
-        first, n = self.first, len(self.values)
-        mask = np.zeros(SIZE, dtype=bool)
-        mask[first:first + n] = self.mask
-        z, R = np.zeros(SIZE), np.zeros((SIZE, SIZE))
-        z[first:first + n] = self.values
-        R[first:first + n, first:first + n] = self.covariance
-        if two_d:
-            for i in OFF_PLANE:
-                mask[i], z[i] = True, 0.0
-                R[i, :] = R[:, i] = 0.0
-                R[i, i] = OFF_PLANE_VARIANCE
-        indices = np.flatnonzero(mask)
-        R = R[indices[:, None], indices]
-        if not _positive(R):
+        indices, z, R, positive = sheets.measured(self.first, self.values, self.covariance, self.mask, two_d, OFF_PLANE,
+                                                  OFF_PLANE_VARIANCE)
+        if not positive:
             self.problems.append(Problem('indefinite_covariance',
                                          'the covariance is not positive definite: only its diagonal is used'))
             R = np.diag(np.maximum(R.diagonal(), 1e-9))
-        return Measurement(stamp, source, tuple(indices.tolist()), z[indices], R, threshold)
-
-
-def _positive(R) -> bool:
-    if np.count_nonzero(R) <= len(R):
-        return True
-    try:
-        np.linalg.cholesky(0.5 * (R + R.T))
-        return True
-    except np.linalg.LinAlgError:
-        return False
+        return Measurement(stamp, source, tuple(indices.tolist()), z, R, threshold)
 
 
 Prepared = Tuple[Optional[Measurement], List[Problem]]

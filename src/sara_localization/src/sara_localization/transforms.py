@@ -6,12 +6,14 @@ extrapolation, and (what robot_localization does when a time is not covered) the
 """
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from typing import Optional, Protocol
 
 from .geometry import IDENTITY, Transform
+from .stamps import nanoseconds
 
-CACHE_TIME = 10.0
+CACHE_TIME = 10 * 10 ** 9
 
 
 class Transforms(Protocol):
@@ -22,7 +24,7 @@ class Transforms(Protocol):
 
 
 class _Timed:
-    """The samples of one moving frame, oldest first."""
+    """The samples of one moving frame, oldest first; times in ns."""
 
     def __init__(self):
         self.stamps, self.samples = [], []
@@ -81,7 +83,7 @@ class TransformBuffer:
         self._frames = {}
 
     def set_transform(self, parent: str, child: str, transform: Transform, stamp: Optional[float] = None) -> bool:
-        """Enter parent_from_child at a stamp (s), or for good with stamp None.
+        """Enter parent_from_child at a stamp (s, a Stamp for the last digits), or for good with stamp None.
 
         Returns False for one that is too old or was entered before, as tf2 does.
         """
@@ -91,10 +93,12 @@ class TransformBuffer:
         if stamp is None:
             self._frames[child] = _Static(parent, transform)
             return True
+        if not math.isfinite(stamp):
+            return False
         frame = self._frames.get(child)
         if not isinstance(frame, _Timed):
             frame = self._frames[child] = _Timed()
-        return frame.insert(stamp, parent, transform)
+        return frame.insert(nanoseconds(stamp), parent, transform)
 
     def clear(self):
         """Forget what moves; what is static stays."""
@@ -107,7 +111,7 @@ class TransformBuffer:
         way = self._way(target, source)
         if way is None:
             return None
-        found = self._along(*way, stamp)
+        found = self._along(*way, None if stamp is None else nanoseconds(stamp))
         return self._along(*way, self._latest_common_time(*way)) if found is None else found
 
     def _ancestors(self, frame):
