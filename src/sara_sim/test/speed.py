@@ -14,6 +14,7 @@ from sara_sim.terrain import Ramp
 from sara_sim.world import World
 
 STEPS = 20000
+CHUNKS = 10
 LINES = 25
 
 
@@ -26,19 +27,22 @@ def walls(**more):
 
 
 def drive(chair, steps):
-    """Steps with the PC's commands; seconds they took."""
+    """Steps with the PC's commands; seconds they took, from the best of `CHUNKS` equal parts (others use the machine too)."""
     bus = BusDescription.default()
     ask = bus.encode('WHEEL_COMMAND', right=0.0, left=0.0, mode=ord('A'))
     go = bus.encode('WHEEL_COMMAND', right=2.0, left=1.2, mode=ord('C'))
     for _ in range(200):
         chair.receive(ask)
         chair.step()
-    start = time.perf_counter()
-    for tick in range(steps):
-        if tick % 2 == 0:
-            chair.receive(go)
-        chair.step()
-    return time.perf_counter() - start
+    taken = []
+    for _ in range(CHUNKS):
+        start = time.perf_counter()
+        for tick in range(steps // CHUNKS):
+            if tick % 2 == 0:
+                chair.receive(go)
+            chair.step()
+        taken.append(time.perf_counter() - start)
+    return CHUNKS * min(taken)
 
 
 def tell(what, chair):
@@ -51,9 +55,12 @@ def main():
     """Run and print."""
     start = (5.0, 3.0, 0.0)
     SimulatedChair(walls(), 0, start)  # what is compiled is loaded
-    before = time.perf_counter()
-    chair = SimulatedChair(walls(), 0, start)
-    print(f'{"constructor, 30 s of calibration included":44} {1e3 * (time.perf_counter() - before):5.1f} ms')
+    taken = []
+    for _ in range(CHUNKS):
+        before = time.perf_counter()
+        chair = SimulatedChair(walls(), 0, start)
+        taken.append(time.perf_counter() - before)
+    print(f'{"constructor, 30 s of calibration included":44} {1e3 * min(taken):5.1f} ms')
     tell('the reference chair', chair)
     people = [Obstacle(f'person {k}', radius=0.25, path=((1.0, 7.0 + 0.5 * k), (9.0, 7.0 + 0.5 * k)), speed=0.8, loop='back') for k in range(5)]
     tell('five people walking', SimulatedChair(walls(obstacles=people), 0, start))

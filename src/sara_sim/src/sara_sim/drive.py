@@ -37,7 +37,7 @@ class Drive:
         self.x, self.y, self.yaw = (float(value) for value in start)
         where = (self.x, self.y, self.yaw, config.length, config.width)
         if world.overlaps(*where) or world.meets(*where).any():
-            raise WorldError(f'start is {tuple(start)!r} but the chair would stand in a wall there.')
+            raise WorldError(f'start is {tuple(start)!r} but the chair would stand in a wall or an obstacle there.')
         self.right = self.left = 0.0
         self.right_speed = self.left_speed = 0.0
         self.speed = self.yaw_rate = 0.0

@@ -4,8 +4,8 @@ After the maker's register map (RM-MPU-6000A, revision 4.2; 0x1F, 0x20, 0x69 and
 product specification. What a sample holds is the analogue value at the chip (specific force in g, angular velocity in deg/s, the noise and
 the errors of the individual chip included: `imu.py`); the chip scales, shifts by its offset registers, limits and rounds it.
 
-Not modelled: FIFO, DMP, the auxiliary I2C bus, self-test, cycle mode, free-fall and zero-motion interrupts, DLPF and sample rate divider
-(their registers hold what is written, the data do not change for it).
+Not modelled: FIFO, DMP, the auxiliary I2C bus, self-test, cycle mode, free-fall and zero-motion interrupts, DLPF, sample rate divider,
+clock source and the temperature sensor (their registers hold what is written, the data do not change for it).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WRITABLE = {
 REGISTERS = 128
 RESET_S = 0.05  # after DEVICE_RESET registers take no writes (start-up time: 20 ms typical, 100 ms at most)
 STARTUP_S = 0.03  # gyro start-up and signal path reset: the data registers hold still
-SETTLED_S = 12.0  # what is left of the transient after this is below a thousandth of it
+WARM = 1e-4  # what is left of the transient below this is nothing
 HIGH_PASS_HZ = {1: 5.0, 2: 2.5, 3: 1.25, 4: 0.63}
 HIGH_PASS_RESET, HIGH_PASS_HOLD = 0, 7
 THRESHOLD_G = 0.002  # per count of MOT_THR
@@ -43,7 +43,7 @@ class Mpu6050:
     """One chip. `silent`: it does not acknowledge; `stuck`: its data registers do not change (faults).
 
     `trim`: what the accelerometer's offset registers hold after a reset, counts. `settling`: (accelerometer in g, gyro in deg/s, time
-    constant in s) of the transient after waking up.
+    constant in s) of the transient after waking up from cold: a chip that slept for a moment only is still warm.
     """
 
     def __init__(self, trim: tuple[int, int, int] = (-1230, 411, 1507), settling: tuple[float, float, float] = (0.02, 0.3, 1.5)):
@@ -51,6 +51,8 @@ class Mpu6050:
         self.settling = settling
         self.silent = self.stuck = False
         self.resets = 0
+        self._cold = 1.0  # 1: slept for long, 0: settled
+        self._cooling_for, self._stays = -1.0, 1.0
         self._value = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
         self._fresh = False
         self._power_up()
@@ -81,18 +83,24 @@ class Mpu6050:
             if self._busy <= 1e-9:
                 self._busy = 0.0
                 self._registers[PWR_MGMT_1] &= ~RESET_BIT
+            self._cold = 1.0 - (1.0 - self._cold) * self._share(dt)
             return
         if self._asleep:
+            self._cold = 1.0 - (1.0 - self._cold) * self._share(dt)
             return
+        if self._cold:
+            self._cold = self._cold * self._share(dt) if self._cold > WARM else 0.0
         if self._hold_s > 0.0:
             self._hold_s -= dt
             return
-        if self._warm_s is not None:
-            self._warm_s += dt
-            accel, gyro = self._transient(self._warm_s)
+        if self._cold:
+            accel, gyro = self._cold * self.settling[0], self._cold * self.settling[1]
             ax, ay, az, gx, gy, gz = ax + accel, ay + accel, az + accel, gx + gyro, gy + gyro, gz + gyro
         if self.stuck:
             return
+        if self._standby:
+            ax, ay, az, gx, gy, gz = (old if self._standby & 0x20 >> axis else new for axis, (old, new) in enumerate(
+                zip(self._value, (ax, ay, az, gx, gy, gz))))
         self._value = [ax, ay, az, gx, gy, gz]
         self._fresh = True
         if self._interrupts:
@@ -131,7 +139,7 @@ class Mpu6050:
                 self._busy = RESET_S
                 self._registers[PWR_MGMT_1] |= RESET_BIT
             elif before & SLEEP_BIT and not value & SLEEP_BIT:
-                self._hold_s, self._warm_s = STARTUP_S - 1e-9, 0.0
+                self._hold_s = STARTUP_S - 1e-9
                 self._clear_motion()
         elif register == SIGNAL_PATH_RESET and value & 0x07 or register == USER_CTRL and value & 0x01:
             self._value = [0.0] * 6
@@ -150,7 +158,6 @@ class Mpu6050:
         for axis, trim in enumerate(self.trim):
             struct.pack_into('>h', registers, XA_OFFS + 2 * axis, trim)
         self._busy = self._hold_s = 0.0
-        self._warm_s: float | None = None
         self._fresh = False
         self._clear_motion()
         self._configure()
@@ -160,6 +167,7 @@ class Mpu6050:
         registers = self._registers
         self._asleep = bool(registers[PWR_MGMT_1] & SLEEP_BIT)
         self._interrupts = registers[INT_ENABLE]
+        self._standby = registers[PWR_MGMT_2] & 0x3F
         accel_scale = 16384.0 / (1 << (registers[ACCEL_CONFIG] >> 3 & 3))
         gyro_scale = 131.0 / (1 << (registers[GYRO_CONFIG] >> 3 & 3))
         shift = []
@@ -175,13 +183,11 @@ class Mpu6050:
         self._high_pass = registers[ACCEL_CONFIG] & 7
         self._tau = 1.0 / (2.0 * pi * HIGH_PASS_HZ[self._high_pass]) if self._high_pass in HIGH_PASS_HZ else 0.0
 
-    def _transient(self, t: float) -> tuple[float, float]:
-        """(g, deg/s) by which a chip is off that woke up `t` s ago."""
-        accel, gyro, tau = self.settling
-        if t > SETTLED_S:
-            self._warm_s = None
-        left = exp(-t / tau)
-        return accel * left, gyro * left
+    def _share(self, dt: float) -> float:
+        """What is left of warmth or cold after `dt` s."""
+        if dt != self._cooling_for:
+            self._cooling_for, self._stays = dt, exp(-dt / self.settling[2])
+        return self._stays
 
     def _convert(self) -> None:
         self._fresh = False

@@ -164,6 +164,28 @@ def test_it_settles_after_waking_up():
     assert abs(rates[1000]) < 0.01 and rates[-1] == 0.0
 
 
+def test_after_a_short_sleep_it_is_still_warm():
+    def rate_after(asleep):
+        chip = Mpu6050(settling=(0.02, 0.3, 1.5))
+        chip.write(PWR_MGMT_1, [0x01])
+        steps(chip, 2000)
+        chip.write(PWR_MGMT_1, [0x40])
+        steps(chip, round(100 * asleep))
+        chip.write(PWR_MGMT_1, [0x01])
+        steps(chip, 5)
+        return counts(chip)[3] / 131.0
+    assert rate_after(0.1) == pytest.approx(0.3 * (1 - math.exp(-0.1 / 1.5)), abs=0.02)
+    assert rate_after(20.0) == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize('axis', range(6))
+def test_an_axis_on_standby_stands_still(axis):
+    chip = awake(_6C=0x20 >> axis)
+    before = counts(chip)
+    steps(chip, 1, (0.5, 0.6, 0.7, 5.0, 6.0, 7.0))
+    assert [number for number, (old, new) in enumerate(zip(before, counts(chip))) if old == new] == [axis]
+
+
 def detector(threshold=20, duration=40, decrement=1, high_pass=1, pin=0x20):
     chip = awake()
     for register, value in ((INT_PIN_CFG, pin), (ACCEL_CONFIG, high_pass), (MOT_THR, threshold), (MOT_DUR, duration),
