@@ -1,8 +1,10 @@
 """Laws of the reader: what is turned is what comes out, nothing invented, nothing thrown."""
 
 import math
+from pathlib import Path
 
 import pytest
+import yaml
 from canserial.bus import BusDescription
 from canserial.config import ConfigError, ReaderConfig
 from canserial.faults import KINDS
@@ -228,3 +230,13 @@ def test_gyro_variances_are_those_of_the_table_in_radians():
 def test_the_yaw_at_start_is_a_setting():
     reader, t = calibrated(initial_yaw=2.0)
     assert imu(reader, t)[0].yaw == 2.0
+
+
+def test_the_commented_file_holds_the_defaults():
+    path = Path(__file__).resolve().parents[2] / 'config' / 'read.yaml'
+    content = yaml.safe_load(path.read_text())
+    of_the_node = {'imu_frame', 'calibration_file', 'save_calibration'}
+    assert ReaderConfig(**{name: value for name, value in content.items() if name not in of_the_node}) == ReaderConfig()
+    text = path.read_text()
+    for name in {*ReaderConfig.__dataclass_fields__, *of_the_node, 'dbc'}:
+        assert f'{name}: ' in text, f'{name} is not described'
