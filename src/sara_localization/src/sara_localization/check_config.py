@@ -97,10 +97,12 @@ def _contradicting(config) -> List[Finding]:
     for variable in range(POSE.start, POSE.stop):
         names = absolute_sources(config, variable)
         if len(names) > 1 and not (config.two_d_mode and variable in OFF_PLANE):
+            # What drifts (wheels) gives way to what does not.
+            drifting = next((name for name in reversed(names) if name.startswith('odom')), names[-1])
             found.append(Finding(WARN, PEER_NAMES[variable] + '_configuration',
                                  '%d inputs measure %s itself (%s): when they drift apart the estimate jumps between them. Keep the '
                                  'one you trust and set %s_differential: true on the others.'
-                                 % (len(names), NAMES[variable], ', '.join(names), names[-1])))
+                                 % (len(names), NAMES[variable], ', '.join(names), drifting)))
     return found
 
 

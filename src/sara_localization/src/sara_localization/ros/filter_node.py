@@ -178,13 +178,25 @@ class FilterNode:
                 waiting = 'disabled at startup; call the service %s' % rospy.resolve_name('~enable')
             counters = [('published', self.frequency_diagnostics.count), ('time jumps', self.engine.time_jumps),
                         ('cycles failed', self.failures), ('states not finite', self.engine.not_finite)]
-            counters += self._silence(silent, now)
+            counters += self._extensions(statuses) + self._silence(silent, now)
             status = self.filter_diagnostics.status(now, statuses, waiting, counters)
         if status.level and (waiting or silent):
             reasons = '; '.join(self.silent_because.get(name) for name in silent if self.silent_because.get(name))
             rospy.logwarn_throttle(WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, reasons))))
         told = [status] if self.config.print_diagnostics else []
         self._tell(now, told + [self.frequency_diagnostics.status(now)])
+
+    def _extensions(self, statuses):
+        """(key, value) for what is only there when an extension asks for it."""
+        told = []
+        if self.config.publish_nis:
+            told += [(s.name + ' NIS', '%.3g per variable (about 1 where the variances are honest)' % s.consistency) for s in statuses]
+        for i in self.config.inputs:
+            if i.kind == 'imu' and i.gyro_bias != 'off':
+                told.append((i.name + ' gyro bias', '%.6f %.6f %.6f rad/s' % tuple(self.engine.gyro_bias(i.name))))
+        if self.engine.intake.standstill is not None:
+            told.append(('parked', self.engine.parked))
+        return told
 
     def _silence(self, silent, now):
         """(key, value) for each input on whose topic nothing came: who, if anybody, publishes it."""
