@@ -86,12 +86,12 @@ class Runner:
 
     `step(t, heard)`: called every 10 ms with seconds since the start and the frames heard since the last call; returns frames to send.
     `status()`: what the node says of itself, a short text. `at_end()`: called first of all when the loop ends, however it does.
-    `sent`, `heard`, `late`: counts.
+    `heard`, `late`: counts.
     """
 
     def __init__(self, name: str, can: AdapterConfig, step, status, recorder: Recorder | None = None, at_end=lambda: None,
                  clock=time.monotonic, sleep=time.sleep):
-        self.name, self.sent, self.heard, self.late = name, 0, 0, 0
+        self.name, self.heard, self.late = name, 0, 0
         self._step, self._status, self._recorder, self._at_end = step, status, recorder, at_end
         self._clock, self._sleep = clock, sleep
         self._start = clock()
@@ -143,9 +143,10 @@ class Runner:
     def summary(self) -> str:
         """The counts and what the node says."""
         trouble = f', {self.late} turns missed' if self.late else ''
-        lost = {key: value for key, value in self._link.all_counters.items() if value and key.startswith(('not_sent', 'transmit_queue'))}
+        counters = self._link.all_counters
+        lost = {key: value for key, value in counters.items() if value and key.startswith(('not_sent', 'transmit_queue'))}
         trouble += ''.join(f', {value} {key}' for key, value in lost.items())
-        return f'{self.sent} frames sent, {self.heard} heard{trouble}; {self._status()}'
+        return f'{counters.get("sent", 0)} frames sent, {self.heard} heard{trouble}; {self._status()}'
 
     def _turn(self, now: float) -> None:
         heard = []
@@ -155,7 +156,6 @@ class Runner:
         frames = self._step(now, heard)
         for frame in frames:
             self._link.send(frame)
-        self.sent += len(frames)
         if self._own is not None:
             self._own.update(frame.id for frame in frames)
         if self._recorder is not None:

@@ -62,7 +62,9 @@ class Command:
 
     def end(self, how=signal.SIGINT):
         self.process.send_signal(how)
-        _, errors = self.process.communicate(timeout=20)
+        _, errors = self.process.communicate(timeout=60)
+        while (frame := self.adapter.receive(0.2, time.monotonic)) is not None:
+            self.frames.append((frame.time, *BUS.decode(frame)))
         self.adapter.close()
         return self.process.returncode, errors
 
@@ -78,19 +80,18 @@ class Command:
 
 @pytest.mark.parametrize('fast', [False, True])
 def test_the_sensor_node_on_chips_of_a_factory(fast, tmp_path):
-    log = tmp_path / 'bus.log'
+    log, started = tmp_path / 'bus.log', time.monotonic()
     with Command('sensor', '--i2c', 'fake_chips:demo', '--no-calibrate', '--record', log, *(['--fast'] if fast else [])) as command:
-        command.hear(lambda c: c.count('RANGES_1') >= 12)
+        command.hear(lambda c: c.count('IMPACT_GYRO') >= 12 and c.count('MADGWICK') >= 12)
         status, errors = command.end()
     assert status == 0 and 'running' in errors and 'frames sent' in errors
-    assert set(command.names()) == {'RANGES_1', 'RANGES_2', 'RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK'}
-    first = command.names().index('IMPACT_GYRO')
-    ranges = command.names()[first:].count('RANGES_1')
-    for name in ('RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK'):
-        assert command.names()[first:].count(name) == pytest.approx(ranges * (4 if fast else 1), abs=5)
-    # A process may be late, never early: no faster than its period, seen over the whole run.
-    times = [t for t, name, _ in command.frames if name == 'IMPACT_GYRO']
-    assert times[-1] - times[0] > (len(times) - 1) * (0.05 if fast else 0.2) - 0.15
+    names = command.names()
+    assert set(names) == {'RANGES_1', 'RANGES_2', 'RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK'}
+    # A process may be late, never early.
+    period = 0.05 if fast else 0.2
+    assert names.count('IMPACT_GYRO') <= (time.monotonic() - started) / period + 1
+    between = ' '.join(names).split('RANGES_1')
+    assert max(part.count('IMPACT_GYRO') for part in between) in ((3, 4, 5) if fast else (1, 2))
     lines = log.read_text().splitlines()
     assert len(lines) >= len(command.frames)
     assert all(re.fullmatch(r'\(\d+\.\d{6}\) \S+ 20[1-6]#[0-9A-F]{16}', line) for line in lines)
@@ -100,9 +101,8 @@ def test_the_button_calibrates_and_imu_frames_pause():
     with Command('sensor', '--i2c', 'fake_chips:demo', '--no-calibrate') as command:
         command.hear(lambda c: c.count('IMPACT_GYRO') >= 2)
         command.process.send_signal(signal.SIGUSR1)
-        start = len(command.frames)
-        command.hear(lambda c: c.names()[start:].count('RANGES_1') >= 8)
-        assert command.names()[start:].count('IMPACT_GYRO') <= 1
+        # More than a second of ranges with nothing between, where there were IMU frames.
+        command.hear(lambda c: set(c.names()[-12:]) == {'RANGES_1', 'RANGES_2'})
         assert command.end(signal.SIGTERM)[0] == 0
 
 
@@ -136,15 +136,16 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
     with Command('motor', '--serial', amplifier.name_of_port) as command:
         command.hear(lambda c: c.count('ENCODER_LEFT') >= 2 and c.count('BATTERY') >= 1)
 
-        sent = [0.0]
+        sent = [0.0, 0]
 
         def drive(c):
             now = time.monotonic()
             if now < sent[0] + 0.02:  # what is sent is heard here too: no faster than it is read
                 return min(amplifier.fake.angles) > 1.0
-            sent[0] = now
+            sent[0], sent[1] = now, sent[1] + 1
             c.send('JOYSTICK', velD=0, velI=0, joyx=512, modo=1, joyy=512)
             granted = [values['modoPC'] for _, name, values in c.frames if name == 'MODO_PC'][-1] == 3
+            granted = granted and sent[1] % 50 > 0  # a stop now and then: on a slow machine the drive may wait for one
             c.send('WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A'))
             return min(amplifier.fake.angles) > 1.0
         command.hear(drive)
@@ -156,7 +157,7 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
     amplifier.ending = True
     assert amplifier.fake.power == [0.0, 0.0] and amplifier.fake.commands[-1][1] in ('!A00', '!B00')
     right = [values['steps'] for _, name, values in command.frames if name == 'ENCODER_RIGHT']
-    assert right[-1] > 2000 and right == sorted(right)
+    assert right[-1] > 5000 and right == sorted(right)
     assert [values['voltage'] for _, name, values in command.frames if name == 'BATTERY'][-1] == pytest.approx(24.707)
 
 
@@ -204,6 +205,20 @@ def test_what_is_missing_is_said_in_one_line(name, arguments, says):
                           env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 2
     assert done.stderr.startswith('error: ') and says in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_an_adapter_that_is_missing_is_waited_for():
+    path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
+    process = subprocess.Popen([sys.executable, '-c', 'from sara_lowlevel.sensor_command import main; main()', '--i2c', 'fake_chips:demo',
+                                '--can', 'slcan:/dev/nowhere'], env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True)
+    said = ''
+    while 'Waiting for it' not in said:
+        line = process.stderr.readline()
+        assert line, said
+        said += line
+    process.send_signal(signal.SIGINT)
+    _, rest = process.communicate(timeout=60)
+    assert process.returncode == 0 and '/dev/nowhere is missing' in said and ' 0 frames sent' in rest
 
 
 class Clock:
