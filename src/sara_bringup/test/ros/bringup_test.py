@@ -20,7 +20,7 @@ class BringupTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.log = []
-        rospy.Subscriber("/rosout_agg", Log, cls.log.append)
+        rospy.Subscriber("/rosout", Log, cls.log.append)
         rospy.wait_for_message("/imu/data", Imu)
         rospy.wait_for_message("/odometry/filtered", Odometry)
         rospy.sleep(1.0)
@@ -51,7 +51,9 @@ class BringupTest(unittest.TestCase):
         published = {topic for topic, nodes in publishers if "/simulator" in nodes}
         self.assertLessEqual(published, {"/clock", "/ground_truth", "/diagnostics", "/rosout"})
         self.assertEqual({topic for topic, nodes in subscribers if "/simulator" in nodes} - {"/clock"}, set())
-        self.assertLessEqual({name for name, nodes in services if "/simulator" in nodes}, {"/simulator/get_loggers", "/simulator/set_logger_level"})
+        # Services are hands that reach into the world: nothing of the stack calls them.
+        hands = {f"/simulator/{name}" for name in ("get_loggers", "set_logger_level", "fault", "clear_faults", "calibrate")}
+        self.assertLessEqual({name for name, nodes in services if "/simulator" in nodes}, hands)
         readers = {node for topic, nodes in subscribers if topic == "/ground_truth" for node in nodes}
         self.assertEqual(readers & NODES, set())
 
@@ -70,6 +72,7 @@ class BringupTest(unittest.TestCase):
         self.assertAlmostEqual(end.y - start.y, 0.0, delta=0.15)
 
     def test_7_no_error_lines(self):
+        self.assertIn("/move_base", {line.name for line in self.log}, "the log must be heard for its silence to mean something")
         errors = [f"{m.name}: {m.msg}" for m in self.log if m.level >= Log.ERROR]
         self.assertEqual(errors, [])
 
