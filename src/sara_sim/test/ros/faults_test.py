@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Faults over ROS: the services, the command, /diagnostics, and an adapter that really goes away and comes back."""
 
+import math
 import os
 import subprocess
 import time
@@ -12,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from sara_sim.srv import Fault
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import Marker, MarkerArray
 
 
 class FaultsTest(unittest.TestCase):
@@ -104,6 +106,23 @@ class FaultsTest(unittest.TestCase):
         self.assertTrue(self.until(lambda: os.path.islink(self.port)), 'it did not come back')
         with self.open() as again:
             self.assertTrue(self.until(lambda: {0x101, 0x204} <= set(self.hears(again, 0.5))))
+
+    def test_obstacles_are_shown_where_they_are(self):
+        message = rospy.wait_for_message('/simulator/obstacles', MarkerArray, 15.0)
+        kinds = [(marker.ns, marker.type) for marker in message.markers]
+        self.assertEqual(kinds[0], ('obstacles', Marker.CUBE))
+        self.assertIn(('obstacles', Marker.CYLINDER), kinds)
+        self.assertEqual(kinds[-1], ('ramps', Marker.CUBE))
+        table = message.markers[0]
+        self.assertAlmostEqual(table.pose.position.x, 3.0)
+        self.assertAlmostEqual(2 * math.degrees(math.atan2(table.pose.orientation.z, table.pose.orientation.w)), 20.0)
+        self.assertAlmostEqual(table.scale.x, 1.2)
+
+    def test_the_log_is_written(self):
+        log = rospy.get_param('~log')
+        self.assertTrue(self.until(lambda: os.path.exists(log) and os.path.getsize(log) > 0, 30.0))
+        with open(log, encoding='ascii') as lines:
+            self.assertRegex(lines.readline(), r'^\(\d+\.\d{6}\) can0 [0-9A-F]{3}#[0-9A-F]{16}$')
 
     def test_a_wrong_bit_rate_hears_nothing_and_is_told(self):
         with self.open(250000) as bus:

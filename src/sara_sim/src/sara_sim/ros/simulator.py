@@ -19,12 +19,14 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sara_lowlevel.config import SensorConfig
 from std_srvs.srv import Trigger, TriggerResponse
+from visualization_msgs.msg import MarkerArray
 
 from sara_sim import obstacles
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.faults import FaultError
 from sara_sim.lawicel import LawicelAdapter
 from sara_sim.pacing import Pacer
+from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
 from sara_sim.terminal import PortError, Terminal
@@ -32,6 +34,7 @@ from sara_sim.world import World, WorldError
 
 GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
+MARKER_STEPS = 20
 WAITING_S = 30.0
 
 
@@ -51,6 +54,7 @@ class SimulatorNode:
         self._clock = rospy.Publisher('/clock', Clock, queue_size=100)
         self._truth = rospy.Publisher('/ground_truth', Odometry, queue_size=10)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
+        self._markers = rospy.Publisher('~obstacles', MarkerArray, queue_size=2)
         rospy.Service('~fault', Fault, self._on_fault)
         rospy.Service('~clear_faults', Trigger, self._on_clear)
         rospy.Service('~calibrate', Trigger, self._on_calibrate)
@@ -147,6 +151,9 @@ class SimulatorNode:
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
             rospy.logwarn('contact %d: the chair touches a wall or an obstacle at x %.2f m, y %.2f m', self._contacts, *self._chair.pose[:2])
+        world = self._chair.world
+        if self._ticks % MARKER_STEPS == 0 and (world.obstacles.all or world.ramps) and self._markers.get_num_connections():
+            self._markers.publish(markers(world, stamp, rospy.Duration(LIFETIME_S)))
         if self._ticks % DIAGNOSTICS_STEPS == 0:
             self._diagnostics.publish(self._status(stamp))
             if self._terminal and not self._adapter.is_open:
