@@ -20,7 +20,7 @@ from canserial.bus import BusDescription  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
 from canserial.ros.conversions import frame_to_msg  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import Vector3Stamped  # noqa: E402
+from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import BatteryState, Imu  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
@@ -44,6 +44,7 @@ class Bus:
 
     def __init__(self):
         self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
+        self.set_pose = rospy.Publisher('/set_pose', PoseWithCovarianceStamped, queue_size=10)
         self.canrx = rospy.Publisher('/canrx', CAN, queue_size=1000)
         self.got = {topic: [] for topic, _ in TOPICS}
         for topic, kind in TOPICS:
@@ -52,8 +53,7 @@ class Bus:
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.note, tcp_nodelay=True)
         self.time, self.steps, self.count = 1000.0, 0, 0
         rospy.wait_for_service('/reader/calibrate', 30.0)
-        assert wait_until(lambda: self.canrx.get_num_connections() and self.clock.get_num_connections())
-        self.listeners = self.canrx.get_num_connections()
+        assert wait_until(lambda: all(topic.get_num_connections() for topic in (self.canrx, self.clock, self.set_pose)))
         assert wait_until(self.impact_arrives), 'no frame comes through'
 
     def note(self, message):
@@ -245,6 +245,41 @@ class ReadTest(unittest.TestCase):
         bus.turn(2, rate=10.0)
         self.assertTrue(wait_until(lambda: len(bus.got['imu/data']) >= before + 2))
         self.assertAlmostEqual(bus.got['imu/data'][-1].angular_velocity.z, math.radians(11.0), delta=math.radians(0.1))
+
+    def test_set_pose_of_any_stamp(self):
+        """Of now, of no time, of the past and of the future, which is now: the yaw is the pose's, and the IMU goes on."""
+        bus = self.bus
+
+        def yaw():
+            q = bus.got['imu/data'][-1].orientation
+            return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y ** 2 + q.z ** 2))
+
+        for number, ago in enumerate((0.0, None, 0.3, -100.0), 1):
+            pose = PoseWithCovarianceStamped()
+            pose.header.stamp = rospy.Time.from_sec(0.0 if ago is None else bus.time - ago)
+            pose.pose.pose.orientation.z, pose.pose.pose.orientation.w = math.sin(0.3 * number), math.cos(0.3 * number)
+            bus.set_pose.publish(pose)
+            self.assertTrue(bus.turn_until(lambda: abs(math.remainder(yaw() - 0.6 * number, math.tau)) < 0.01, turns=50), (ago, yaw()))
+        nothing = PoseWithCovarianceStamped()
+        bus.set_pose.publish(nothing)
+        bus.turn(5)
+        self.assertAlmostEqual(math.remainder(yaw() - 2.4, math.tau), 0.0, delta=0.01)
+
+    def test_the_calibration_at_start_is_saved_if_asked_for_whatever_was_in_the_file(self):
+        bus = self.bus
+        path = self.file + '.start'
+        self.addCleanup(lambda: os.path.exists(path) and os.unlink(path))
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write('gain: 1.07')
+        self.rosrun('read.py', '__ns:=starting', 'canrx:=/canrx', '_calibration_time:=1.0', '_save_calibration:=true',
+                    f'_calibration_file:={path}')
+
+        def saved():
+            with open(path, encoding='utf-8') as file:
+                return yaml.safe_load(file)
+
+        self.assertTrue(bus.turn_until(lambda: 'gyro_offset' in saved(), turns=1000))
+        self.assertEqual(saved()['gain'], 1.07, 'the gain was lost')
 
     def test_a_wrong_mode_and_a_silent_frame_are_named_in_the_diagnostics(self):
         bus = self.bus

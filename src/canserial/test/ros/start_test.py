@@ -59,6 +59,16 @@ class StartTest(unittest.TestCase):
         self.assertEqual(status.level, 2)
         self.assertIn('/dev/no_such_adapter is missing', status.message)
 
+    def test_silence_on_canrx_is_named_in_the_diagnostics(self):
+        statuses = {}
+        rospy.Subscriber('/diagnostics', DiagnosticArray,
+                         lambda message: statuses.update({status.name: status for status in message.status}))
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end and 'launched_read: frames to readings' not in statuses:
+            time.sleep(0.1)
+        status = statuses['launched_read: frames to readings']
+        self.assertEqual((status.level, status.message), (2, 'waiting for frames on /canrx'))
+
     def test_wrong_settings_end_the_node_by_name(self):
         for number, (arguments, sentence) in enumerate((
                 (('read.py', '_calibration:=guessed'), "calibration is 'guessed', allowed are 'measure' and 'saved'"),

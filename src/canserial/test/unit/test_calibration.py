@@ -163,6 +163,19 @@ def test_a_chair_that_sets_off_during_a_second_calibration_keeps_its_old_offset(
     assert chair.reader.offset == old
 
 
+@pytest.mark.parametrize('motion', [{'steps': 100}, {'gyro': (0.0, 0.0, 30.0)}])
+def test_a_chair_that_moved_during_the_first_calibration_may_have_turned_unseen(motion):
+    chair = Chair()
+    chair.turn(5)
+    assert not chair.reader.yaw_doubtful
+    chair.turn(1, **motion)
+    assert chair.reader.yaw_doubtful
+    chair.turn(14)
+    assert chair.reader.ready and chair.reader.yaw_doubtful
+    chair.reader.set_yaw(1.0, chair.time)
+    assert not chair.reader.yaw_doubtful
+
+
 def test_no_second_calibration_without_rates():
     chair = Chair()
     chair.turn(12)
