@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""filter_bag from its command line: its last line, its bag, its refusals, and the recorded drive of a Husky.
+"""The offline tools from their command lines: what they print, their files and refusals, and the recorded drives.
 
-The recorded drive (robot_localization's test1.bag) is looked for in $SARA_SHARED_DATA, else in ../shared/data beside the
-repository; without it that test is skipped.
+The recorded drives (robot_localization's test1.bag and test2.bag) and the synthetic ones are looked for in $SARA_SHARED_DATA,
+else in ../shared/data beside the repository; without them their tests are skipped.
 """
 import json
 import math
@@ -13,16 +13,25 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import numpy as np
 import rosbag
 import rospkg
 import rospy
 import rostest
+import yaml
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
+from sara_localization.alignment import local_plane, rmse
+from sara_localization.thesis_set import way_length
+
 PACKAGE = Path(rospkg.RosPack().get_path('sara_localization'))
 SHARED = Path(os.environ.get('SARA_SHARED_DATA', PACKAGE.resolve().parents[1].parent / 'shared' / 'data'))
-HUSKY_END, HUSKY_TOLERANCE = (-40.0454, -76.9988, -2.6974), 1.0452
+BAGS, SYNTHETIC = SHARED / 'bags', SHARED / 'reference' / 'rl_synth'
+HUSKY_IMU = '0 -0.3 0.52 -1.570796327 0 1.570796327 base_link imu_link'
+# robot_localization's own bag tests: where each filter must end (m), and how near.
+PEER_TESTS = {('test1', 'ekf'): ((-40.0454, -76.9988, -2.6974), 1.0452), ('test1', 'ukf'): ((-39.7333, -76.9820, -2.4427), 1.2910),
+              ('test2', 'ekf'): ((1.0206, 3.4292, 0.7419), 0.1383), ('test2', 'ukf'): ((1.0438, 3.4940, 0.7260), 0.2351)}
 PARAMS = '''
 frequency: 30
 two_d_mode: true
@@ -33,8 +42,16 @@ imu0_config: [false, false, false, false, false, true, false, false, false, fals
 '''
 
 
+def tool(name, *arguments):
+    return subprocess.run(['rosrun', 'sara_localization', name, *map(str, arguments)], capture_output=True, text=True)
+
+
 def filter_bag(*arguments):
-    return subprocess.run(['rosrun', 'sara_localization', 'filter_bag', *map(str, arguments)], capture_output=True, text=True)
+    return tool('filter_bag', *arguments)
+
+
+def final(run):
+    return json.loads(run.stdout.splitlines()[-1])['final']
 
 
 def quarter_circle(path):
@@ -104,13 +121,78 @@ class FilterBagTest(unittest.TestCase):
             self.assertIn(word, run.stderr)
             self.assertNotIn('Traceback', run.stderr)
 
-    @unittest.skipUnless((SHARED / 'bags' / 'test1.bag').is_file(), 'test1.bag (recorded Husky drive) is not there')
-    def test_the_recorded_husky_drive_ends_where_the_peers_test_asks(self):
-        run = filter_bag(SHARED / 'bags' / 'test1.bag', self.out, '--params', SHARED / 'bags' / 'test1_ekf.yaml',
-                         '--static-tf', '0 -0.3 0.52 -1.570796327 0 1.570796327 base_link imu_link')
+    def test_the_ukf_agrees_and_tables_and_picture_are_written(self):
+        quarter_circle(self.bag)
+        static = '0 0 0.1 0 0 %r base_link imu_link' % math.pi
+        ends = []
+        for kind in ('ekf', 'ukf'):
+            run = filter_bag(self.bag, '-', '--params', self.params, '--filter', kind, '--static-tf', static, '--quiet',
+                             '--csv', self.folder / 'o.csv', '--tum', self.folder / 'o.tum', '--plot', self.folder / 'o.png')
+            self.assertEqual((run.returncode, run.stderr), (0, ''))
+            ends.append(final(run))
+        self.assertLess(math.dist(*ends), 1e-3)
+        table = np.loadtxt(str(self.folder / 'o.tum'))
+        self.assertEqual(table.shape[1], 8)
+        self.assertLess(math.dist(table[-1, 1:3], ends[1][:2]), 1e-6)
+        self.assertEqual((self.folder / 'o.csv').read_text().count('\n'), len(table) + 1)
+        self.assertTrue((self.folder / 'o.png').read_bytes().startswith(b'\x89PNG'))
+        self.assertFalse((self.folder / '-').exists())
+
+    def test_check_config_tells_mistakes_and_what_the_bag_lacks(self):
+        quarter_circle(self.bag)
+        sound = tool('check_config', self.params, self.bag, '--static-tf', '0 0 0.1 0 0 %r base_link imu_link' % math.pi)
+        self.assertNotIn('transform imu_link', sound.stdout)
+        lacking = tool('check_config', self.params, self.bag)
+        self.assertEqual(lacking.returncode, 1)
+        self.assertIn('error: imu0: 501 of 501 messages are lost, no transform imu_link -> base_link', lacking.stdout)
+        bad = self.folder / 'bad.yaml'
+        bad.write_text(PARAMS.replace('imu0: /imu', 'imu0: /imu/date') + 'frequenzy: 3\n')
+        run = tool('check_config', bad, self.bag)
+        self.assertIn('the bag has no topic /imu/date (is /imu meant?)', run.stdout)
+        self.assertIn('is frequency meant?', run.stdout)
+        self.assertEqual(tool('check_config', self.folder / 'no.yaml').returncode, 2)
+
+    @unittest.skipUnless(BAGS.is_dir(), 'the recorded drives (test1.bag, test2.bag) are not there')
+    def test_the_recorded_drives_end_where_the_peers_tests_ask(self):
+        for (bag, kind), (end, tolerance) in PEER_TESTS.items():
+            with self.subTest(bag=bag, filter=kind):
+                run = filter_bag(BAGS / (bag + '.bag'), '-', '--params', BAGS / ('%s_%s.yaml' % (bag, kind)), '--filter', kind,
+                                 *(('--static-tf', HUSKY_IMU) if bag == 'test1' else ()))
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertLess(math.dist(final(run)[:3], end), tolerance)
+
+    @unittest.skipUnless(BAGS.is_dir(), 'the recorded drive test1.bag is not there')
+    def test_the_gyro_alone_brings_the_husky_home_and_check_config_says_why(self):
+        bag = BAGS / 'test1.bag'
+        accusing = tool('check_config', BAGS / 'test1_ekf.yaml', bag, '--static-tf', HUSKY_IMU)
+        self.assertIn("warning: imu0's heading misleads", accusing.stdout)
+        params, tum = PACKAGE / 'config' / 'examples' / 'husky_gyro.yaml', self.folder / 'o.tum'
+        mended = tool('check_config', params, bag, '--static-tf', HUSKY_IMU)
+        self.assertEqual(mended.returncode, 0, mended.stdout)
+        self.assertNotIn('warning', mended.stdout)
+        run = filter_bag(bag, '-', '--params', params, '--static-tf', HUSKY_IMU, '--tum', tum)
         self.assertEqual(run.returncode, 0, run.stderr)
-        final = json.loads(run.stdout.splitlines()[-1])['final']
-        self.assertLess(math.dist(final[:3], HUSKY_END), HUSKY_TOLERANCE)
+        way = np.loadtxt(str(tum))
+        with rosbag.Bag(str(bag)) as recorded:
+            fixes = np.array([(m.header.stamp.to_sec(), m.latitude, m.longitude) for _, m, _ in recorded.read_messages(topics=['/fix'])])
+        self.assertLessEqual(rmse(way[:, 0], way[:, 1:3], fixes[:, 0], local_plane(fixes[:, 1], fixes[:, 2])), 3.0)
+
+    @unittest.skipUnless(SYNTHETIC.is_dir(), 'the synthetic drives (rl_synth) are not there')
+    def test_the_thesis_set_makes_the_square_too_long_and_the_default_set_does_not(self):
+        truth = np.load(str(SYNTHETIC / 's2_square_chair_truth.npz'))
+        wanted = way_length(truth['x'], truth['y'])
+        clean = yaml.safe_load((SYNTHETIC / 's2_square_chair__thesis.yaml').read_text())
+        clean['odom0_config'] = [k == 6 for k in range(15)]
+        (self.folder / 'clean.yaml').write_text(yaml.safe_dump(clean))
+        lengths = []
+        for params in (SYNTHETIC / 's2_square_chair__thesis.yaml', self.folder / 'clean.yaml'):
+            tum = self.folder / 'o.tum'
+            run = filter_bag(SYNTHETIC / 's2_square_chair.bag', '-', '--params', params, '--tum', tum)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            way = np.loadtxt(str(tum))
+            lengths.append(way_length(way[:, 1], way[:, 2]) / wanted)
+        self.assertAlmostEqual(lengths[0], 1.17, delta=0.03)
+        self.assertAlmostEqual(lengths[1], 1.00, delta=0.02)
 
 
 if __name__ == '__main__':
