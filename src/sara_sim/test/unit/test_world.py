@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 from sara_sim.map_image import read_grey
 from sara_sim.world import World, WorldError
 
@@ -83,14 +84,13 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
 
 
 def test_every_kind_of_image_says_the_same(tmp_path):
-    import cv2
     pixels = np.random.default_rng(0).integers(0, 256, (13, 29), np.uint8)
     raw = pixels.tobytes()
     heads = {'plain.pgm': b'P5\n29 13\n255\n', 'comment.pgm': b'P5 # made by hand\n# twice\n29\t13\n#\n255\n', 'one_line.pgm': b'P5 29 13 255 '}
     for name, head in heads.items():
         (tmp_path / name).write_bytes(head + raw)
     (tmp_path / 'text.pgm').write_text('P2\n29 13\n255\n' + ' '.join(map(str, pixels.ravel())) + '\n')
-    cv2.imwrite(str(tmp_path / 'picture.png'), pixels)
+    Image.fromarray(pixels).save(tmp_path / 'picture.png')
     for name in (*heads, 'text.pgm', 'picture.png'):
         np.testing.assert_array_equal(read_grey(tmp_path / name), pixels, err_msg=name)
 
