@@ -82,9 +82,12 @@ class AxisLimiter:
         """The speed is this now, without an acceleration: somebody else has changed it."""
         self.speed, self.acceleration = speed, 0.0
 
-    def step(self, target, dt):
-        """The speed after dt (s, above 0) on the way to target."""
+    def step(self, target, dt, falling=False):
+        """The speed after dt (s, above 0) on the way to target. falling: the target will go on falling, so that the braking that
+        follows it is kept up when it is reached, instead of falling behind by acceleration^2 / (2 jerk)."""
         v, jerk = self.speed, self._jerk
+        if falling and v * self.acceleration < 0.0:
+            target = math.copysign(max(abs(target) - 0.5 * self.acceleration ** 2 / jerk, 0.0), target)
         if self._growing != self._shrinking and v * target < 0.0:
             target = 0.0
         d = target - v
@@ -132,15 +135,15 @@ class Comfort:
         """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
         self._waiting = profile
 
-    def step(self, v, w, dt):
-        """One step of dt (s) towards (v, w), gently; the new (v, w)."""
-        if self._waiting is not None and not self.moving and self._forward.acceleration == self._turn.acceleration == 0.0:
+    def step(self, v, w, dt, falling=False):
+        """One step of dt (s) towards (v, w), gently; the new (v, w). falling: see AxisLimiter."""
+        if self._waiting is not None and not self.moving:
             self._use(self._waiting)
             self._waiting = None
         if dt >= SHORTEST_STEP:
             v, w = self.profile.shape(v, w)
-            self._forward.step(v, dt)
-            self._turn.step(w, dt)
+            self._forward.step(v, dt, falling)
+            self._turn.step(w, dt, falling)
         return self.v, self.w
 
     def brake(self, dt, braking, turn_braking):

@@ -21,6 +21,7 @@ class Reason(enum.Enum):
     """Each is a clause that follows 'because'."""
 
     START = 'it has just been started'
+    CLOCK = 'its clock was set back'
     EMERGENCY_STOP = 'the emergency stop was pressed'
     IMPACT = 'the chair was hit by something'
     BUS = 'the chair does not answer'

@@ -69,7 +69,7 @@ class SafetyGate:
         self._pressed = self._latched = False
         self._armed = self._firm = False
         self._cause = Reason.START
-        self._last = self._gave_up = None
+        self._last = self._gave_up = self._armed_at = None
 
     @property
     def latched(self):
@@ -96,10 +96,13 @@ class SafetyGate:
 
     def step(self, t, command, inputs):
         """The Decision at t (s). command: the newest Command there is, None before the first."""
-        dt = 0.0 if self._last is None else min(max(t - self._last, 0.0), LONGEST_STEP)
-        self._gave_up = t if self._last is None or t < self._last else self._gave_up
+        elapsed = 0.0 if self._last is None else t - self._last
+        self._gave_up = t if self._last is None or elapsed < 0.0 else self._gave_up
         self._last = t
-        problem = self._problem(t, command, inputs)
+        dt = min(max(elapsed, 0.0), LONGEST_STEP)
+        if self._armed and command is not None and command.stamp < self._armed_at:
+            command = None  # it was void when the chair became ready, and stays so
+        problem = Reason.CLOCK if elapsed < 0.0 else self._problem(t, command, inputs)
         if problem is None and self._armed:
             return self._drive(t, dt, command)
         give_up = self._lose(t, command, problem)
@@ -112,7 +115,7 @@ class SafetyGate:
         if problem is not None:
             return self._decision(State.HELD, problem, give_up)
         if self._may_start(t, command):
-            self._armed = True
+            self._armed, self._armed_at = True, t
             return self._decision(State.IDLE, None, False)
         return self._decision(State.WAITING, self._cause, give_up)
 
@@ -165,7 +168,7 @@ class SafetyGate:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
             return self._decision(State.BRAKING, self._side(at), False)
         factor, near = zones.scale(v, w)
-        comfort.step(v * factor, w * factor, dt)
+        comfort.step(v * factor, w * factor, dt, falling=factor < 1.0)
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
         if near:

@@ -6,6 +6,7 @@ to it the free distance, u = |velocity of the place relative to the chair| the s
 u t_react + u^2 / (2 a_brake) below the free distance less the stop distance; that holds ahead, astern and in turns alike. The command is
 scaled as a whole, so that it stays on its curve. A creeping speed whose way to rest is shorter than the stop distance is
 always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly.
+Two brakes are reckoned with: the gentle one sets the speed that is aimed at; where only the hard one is left, it is asked for.
 Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; several readings to trigger).
 """
 
@@ -49,8 +50,8 @@ class RangeSensor:
 class ZoneConfig:
     """length, width: of the body, centred on the base frame, m. side_margin: added to each side, m. field_of_view: rad, of each sensor.
 
-    stop_distance: m. reaction_time: s from an echo to the wheels' answer. braking: m/s2. ease: s more that is reckoned with, so that
-    braking begins gently. creep_speed: m/s. trigger, release: how many readings in a row make a range nearer, or farther.
+    stop_distance: m. reaction_time: s from an echo to the wheels' answer. braking, hard_braking: m/s2. ease: s more that is reckoned
+    with for the former, so that it begins gently. creep_speed: m/s. trigger, release: how many readings in a row make a range nearer, or farther.
     """
 
     sensors: tuple
@@ -61,14 +62,15 @@ class ZoneConfig:
     stop_distance: float = 0.15
     reaction_time: float = 0.75
     braking: float = 0.8
-    ease: float = 0.5
+    hard_braking: float = 1.5
+    ease: float = 0.6
     creep_speed: float = 0.1
     trigger: int = 2
     release: int = 3
 
     def __post_init__(self):
         faults = []
-        for name in ('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'creep_speed'):
+        for name in ('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'hard_braking', 'creep_speed'):
             if not (_is_number(getattr(self, name)) and getattr(self, name) > 0):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0')
         for name in ('side_margin', 'ease'):
@@ -190,22 +192,24 @@ class Zones:
     def scale(self, v, w, gentle=True):
         """(factor 0..1 on the command (v m/s, w rad/s), name of the sensor that asks for it or '').
 
-        gentle: with `ease`; else what needs the whole of the reaction time and the brake.
+        gentle: by the gentle brake and its `ease`; else by the hard one, and creeping always passes: it comes to rest gently in time.
         """
         if v == 0.0 and w == 0.0:
             return 1.0, ''
         x, y, stops, names = self._found()
         config = self.config
-        reaction = config.reaction_time + (config.ease if gentle else 0.0)
+        reaction, braking = config.reaction_time, config.hard_braking
+        if gentle:
+            reaction, braking = reaction + config.ease, config.braking
         u = np.hypot(v - w * y, w * x)
-        matters = config.stop_distance + u * reaction + u * u / (2.0 * config.braking)
+        matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
         near = (self._outside(x, y) < matters) & (u > 1e-9)
         if not near.any():
             return 1.0, ''
         x, y, stops, u, matters, names = x[near], y[near], stops[near], u[near], matters[near], names[near]
         room = self._free(x, y, v, w, u, matters) - config.stop_distance
-        allowed = config.braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / config.braking) - reaction)
-        allowed = np.where((room > 0.0) | ~stops, np.maximum(allowed, config.creep_speed), 0.0)
+        allowed = braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - reaction)
+        allowed = np.where((room > 0.0) | ~stops | (not gentle), np.maximum(allowed, config.creep_speed), 0.0)
         factors = allowed / u
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
