@@ -40,7 +40,7 @@ class Intake:
         self.inputs: Dict[str, InputStatus] = {i.name: InputStatus(i.name, i.topic) for i in config.inputs}
         self._configs = {i.name: i for i in config.inputs}
         self.biases = _bias_states(config)
-        gyros = [i.name for i in config.inputs if i.kind == 'imu' and (config.standstill.update or i.gyro_bias == 'standstill')]
+        gyros = [i.name for i in config.inputs if i.kind == 'imu' and (config.standstill.update or i.gyro_bias != 'off')]
         self.standstill = Standstill(config.standstill, gyros) if gyros else None
         self._wheel_poses: Dict[str, tuple] = {}
         self.forget()
@@ -93,9 +93,11 @@ class Intake:
         found = []
         if self.standstill and name in self.standstill.gyros:
             data = self._watch_gyro(config, data)
-            if self.standstill.parked and self.config.standstill.update:
-                found.append(Measurement(data.stamp, 'standstill', tuple(range(TWIST.start, TWIST.stop)), np.zeros(6),
-                                         np.eye(6) * self.config.standstill.variance))
+            if self.standstill.parked and (self.config.standstill.update or name in self.biases):
+                at_rest = TWIST if self.config.standstill.update else RATES
+                zeros = np.zeros(at_rest.stop - at_rest.start)
+                found.append(Measurement(data.stamp, 'standstill', tuple(range(at_rest.start, at_rest.stop)), zeros,
+                                         np.eye(len(zeros)) * self.config.standstill.variance))
         mask, frame, two_d = config.mask, self.config.base_link_frame, self.config.two_d_mode
         if any(mask[ANGLES]) and measurement.measures(data.orientation_covariance):
             found += self._prepared(name, '_pose', data.stamp, lambda source: measurement.imu_orientation(
@@ -203,8 +205,10 @@ class Intake:
                 yaw = rpy_from_quaternion(normalised(data.orientation))[2]
             except ValueError:
                 pass
+        claimed = float(np.max(np.reshape(data.angular_velocity_covariance, (3, 3)).diagonal()))
+        sigma = math.sqrt(claimed) if 0.0 < claimed < math.inf else 0.0
         gyro = self.standstill.gyro(config.name, data.stamp, np.array(data.angular_velocity) if finite else None,
-                                    np.array(data.linear_acceleration) if force else None, yaw)
+                                    np.array(data.linear_acceleration) if force else None, yaw, sigma)
         changes = {}
         holding = self.config.standstill.update
         if config.gyro_bias != 'state' and finite:

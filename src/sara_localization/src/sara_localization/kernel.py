@@ -210,11 +210,15 @@ def correct(x, P, indices, extra, z, R, gate):
 
 
 @njit(cache=True)
-def unscented_predict(x, P, dt, alpha, beta, kappa):
-    """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor."""
+def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
+    """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor.
+
+    positions_last: take the square root of P from its last variable to the first, so that what only correlates through the
+    position (in which the model is linear) is not moved together.
+    """
     n = x.shape[0]
     L = np.zeros((n, n))
-    if not cholesky(P, L):
+    if not cholesky(P[::-1, ::-1].copy() if positions_last else P, L):
         return False
     weight = 1.0 / (2.0 * alpha * alpha * (n + kappa))
     spread = alpha * sqrt(n + kappa)
@@ -225,7 +229,7 @@ def unscented_predict(x, P, dt, alpha, beta, kappa):
     for j in range(2 * n):
         sign, column = (spread, j) if j < n else (-spread, j - n)
         for i in range(n):
-            point[i] = x[i] + sign * L[i, column]
+            point[i] = x[i] + sign * (L[n - 1 - i, column] if positions_last else L[i, column])
         advance(point, dt)
         for i in range(n):
             D[j, i] = point[i] - centre[i]
@@ -273,4 +277,4 @@ def warm() -> None:
     predict(x, P, np.eye(15), 0.01, x)
     floored(np.zeros(2), np.eye(2))
     correct(x, P, indices, extra, np.zeros(2), np.eye(2), np.inf)
-    unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0)
+    unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)

@@ -1,8 +1,8 @@
 """Parked or not, and what a parked robot tells about its sensors: the bias of the gyro and the drift of an integrated yaw.
 
-A robot counts as parked while, over the last `time` seconds, the wheels have reported no motion AND every gyro has stayed
-within `gyro_deviation` of its own mean, that mean within `gyro_limit` of the bias known so far, and the accelerometer
-within `acceleration_deviation`: a dead encoder alone parks nobody, and a robot that is turned by hand with its wheels
+A robot counts as parked while, over the last `time` seconds, the wheels have reported no motion AND the deviation of every
+gyro was below `gyro_deviation` (or twice what it claims itself), its mean within `gyro_limit` of the bias known so far, and
+the deviation of the accelerometer below `acceleration_deviation`: a dead encoder alone parks nobody, and a robot that is turned by hand with its wheels
 still is not parked. What a sample says is used only when it leaves the window, when it is known that the robot stood still
 for as long as the window after it: the first moments of a motion never count as bias.
 """
@@ -21,6 +21,8 @@ from .geometry import wrap
 MEMORY = 60.0
 # A yaw that jumps by more than this (rad) beyond what the gyro turned has been set, not drifted.
 YAW_JUMP = 0.05
+# However noisy a gyro says that it is: with more than this deviation (rad/s) nothing is parked.
+NOISIEST_GYRO = 0.05
 # Before a bias is known its size is not known either (rad/s): the data sheets of cheap gyros allow more than this.
 UNKNOWN_BIAS = 0.1
 
@@ -46,6 +48,7 @@ class _Sample:
     rates: np.ndarray
     acceleration: Optional[np.ndarray]
     yaw: Optional[float]
+    sigma: float
 
 
 class Gyro:
@@ -61,8 +64,10 @@ class Gyro:
         self.yaw_offset, self._last_out = 0.0, None
         self._window.clear()
 
-    def add(self, stamp, rates, acceleration, yaw):
-        """The rates (3,), acceleration (3,) or None and yaw or None of a message. Returns those samples that left the window."""
+    def add(self, stamp, rates, acceleration, yaw, sigma):
+        """The rates (3,), acceleration (3,) or None, yaw or None of a message, and the deviation that it claims for its rates.
+
+        Returns those samples that left the window."""
         window, left = self._window, []
         if window and not 0.0 <= stamp - window[-1].stamp <= self.config.time:
             window.clear()
@@ -71,7 +76,7 @@ class Gyro:
             turned = (rates[2] - self.bias[2]) * (stamp - window[-1].stamp)
             if abs(wrap(yaw - window[-1].yaw - turned)) > YAW_JUMP:
                 self.forget_yaw()
-        window.append(_Sample(stamp, rates, acceleration, yaw))
+        window.append(_Sample(stamp, rates, acceleration, yaw, sigma))
         while stamp - window[0].stamp > self.config.time:
             left.append(window.popleft())
         return left
@@ -84,7 +89,8 @@ class Gyro:
         rates = np.array([s.rates for s in window])
         mean = rates.mean(axis=0)
         limit = c.gyro_limit if self.seconds >= c.time else UNKNOWN_BIAS
-        if np.abs(rates - mean).max() > c.gyro_deviation or np.abs(mean - self.bias).max() > limit:
+        noise = min(NOISIEST_GYRO, max(c.gyro_deviation, 2.0 * window[-1].sigma))
+        if rates.std(axis=0).max() > noise or np.abs(mean - self.bias).max() > limit:
             return False
         accelerations = [s.acceleration for s in window if s.acceleration is not None]
         if len(accelerations) < 3:
@@ -130,12 +136,12 @@ class Standstill:
             self._wheels_moved = max(self._wheels_moved, stamp)
             self._unpark()
 
-    def gyro(self, name: str, stamp: float, rates, acceleration=None, yaw=None) -> Gyro:
+    def gyro(self, name: str, stamp: float, rates, acceleration=None, yaw=None, sigma: float = 0.0) -> Gyro:
         """A message of the IMU `name`; what is not finite is given as None (rates: the message is not used)."""
         gyro, c = self.gyros[name], self.config
         if rates is None:
             return gyro
-        left = gyro.add(stamp, rates, acceleration, yaw)
+        left = gyro.add(stamp, rates, acceleration, yaw, sigma)
         wheels_still = stamp - self._wheels_seen <= c.time and stamp - self._wheels_moved > c.time
         self.parked = wheels_still and all(each.quiet(stamp) for each in self.gyros.values())
         if not self.parked:

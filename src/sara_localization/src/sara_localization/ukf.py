@@ -3,13 +3,22 @@
 Merwe's scaled sigma points of x and P go through the motion model, which leaves their angles unwrapped, so that the
 differences to the central point are true ones however unsure an angle is; Q dt is added to their covariance. Method:
 R. van der Merwe, "Sigma-Point Kalman Filters", 2004; filterpy's UnscentedKalmanFilter is the oracle of its tests.
+
+Points close to the centre (alpha 0.001) see the curvature there and nothing of an angle that comes round: they shorten a
+step by 1 - sigma2/2, which beyond sigma2 = 2 rad2 means backwards, ever faster. From there on the points are spread to
+sqrt(3) sigma, as in the Gauss-Hermite rule of three points (the shortening is then 2/3 + cos(sqrt(3) sigma)/3, close to the
+true exp(-sigma2/2) and never beyond 1).
 """
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from . import kernel
 from .estimator import Estimator
+from .state import ANGLES
+
+# The variance of an angle (rad2) beyond which points close to the centre say nothing about it.
+UNSURE_ANGLE = 2.0
 
 
 class Ukf(Estimator):
@@ -22,9 +31,11 @@ class Ukf(Estimator):
     def _propagate(self, dt, time):
         if self.control is not None:
             self.control.apply(self.x, time, dt)
-        if not kernel.unscented_predict(self.x, self.P, dt, self.alpha, self.beta, self.kappa):
+        unsure = bool(self.P.diagonal()[ANGLES].max() > UNSURE_ANGLE)
+        alpha = max(self.alpha, math.sqrt(3.0 / (self.n + self.kappa))) if unsure else self.alpha
+        if not kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure):
             self.repairs += 1
             kernel.repair(self.P)
-            kernel.unscented_predict(self.x, self.P, dt, self.alpha, self.beta, self.kappa)
+            kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure)
         self.P += self._noise(self.x) * dt
         self._keep_positive(kernel.positive_definite(self.P))
