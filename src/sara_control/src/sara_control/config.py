@@ -56,7 +56,7 @@ class ControllerConfig:
     command_rate: float = 50.0
     encoder_timeout: float = 0.5
     stop_deceleration: float = None
-    frozen_distance: float = 0.03
+    frozen_distance: float = 0.015
     wheel_acceleration: float = 1.5
     steps_per_turn: int = 64000
     encoder_period: float = 0.1

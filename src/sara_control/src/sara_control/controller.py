@@ -90,10 +90,13 @@ class DiffDriveController:
         x, y = odometry.x, odometry.y
         if odometry.update(left, right, self._clock):
             lost.on_interval(odometry.heading, math.hypot(odometry.x - x, odometry.y - y), interval, missed)
+        missed_before = self._watch.missed
         if self._watch.on_wheels(left, right):
             self.counters['encoder_frozen'] += 1
             self._release = 'rest'
-            lost.on_lost_way(odometry.heading, *self._watch.missed)
+        if self._watch.missed != missed_before:
+            # It adds up as one error, not as many independent ones: the variance goes from the old sum's to the new one's.
+            lost.on_lost_way(odometry.heading, *(math.sqrt(now * now - then * then) for now, then in zip(self._watch.missed, missed_before)))
         return self._renew(stamp)
 
     def update(self, t, driving=True):

@@ -16,7 +16,7 @@ class WheelWatch:
     """distance: m of rim that a wheel may miss while the other one turns (twice that when both stand still).
 
     `frozen`: names of the wheels ('left', 'right') that do not follow; kept until `reset`.
-    `missed`: (left, right), m, the way that was commanded to wheels that stood still.
+    `missed`: (left, right), m, the way that was commanded to frozen wheels so far.
     """
 
     def __init__(self, distance, radii):
@@ -47,6 +47,8 @@ class WheelWatch:
         """Wheel positions, rad. True when this reading made a wheel be called frozen."""
         before, self._positions = self._positions, (left, right)
         expected, self._expected = self._expected, [0.0, 0.0]
+        if self.frozen:
+            self.missed = tuple(missed + way * (name in self.frozen) for missed, way, name in zip(self.missed, expected, ('left', 'right')))
         if before is None or self.frozen:
             return False
         following = []
@@ -61,5 +63,6 @@ class WheelWatch:
         still = tuple(name for index, name in enumerate(('left', 'right')) if self._idle[index] > 0.0 and self._idle[index]
                       >= self.distance * (1.0 if following[1 - index] else 2.0))
         if still:
-            self.frozen, self.missed = still, tuple(self._idle)
+            self.frozen = still
+            self.missed = tuple(way * (name in still) for way, name in zip(self._idle, ('left', 'right')))
         return bool(still)
