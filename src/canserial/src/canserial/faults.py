@@ -29,5 +29,6 @@ KINDS = {
     'imu_without_angles': 'IMU frames without recent angles (0x205)',
     'imu_restarts': 'new beginnings of the IMU (the sensor node was silent about it for long and may have calibrated itself)',
     'set_pose_implausible': 'poses on /set_pose without a yaw or a time',
+    **{f'range_silent_{name}': f'ranges of {name}, whose sensor does not answer its node' for name in NAMES},
     **{f'range_implausible_{name}': f'ranges of {name} beyond what its sensor can measure' for name in NAMES},
 }

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 
+SILENT = 655.345  # m; from here on a frame says that the sensor does not answer its node (65535 cm)
 NAMES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 

@@ -80,7 +80,7 @@ class GainTool:
                 said = news
                 print(f'  {text}', flush=True)
         with self.lock:
-            self.reader.yaw_doubtful = False
+            self.reader.set_yaw(0.0, rospy.get_time())  # how it stood until now does not matter
         print('  offset %.4f, %.4f, %.4f deg/s' % self.reader.offset, flush=True)
 
     def turned_at_rest(self):
