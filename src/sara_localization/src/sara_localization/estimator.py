@@ -196,9 +196,7 @@ class Estimator:
         self.last_measurement_time += dt
 
     def _begin(self, indices, z, R):
-        z, R = np.asarray(z, dtype=float), np.array(R, dtype=float)
-        if self.keep_positive:
-            np.fill_diagonal(R, np.maximum(np.abs(R.diagonal()), kernel.SMALLEST_VARIANCE))
+        z, R = np.asarray(z, dtype=float), np.asarray(R, dtype=float)
         keep = np.flatnonzero(np.isfinite(z))
         measured = np.asarray(indices, dtype=int)[keep]
         self.x[measured] = z[keep]
