@@ -38,7 +38,7 @@ class BagFilter:
         self.on_output = on_output or (lambda now, output: None)
         self.on_input = on_input or (lambda i, data: None)
         self._by_topic = bag_tools.by_topic(config)
-        self.start = None
+        self.start = self._next = None      # ns: of the first used message, of the next tick
         self.ticks = self.messages = 0
         self.last = None
 
@@ -51,10 +51,12 @@ class BagFilter:
         """One message of the bag at the time (rospy.Time) it was received."""
         topic = resolved(topic)
         now = received.to_sec()
+        nanoseconds = received.to_nsec()
         if self.start is None and (topic in self._by_topic or topic == '/tf'):
-            self.start = received
+            self.start = nanoseconds
+            self._next = self._tick_time(1)
         if self.start is not None:
-            while self._tick_time(self.ticks + 1) < received:
+            while self._next < nanoseconds:
                 self._tick()
         if topic in TF_TOPICS:
             bag_tools.enter_transforms(self.buffer, topic, msg)
@@ -78,11 +80,12 @@ class BagFilter:
                 self._tick()
 
     def _tick_time(self, k):
-        return self.start + rospy.Duration(0, round(k * 1e9 / self.config.frequency))
+        return self.start + round(k * 1e9 / self.config.frequency)
 
     def _tick(self):
         self.ticks += 1
-        now = self._tick_time(self.ticks).to_sec()
+        now = _seconds(self._next)
+        self._next = self._tick_time(self.ticks + 1)
         output = self.engine.tick(now)
         if output is None:
             return
@@ -91,3 +94,8 @@ class BagFilter:
             t = output.transform
             self.buffer.set_transform(t.parent, t.child, t.transform, t.stamp)
         self.on_output(now, output)
+
+
+def _seconds(nanoseconds: int) -> float:
+    """As rospy.Time.to_sec of the same instant."""
+    return nanoseconds // 10 ** 9 + nanoseconds % 10 ** 9 / 1e9

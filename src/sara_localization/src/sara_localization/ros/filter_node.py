@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections import deque
 
 import rospy
 import tf2_ros
@@ -26,6 +27,8 @@ from .tf2_transforms import Tf2Transforms
 DIAGNOSTICS_PERIOD = 1.0
 WAITING_LOG_PERIOD = 5.0
 CLOCK_PATIENCE = 3.0
+# Messages that may wait for a cycle: more than come in a second.
+MOST_ARRIVED = 10000
 
 
 class FilterNode:
@@ -40,6 +43,7 @@ class FilterNode:
         self.transforms = Tf2Transforms(config.transform_timeout)
         self.engine = FilterEngine(config, self.transforms, report=self._report)
         self.silent_tf_failure = bool(rospy.get_param('/silent_tf_failure', False))
+        self.arrived = deque(maxlen=MOST_ARRIVED)
         self.failures = 0
         self.last_diagnostics = None
         self.silent_because = {}
@@ -75,12 +79,23 @@ class FilterNode:
         kind = KINDS[i.kind]
         add = getattr(self.engine, kind.method)
 
+        def take(msg):
+            add(i.name, kind.convert(msg))
+
         def receive(msg):
-            data = kind.convert(msg)
-            with self.lock:
-                add(i.name, data)
+            self.arrived.append((take, msg))
 
         return rospy.Subscriber(i.topic, kind.message, receive, queue_size=i.queue_size or None, tcp_nodelay=True)
+
+    def _take_arrived(self):
+        """Give what has arrived to the engine, in the order of its arrival; the lock is held.
+
+        A message is only kept when it comes, and taken with the others at the next cycle, before which nothing would happen to
+        it anyway: one wake-up with warm caches costs a third of four.
+        """
+        while self.arrived:
+            take, msg = self.arrived.popleft()
+            take(msg)
 
     def _report(self, sentence):
         if not (self.silent_tf_failure and 'no transform' in sentence):
@@ -95,6 +110,7 @@ class FilterNode:
     def set_pose(self, msg):
         """The robot is at this pose, at rest: from RViz or a program."""
         with self.lock:
+            self._take_arrived()
             refused = self.engine.set_pose(conversions.pose(msg), rospy.Time.now().to_sec())
         if refused:
             rospy.logwarn(refused)
@@ -109,6 +125,7 @@ class FilterNode:
     def enable(self, _request):
         """Start a filter that was disabled_at_startup."""
         with self.lock:
+            self._take_arrived()
             started = self.engine.enable()
         if started:
             rospy.loginfo('the filter is enabled')
@@ -129,6 +146,7 @@ class FilterNode:
     def reset(self, _request):
         """Forget everything: the filter starts anew from initial_state."""
         with self.lock:
+            self.arrived.clear()
             self.engine.reset()
         rospy.loginfo('the filter starts anew')
         return EmptyResponse()
@@ -139,6 +157,7 @@ class FilterNode:
             now = rospy.Time.now().to_sec()
             with self.lock:
                 jumps = self.engine.time_jumps
+                self._take_arrived()
                 output = self.engine.tick(now)
                 jumped = self.engine.time_jumps != jumps
             if jumped and self.config.reset_on_time_jump:

@@ -1,0 +1,113 @@
+"""What a live filter node costs: CPU and memory of the whole process, 50 Hz out, odometry at 50 Hz and an IMU at 100 Hz in.
+
+    rosrun sara_localization bench_filter [--filter ekf|ukf|both] [--seconds 20] [--out FILE.json]
+
+A master of its own is started, so that nothing on the machine is disturbed. Beside it stands robot_localization's node on the
+machine that its figure was taken on (2 cores, C++): 1.77 % of a core for the EKF, 1.93 % for the UKF.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+PEER_PERCENT = {'ekf': 1.77, 'ukf': 1.93}
+ALLOWED_PERCENT = 3.5
+RAMP = 4.0      # s: connections and compiled code settle
+
+
+def _messages():
+    odometry, imu = Odometry(), Imu()
+    odometry.header.frame_id, odometry.child_frame_id, imu.header.frame_id = 'odom', 'base_link', 'base_link'
+    odometry.pose.pose.orientation.w = imu.orientation.w = 1.0
+    odometry.twist.twist.linear.x, imu.linear_acceleration.z = 0.3, 9.81
+    odometry.pose.covariance = odometry.twist.covariance = [1e-3 if k % 7 == 0 else 0.0 for k in range(36)]
+    imu.orientation_covariance = imu.angular_velocity_covariance = imu.linear_acceleration_covariance = [
+        1e-3 if k % 4 == 0 else 0.0 for k in range(9)]
+    return odometry, imu
+
+
+def _used(pid):
+    """(CPU seconds, peak memory in MB) of a process."""
+    fields = Path('/proc/%d/stat' % pid).read_text().rsplit(')', 1)[1].split()
+    status = Path('/proc/%d/status' % pid).read_text()
+    peak = float(status.split('VmHWM:')[1].split()[0]) / 1024.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK'), peak
+
+
+def _feed(seconds, odometry_pub, imu_pub, odometry, imu):
+    """100 steps a second for so long."""
+    began = time.monotonic()
+    for k in range(int(100 * seconds)):
+        wait = began + k / 100.0 - time.monotonic()
+        if wait > 0.0:
+            time.sleep(wait)
+        odometry.header.stamp = imu.header.stamp = rospy.Time.now()
+        imu_pub.publish(imu)
+        if k % 2 == 0:
+            odometry_pub.publish(odometry)
+
+
+def measure(seconds: float, odometry_pub, imu_pub) -> dict:
+    """{cpu_percent, peak_mb, output_hz} of the node /filter on the present master."""
+    arrived = []
+    output = rospy.Subscriber('odometry/filtered', Odometry, lambda msg: arrived.append(msg.header.stamp), queue_size=100)
+    while not (output.get_num_connections() and odometry_pub.get_num_connections() and imu_pub.get_num_connections()):
+        time.sleep(0.05)
+    messages = _messages()
+    _feed(RAMP, odometry_pub, imu_pub, *messages)
+    pid = ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode('/filter')).getPid(rospy.get_name())[2]
+    before, began, count = _used(pid)[0], time.monotonic(), len(arrived)
+    _feed(seconds, odometry_pub, imu_pub, *messages)
+    lasted = time.monotonic() - began
+    after, peak = _used(pid)
+    output.unregister()
+    return {'cpu_percent': 100.0 * (after - before) / lasted, 'peak_mb': peak, 'output_hz': (len(arrived) - count) / lasted}
+
+
+def _launched(kind, port):
+    return subprocess.Popen(['roslaunch', '--no-summary', '-p', str(port), 'sara_localization', 'bench.launch', 'filter:=' + kind],
+                            stdout=subprocess.DEVNULL)
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(prog='bench_filter', description='CPU and memory of a live filter node.')
+    parser.add_argument('--filter', choices=['ekf', 'ukf', 'both'], default='both')
+    parser.add_argument('--seconds', type=float, default=20.0)
+    parser.add_argument('--out', type=Path, help='JSON file')
+    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
+    with socket.socket() as probe:
+        probe.bind(('localhost', 0))
+        port = probe.getsockname()[1]
+    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
+    results = {}
+    with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
+        while not rosgraph.is_master_online():
+            time.sleep(0.1)
+        rospy.init_node('bench_filter', disable_signals=True)
+        odometry_pub = rospy.Publisher('/diff_drive_controller/odom', Odometry, queue_size=10, tcp_nodelay=True)
+        imu_pub = rospy.Publisher('/imu/data', Imu, queue_size=10, tcp_nodelay=True)
+        for kind in ('ekf', 'ukf') if arguments.filter == 'both' else (arguments.filter,):
+            launched = _launched(kind, port)
+            result = results[kind] = measure(arguments.seconds, odometry_pub, imu_pub)
+            launched.send_signal(signal.SIGINT)
+            launched.wait()
+            print('%s_localization_node: %.2f %% of a core, %.0f MB, %.1f Hz out (the peer: %.2f %%)'
+                  % (kind, result['cpu_percent'], result['peak_mb'], result['output_hz'], PEER_PERCENT[kind]), flush=True)
+        rospy.signal_shutdown('done')
+        master.send_signal(signal.SIGINT)
+    if arguments.out:
+        arguments.out.write_text(json.dumps(results, indent=1))
+    sys.exit(0 if all(result['cpu_percent'] <= ALLOWED_PERCENT for result in results.values()) else 1)

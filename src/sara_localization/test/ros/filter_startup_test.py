@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+"""A filter that cannot start or run says why, in sentences with the remedy."""
+import subprocess
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from rosgraph_msgs.msg import Log
+
+
+class FilterStartupTest(unittest.TestCase):
+
+    def test_simulated_time_that_nobody_gives_is_told(self):
+        said = []
+        rospy.Subscriber('/rosout', Log, lambda log: said.append(log.msg))
+        wanted = ('use_sim_time is true, but there is no time on /clock',)
+        end = time.monotonic() + 20.0
+        while time.monotonic() < end and not all(any(words in line for line in said) for words in wanted):
+            time.sleep(0.05)
+        for words in wanted:
+            self.assertTrue([line for line in said if words in line], said)
+
+    def test_parameters_that_cannot_be_used_end_the_node_with_a_sentence_each(self):
+        for kind in ('ekf', 'ukf'):
+            run = subprocess.run(['rosrun', 'sara_localization', kind + '_localization_node', '__name:=refused_' + kind, '_frequency:=-1',
+                                  '_odom0:=odom', '_odom0_config:=[true, false]', '_world_frame:=earth'],
+                                 capture_output=True, text=True, timeout=30)
+            self.assertEqual(run.returncode, 1)
+            told = run.stdout + run.stderr
+            for words in ('frequency is -1; it must be greater than 0', 'odom0_config must be a list of 15', 'world_frame is earth'):
+                self.assertIn(words, told)
+            self.assertNotIn('Traceback', told)
+
+
+if __name__ == '__main__':
+    rospy.init_node('filter_startup_test', disable_rostime=True)
+    rostest.rosrun('sara_localization', 'filter_startup', FilterStartupTest, sys.argv)
