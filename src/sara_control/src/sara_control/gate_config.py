@@ -22,7 +22,7 @@ class GateConfig:
     command_timeout: float = 0.25
     command_hard_timeout: float = 0.45
     fresh_silence: float = 1.0
-    bus_timeout: float = 0.2
+    bus_timeout: float = 0.25
     encoder_timeout: float = 0.25
     imu_timeout: float = 0.45
     range_timeout: float = 0.5

@@ -96,9 +96,9 @@ class SafetyGate:
 
     def step(self, t, command, inputs):
         """The Decision at t (s). command: the newest Command there is, None before the first."""
-        elapsed = 0.0 if self._last is None else t - self._last
-        self._gave_up = t if self._last is None or elapsed < 0.0 else self._gave_up
-        self._last = t
+        if self._last is None or t < self._last:
+            self._gave_up = t
+        elapsed, self._last = t - (t if self._last is None else self._last), t
         dt = min(max(elapsed, 0.0), LONGEST_STEP)
         if self._armed and command is not None and command.stamp < self._armed_at:
             command = None  # it was void when the chair became ready, and stays so

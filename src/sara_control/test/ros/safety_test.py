@@ -9,6 +9,7 @@ import threading
 import time
 import unittest
 
+import rosnode
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
@@ -251,6 +252,14 @@ class SafetyTest(unittest.TestCase):
         message.linear.x = 0.1
         self.touch.publish(message)
         self.until(lambda: self.driver() == 'touch', 'the touch screen is not heard')
+
+    def test_z_the_last_word_is_stop(self):
+        self.drive()
+        rosnode.kill_nodes(['/safety_gate'])
+        self.until(lambda: self.chair.command == (0.0, 0.0), 'no stop when the gate is killed')
+        last = len(self.chair.out)
+        self.wait(0.5)
+        self.assertEqual(len(self.chair.out), last, 'something came after the stop')
 
 
 if __name__ == '__main__':

@@ -19,6 +19,7 @@ from sara_control.guard import Guard
 from sara_control.reasons import Announcer, Reason, State, sentence
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
+LONGEST_PAUSE = 0.1  # s
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
 
 
@@ -42,7 +43,7 @@ class SafetyNode:
         self.subscribe(config)
         rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
-        self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), lambda _: self.step(), reset=True)
+        self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), self.on_timer, reset=True)
         rospy.on_shutdown(self.on_shutdown)
 
     def subscribe(self, config):
@@ -91,6 +92,12 @@ class SafetyNode:
             done, why = self.guard.reset()
         rospy.loginfo(why)
         return TriggerResponse(success=done, message=why)
+
+    def on_timer(self, event):
+        """One turn. After a pause of this process itself, what has come in the meantime is heard first."""
+        if event.last_real is not None and (event.current_real - event.last_real).to_sec() > LONGEST_PAUSE:
+            rospy.rostime.wallsleep(LONGEST_PAUSE / 10.0)
+        self.step()
 
     def step(self):
         """Tell the wheels what to do, and the rider why."""
