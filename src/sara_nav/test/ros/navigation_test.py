@@ -19,6 +19,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoa
 from nav_msgs.msg import OccupancyGrid, Odometry
 from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 
 class FakeRobot:
@@ -203,6 +204,18 @@ class NavigationTest(unittest.TestCase):
             self.assertEqual(state, GoalStatus.ABORTED)
             self.assertIn(reason, text)
             self.assert_stands()
+
+    def test_whoever_stops_the_robot_has_the_goal_aborted_in_his_words(self):
+        abort = rospy.Publisher('/move_base/abort', String, queue_size=1)
+        while not abort.get_num_connections():
+            rospy.sleep(0.05)
+        abort.publish('There is no goal to give up.')
+        self.start_driving()
+        abort.publish('The wheels are off.')
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(2.0)))
+        self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
+        self.assertIn('The wheels are off.', self.client.get_goal_status_text())
+        self.assert_stands()
 
     def test_lost_localization_stops_and_aborts(self):
         self.start_driving()

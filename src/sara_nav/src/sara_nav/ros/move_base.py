@@ -9,6 +9,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from std_msgs.msg import String
 
 from sara_nav import costmap as cm
 from sara_nav import kernels
@@ -44,6 +45,7 @@ class MoveBaseNode:
         self.machine = settings.make_move_base()
         self._lock = threading.Lock()
         self._map = None
+        self._abort_reason = None
         self._odom = None
         self._pose_problem = ''
         self.counts = {'missed_cycles': 0, 'bad_maps': 0, 'bad_odometry': 0, 'refused_goals': 0}
@@ -62,6 +64,7 @@ class MoveBaseNode:
         self._odom_subscriber = rospy.Subscriber('odom', Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
         self._map_subscriber = rospy.Subscriber(settings.map_topic, OccupancyGrid, self._on_map, queue_size=1,
                                                 tcp_nodelay=True)
+        self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
         self.server = None
         rospy.on_shutdown(self._on_shutdown)
 
@@ -93,6 +96,10 @@ class MoveBaseNode:
             return
         with self._lock:
             self._map = built
+
+    def _on_abort(self, msg):
+        with self._lock:
+            self._abort_reason = msg.data
 
     def _on_simple_goal(self, msg):
         action = MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=msg))
@@ -148,6 +155,7 @@ class MoveBaseNode:
         t = now.to_sec()
         self._measure_cycle(t)
         self._take_map()
+        self._take_abort()
         self._take_requests(t)
         pose, pose_time = self._robot_pose()
         was_active = self.machine.active
@@ -177,6 +185,13 @@ class MoveBaseNode:
             self.counts['missed_cycles'] += 1
             rospy.logwarn_throttle(5.0, 'a control cycle took %.3f s, controller_frequency asks for %.3f s', taken,
                                    1.0 / self.settings.move_base.controller_frequency)
+
+    def _take_abort(self):
+        """Give up the goal that somebody says cannot be reached now; one that comes later is not meant."""
+        with self._lock:
+            reason, self._abort_reason = self._abort_reason, None
+        if reason is not None:
+            self.machine.abort('Goal aborted: %s' % reason)
 
     def _take_requests(self, t):
         if self.server.is_new_goal_available():
