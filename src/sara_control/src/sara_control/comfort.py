@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 from sara_control.config import ConfigError
 
 SHORTEST_STEP = 1e-6  # s
+RATE_TIME = 0.3      # s over which the rate of a target is averaged
 ARRIVED = 1e-9        # m/s or rad/s: closer than this is there
 
 
@@ -70,24 +71,28 @@ def read_profiles(params):
 class AxisLimiter:
     """One speed that follows a target. acceleration: limit while the speed grows in size; braking: while it shrinks; jerk: of both.
 
-    `speed` and `acceleration`: of the last step. A target of the other sign is approached by way of rest, unless both limits are
+    `speed` and `acceleration`: of the last step. A target that goes on falling is followed as it falls: the braking is kept up when it is
+    reached, where it would else stay behind by acceleration^2 / (2 jerk). A target of the other sign is approached by way of rest, unless both limits are
     equal.
     """
 
     def __init__(self, acceleration, braking, jerk):
         self._growing, self._shrinking, self._jerk = acceleration, braking, jerk
         self.speed = self.acceleration = 0.0
+        self._target = self._rate = 0.0
 
     def set(self, speed):
         """The speed is this now, without an acceleration: somebody else has changed it."""
         self.speed, self.acceleration = speed, 0.0
 
-    def step(self, target, dt, falling=False):
-        """The speed after dt (s, above 0) on the way to target. falling: the target will go on falling, so that the braking that
-        follows it is kept up when it is reached, instead of falling behind by acceleration^2 / (2 jerk)."""
+    def step(self, target, dt):
+        """The speed after dt (s, above 0) on the way to target."""
         v, jerk = self.speed, self._jerk
-        if falling and v * self.acceleration < 0.0:
-            target = math.copysign(max(abs(target) - 0.5 * self.acceleration ** 2 / jerk, 0.0), target)
+        self._rate += ((target - self._target) / dt - self._rate) * (1.0 - math.exp(-dt / RATE_TIME))
+        self._target = target
+        if v * self.acceleration < 0.0 and v * self._rate < 0.0:
+            kept_up = min(abs(self.acceleration), abs(self._rate))
+            target = math.copysign(max(abs(target) - 0.5 * kept_up ** 2 / jerk, 0.0), target)
         if self._growing != self._shrinking and v * target < 0.0:
             target = 0.0
         d = target - v
@@ -135,15 +140,15 @@ class Comfort:
         """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
         self._waiting = profile
 
-    def step(self, v, w, dt, falling=False):
-        """One step of dt (s) towards (v, w), gently; the new (v, w). falling: see AxisLimiter."""
+    def step(self, v, w, dt):
+        """One step of dt (s) towards (v, w), gently; the new (v, w)."""
         if self._waiting is not None and not self.moving:
             self._use(self._waiting)
             self._waiting = None
         if dt >= SHORTEST_STEP:
             v, w = self.profile.shape(v, w)
-            self._forward.step(v, dt, falling)
-            self._turn.step(w, dt, falling)
+            self._forward.step(v, dt)
+            self._turn.step(w, dt)
         return self.v, self.w
 
     def brake(self, dt, braking, turn_braking):

@@ -168,7 +168,7 @@ class SafetyGate:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
             return self._decision(State.BRAKING, self._side(at), False)
         factor, near = zones.scale(v, w)
-        comfort.step(v * factor, w * factor, dt, falling=factor < 1.0)
+        comfort.step(v * factor, w * factor, dt)
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
         if near:
