@@ -4,7 +4,7 @@ matplotlib is loaded when a picture is drawn, and draws into a file: no display 
 """
 from __future__ import annotations
 
-from typing import Iterable
+from typing import Iterable, Optional
 
 import numpy as np
 
@@ -20,10 +20,12 @@ def figure(rows: int, columns: int, size):
     return drawing, drawing.subplots(rows, columns, squeeze=False)
 
 
-def draw_drive(path: str, track: Track, inputs: Iterable[InputTrack] = (), title: str = ''):
+def draw_drive(path: str, track: Track, inputs: Iterable[InputTrack] = (), title: str = '',
+               reference: Optional[np.ndarray] = None):
     """The path, yaw and its uncertainty over time, and the speeds, into an image file.
 
-    The paths of the inputs begin where the estimate begins: they are in frames of their own.
+    The paths of the inputs begin where the estimate begins: they are in frames of their own. reference: (n, 2) m, in the
+    estimate's frame.
     """
     drawing, axes = figure(2, 2, (11.0, 8.5))
     t = np.array(track.t)
@@ -38,6 +40,8 @@ def draw_drive(path: str, track: Track, inputs: Iterable[InputTrack] = (), title
         way.plot(x, y, lw=0.8, label=i.name)
         yaw = np.unwrap(table[:, 3])
         heading.plot(table[:, 0] - begin, np.degrees(yaw - yaw[0] + pose[0, 2]), lw=0.8, label=i.name)
+    if reference is not None:
+        way.plot(reference[:, 0], reference[:, 1], '.', ms=2, color='tab:red', label='reference')
     way.plot(pose[:, 0], pose[:, 1], 'k', lw=1.4, label='filtered')
     heading.plot(t - begin, np.degrees(np.unwrap(pose[:, 2])), 'k', lw=1.2, label='filtered')
     way.plot(*pose[0, :2], 'ko', ms=4)
