@@ -22,6 +22,6 @@ class Pacer:
         if t < self._due - self.EARLY * period:
             return False
         self._due += period
-        if self._due < t:
+        if self._due + period < t:
             self._due = t + period
         return True

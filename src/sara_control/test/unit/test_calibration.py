@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.calibration import calibrate, end_errors, odometry_path
+from sara_control.calibration import calibrate, end_errors, odometry_path, reference_path
 from sara_control.calibration_report import report, yaml_text
 from sara_control.drive_log import DriveLog, LogError
 from sara_control.manoeuvres import ManoeuvreConfig, Manoeuvres, plan, problems
@@ -166,6 +166,13 @@ def test_by_its_own_odometry_the_square_closes():
     path = odometry_path(log, nominal)
     first = min(index for index, row in enumerate(path) if row[2] > 1.99 * math.pi)
     assert math.hypot(*path[first][:2]) < 0.1
+
+
+def test_without_the_truth_the_gyroscope_stands_for_it():
+    log = drive(1.28, 0.9925, 1.0075, bias=0.01, steps=10 ** 9)
+    result = calibrate(log, SEPARATION, RADIUS)
+    path = reference_path(replace(log, truth=None), result.geometry(SEPARATION, RADIUS), result.bias)
+    assert path[-1] == pytest.approx(log.truth[-1], abs=0.02)
 
 
 def test_what_no_drive_can_have_is_named():

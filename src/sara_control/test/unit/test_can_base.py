@@ -120,6 +120,23 @@ def test_whatever_is_lost_or_repeated_the_way_is_measured(ticks, fates, random):
     assert (wheels.left, wheels.right) == pytest.approx((64 * k * STEP, 128 * k * STEP))
 
 
+counts = st.integers(0, WRAP - 1) | st.integers(0, 3000)
+
+
+@given(st.lists(st.tuples(st.sampled_from([RIGHT, LEFT, 2]), counts, counts), max_size=60))
+def test_no_frames_make_a_wheel_faster_than_it_can_be(frames):
+    base, last = CanBase(BUS, max_wheel_speed=20.0), None
+    for k, (wheel, steps, ticks) in enumerate(frames):
+        wheels = base.on_encoder(EncoderReading(0.05 * k, wheel, steps, ticks))
+        if wheels is None:
+            continue
+        assert wheels.interval >= 0.0 and wheels.missed >= 0.0 and wheels.unmeasured >= 0.0
+        if last is not None:
+            assert abs(wheels.left - last.left) <= 20.0 * wheels.interval + 1e-9
+            assert abs(wheels.right - last.right) <= 20.0 * wheels.interval + 1e-9
+        last = wheels
+
+
 def test_steps_that_no_wheel_can_make_are_not_believed():
     base = CanBase(BUS)
     pair(base, 0, 0, 0)

@@ -346,6 +346,25 @@ def test_covariances_are_the_configured_ones_until_something_is_lost():
     assert second > 4.0 * first, 'longer is worse'
 
 
+def test_open_loop_is_the_sum_of_what_was_commanded_a_cycle_before():
+    controller = DiffDriveController(config(open_loop=True))
+    way, before = 0.0, 0.0
+    for k, v in enumerate((0.5, 0.1, -0.3, 0.0, 0.7, 0.7)):
+        controller.on_command(v, 0.0, 0.1 * k)
+        controller.update(0.1 * k)
+        way, before = way + 0.1 * before * (k > 0), v
+        assert controller.odometry.x == pytest.approx(way)
+
+
+def test_in_open_loop_a_robot_needs_no_encoders_but_if_it_has_them_they_must_go_on():
+    controller = DiffDriveController(config(open_loop=True))
+    controller.on_command(0.5, 0.0, 10.0)
+    assert controller.update(10.0) != (0.0, 0.0)
+    controller.on_wheels(0.0, 0.0, 10.0)
+    controller.on_command(0.5, 0.0, 11.0)
+    assert controller.update(11.0) == (0.0, 0.0)
+
+
 def test_new_multipliers_hold_from_the_next_cycle():
     robot = Ideal(config())
     robot.controller.set_geometry(left_wheel_radius_multiplier=0.5, right_wheel_radius_multiplier=0.5)

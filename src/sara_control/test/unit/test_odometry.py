@@ -90,6 +90,13 @@ def test_the_motion_of_a_very_short_interval_enters_the_speed_with_the_next():
     assert odometry.linear == pytest.approx(0.2)
 
 
+def test_in_open_loop_a_clock_that_goes_back_moves_nothing():
+    odometry = Odometry(0.5, 0.1, 0.1)
+    for t in (100.0, 101.0, 1.0, 2.0):
+        odometry.update_open_loop(0.5, 0.0, t)
+    assert odometry.x == pytest.approx(1.0)
+
+
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.integers(1, 50))
 def test_steady_wheels_drive_an_arc_however_finely_it_is_cut(left, right, parts):
     separation, radius = 0.525, 0.155

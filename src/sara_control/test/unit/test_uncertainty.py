@@ -36,6 +36,13 @@ def test_a_way_that_was_lost_doubts_along_a_shape_across():
     assert across.pose[0] == pytest.approx(0.0, abs=1e-15) and across.pose[1] > 0.0 and across.pose[2] == 0.0
 
 
+def test_two_wheels_err_independently():
+    """Half the sum of the ways, and their difference over the track."""
+    u = lost()
+    u.on_lost_way(0.5 * math.pi, 0.3, 0.4)
+    assert u.pose == pytest.approx((0.0, (0.3 ** 2 + 0.4 ** 2) / 4.0, (0.3 ** 2 + 0.4 ** 2) / SEPARATION ** 2))
+
+
 def test_the_speeds_doubt_passes_with_the_window():
     u = lost(window=3)
     u.on_interval(0.0, 0.1, 0.2, 0.1)

@@ -67,3 +67,11 @@ def test_it_stays_until_it_is_reset():
     assert w.frozen == ('right',)
     w.reset()
     assert w.frozen == () and run(w, 2.0, 2.0, ('left', 'right'), 2.0) is None
+
+
+def test_a_wheel_on_its_way_through_zero_is_given_time():
+    w = WheelWatch(0.001, (0.155, 0.155))
+    assert run(w, 2.0, 2.0, ('left', 'right'), 1.0) is None
+    for _ in range(4):
+        w.on_command(-2.0, 2.0, 0.02)
+    assert not w.on_wheels(2.0, 2.16) and w.frozen == ()

@@ -182,7 +182,10 @@ class DiffDriveNode:
         """The last word to the wheels is stop; the process may end only when it is on its way."""
         with self.lock:
             self.stopping.set()
-            self.base.stop()
+            try:
+                self.base.stop()
+            except Exception as error:  # a robot's own code
+                self.base_failed('stop', error)
         rospy.rostime.wallsleep(0.1)
 
     def run(self):
