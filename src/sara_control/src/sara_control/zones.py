@@ -21,6 +21,7 @@ from sara_control.config import ConfigError
 RAYS = 13     # places in a cone
 SAMPLES = 40  # of the way
 IN = 1e-6     # m: a place that comes nearer by less does not
+SLACK = 1.25  # creeping may be this much faster before it is braked hard: v and w are limited each by itself
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ class ZoneConfig:
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 10:
                 faults.append(f'{name} is {value!r}, allowed are whole numbers from 1 to 10')
-        if not faults and self.way_to_rest(self.creep_speed) >= self.stop_distance:
-            faults.append(f'creep_speed is {self.creep_speed!r}, allowed are speeds that come to rest within stop_distance '
+        if not faults and self.way_to_rest(SLACK * self.creep_speed) >= self.stop_distance:
+            faults.append(f'creep_speed is {self.creep_speed!r}, allowed are speeds that come to rest well within stop_distance '
                           f'({self.stop_distance!r} m)')
         if faults:
             raise ConfigError('; '.join(faults))
@@ -198,9 +199,9 @@ class Zones:
             return 1.0, ''
         x, y, stops, names = self._found()
         config = self.config
-        reaction, braking = config.reaction_time, config.hard_braking
+        reaction, braking, creep = config.reaction_time, config.hard_braking, SLACK * config.creep_speed
         if gentle:
-            reaction, braking = reaction + config.ease, config.braking
+            reaction, braking, creep = reaction + config.ease, config.braking, config.creep_speed
         u = np.hypot(v - w * y, w * x)
         matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
         near = (self._outside(x, y) < matters) & (u > 1e-9)
@@ -209,7 +210,7 @@ class Zones:
         x, y, stops, u, matters, names = x[near], y[near], stops[near], u[near], matters[near], names[near]
         room = self._free(x, y, v, w, u, matters) - config.stop_distance
         allowed = braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - reaction)
-        allowed = np.where((room > 0.0) | ~stops | (not gentle), np.maximum(allowed, config.creep_speed), 0.0)
+        allowed = np.where((room > 0.0) | ~stops | (not gentle), np.maximum(allowed, creep), 0.0)
         factors = allowed / u
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))

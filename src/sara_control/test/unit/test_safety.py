@@ -550,3 +550,16 @@ def test_what_travels_cannot_be_changed_on_the_way(data):
     for field in dataclasses.fields(data):
         with pytest.raises(dataclasses.FrozenInstanceError):
             setattr(data, field.name, 1.0)
+
+
+def test_a_second_is_a_second_soon_after_the_clock_began():
+    bench = Bench(start=0.3).ask(0.4)
+    bench.step(45)
+    assert not bench.give_ups
+    bench.step(8)
+    assert len(bench.give_ups) == 1
+
+
+@pytest.mark.parametrize('back', [0.01, 0.5, 0.99])
+def test_a_clock_that_is_set_back_a_little_is_set_back(back):
+    assert Bench().driving().step(dt=-back).reason is Reason.CLOCK
