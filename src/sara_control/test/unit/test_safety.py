@@ -563,3 +563,9 @@ def test_a_second_is_a_second_soon_after_the_clock_began():
 @pytest.mark.parametrize('back', [0.01, 0.5, 0.99])
 def test_a_clock_that_is_set_back_a_little_is_set_back(back):
     assert Bench().driving().step(dt=-back).reason is Reason.CLOCK
+
+
+def test_the_second_is_over_when_it_is_over():
+    bench = Bench(start=1.0).ask(0.4)
+    bench.step(3, dt=0.5)
+    assert bench.give_ups == [2.5]
