@@ -6,17 +6,15 @@ A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives t
 import math
 
 import numpy as np
-import yaml
 
 from canserial.bus import BusDescription
 from canserial.config import ReaderConfig
 from canserial.reader import Reader
-from canserial.readings import EncoderReading, ImuReading, ModeReading
-from sara_bringup.paths import config_file
+from canserial.readings import ImuReading
+from sara_bringup.command_chain import CommandChain
+from sara_bringup.paths import parameters
 from sara_bringup.planar import compose
-from sara_control.can_base import CanBase
-from sara_control.config import ControllerConfig
-from sara_control.controller import DiffDriveController
+from sara_control.reasons import sentence
 from sara_localization.config import FilterConfig
 from sara_localization.data import ImuData, OdometryData
 from sara_localization.engine import FilterEngine
@@ -31,15 +29,11 @@ from sara_sim.world import World
 
 COMMAND_STEPS = 2        # 50 Hz: wheel commands
 FILTER_STEPS = 2         # 50 Hz: ekf_se
-START_TIMEOUT_S = 120.0  # the gyro's calibration must be over by then
+START_TIMEOUT_S = 120.0  # the gyro's calibration and more must be over by then
 
 
 class LockstepError(RuntimeError):
     """The chair did not come up."""
-
-
-def _parameters(package, name):
-    return yaml.safe_load(config_file(name, package).read_text())
 
 
 class Lockstep:
@@ -52,22 +46,21 @@ class Lockstep:
     def __init__(self, map_path, start, seed, ekf="default"):
         bus = BusDescription.default()
         self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
-        reader = _parameters("canserial", "read.yaml")
+        reader = parameters("canserial", "read.yaml")
         self.reader = Reader(ReaderConfig(**{key: value for key, value in reader.items() if key in ReaderConfig.__dataclass_fields__}), bus)
         self.reader.set_yaw(start[2], 0.0)
-        control = ControllerConfig.from_params(_parameters("sara_control", "sara.yaml"))
-        self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
-        self._covariances = np.diag(control.pose_covariance_diagonal), np.diag(control.twist_covariance_diagonal)
-        parameters = _parameters("sara_localization", f"ekf_{ekf}.yaml")
-        parameters["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
-        filter_config = FilterConfig.from_params(parameters)
+        self.wheels = CommandChain(bus)
+        localization = parameters("sara_localization", f"ekf_{ekf}.yaml")
+        localization["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
+        filter_config = FilterConfig.from_params(localization)
         self.transforms = TransformBuffer()
         self.ekf = FilterEngine(filter_config, self.transforms)
-        settings = read_settings(Parameters(_parameters("sara_nav", "sara_nav.yaml")))
+        settings = read_settings(Parameters(parameters("sara_nav", "sara_nav.yaml")))
         self.move_base = settings.make_move_base(settings.make_costmap(map_io.load_map(str(map_path))))
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
         self.tick = 0
+        self.navigation_runs = True         # False: as if move_base had been killed
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
         self.fused = None                   # (x, y, yaw) in the map frame
@@ -89,28 +82,24 @@ class Lockstep:
         now = self.chair.time
         if self.tick % FILTER_STEPS == 0:
             self._filter(now)
-        if self.tick % self._control_steps == 0:
+        if self.tick % self._control_steps == 0 and self.navigation_runs:
             self._navigate(now)
         if self.tick % COMMAND_STEPS == 0:
-            self.chair.receive(self.base.command(*self.controller.update(now)))
+            self.chair.receive(self.wheels.step(now))
+            self._give_up(now)
 
     def start_up(self):
-        """Step, at rest, until the gyro is calibrated and the fused pose is there. Raises LockstepError."""
-        while not (self.reader.ready and self.fused and self._map_from_odom):
+        """Step, at rest, until the gyro is calibrated, the fused pose is there and the safety gate would let the chair drive. Raises LockstepError."""
+        while not (self._map_from_odom and self.wheels.ready):
             if self.time > START_TIMEOUT_S:
-                raise LockstepError(f"the gyro is not calibrated after {START_TIMEOUT_S:.0f} s")
+                raise LockstepError(f"the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}")
             self.step()
 
     def _on_reading(self, reading):
-        if isinstance(reading, EncoderReading):
-            wheels = self.base.on_encoder(reading)
-            if wheels is not None:
-                state = self.controller.on_wheels(*wheels)
-                if state is not None:
-                    self._on_odometry(state)
-        elif isinstance(reading, ModeReading):
-            self.base.on_mode(reading.mode)
-        elif isinstance(reading, ImuReading):
+        state = self.wheels.on_reading(reading, self.chair.time)
+        if state is not None:
+            self._on_odometry(state)
+        if isinstance(reading, ImuReading):
             angles, rates, accelerations = self._imu_covariances
             self.ekf.add_imu("imu0", ImuData(reading.stamp, "base_link", quaternion_from_rpy(reading.roll, reading.pitch, reading.yaw), angles,
                                              reading.angular_velocity, rates, reading.linear_acceleration, accelerations))
@@ -119,7 +108,7 @@ class Lockstep:
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
         orientation = quaternion_from_rpy(0.0, 0.0, state.heading)
         self.transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(state.x, state.y, 0.0, 0.0, 0.0, state.heading), state.stamp)
-        pose_covariance, twist_covariance = self._covariances
+        pose_covariance, twist_covariance = self.wheels.covariances
         self.ekf.add_odometry("odom0", OdometryData(state.stamp, "odom", "base_link", (state.x, state.y, 0.0), orientation, pose_covariance,
                                                     (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular), twist_covariance))
 
@@ -129,11 +118,21 @@ class Lockstep:
             return
         x = output.state
         self.fused, self._fused_velocity = (float(x[0]), float(x[1]), float(x[5])), (float(x[6]), float(x[11]))
+        self.wheels.guard.on_localization(output.stamp, *self.fused)
         if output.map_to_odom is not None:
             stamped = output.map_to_odom
             self.transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
             position, rpy = stamped.transform.translation, stamped.transform.rpy
             self._map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))
+
+    def _give_up(self, now):
+        """As move_base's `~abort` and `cancel`."""
+        wheels = self.wheels
+        if wheels.cancel:
+            self.move_base.cancel(now, wheels.cancel)
+        if wheels.abort:
+            self.move_base.abort(f"Goal aborted: {wheels.abort}")
+        wheels.cancel = wheels.abort = ""
 
     def _navigate(self, now):
         pose = None
@@ -141,9 +140,9 @@ class Lockstep:
             pose = Pose2D(*compose(self._map_from_odom, self.odometry))
         result = self.move_base.step(now, pose, self._fused_velocity, self._odometry_stamp)
         if result.status == move_base.ACTIVE:
-            self.controller.on_command(*result.command, now)
+            self.wheels.on_navigation(*result.command, now)
         elif result.status != move_base.IDLE:
-            self.controller.on_command(0.0, 0.0, now)
+            self.wheels.on_navigation(0.0, 0.0, now)
             self.result = result
 
 

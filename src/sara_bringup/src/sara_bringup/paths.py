@@ -2,6 +2,8 @@
 import os
 from pathlib import Path
 
+import yaml
+
 
 def share(package="sara_bringup"):
     """The share folder of a package: on ROS_PACKAGE_PATH, else beside this one's sources. Raises FileNotFoundError."""
@@ -16,3 +18,8 @@ def share(package="sara_bringup"):
 def config_file(name, package="sara_bringup"):
     """Path of config/NAME of a package."""
     return share(package) / "config" / name
+
+
+def parameters(package, name):
+    """The parameters in config/NAME of a package, as its nodes load them."""
+    return yaml.safe_load(config_file(name, package).read_text())

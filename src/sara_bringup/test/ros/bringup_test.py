@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Range
 
-NODES = {"/simulator", "/canserial", "/read", "/diff_drive_controller", "/ekf_se", "/map_server", "/move_base", "/robot_state_publisher"}
+NODES = {"/simulator", "/canserial", "/read", "/diff_drive_controller", "/cmd_vel_mux", "/safety_gate", "/ekf_se", "/map_server", "/move_base", "/robot_state_publisher"}
 RANGES = ("SDI", "SDD", "SLID", "SLIT", "SLDD", "SLDT", "STI", "STD", "SJO")
 
 

@@ -66,7 +66,7 @@ class UnplugTest(unittest.TestCase):
         self.assertLess(self.now() - pulled_at, BUS_S + before / BRAKE + 0.25 + 0.1)
         self.assertTrue(client.wait_for_result(rospy.Duration(3.0)))
         self.assertEqual(client.get_state(), GoalStatus.ABORTED)
-        self.assertIn("pose", client.get_goal_status_text())
+        self.assertIn("because", client.get_goal_status_text())
 
         self.wait(lambda: self.lines("is open"), 2.0 * OUT_S + 10.0, "the adapter is open again")
         self.assertEqual(len(self.lines("is lost")), 1, self.lines("is lost"))

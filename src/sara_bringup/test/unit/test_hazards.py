@@ -1,0 +1,100 @@
+"""Each fault of the simulator, on the whole stack in lockstep: what the stack does about it."""
+import math
+
+import pytest
+
+from sara_bringup.hazards import GOAL, HAZARDS, driving, happen, run
+from sara_sim.faults import FAULTS
+
+RIDE_S = 25.0
+
+
+@pytest.mark.parametrize("seed", (0, 1, 2))
+@pytest.mark.parametrize("name", HAZARDS)
+def test_the_chair_stands_in_time_and_goes_on_a_fresh_goal_only(name, seed):
+    assert happen(name, seed).faults == []
+
+
+def ride(fault, seed=0, **arguments):
+    """The chair drives with a fault that stays. Returns the Lockstep, a second after the goal's end or RIDE_S."""
+    lockstep = driving(seed)
+    lockstep.chair.faults.add(fault, **arguments)
+    end = lockstep.time + RIDE_S
+    while lockstep.result is None and lockstep.time < end:
+        lockstep.step()
+    run(lockstep, 1.0)
+    assert lockstep.chair.contacts == 0
+    return lockstep
+
+
+def error(lockstep):
+    """Distance of the true pose from the goal, m."""
+    return math.dist(lockstep.chair.pose[:2], GOAL[:2])
+
+
+@pytest.mark.parametrize("fault, arguments", (
+    ("frames_dropped", {"probability": 0.02}), ("frames_delayed", {"delay": 0.1}), ("frames_duplicated", {}), ("sonar_stuck", {"sensor": "SDI", "range": 0}),
+    ("sonar_noisy", {"sensor": "all"}), ("battery_low", {}), ("push", {"turn": 0.3})))
+def test_it_drives_on_and_arrives(fault, arguments):
+    lockstep = ride(fault, **arguments)
+    assert lockstep.result.text == "Goal reached."
+    assert error(lockstep) < 0.1
+
+
+@pytest.mark.parametrize("fault, arguments, words", (
+    ("frames_dropped", {"probability": 0.4}, ("do not answer", "does not answer")),
+    ("frames_delayed", {"delay": 0.5}, ("do not answer", "does not answer")),
+    ("imu_stuck", {}, ("turn sensor",)),
+    ("imu_noisy", {}, ("hit by something", "contradict")),
+    ("push", {"left": 0.4}, ("hit by something",)),
+    ("wheel_slip", {"factor": 0.3}, ("hit by something",)),   # it loses its hold with a jerk
+    ("joystick_grabbed", {"y": 900, "duration": 1.0}, ("user has taken over", "joystick drives"))))
+def test_it_stops_and_says_why(fault, arguments, words):
+    lockstep = ride(fault, **arguments)
+    assert any(word in lockstep.result.text for word in words), lockstep.result.text
+    assert lockstep.result.status != "succeeded"
+    lockstep.chair.faults.clear()
+    run(lockstep, 3.0)
+    stood = lockstep.chair.pose
+    run(lockstep, 3.0)
+    assert math.dist(lockstep.chair.pose[:2], stood[:2]) < 0.01
+
+
+def test_an_obstacle_that_a_broken_sonar_invents_blocks_and_is_named():
+    lockstep = ride("sonar_stuck", sensor="SDI", range=0.2)
+    assert lockstep.wheels.decision.reason.value == "something is close in front"
+    assert abs(lockstep.chair.velocity[0]) < 0.01 and error(lockstep) > 0.5
+    lockstep.chair.faults.clear()
+    run(lockstep, 15.0)
+    assert error(lockstep) < 0.1   # an obstacle that goes away is no loss: the goal is still its own
+
+
+def test_corrupted_frames_never_make_it_race():
+    lockstep = driving(0)
+    lockstep.chair.faults.add("frames_corrupted", probability=0.2, bits=2)
+    fastest = 0.0
+    for _ in range(2000):
+        lockstep.step()
+        fastest = max(fastest, abs(lockstep.chair.velocity[0]))
+    assert fastest < 0.6 and lockstep.chair.contacts == 0
+
+
+def test_a_noisy_encoder_does_not_lead_it_astray():
+    assert error(ride("encoder_noisy", wheel="left")) < 0.15
+
+
+def test_a_slipping_wheel_turns_the_chair_back_to_its_way_by_the_gyroscope():
+    lockstep = ride("wheel_slip", wheel="left", factor=0.7)
+    assert abs(lockstep.chair.pose[1] - GOAL[1]) < 0.3
+
+
+def test_a_low_battery_is_told():
+    lockstep = driving(0)
+    lockstep.chair.faults.add("battery_low", voltage=20.5)
+    run(lockstep, 3.0)
+    assert lockstep.reader.battery == pytest.approx(20.5, abs=0.5)
+
+
+def test_every_fault_of_the_simulator_is_met_here():
+    text = open(__file__).read() + open(HAZARDS["impact"].make.__code__.co_filename).read()
+    assert [name for name in FAULTS if f'"{name}"' not in text] == []
