@@ -116,6 +116,11 @@ class CanBase:
             left = right = 0.0
         if not self.may_drive:
             return self.stop()
+        # Beyond what a frame can carry both wheels slow down together: the arc stays.
+        fastest = max(abs(speed) / (127.0 * step) for speed, step in zip((left, right), self._resolution))
+        if fastest > 1.0:
+            left, right = left / fastest, right / fastest
+            self.counters['command_too_fast'] += 1
         values = [self._round(index, speed) for index, speed in enumerate((left, right))]
         return self._bus.encode('WHEEL_COMMAND', left=values[0], right=values[1], mode=CLOSED_LOOP)
 

@@ -198,6 +198,8 @@ class ControllersTest(unittest.TestCase):
             self.assertEqual((last.header.frame_id, last.child_frame_id), (odom, base))
             self.assertEqual(self.frames[odom][-1].child_frame_id, base)
             self.assertAlmostEqual(last.pose.covariance[35], 0.03)
+            others = [transform for frame, transforms in self.frames.items() if frame != odom for transform in transforms]
+            self.assertFalse([transform for transform in others if transform.child_frame_id == base], 'a second parent')
 
     def test_what_was_not_asked_for_is_not_published(self):
         for name in ('plain', 'readme'):

@@ -187,6 +187,16 @@ def test_a_stop_is_a_stop_at_once_and_forgets_the_remainder():
         assert base.command(0.0, 0.0).data == bytes([0, 0, 0, 0, ord('C'), 0, 0, 0])
 
 
+@given(st.floats(-200.0, 200.0), st.floats(-200.0, 200.0))
+def test_too_fast_a_command_keeps_its_arc(left, right):
+    base = CanBase(BUS)
+    base.on_mode(3)
+    values = BUS.decode(base.command(left, right))[1]
+    share = min(1.0, 127.0 / 9.5 / max(abs(left), abs(right), 1e-9))
+    assert (values['left'], values['right']) == pytest.approx((left * share, right * share), abs=0.5 / 9.5 + 1e-6)
+    assert base.counters['command_too_fast'] == (share < 1.0)
+
+
 @pytest.mark.parametrize('mode', [None, 0, 1, 2])
 def test_without_the_motor_nodes_consent_it_only_asks(mode):
     base = CanBase(BUS)

@@ -52,11 +52,15 @@ class CalibrationDrive:
                     rospy.loginfo('move %d of %d: %s %.2f', shown + 1, len(self.manoeuvres.moves), kind, amount)
             self.cmd_vel.publish(command)
             rate.sleep()
-        self.cmd_vel.publish(Twist())
-        rospy.loginfo('the drive is over')
+        if self.manoeuvres.done:
+            self.cmd_vel.publish(Twist())
+            rospy.loginfo('the drive is over')
 
 
 def main():
     """Run the node."""
     rospy.init_node('calibration_drive')
-    CalibrationDrive().run()
+    try:
+        CalibrationDrive().run()
+    except rospy.ROSInterruptException:  # stopped half-way: commands that no longer come stop the robot
+        pass
