@@ -60,7 +60,7 @@ class Estimator:
         m = len(bias_noise)
         self.n = SIZE + m
         self.process_noise = np.zeros((self.n, self.n))
-        self.process_noise[:SIZE, :SIZE] = process_noise
+        self.process_noise[:SIZE, :SIZE] = 0.5 * (np.asarray(process_noise) + np.transpose(process_noise))
         self.process_noise[range(SIZE, self.n), range(SIZE, self.n)] = bias_noise
         self._initial_covariance = np.zeros((self.n, self.n))
         self._initial_covariance[:SIZE, :SIZE] = initial_covariance
@@ -85,6 +85,7 @@ class Estimator:
         self.P[:SIZE, :SIZE] = P
         self.P[:SIZE, SIZE:] = 0.0
         self.P[SIZE:, :SIZE] = 0.0
+        self._keep_positive(kernel.positive_definite(self.P))
 
     def snapshot(self):
         """(time, x, P), to go back to with `restore`."""
@@ -206,6 +207,8 @@ class Estimator:
         self.initialised = True
         # What the initial covariance said about the measured variables and the others together need not fit the new
         # block: then it is dropped, and the filter does not start with a covariance that is none.
+        if self.keep_positive:
+            self.P = 0.5 * (self.P + self.P.T)
         if self.keep_positive and not kernel.positive_definite(self.P):
             others = np.setdiff1d(np.arange(self.n), measured)
             self.P[measured[:, None], others] = 0.0

@@ -21,6 +21,9 @@ from .standstill import Standstill
 from .state import ANGLES, POSE, RATES, SIZE, TWIST, VYAW
 from .status import InputStatus
 
+# A message that is this far ahead of the clock (s) would wait for longer than anybody, and all after it would be late.
+FUTURE = 10.0
+
 
 class Motion(NamedTuple):
     """The filter's state (15,) and angular acceleration (3,) of the moment, for sensors off the robot's centre."""
@@ -33,6 +36,7 @@ class Intake:
     """Methods odometry, pose, twist, imu take a message of an input and give its measurements; they never raise for its data.
 
     history_from: stamps (s) from which on a late message can still be put in its place; inf without lagged data.
+    now: the time of the last tick (s), inf before the first.
     """
 
     def __init__(self, config: FilterConfig, transforms, report):
@@ -40,13 +44,15 @@ class Intake:
         self.inputs: Dict[str, InputStatus] = {i.name: InputStatus(i.name, i.topic) for i in config.inputs}
         self._configs = {i.name: i for i in config.inputs}
         self.biases = _bias_states(config)
-        gyros = [i.name for i in config.inputs if i.kind == 'imu' and (config.standstill.update or i.gyro_bias != 'off')]
+        gyros = {i.name: i.gyro_bias == 'standstill' for i in config.inputs
+                 if i.kind == 'imu' and (config.standstill.update or i.gyro_bias != 'off')}
         self.standstill = Standstill(config.standstill, gyros) if gyros else None
         self._wheel_poses: Dict[str, tuple] = {}
         self.forget()
 
     def forget(self):
         """As if nothing had ever come in; the accounts and the gyros' biases stay."""
+        self.now = math.inf
         self.history_from = -math.inf if self.config.smooth_lagged_data and self.config.history_length else math.inf
         self._last_stamps: Dict[str, float] = {}
         self.forget_poses(0.0)
@@ -163,6 +169,9 @@ class Intake:
         status.received += 1
         if not math.isfinite(stamp) or stamp <= 0.0:
             self._problem(status, 'no_stamp', 'the message has no time stamp')
+        elif stamp > self.now + FUTURE:
+            self._problem(status, 'from_the_future', 'the message is %.1f s ahead of the clock: ignored; are the clocks of all '
+                          'computers the same, and use_sim_time?' % (stamp - self.now))
         elif stamp <= self._ignore_until:
             self._problem(status, 'before_set_pose', 'the message is not newer than the last set_pose: ignored')
         else:
@@ -216,8 +225,8 @@ class Intake:
                 changes['angular_velocity'] = (0.0, 0.0, 0.0)
             elif config.gyro_bias == 'standstill':
                 changes['angular_velocity'] = tuple(float(w - b) for w, b in zip(data.angular_velocity, gyro.bias))
-        if holding and yaw is not None and gyro.yaw_offset:
-            back = quaternion_from_rpy(0.0, 0.0, -gyro.yaw_offset)
+        if holding and yaw is not None:
+            back = quaternion_from_rpy(0.0, 0.0, -gyro.yaw_offset(data.stamp))
             changes['orientation'] = multiply(back, normalised(data.orientation))
         return dataclasses.replace(data, **changes) if changes else data
 

@@ -25,15 +25,29 @@ SMALLEST_VARIANCE = 1e-9
 # A pivot of the correlation matrix below this is taken for round-off.
 _SMALLEST_PIVOT = 1e-13
 
+# Who knows a variable no better than this knows nothing; squares of it are still numbers.
+LARGEST_VARIANCE = 1e20
+
 TAKEN, REJECTED, CORRELATED_BADLY = 0, 1, 2
+
+
+@njit(cache=True)
+def wrapped(angle):
+    """The finite angle (rad) brought to [-pi, pi]."""
+    if -pi <= angle <= pi:
+        return angle
+    rest = np.fmod(angle, TAU)
+    if rest > pi:
+        return rest - TAU
+    return rest + TAU if rest < -pi else rest
 
 
 @njit(cache=True)
 def wrap_angles(x):
     """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
     for i in range(3, 6):
-        if not -pi <= x[i] <= pi and isfinite(x[i]):
-            x[i] -= TAU * np.round(x[i] / TAU)
+        if isfinite(x[i]):
+            x[i] = wrapped(x[i])
 
 
 @njit(cache=True)
@@ -58,6 +72,20 @@ def positive_definite(P):
             else:
                 L[i, j] = total / L[j, j]
     return True
+
+
+@njit(cache=True)
+def bound(P):
+    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether P is positive definite."""
+    n = P.shape[0]
+    for i in range(n):
+        if P[i, i] > LARGEST_VARIANCE:
+            factor = sqrt(LARGEST_VARIANCE / P[i, i])
+            for j in range(n):
+                P[i, j] *= factor
+                P[j, i] = P[i, j]
+            P[i, i] = LARGEST_VARIANCE
+    return positive_definite(P)
 
 
 @njit(cache=True)
@@ -86,7 +114,7 @@ def predict(x, P, Q, dt, at):
                 for c in range(3 if r < 6 else r + 6, 15):
                     total += A[i, c] * F[r, c]
             P[i, r] = P[r, i] = total + 0.5 * (Q[i, r] + Q[r, i]) * dt
-    return positive_definite(P)
+    return bound(P)
 
 
 @njit(cache=True)
@@ -129,8 +157,8 @@ def innovation(x, indices, extra, z):
         y[j] = z[j] - x[i]
         if extra[j] >= 0:
             y[j] -= x[extra[j]]
-        if 3 <= i <= 5 and not -pi <= y[j] <= pi:
-            y[j] -= TAU * np.round(y[j] / TAU)
+        if 3 <= i <= 5 and isfinite(y[j]):
+            y[j] = wrapped(y[j])
     return y
 
 
@@ -138,7 +166,10 @@ def innovation(x, indices, extra, z):
 def correct(x, P, indices, extra, z, R, gate):
     """Take in k measured variables, in place: indices, extra (k,) int64 (-1: no bias), z (k,), R (k, k), gate in sigmas.
 
-    Returns (TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis distance;
+    Returns (# Who knows a variable no better than this knows nothing; squares of it are still numbers.
+LARGEST_VARIANCE = 1e20
+
+TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis distance;
     whether P is positive definite).
     """
     n, k = x.shape[0], z.shape[0]
@@ -276,5 +307,6 @@ def warm() -> None:
     indices, extra = np.array([6, 11]), np.array([-1, -1])
     predict(x, P, np.eye(15), 0.01, x)
     floored(np.zeros(2), np.eye(2))
+    bound(P)
     correct(x, P, indices, extra, np.zeros(2), np.eye(2), np.inf)
     unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)

@@ -81,7 +81,7 @@ def measured(first, values, covariance, mask, two_d, off_plane, off_plane_varian
         for b in range(k):
             j = indices[b]
             if not forced[j]:
-                R[a, b] = covariance[i - first, j - first]
+                R[a, b] = 0.5 * (covariance[i - first, j - first] + covariance[j - first, i - first])
                 correlated = correlated or (a != b and R[a, b] != 0.0)
     return indices, z, R, not correlated or cholesky(R, np.zeros((k, k)))
 

@@ -52,16 +52,26 @@ class _Sample:
 
 
 class Gyro:
-    """One IMU: the window of its last samples, its bias (3,) rad/s in the sensor's frame, the offset of its yaw (rad)."""
+    """One IMU: the window of its last samples, its bias (3,) rad/s in the sensor's frame, how fast its yaw drifts (rad/s).
 
-    def __init__(self, config: StandstillConfig):
-        self.config = config
-        self.bias, self.seconds, self.yaw_offset = np.zeros(3), 0.0, 0.0
+    follow_drift: the yaw goes on drifting while the robot moves (it is integrated from the biased rate).
+    """
+
+    def __init__(self, config: StandstillConfig, follow_drift: bool = False):
+        self.config, self.follow_drift = config, follow_drift
+        self.bias, self.seconds, self.yaw_drift = np.zeros(3), 0.0, 0.0
         self._window, self._last_out = deque(), None
+        self._offset, self._offset_stamp = 0.0, None
+
+    def yaw_offset(self, stamp: float) -> float:
+        """What the yaw of the IMU has drifted by the time `stamp` (rad)."""
+        if not self.follow_drift or self._offset_stamp is None:
+            return self._offset
+        return self._offset + self.yaw_drift * (stamp - self._offset_stamp)
 
     def forget_yaw(self):
         """The robot's heading was set: what had drifted is of no more use."""
-        self.yaw_offset, self._last_out = 0.0, None
+        self._offset, self._offset_stamp, self._last_out = 0.0, None, None
         self._window.clear()
 
     def add(self, stamp, rates, acceleration, yaw, sigma):
@@ -100,13 +110,17 @@ class Gyro:
     def learn(self, sample: _Sample):
         """A sample from which on the robot is known to have been parked for a window's time."""
         before, self._last_out = self._last_out, sample
-        if before is None:
+        if before is None or sample.stamp <= before.stamp:
+            self._offset, self._offset_stamp = self.yaw_offset(sample.stamp), sample.stamp
             return
         dt = sample.stamp - before.stamp
         self.seconds = min(MEMORY, self.seconds + dt)
-        self.bias = self.bias + (sample.rates - self.bias) * min(1.0, dt / self.seconds)
+        weight = min(1.0, dt / self.seconds)
+        self.bias = self.bias + (sample.rates - self.bias) * weight
         if sample.yaw is not None and before.yaw is not None:
-            self.yaw_offset = wrap(self.yaw_offset + wrap(sample.yaw - before.yaw))
+            step = wrap(sample.yaw - before.yaw)
+            self.yaw_drift += (step / dt - self.yaw_drift) * weight
+            self._offset, self._offset_stamp = wrap(self._offset + step), sample.stamp
 
     def moved(self):
         """The robot is not parked: the next parking starts anew."""
@@ -116,9 +130,10 @@ class Gyro:
 class Standstill:
     """The detector over all inputs; it is fed by the intake in the order of arrival."""
 
-    def __init__(self, config: StandstillConfig, gyro_names):
+    def __init__(self, config: StandstillConfig, gyros: Dict[str, bool]):
+        """gyros: the names of the IMUs, and whether the drift of their yaw is to be followed in motion."""
         self.config = config
-        self.gyros: Dict[str, Gyro] = {name: Gyro(config) for name in gyro_names}
+        self.gyros: Dict[str, Gyro] = {name: Gyro(config, follow) for name, follow in gyros.items()}
         self._wheels_seen = self._wheels_moved = -math.inf
         self.parked = False
 

@@ -38,4 +38,4 @@ class Ukf(Estimator):
             kernel.repair(self.P)
             kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure)
         self.P += self._noise(self.x) * dt
-        self._keep_positive(kernel.positive_definite(self.P))
+        self._keep_positive(kernel.bound(self.P))

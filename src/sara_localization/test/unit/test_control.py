@@ -1,0 +1,52 @@
+"""What a command does before the wheels have measured it."""
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sara_localization.control import Control, ControlConfig
+from sara_localization.ekf import Ekf
+from sara_localization.state import AX, VX, VYAW
+from sara_localization.ukf import Ukf
+
+SPEEDS = st.floats(-3, 3)
+CONFIG = ControlConfig((True, False, False, False, False, True), 0.2, (1.3,) * 6, (2.0,) * 6, (0.8,) * 6, (1.5,) * 6)
+
+
+def control(command, stamp=1.0, config=CONFIG):
+    made = Control(config)
+    made.set(command, stamp)
+    return made
+
+
+@given(SPEEDS, SPEEDS)
+def test_it_accelerates_towards_the_command_within_the_limits(speed, command):
+    (a, *rest) = control([command] + [5.0] * 5).accelerations([speed] + [0.0] * 5, 1.0)
+    assert a * (command - speed) >= 0.0 and rest[:4] == [0.0] * 4
+    faster = abs(command) >= abs(speed) and command * speed >= 0.0
+    assert abs(a) <= (1.3 if faster else 2.0)
+
+
+@pytest.mark.parametrize('speed, command, expected', [
+    (0.0, 1.0, 0.8), (0.0, 5.0, 1.3), (1.0, 0.5, -0.75), (1.0, -1.0, -2.0), (0.5, 0.5, 0.0), (-1.0, -0.5, 0.75)])
+def test_gains_and_limits_of_speeding_up_and_slowing_down(speed, command, expected):
+    assert control([command] * 6).accelerations([speed] * 6, 1.0)[0] == pytest.approx(expected)
+
+
+def test_a_command_as_old_as_the_timeout_counts_as_zero():
+    moving = [1.0, 0, 0, 0, 0, 0]
+    assert control([2.0] * 6).accelerations(moving, 1.19)[0] > 0.0
+    assert control([2.0] * 6).accelerations(moving, 1.25)[0] == pytest.approx(-1.5)
+    assert control([math.nan] * 6, 0.0).accelerations(moving, 1.2)[0] == pytest.approx(-1.5)
+
+
+@pytest.mark.parametrize('make', [Ekf, Ukf])
+def test_both_filters_move_with_a_command(make):
+    """robot_localization's UKF computes the control and never applies it."""
+    kf = make(np.eye(15) * 0.01, np.eye(15) * 0.01, control=control([1.0, 0, 0, 0, 0, 0.5]))
+    for k in range(10):
+        kf.predict(0.01, 1.01 + 0.01 * k)
+    assert kf.x[AX] == pytest.approx(0.8, rel=0.1)
+    assert kf.x[VX] == pytest.approx(0.08, rel=0.1) and kf.x[VYAW] == pytest.approx(0.04, rel=0.1)
