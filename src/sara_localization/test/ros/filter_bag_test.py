@@ -22,11 +22,14 @@ import yaml
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
+from sara_localization.config import FilterConfig
+from sara_localization.ros import bag_tools
+from sara_localization.ros.bag_filter import BagFilter
 from sara_localization.thesis_set import way_length
 
 PACKAGE = Path(rospkg.RosPack().get_path('sara_localization'))
 SHARED = Path(os.environ.get('SARA_SHARED_DATA', PACKAGE.resolve().parents[1].parent / 'shared' / 'data'))
-BAGS, SYNTHETIC = SHARED / 'bags', SHARED / 'reference' / 'rl_synth'
+BAGS, SYNTHETIC, LOCKSTEP = SHARED / 'bags', SHARED / 'reference' / 'rl_synth', SHARED / 'reference' / 'rl_node'
 HUSKY_IMU = '0 -0.3 0.52 -1.570796327 0 1.570796327 base_link imu_link'
 # robot_localization's own bag tests: where each filter must end (m), and how near.
 PEER_TESTS = {('test1', 'ekf'): ((-40.0454, -76.9988, -2.6974), 1.0452), ('test1', 'ukf'): ((-39.7333, -76.9820, -2.4427), 1.2910),
@@ -176,6 +179,27 @@ class FilterBagTest(unittest.TestCase):
             run = filter_bag(bag, '-', '--params', params, '--filter', kind, '--static-tf', HUSKY_IMU, '--reference', '/fix')
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertLessEqual(json.loads(run.stdout.splitlines()[-1])['rmse'], worst)
+
+    @unittest.skipUnless(BAGS.is_dir() and LOCKSTEP.is_dir(), 'the recorded drives or their lockstep results (rl_node) are not there')
+    def test_every_lockstep_run_of_the_peers_ekf_is_reproduced(self):
+        runs = sorted(LOCKSTEP.glob('*_ekf_*.yaml'))
+        self.assertEqual(len(runs), 10)
+        for params in runs:
+            with self.subTest(params.stem):
+                known, states = np.load(str(params.with_suffix('.npz'))), {}
+                static = [bag_tools.static_transform(HUSKY_IMU)] if params.stem.startswith('b1') else []
+                config = FilterConfig.from_params(bag_tools.load_params(str(params)))
+                machine = BagFilter(config, static, lambda now, output: states.update(
+                    {machine.ticks: (*output.state[:3], *output.pose.rotation)}))
+                with rosbag.Bag(str(BAGS / {'b1': 'test1.bag', 'b2': 'test2.bag'}[params.stem[:2]])) as bag:
+                    topics = [topic for topic in bag.get_type_and_topic_info().topics if topic in machine.topics]
+                    for delivered in bag.read_messages(topics=topics):
+                        machine.deliver(*delivered)
+                machine.finish()
+                valid = known['valid']
+                ours, theirs = np.array([states[k] for k in known['tick_index'][valid]]), known['pose'][valid]
+                theirs[:, 3:] *= np.sign((ours[:, 3:] * theirs[:, 3:]).sum(axis=1))[:, None]       # q and -q are one rotation
+                self.assertLess(np.abs(ours - theirs).max(), 1e-6)
 
     @unittest.skipUnless(SYNTHETIC.is_dir(), 'the synthetic drives (rl_synth) are not there')
     def test_the_thesis_set_makes_the_square_too_long_and_the_default_set_does_not(self):
