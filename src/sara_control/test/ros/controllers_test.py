@@ -47,7 +47,7 @@ CONTROLLERS = {
                  'base_frame_id': 'bot', 'allow_multiple_cmd_vel_publishers': False, 'publish_rate': 20.0, 'linear': {'x': {
                      'has_acceleration_limits': True, 'max_acceleration': 0.5, 'has_velocity_limits': True, 'max_velocity': 0.6}}}, None),
     'readme': ({**DIAGONALS, **ONE_EACH, **SIZE, 'base': 'my_robot:MyRobot', 'enable_odom_tf': False, 'wheel_radius_multiplier': 1.6,
-                'odom_frame_id': 'quiet_odom', 'ticks_per_turn': 10000}, None)}
+                'odom_frame_id': 'quiet_odom', 'base_frame_id': 'quiet_base', 'ticks_per_turn': 10000}, None)}
 REFUSED = {
     'wrong_joint': ({**BOT, **SIZE, 'left_wheel': 'this_wheel', 'right_wheel': 'right_wheel'}, None, 'this_wheel'),
     'bad_urdf': ({**BOT, **ONE_EACH}, '<robot', 'robot_description is not XML'),
@@ -64,7 +64,7 @@ class Clockwork(threading.Thread):
         super().__init__(daemon=True)
         self.now, self.running = 10.0, True
         self.heard = dict.fromkeys(controllers, 0.0)
-        self.commands = {}
+        self.commands, self.asked = {}, {}
         self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
         self.publishers = {name: rospy.Publisher(f'/{name}/cmd_vel', Twist, queue_size=10) for name in controllers}
         for name in controllers:
@@ -72,6 +72,7 @@ class Clockwork(threading.Thread):
 
     def on_cycle(self, message, name):
         self.heard[name] = message.header.stamp.to_sec()
+        self.asked[name] = dict(zip(message.name, message.velocity))
 
     def run(self):
         tick = 0
@@ -217,6 +218,7 @@ class ControllersTest(unittest.TestCase):
             self.assertLessEqual(b.twist.linear.x - a.twist.linear.x, 0.5 * (b.header.stamp - a.header.stamp).to_sec() + 1e-6)
         self.assertAlmostEqual(self.odometry['options'][-1].twist.twist.linear.x, 0.6, delta=0.02)
         self.assertEqual(list(self.joints[-1].name), THREE_EACH['left_wheel'] + THREE_EACH['right_wheel'])
+        self.assertEqual(self.clock.asked['options'], dict.fromkeys(self.joints[-1].name, self.clock.asked['options']['left_wheel']))
         state = self.states[-1]
         self.assertEqual(list(state.joint_names), THREE_EACH['left_wheel'] + THREE_EACH['right_wheel'])
         for k in range(6):
