@@ -8,6 +8,17 @@ from nav_msgs.msg import Odometry
 
 from ..data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
 from ..geometry import Transform
+from ..stamps import Stamp, nanoseconds
+
+
+def seconds(time) -> Stamp:
+    """A rospy.Time in seconds, with its nanoseconds."""
+    return Stamp(time.secs, time.nsecs)
+
+
+def ros_time(stamp: float) -> rospy.Time:
+    """The rospy.Time of seconds, to the nanosecond where they are a Stamp."""
+    return rospy.Time(*divmod(nanoseconds(stamp), 10 ** 9))
 
 
 def _vector(v):
@@ -23,24 +34,24 @@ def _square(values, n):
 
 
 def odometry(msg) -> OdometryData:
-    return OdometryData(msg.header.stamp.to_sec(), msg.header.frame_id, msg.child_frame_id,
+    return OdometryData(seconds(msg.header.stamp), msg.header.frame_id, msg.child_frame_id,
                         _vector(msg.pose.pose.position), _quaternion(msg.pose.pose.orientation),
                         _square(msg.pose.covariance, 6), _vector(msg.twist.twist.linear),
                         _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
 
 
 def pose(msg) -> PoseData:
-    return PoseData(msg.header.stamp.to_sec(), msg.header.frame_id, _vector(msg.pose.pose.position),
+    return PoseData(seconds(msg.header.stamp), msg.header.frame_id, _vector(msg.pose.pose.position),
                     _quaternion(msg.pose.pose.orientation), _square(msg.pose.covariance, 6))
 
 
 def twist(msg) -> TwistData:
-    return TwistData(msg.header.stamp.to_sec(), msg.header.frame_id, _vector(msg.twist.twist.linear),
+    return TwistData(seconds(msg.header.stamp), msg.header.frame_id, _vector(msg.twist.twist.linear),
                      _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
 
 
 def imu(msg) -> ImuData:
-    return ImuData(msg.header.stamp.to_sec(), msg.header.frame_id, _quaternion(msg.orientation),
+    return ImuData(seconds(msg.header.stamp), msg.header.frame_id, _quaternion(msg.orientation),
                    _square(msg.orientation_covariance, 3), _vector(msg.angular_velocity),
                    _square(msg.angular_velocity_covariance, 3), _vector(msg.linear_acceleration),
                    _square(msg.linear_acceleration_covariance, 3))
@@ -49,7 +60,7 @@ def imu(msg) -> ImuData:
 def transform(msg) -> StampedTransform:
     """A geometry_msgs/TransformStamped."""
     t = msg.transform
-    return StampedTransform(msg.header.stamp.to_sec(), msg.header.frame_id, msg.child_frame_id,
+    return StampedTransform(seconds(msg.header.stamp), msg.header.frame_id, msg.child_frame_id,
                             Transform(_vector(t.translation), _quaternion(t.rotation)))
 
 
@@ -57,7 +68,7 @@ def command(msg, now: float):
     """(stamp in s, (6,) command) of a Twist, which counts as of `now`, or a TwistStamped."""
     stamped = hasattr(msg, 'twist')
     twist_ = msg.twist if stamped else msg
-    return msg.header.stamp.to_sec() if stamped else now, _vector(twist_.linear) + _vector(twist_.angular)
+    return seconds(msg.header.stamp) if stamped else now, _vector(twist_.linear) + _vector(twist_.angular)
 
 
 def fill_pose(pose_, transform_: Transform):
@@ -69,7 +80,7 @@ def fill_pose(pose_, transform_: Transform):
 
 def odometry_message(output: FilterOutput) -> Odometry:
     msg = Odometry()
-    msg.header.stamp = rospy.Time.from_sec(output.stamp)
+    msg.header.stamp = ros_time(output.stamp)
     msg.header.frame_id, msg.child_frame_id = output.frame_id, output.child_frame_id
     fill_pose(msg.pose.pose, output.pose)
     v, w = msg.twist.twist.linear, msg.twist.twist.angular
@@ -81,7 +92,7 @@ def odometry_message(output: FilterOutput) -> Odometry:
 
 def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
     msg = AccelWithCovarianceStamped()
-    msg.header.stamp = rospy.Time.from_sec(output.stamp)
+    msg.header.stamp = ros_time(output.stamp)
     msg.header.frame_id = output.child_frame_id
     a, w = msg.accel.accel.linear, msg.accel.accel.angular
     a.x, a.y, a.z = output.state[12:].tolist()
@@ -95,7 +106,7 @@ def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
 
 def transform_message(stamped: StampedTransform) -> TransformStamped:
     msg = TransformStamped()
-    msg.header.stamp = rospy.Time.from_sec(stamped.stamp)
+    msg.header.stamp = ros_time(stamped.stamp)
     msg.header.frame_id, msg.child_frame_id = stamped.parent, stamped.child
     t, r = msg.transform.translation, msg.transform.rotation
     t.x, t.y, t.z = stamped.transform.translation

@@ -20,7 +20,7 @@ class Tf2Transforms:
         """target_from_source at the stamp (s), the latest one where that fails, or None."""
         if target == source:
             return IDENTITY
-        for time, timeout in ((rospy.Time.from_sec(stamp), self.timeout), (rospy.Time(0), rospy.Duration(0))):
+        for time, timeout in ((conversions.ros_time(stamp), self.timeout), (rospy.Time(0), rospy.Duration(0))):
             try:
                 if timeout:
                     found = self.buffer.lookup_transform(target, source, time, timeout)
