@@ -143,7 +143,7 @@ class SafetyGate:
 
     def _lose(self, t, command, problem):
         """Listen to nobody; returns whether it is time to tell the commanders so."""
-        was_armed, self._armed, self._firm = self._armed, False, False
+        was_armed, self._armed = self._armed, False
         if problem is not None:
             self._cause = problem
         nagging = _wants(command) and _recent(t, command.stamp, self.config.command_hard_timeout)

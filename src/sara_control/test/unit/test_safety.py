@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sara_control.comfort import Comfort, Profile
 from sara_control.gate_config import GateConfig
 from sara_control.reasons import Reason, State
-from sara_control.safety import Command, Decision, Inputs, SafetyGate
+from sara_control.safety import Command, Decision, Inputs, SafetyGate, _recent
 from sara_control.zones import RangeSensor, ZoneConfig, Zones
 
 DT = 0.02
@@ -569,3 +569,8 @@ def test_the_second_is_over_when_it_is_over():
     bench = Bench(start=1.0).ask(0.4)
     bench.step(3, dt=0.5)
     assert bench.give_ups == [2.5]
+
+
+def test_the_ends_of_what_is_recent_belong_to_it():
+    assert _recent(0.5, 0.0, 0.5) and not _recent(0.5, -1e-9, 0.5)
+    assert _recent(0.0, 0.1, 0.5) and not _recent(0.0, 0.1 + 1e-9, 0.5)
