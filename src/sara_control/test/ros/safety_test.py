@@ -102,7 +102,7 @@ class SafetyTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.got = {}
-        for topic, kind in (('/safety_gate/status', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID),
+        for topic, kind in (('/safety_gate/status', String), ('/safety_gate/give_up', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID),
                             ('/diagnostics', DiagnosticArray)):
             rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
         cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
@@ -168,11 +168,11 @@ class SafetyTest(unittest.TestCase):
 
     def test_emergency_stop_is_latched(self):
         self.drive()
-        cancels = len(self.got.get('/move_base/cancel', []))
+        given_up = len(self.got.get('/safety_gate/give_up', []))
         self.stop_button.publish(True)
         self.until(lambda: self.chair.command == (0.0, 0.0), 'it does not stop')
         self.assertIn('emergency stop', self.status())
-        self.until(lambda: len(self.got.get('/move_base/cancel', [])) > cancels, 'the goal is not given up')
+        self.until(lambda: len(self.got.get('/safety_gate/give_up', [])) > given_up, 'the goal is not given up')
         self.assertFalse(self.reset().success, 'released although the button is pressed')
         self.stop_button.publish(False)
         self.wait(0.3)

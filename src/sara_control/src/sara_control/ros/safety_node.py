@@ -39,6 +39,7 @@ class SafetyNode:
         self.diagnostics = Diagnostics('safety', 'wheelchair')
         self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
         self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.give_up = rospy.Publisher('~give_up', String, queue_size=10, tcp_nodelay=True)
         self.cancel = [rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True) for topic in config.cancel_topics]
         self.subscribe(config)
         rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
@@ -111,6 +112,7 @@ class SafetyNode:
             self.out.publish(message)
             text = self.announcer.say(now, decision.state, decision.reason)
         if decision.give_up:
+            self.give_up.publish(sentence(decision.state, decision.reason))
             for topic in self.cancel:
                 topic.publish(GoalID())
         if text is not None:
