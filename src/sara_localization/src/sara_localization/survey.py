@@ -24,6 +24,7 @@ from .mounting import check_mountings
 from .state import ACCELERATION, ANGLES, NAMES, RATES, TWIST, YAW
 
 LARGEST_DELAY = 1.0
+LARGEST_CLOCK_ERROR = 3600.0
 TINY_VARIANCE = 1e-9
 LONGEST_GAP_PERIODS = 10.0
 
@@ -58,7 +59,8 @@ class Survey:
         for part, target, source in self._ways(record.config, data):
             if not source or (source.lstrip('/') != target and self.transforms.lookup(target, source.lstrip('/'), data.stamp) is None):
                 record.lost[part, source, target] = record.lost.get((part, source, target), 0) + 1
-        self._add_turning(record, data)
+        if abs(data.stamp - received) < LARGEST_CLOCK_ERROR:
+            self._add_turning(record, data)
 
     def _ways(self, config, data):
         """The transforms that the message's used parts need: (part, target, source)."""
@@ -79,7 +81,7 @@ class Survey:
         mounting = IDENTITY
         if kind in ('imu', 'odom', 'twist') and frame.lstrip('/') not in ('', base):
             mounting = self.transforms.lookup(base, frame.lstrip('/'), data.stamp)
-        if mounting is None or not math.isfinite(data.stamp):
+        if mounting is None:
             return
         record.mounting = record.mounting or mounting
         if kind != 'pose' and not (kind == 'imu' and not measures(data.angular_velocity_covariance)):

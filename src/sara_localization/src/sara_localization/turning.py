@@ -14,6 +14,7 @@ import numpy as np
 
 WINDOW = 10.0
 FEWEST_WINDOWS = 3
+LONGEST_DRIVE = 1e6         # s; beyond that it is no drive but a clock that was set
 # A source is accused when it is this many times farther from all others than the best two are from each other, and at least
 # SMALLEST off in a window.
 RATIO = 2.5
@@ -55,9 +56,9 @@ def compare(sources: List[Source], window: float = WINDOW) -> Optional[Compariso
     if len(sources) < 2:
         return None
     begin, end = max(s.t[0] for s in sources), min(s.t[-1] for s in sources)
-    edges = np.arange(begin, end, window)
-    if len(edges) < FEWEST_WINDOWS + 1:
+    if not FEWEST_WINDOWS * window < end - begin < LONGEST_DRIVE:
         return None
+    edges = np.arange(begin, end, window)
     turned = {s.what: np.diff(np.interp(edges, s.t, s.yaw)) for s in sources}
     if max(np.abs(steps).sum() for steps in turned.values()) < SLOWEST_TURN:
         return None

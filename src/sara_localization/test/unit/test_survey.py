@@ -207,3 +207,22 @@ def test_at_rest_keeps_away_from_motion():
     speed = np.where((wheels > 5.0) & (wheels < 10.0), 0.5, 0.0)
     still = turning.at_rest(np.array([1.0, 4.4, 4.8, 7.0, 10.2, 10.8, 15.0, 25.0]), wheels, speed, np.zeros_like(wheels))
     assert still.tolist() == [True, True, False, False, False, True, True, False]
+
+
+numbers = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([0.0, -1.0, 1e308, -0.0]))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.tuples(st.booleans(), numbers, st.lists(numbers, min_size=11, max_size=11), st.sampled_from(['', 'base_link', '/x'])),
+                max_size=30))
+def test_no_message_can_break_the_survey(messages):
+    survey = Survey(Drive().config, TransformBuffer())
+    for wheels, stamp, v, frame in messages:
+        if wheels:
+            survey.add('odom0', OdometryData(stamp, 'odom', frame, v[:3], v[3:7], np.full((6, 6), v[7]), v[8:11], v[:3],
+                                             np.full((6, 6), v[4])), 100.0)
+        else:
+            survey.add('imu0', ImuData(stamp, frame, v[3:7], np.full((3, 3), v[7]), v[:3], np.full((3, 3), v[8]), v[8:11]), 100.0)
+    with np.errstate(all='ignore'):
+        for finding in survey.findings():
+            assert finding.sentence.endswith('.')

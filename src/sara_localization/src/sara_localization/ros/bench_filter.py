@@ -10,9 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import signal
-import socket
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -22,6 +19,8 @@ import rosgraph
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
+
+from .own_master import own_master, running
 
 PEER_PERCENT = {'ekf': 1.77, 'ukf': 1.93}
 ALLOWED_PERCENT = 3.5
@@ -77,37 +76,23 @@ def measure(seconds: float, odometry_pub, imu_pub) -> dict:
     return {'cpu_percent': 100.0 * (after - before) / lasted, 'peak_mb': peak, 'output_hz': (len(arrived) - count) / lasted}
 
 
-def _launched(kind, port):
-    return subprocess.Popen(['roslaunch', '--no-summary', '-p', str(port), 'sara_localization', 'bench.launch', 'filter:=' + kind],
-                            stdout=subprocess.DEVNULL)
-
-
 def main(argv=None):
     parser = argparse.ArgumentParser(prog='bench_filter', description='CPU and memory of a live filter node.')
     parser.add_argument('--filter', choices=['ekf', 'ukf', 'both'], default='both')
     parser.add_argument('--seconds', type=float, default=20.0)
     parser.add_argument('--out', type=Path, help='JSON file')
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
-    with socket.socket() as probe:
-        probe.bind(('localhost', 0))
-        port = probe.getsockname()[1]
-    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
     results = {}
-    with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
-        while not rosgraph.is_master_online():
-            time.sleep(0.1)
+    with own_master() as port:
         rospy.init_node('bench_filter', disable_signals=True)
         odometry_pub = rospy.Publisher('/diff_drive_controller/odom', Odometry, queue_size=10, tcp_nodelay=True)
         imu_pub = rospy.Publisher('/imu/data', Imu, queue_size=10, tcp_nodelay=True)
         for kind in ('ekf', 'ukf') if arguments.filter == 'both' else (arguments.filter,):
-            launched = _launched(kind, port)
-            result = results[kind] = measure(arguments.seconds, odometry_pub, imu_pub)
-            launched.send_signal(signal.SIGINT)
-            launched.wait()
+            with running('roslaunch', '--no-summary', '-p', str(port), 'sara_localization', 'bench.launch', 'filter:=' + kind):
+                result = results[kind] = measure(arguments.seconds, odometry_pub, imu_pub)
             print('%s_localization_node: %.2f %% of a core, %.0f MB, %.1f Hz out (the peer: %.2f %%)'
                   % (kind, result['cpu_percent'], result['peak_mb'], result['output_hz'], PEER_PERCENT[kind]), flush=True)
         rospy.signal_shutdown('done')
-        master.send_signal(signal.SIGINT)
     if arguments.out:
         arguments.out.write_text(json.dumps(results, indent=1))
     sys.exit(0 if all(result['cpu_percent'] <= ALLOWED_PERCENT for result in results.values()) else 1)

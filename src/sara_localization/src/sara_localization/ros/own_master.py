@@ -1,0 +1,37 @@
+"""A ROS master of one's own for the length of a measurement, so that nothing on the machine is disturbed."""
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import time
+from contextlib import contextmanager
+
+import rosgraph
+
+
+@contextmanager
+def own_master():
+    """Start a master on a free port and point this process's environment at it; gives the port."""
+    with socket.socket() as probe:
+        probe.bind(('localhost', 0))
+        port = probe.getsockname()[1]
+    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
+    with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
+        try:
+            while not rosgraph.is_master_online():
+                time.sleep(0.1)
+            yield port
+        finally:
+            master.send_signal(signal.SIGINT)
+
+
+@contextmanager
+def running(*command, **popen):
+    """A process for the length of a block: interrupted, and waited for."""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, **popen) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGINT)
