@@ -94,3 +94,57 @@ def test_every_fault_is_told_at_once_and_errors_come_first():
 def test_a_turned_imu_may_measure_yaw_with_another_axis():
     findings = [f for f in found(sound(imu0_config=mask(10))) if f.key == 'YAW_configuration']
     assert [f.level for f in findings] == [WARN] and 'mounted turned' in findings[0].sentence
+
+
+FILTER = ('frequency sensor_timeout two_d_mode map_frame odom_frame base_link_frame base_link_frame_output world_frame tf_prefix publish_tf '
+          'invert_tf publish_acceleration permit_corrected_publication transform_time_offset transform_timeout print_diagnostics '
+          'gravitational_acceleration debug debug_out_file smooth_lagged_data history_length reset_on_time_jump predict_to_current_time '
+          'use_control stamped_control control_timeout control_config acceleration_limits deceleration_limits acceleration_gains '
+          'deceleration_gains dynamic_process_noise_covariance process_noise_covariance initial_estimate_covariance initial_state '
+          'disabled_at_startup alpha kappa beta').split()
+GATES = ['pose_rejection_threshold', 'twist_rejection_threshold']
+INPUTS = {'odom': ['differential', 'relative', 'pose_use_child_frame', *GATES],
+          'pose': ['differential', 'relative', 'rejection_threshold'], 'twist': ['rejection_threshold'],
+          'imu': ['differential', 'relative', 'remove_gravitational_acceleration', 'linear_acceleration_rejection_threshold', *GATES]}
+
+
+def peer_parameters():
+    """Names of all parameters of the peer's nodes with one input of each kind, but for the topics."""
+    return FILTER + ['%s0_%s' % (each, option) for each, options in INPUTS.items() for option in ('config', 'queue_size', 'nodelay', *options)]
+
+
+@pytest.mark.parametrize('kind', ['ekf', 'ukf'])
+def test_nonsense_in_any_parameter_of_the_peer_is_refused_by_name(kind):
+    params = {name: [None] for name in peer_parameters()}
+    params.update({each + '0': each for each in INPUTS}, use_control=True)
+    findings = found(params, kind)
+    told = ' '.join(f.sentence for f in findings)
+    # These take any value, and have no effect that could go wrong; use_control holds a value here.
+    free = {each + '0_nodelay' for each in INPUTS} | {'debug', 'debug_out_file', 'use_control'}
+    assert {name for name in peer_parameters() if name not in told} <= free
+    assert all(f.level == ERROR for f in findings)
+
+
+@pytest.mark.parametrize('kind', ['ekf', 'ukf'])
+def test_no_parameter_of_the_peer_is_taken_for_a_misspelt_one(kind):
+    params = {name: False for name in peer_parameters()}
+    params.update({each + '0': each for each in INPUTS})
+    params.update({each + '0_config': mask(*used) for each, used in dict(odom=[6, 7], pose=[0, 1], twist=[11], imu=[5, 11]).items()})
+    for name in peer_parameters():
+        if name.endswith('_threshold') or name in ('frequency', 'sensor_timeout', 'history_length', 'transform_time_offset', 'alpha',
+                                                   'transform_timeout', 'gravitational_acceleration', 'control_timeout', 'kappa', 'beta'):
+            params[name] = 0.1 if name == 'control_timeout' else 5.0 if name != 'transform_timeout' else 0.01
+        elif name.endswith('_queue_size'):
+            params[name] = 10
+        elif name.endswith(('_frame', '_frame_output')) and 'child' not in name:
+            params[name] = {'map_frame': 'map', 'base_link_frame': 'base', 'base_link_frame_output': 'base_out'}.get(name, 'odom')
+        elif name.endswith(('_limits', '_gains')):
+            params[name] = [1.0] * 6
+        elif name.endswith('_covariance') and name != 'dynamic_process_noise_covariance':
+            params[name] = [0.1] * 15
+    params.update(initial_state=[0.0] * 15, two_d_mode=True, use_control=True, control_config=[True] + [False] * 5, tf_prefix='robot',
+                  smooth_lagged_data=True, print_diagnostics=True)
+    config, findings = check_config.check(params, kind)
+    assert config is not None, findings
+    assert not [f for f in findings if 'is no parameter' in f.sentence or 'ignored' in f.sentence], findings
+    assert config.world_frame == 'robot/odom' and config.control.mask[0] and config.input('imu0').twist_threshold == 5.0
