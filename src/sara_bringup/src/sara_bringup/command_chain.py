@@ -2,8 +2,6 @@
 
 `/cmd_vel/navigation` and the joystick go in, wheel command frames come out; what the gate watches goes to it on the way.
 """
-import numpy as np
-
 from canserial.readings import EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading, RangeReading
 from sara_bringup.paths import parameters
 from sara_control.can_base import CanBase
@@ -24,7 +22,6 @@ class CommandChain:
         self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux["joystick"]))
         self.guard = Guard(SafetyConfig.from_params(parameters("sara_control", "safety.yaml")))
-        self.covariances = np.diag(control.pose_covariance_diagonal), np.diag(control.twist_covariance_diagonal)
         self.decision = None
         self.abort = self.cancel = ""   # why goals are to be given up; whoever does it empties them
         self._hear = {EncoderReading: self._encoder, ModeReading: self._mode, ImuReading: self._imu, RangeReading: self._range,
@@ -51,7 +48,7 @@ class CommandChain:
         if decision.give_up:
             self.abort = sentence(decision.state, decision.reason)
         self.controller.on_command(decision.v, decision.w, now)
-        return self.base.command(*self.controller.update(now))
+        return self.base.command(*self.controller.update(now, self.base.may_drive))
 
     def _said(self, said, now):
         self.guard.on_source(self.mux.driver)

@@ -108,9 +108,8 @@ class Lockstep:
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
         orientation = quaternion_from_rpy(0.0, 0.0, state.heading)
         self.transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(state.x, state.y, 0.0, 0.0, 0.0, state.heading), state.stamp)
-        pose_covariance, twist_covariance = self.wheels.covariances
-        self.ekf.add_odometry("odom0", OdometryData(state.stamp, "odom", "base_link", (state.x, state.y, 0.0), orientation, pose_covariance,
-                                                    (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular), twist_covariance))
+        self.ekf.add_odometry("odom0", OdometryData(state.stamp, "odom", "base_link", (state.x, state.y, 0.0), orientation, np.diag(state.pose_covariance),
+                                                    (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular), np.diag(state.twist_covariance)))
 
     def _filter(self, now):
         output = self.ekf.tick(now)
