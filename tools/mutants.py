@@ -32,7 +32,7 @@ def sources():
     """A digest of all that the result depends on."""
     modules = (PACKAGE / 'src' / 'sara_control' / f'{name}.py' for name in JUDGED_BY)
     files = [*modules, *(PACKAGE / test for test in TESTS)]
-    return hashlib.sha256(b''.join(path.read_bytes() for path in files)).hexdigest()
+    return hashlib.sha256(b''.join([sys.executable.encode(), *(path.read_bytes() for path in files)])).hexdigest()
 
 
 def prepare():

@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Mutation testing of the safety gate (tools/mutants.py); installs what it needs first. Not part of `make test`.
+# Mutation testing of the safety gate (tools/mutants.py), in an environment of its own below build/. Not part of `make test`.
 set -eo pipefail
 cd "$(dirname "$0")/.."
-list=tools/mutation-packages.txt
-if ! cmp -s "$list" .venv/mutation.txt; then
-    echo "== venv: $(grep -cv '^#' "$list") packages for mutation testing"
-    .venv/bin/python3 -m pip install --quiet --disable-pip-version-check -r "$list"
-    cp "$list" .venv/mutation.txt
+list=tools/mutation-packages.txt venv=build/mutation_venv
+if ! cmp -s "$list" "$venv/installed.txt"; then
+    echo "== venv: $venv with $(grep -cv '^#' "$list") packages for mutation testing"
+    mkdir -p build
+    /usr/bin/python3 -m venv --system-site-packages "$venv"
+    touch "$venv/CATKIN_IGNORE"
+    "$venv/bin/python3" -m pip install --quiet --disable-pip-version-check -r "$list"
+    cp "$list" "$venv/installed.txt"
 fi
-source devel/setup.bash
-exec .venv/bin/python3 tools/mutants.py "$@"
+exec "$venv/bin/python3" tools/mutants.py "$@"
