@@ -37,6 +37,7 @@ class _Record:
         self.stamps, self.received, self.values, self.variances = [], [], [], []
         self.frames, self.lost = {}, {}
         self.headings, self.rates = [], []      # (stamp, yaw) and (stamp, yaw rate) along the robot's axes
+        self.wheels = []                        # (stamp, speed, yaw rate) of a twist
         self.mounting = None                    # robot_from_sensor
 
 
@@ -59,7 +60,7 @@ class Survey:
         for part, target, source in self._ways(record.config, data):
             if not source or (source.lstrip('/') != target and self.transforms.lookup(target, source.lstrip('/'), data.stamp) is None):
                 record.lost[part, source, target] = record.lost.get((part, source, target), 0) + 1
-        if abs(data.stamp - received) < LARGEST_CLOCK_ERROR:
+        if data.stamp > 0.0 and abs(data.stamp - received) < LARGEST_CLOCK_ERROR:
             self._add_turning(record, data)
 
     def _ways(self, config, data):
@@ -88,6 +89,8 @@ class Survey:
             rate = rotate(mounting.rotation, data.angular_velocity if kind == 'imu' else data.angular)[2]
             if math.isfinite(rate):
                 record.rates.append((data.stamp, rate))
+                if kind != 'imu' and math.isfinite(data.linear[0]):
+                    record.wheels.append((data.stamp, data.linear[0], rate))
         if kind in ('imu', 'pose') and not (kind == 'imu' and not measures(data.orientation_covariance)):
             try:
                 record.headings.append((data.stamp, rpy_from_quaternion(normalised(data.orientation))[2]))
@@ -230,17 +233,16 @@ class Survey:
 
     def _of_gyros(self) -> List[Finding]:
         """The mean rate of each used gyro where wheels say that the robot stands."""
-        wheels = next((r for r in self._records.values() if r.config.kind in ('odom', 'twist') and len(r.stamps) > 20), None)
+        wheels = next((r.wheels for r in self._records.values() if len(r.wheels) > 20), None)
         if wheels is None:
             return []
-        order = np.argsort(wheels.stamps, kind='stable')
-        t, values = np.array(wheels.stamps)[order], np.array(wheels.values)[order]
+        t, speed, turning_rate = _in_order(wheels)
         found = []
         for record in self._records.values():
             if record.config.kind != 'imu' or len(record.rates) < 20 or not any(record.config.mask[RATES]):
                 continue
             at, rates = _in_order(record.rates)
-            bias = turning.standstill_bias(at, rates, turning.at_rest(at, t, values[:, 6], values[:, 11]))
+            bias = turning.standstill_bias(at, rates, turning.at_rest(at, t, speed, turning_rate))
             if record.config.gyro_bias == 'off' and bias and abs(bias[0]) > max(4.0 * bias[1], math.radians(0.05)):
                 found.append(Finding(WARN, record.config.name + '_bias',
                                      '%s: its gyro turns by %.3f deg/s while the wheels stand: %.0f deg in ten minutes. Calibrate it, or set '
@@ -254,11 +256,11 @@ def _block_start(k):
     return ANGLES.start if k in range(3, 6) else RATES.start if k in range(9, 12) else ACCELERATION.start
 
 
-def _in_order(pairs):
-    """(n,) times and (n,) values, oldest first, without repeated times."""
-    t, v = np.array(pairs).T
-    t, first = np.unique(t, return_index=True)
-    return t, v[first]
+def _in_order(rows):
+    """(n,) times and the other columns of rows, oldest first, without repeated times."""
+    columns = np.array(rows).T
+    _, first = np.unique(columns[0], return_index=True)
+    return columns[:, first]
 
 
 def _numbers(data):

@@ -89,11 +89,18 @@ def misleading(comparison: Optional[Comparison]) -> List[str]:
 def at_rest(t, wheels_t, speed, rate) -> np.ndarray:
     """(n,) bool: at which of the times t (s) the wheels have stood for a while and go on standing.
 
-    wheels_t (m,), speed (m,) m/s, rate (m,) rad/s: what the wheels say.
+    wheels_t (m,) rising, speed (m,) m/s, rate (m,) rad/s: what the wheels say. Where they say nothing they may move.
     """
-    moving = np.asarray(wheels_t)[(np.abs(speed) > STILL_SPEED) | (np.abs(rate) > STILL_RATE)]
-    t = np.asarray(t, dtype=float)
-    inside = (t >= wheels_t[0]) & (t <= wheels_t[-1])
+    t, wheels_t = np.asarray(t, dtype=float), np.asarray(wheels_t, dtype=float)
+    if len(wheels_t) < 2:
+        return np.zeros(len(t), dtype=bool)
+    silent = np.diff(wheels_t) > STILL_MARGIN
+    turning = (np.abs(speed) > STILL_SPEED) | (np.abs(rate) > STILL_RATE)
+    turning[:-1] |= silent
+    turning[1:] |= silent
+    following = np.clip(np.searchsorted(wheels_t, t), 1, len(wheels_t) - 1)
+    inside = (t >= wheels_t[0]) & (t <= wheels_t[-1]) & ~silent[following - 1]
+    moving = wheels_t[turning]
     if not len(moving):
         return inside
     after = np.searchsorted(moving, t)

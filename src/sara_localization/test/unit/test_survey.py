@@ -209,6 +209,12 @@ def test_at_rest_keeps_away_from_motion():
     assert still.tolist() == [True, True, False, False, False, True, True, False]
 
 
+def test_wheels_that_are_silent_are_not_at_rest():
+    wheels = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(14.0, 20.0, 0.1)])
+    still = turning.at_rest(np.array([5.0, 9.8, 10.5, 12.0, 13.9, 14.2, 17.0]), wheels, np.zeros_like(wheels), np.zeros_like(wheels))
+    assert still.tolist() == [True, False, False, False, False, False, True]
+
+
 numbers = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([0.0, -1.0, 1e308, -0.0]))
 
 
