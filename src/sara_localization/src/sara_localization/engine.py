@@ -15,7 +15,7 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from . import measurement
+from . import kernel, measurement, sheets
 from .config import FilterConfig
 from .control import Control
 from .data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
@@ -59,6 +59,8 @@ class FilterEngine:
     """
 
     def __init__(self, config: FilterConfig, transforms, report=None):
+        kernel.warm()
+        sheets.warm()
         self.config, self.transforms = config, transforms
         self._report = report or (lambda sentence: None)
         self.control = Control(config.control) if config.control else None

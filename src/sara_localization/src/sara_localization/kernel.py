@@ -304,9 +304,12 @@ def repair(P: np.ndarray) -> None:
 def warm() -> None:
     """Compile (or load from the cache) everything, so that nothing compiles on the move."""
     x, P = np.zeros(15), np.eye(15)
-    indices, extra = np.array([6, 11]), np.array([-1, -1])
+    indices, extra, z, R = np.array([6, 11]), np.array([-1, -1]), np.zeros(2), np.eye(2)
+    wrap_angles(x)
+    positive_definite(P)
     predict(x, P, np.eye(15), 0.01, x)
-    floored(np.zeros(2), np.eye(2))
+    floored(z, R)
     bound(P)
-    correct(x, P, indices, extra, np.zeros(2), np.eye(2), np.inf)
+    innovation(x, indices, extra, z)
+    correct(x, P, indices, extra, z, R, np.inf)
     unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)

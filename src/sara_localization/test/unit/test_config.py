@@ -75,3 +75,69 @@ def test_the_sets_shipped_are_sound(name, taken):
     assert {i for i, used in enumerate(config.input('odom0').mask) if used} == taken
     assert {i for i, used in enumerate(config.input('imu0').mask) if used} == {YAW, VYAW}
     assert config.two_d_mode and config.publishes_map_to_odom and config.frequency == 50.0
+
+
+SIX = [True, False, False, False, False, True]
+
+
+def test_control_is_read_with_its_defaults():
+    control = read(use_control=True, control_config=SIX, acceleration_limits=[2] * 6, deceleration_gains=[3.0] * 6,
+                   sensor_timeout=0.4).control
+    assert control.mask == tuple(SIX) and control.timeout == 0.4 and not control.stamped
+    assert control.acceleration_limits == control.deceleration_limits == (2.0,) * 6
+    assert control.acceleration_gains == (1.0,) * 6 and control.deceleration_gains == (3.0,) * 6
+    assert read().control is None
+
+
+@pytest.mark.parametrize('name, value', [
+    ('control_config', None), ('control_config', [True] * 5), ('acceleration_limits', [1.0] * 5),
+    ('deceleration_gains', [-1.0] * 6), ('control_timeout', -1.0)])
+def test_a_fault_of_the_control_is_named(name, value):
+    params = {'use_control': True, 'control_config': SIX, name: value}
+    assert any(name in fault for fault in faults(**{k: v for k, v in params.items() if v is not None}))
+
+
+def test_an_axis_whose_acceleration_is_measured_is_not_controlled_and_that_is_told():
+    config = read(use_control=True, control_config=SIX, imu0='/imu', imu0_config=[i == 12 for i in range(15)])
+    assert config.control.mask == (False,) * 5 + (True,)
+    assert any('control_config' in w and 'imu0 measures ax' in w for w in config.warnings)
+
+
+def test_tf_prefix_goes_before_every_frame():
+    config = read(tf_prefix='/sara', world_frame='map', map_frame='/map')
+    assert (config.map_frame, config.world_frame, config.base_link_frame_output) == ('sara/map', 'sara/map', 'sara/base_link')
+
+
+@pytest.mark.parametrize('params, words', [
+    (dict(odom0_differential=True, odom0_relative=True), ('odom0_relative', 'no effect')),
+    (dict(odom0_relative=True), ('odom0_relative', 'no effect')),
+    (dict(smooth_lagged_data=True), ('history_length', '0')),
+    (dict(history_length=2.0), ('smooth_lagged_data', 'off')),
+    (dict(control_timeout=1.0), ('use_control', 'off')),
+    (dict(imu0='/imu', imu0_config=[i == 5 for i in range(15)], imu0_gyro_bias='state'), ('imu0_gyro_bias', 'no effect'))])
+def test_what_has_no_effect_is_told_with_its_reason(params, words):
+    assert any(all(word in warning for word in words) for warning in read(**params).warnings)
+
+
+def test_history_length_counts_by_its_size():
+    assert read(smooth_lagged_data=True, history_length=-2.0).history_length == 2.0
+
+
+@pytest.mark.parametrize('name, value', [
+    ('odom0_twist_covariance', [0.0] * 6), ('odom0_pose_covariance', [1.0] * 5), ('odom0_turning_noise', [1.0, -1.0, 0.0]),
+    ('imu0_gyro_bias', 'sometimes'), ('imu0_gyro_bias_variance', 0.0), ('standstill_time', 0.0), ('alpha', 0.0), ('kappa', -1.0)])
+def test_a_fault_of_an_extension_is_named(name, value):
+    imu = dict(imu0='/imu', imu0_config=[i == 11 for i in range(15)]) if name.startswith('imu') else {}
+    assert any(name in fault for fault in faults(**imu, **{name: value}))
+
+
+def test_extensions_are_off_by_default_and_yamls_off_is_off():
+    config = read(imu0='/imu', imu0_config=[i == 11 for i in range(15)], imu0_gyro_bias=False)
+    assert not config.standstill.update and config.warnings == ()
+    assert all(i.gyro_bias == 'off' and not i.covariances and i.turning_noise == (0.0,) * 3 for i in config.inputs)
+
+
+def test_the_filter_is_one_of_two():
+    assert FilterConfig.from_params({'odom0': '/o', 'odom0_config': [True] * 15, 'alpha': 0.5}, 'ukf').alpha == 0.5
+    with pytest.raises(ConfigError, match='ekf, ukf'):
+        FilterConfig.from_params({}, 'pf')
