@@ -13,6 +13,7 @@ from typing import Dict, Optional, Tuple
 from .data import PoseData, StampedTransform
 from .geometry import Transform, normalised
 from .parameters import ConfigError, ParameterReader
+from .stamps import later
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class FakeLocalization:
         map_from_base = self.offset @ truth
         self._newest = map_from_base
         config = self.config
-        transform = StampedTransform(stamp + config.transform_tolerance, config.global_frame_id, config.odom_frame_id,
+        transform = StampedTransform(later(stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id,
                                      map_from_base @ odom_from_base.inverse())
         return FakeOutput(stamp, map_from_base, transform)
 

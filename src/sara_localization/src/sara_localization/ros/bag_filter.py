@@ -10,6 +10,7 @@ import rospy
 
 from ..config import FilterConfig
 from ..engine import FilterEngine
+from ..stamps import Stamp
 from ..transforms import TransformBuffer
 from . import bag_tools, conversions
 from .bag_tools import TF_TOPICS
@@ -50,7 +51,7 @@ class BagFilter:
     def deliver(self, topic: str, msg, received: rospy.Time):
         """One message of the bag at the time (rospy.Time) it was received."""
         topic = resolved(topic)
-        now = received.to_sec()
+        now = conversions.seconds(received)
         nanoseconds = received.to_nsec()
         if self.start is None and (topic in self._by_topic or topic == '/tf'):
             self.start = nanoseconds
@@ -84,7 +85,7 @@ class BagFilter:
 
     def _tick(self):
         self.ticks += 1
-        now = _seconds(self._next)
+        now = Stamp(*divmod(self._next, 10 ** 9))
         self._next = self._tick_time(self.ticks + 1)
         output = self.engine.tick(now)
         if output is None:
@@ -94,8 +95,3 @@ class BagFilter:
             t = output.transform
             self.buffer.set_transform(t.parent, t.child, t.transform, t.stamp)
         self.on_output(now, output)
-
-
-def _seconds(nanoseconds: int) -> float:
-    """As rospy.Time.to_sec of the same instant."""
-    return nanoseconds // 10 ** 9 + nanoseconds % 10 ** 9 / 1e9

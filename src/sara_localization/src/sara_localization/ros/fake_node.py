@@ -92,7 +92,7 @@ class FakeNode:
             return False
         except tf2_ros.TransformException:
             return False
-        output = self.fake.on_ground_truth(stamp.to_sec(), truth, conversions.transform(found).transform)
+        output = self.fake.on_ground_truth(conversions.seconds(stamp), truth, conversions.transform(found).transform)
         self.counts['used'] += 1
         self.broadcaster.sendTransform(conversions.transform_message(output.transform))
         self._publish_pose(stamp, output.pose)

@@ -37,7 +37,7 @@ from .inputs import resolved
 
 def _bag_writer(sink, config):
     def write(now, output):
-        stamp = rospy.Time.from_sec(now)
+        stamp = conversions.ros_time(now)
         if output.transform is not None:
             sink.write('/tf', TFMessage([conversions.transform_message(output.transform)]), stamp)
         if output.published:

@@ -103,7 +103,7 @@ class FilterNode:
 
     def on_control(self, msg):
         """A command to the robot's wheels."""
-        stamp, command = conversions.command(msg, rospy.Time.now().to_sec())
+        stamp, command = conversions.command(msg, conversions.seconds(rospy.Time.now()))
         with self.lock:
             self.engine.add_control(command, stamp)
 
@@ -111,7 +111,7 @@ class FilterNode:
         """The robot is at this pose, at rest: from RViz or a program."""
         with self.lock:
             self._take_arrived()
-            refused = self.engine.set_pose(conversions.pose(msg), rospy.Time.now().to_sec())
+            refused = self.engine.set_pose(conversions.pose(msg), conversions.seconds(rospy.Time.now()))
         if refused:
             rospy.logwarn(refused)
         else:
@@ -154,7 +154,7 @@ class FilterNode:
     def tick(self, _event):
         """A cycle of the filter; whatever goes wrong in one must not end the timer."""
         try:
-            now = rospy.Time.now().to_sec()
+            now = conversions.seconds(rospy.Time.now())
             with self.lock:
                 jumps = self.engine.time_jumps
                 self._take_arrived()
@@ -229,7 +229,7 @@ class FilterNode:
 
     def _tell(self, now, statuses):
         array = DiagnosticArray()
-        array.header.stamp = rospy.Time.from_sec(now)
+        array.header.stamp = conversions.ros_time(now)
         for s in statuses:
             array.status.append(DiagnosticStatus(name='%s: %s' % (rospy.get_name().lstrip('/'), s.name), level=s.level, message=s.message,
                                                  hardware_id='none', values=[KeyValue(key, value) for key, value in s.values]))
