@@ -18,21 +18,18 @@ import numpy as np
 from . import kernel, measurement, sheets
 from .config import FilterConfig
 from .control import Control
-from .data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
+from .data import FilterOutput, ImuData, OdometryData, PoseData, TwistData
 from .ekf import Ekf
-from .geometry import Transform
 from .history import History
 from .intake import Intake, Motion
 from .measurement import MissingTransform, PoseOptions
-from .stamps import later
-from .state import ANGLES, POSE, POSITION, RATES, SIZE
+from .output import Output
+from .state import POSE, RATES, SIZE
 from .status import InputStatus
 from .ukf import Ukf
 
 SET_POSE_VARIANCE = 1e-6
 SMALLEST_SET_POSE_VARIANCE = 1e-9
-# Stamps are float seconds since 1970, which resolve 0.24 us.
-CLOCK_RESOLUTION = 1e-6
 
 
 def make_filter(config: FilterConfig, control: Optional[Control] = None, biases=None):
@@ -69,7 +66,7 @@ class FilterEngine:
         self.history = History(config.history_length) if config.smooth_lagged_data and config.history_length else None
         self.enabled, self.on = not config.disabled_at_startup, True
         self.time_jumps = self.not_finite = self.before_history = 0
-        self.missing_transform: Optional[str] = None
+        self.output = Output(config, transforms, self._report)
         self._last_tick = None
         self._forget()
 
@@ -77,6 +74,11 @@ class FilterEngine:
     def inputs(self) -> Dict[str, InputStatus]:
         """The account of every input, by name."""
         return self.intake.inputs
+
+    @property
+    def missing_transform(self) -> Optional[str]:
+        """The sentence that says which transform the output lacks, or None."""
+        return self.output.missing_transform
 
     @property
     def parked(self) -> bool:
@@ -107,9 +109,7 @@ class FilterEngine:
         if self.history:
             self.history.clear()
         self._controls = []
-        self._published_stamp = 0.0
-        self._rates, self._rates_time = np.zeros(3), 0.0
-        self._angular_acceleration, self._angular_acceleration_covariance = np.zeros(3), np.zeros((3, 3))
+        self.output.forget()
 
     # On and off
 
@@ -153,7 +153,7 @@ class FilterEngine:
             self._controls.append((stamp, self.control.command))
 
     def _motion(self):
-        return Motion(self.filter.x[:SIZE], self._angular_acceleration)
+        return Motion(self.filter.x[:SIZE], self.output.angular_acceleration)
 
     def _enqueue(self, name, measurements):
         if not self.enabled:
@@ -198,7 +198,7 @@ class FilterEngine:
         self.intake.forget_poses(stamp)
         if self.history:
             self.history.clear()
-        self._rates = np.zeros(3)
+        self.output.at_rest()
         return None
 
     # Output
@@ -222,8 +222,8 @@ class FilterEngine:
             self.reset()
             return None
         if self.on:
-            self._differentiate(now)
-        return self._output()
+            self.output.differentiate(self.filter, now)
+        return self.output.of(self.filter)
 
     def _idle(self, now):
         """Switched off: what came in is forgotten, and the state is as of now."""
@@ -293,43 +293,6 @@ class FilterEngine:
             if at <= stamp:
                 self.control.set(command, at)
                 return
-
-    def _differentiate(self, now):
-        """Angular acceleration from the rates of two ticks, for sensors off the robot's centre."""
-        dt, period = now - self._rates_time, 1.0 / self.config.frequency
-        if abs(dt - period) < CLOCK_RESOLUTION:
-            dt = period
-        rates = self.filter.x[RATES].copy()
-        if dt > 0.0:
-            self._angular_acceleration = (rates - self._rates) / dt
-            self._angular_acceleration_covariance = self.filter.P[RATES, RATES] * (2.0 / (dt * dt))
-        self._rates, self._rates_time = rates, now
-
-    def _output(self) -> FilterOutput:
-        config, stamp, x = self.config, float(self.filter.last_measurement_time), self.filter.x[:SIZE].copy()
-        pose = Transform.from_xyz_rpy(*x[POSITION].tolist(), *x[ANGLES].tolist())
-        fresh = config.permit_corrected_publication or stamp > self._published_stamp
-        transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
-        self._published_stamp = stamp
-        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, self.filter.P[:SIZE, :SIZE].copy(), pose,
-                            transform, fresh, self._angular_acceleration, self._angular_acceleration_covariance)
-
-    def _transform(self, stamp, pose) -> Optional[StampedTransform]:
-        config, dated = self.config, later(stamp, self.config.transform_time_offset)
-        if config.invert_tf:
-            return StampedTransform(dated, config.base_link_frame_output, config.world_frame, pose.inverse())
-        if not config.publishes_map_to_odom:
-            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, pose)
-        base_from_odom = self.transforms.lookup(config.base_link_frame, config.odom_frame, stamp)
-        if base_from_odom is None:
-            missing = 'no transform %s -> %s: %s -> %s cannot be published' % (
-                config.odom_frame, config.base_link_frame, config.map_frame, config.odom_frame)
-            if self.missing_transform is None:
-                self._report(missing)
-            self.missing_transform = missing
-            return None
-        self.missing_transform = None
-        return StampedTransform(dated, config.map_frame, config.odom_frame, pose @ base_from_odom)
 
     def _time_went_back(self, now):
         self.time_jumps += 1

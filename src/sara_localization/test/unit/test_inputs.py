@@ -174,8 +174,8 @@ def test_a_covariance_of_the_users_own_takes_the_place_of_the_messages():
     for engine in (loose, tight):
         for k in range(5):
             engine.add_twist('twist0', TwistData(100.0 + k, 'base_link', (1, 0, 0), (0, 0, 0), np.eye(6) * 10.0))
-        engine.output = engine.tick(104.0)
-    assert tight.output.covariance[VX, VX] < 1.1e-6 < 1.0 < loose.output.covariance[VX, VX]
+        engine.given = engine.tick(104.0)
+    assert tight.given.covariance[VX, VX] < 1.1e-6 < 1.0 < loose.given.covariance[VX, VX]
 
 
 def test_an_override_mends_the_zero_variances_of_a_driver_but_not_a_part_that_is_not_measured():

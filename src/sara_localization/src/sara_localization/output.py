@@ -1,0 +1,76 @@
+"""From the filter's state to what is published: the estimate, its transform, the angular acceleration."""
+from __future__ import annotations
+
+from typing import Optional
+
+import numpy as np
+
+from .config import FilterConfig
+from .data import FilterOutput, StampedTransform
+from .geometry import Transform
+from .stamps import later
+from .state import ANGLES, POSITION, RATES, SIZE
+
+# Stamps are float seconds since 1970, which resolve 0.24 us.
+CLOCK_RESOLUTION = 1e-6
+
+
+class Output:
+    """What a tick gives, and what must be remembered of the last one.
+
+    missing_transform: the sentence that says which transform the output lacks, or None.
+    angular_acceleration: (3,) rad/s2 from the rates of the last two ticks, for sensors off the robot's centre.
+    """
+
+    def __init__(self, config: FilterConfig, transforms, report):
+        self.config, self.transforms, self._report = config, transforms, report
+        self.missing_transform: Optional[str] = None
+        self.forget()
+
+    def forget(self):
+        """As if nothing had ever been published."""
+        self._published_stamp = 0.0
+        self._rates, self._rates_time = np.zeros(3), 0.0
+        self.angular_acceleration, self.angular_acceleration_covariance = np.zeros(3), np.zeros((3, 3))
+
+    def at_rest(self):
+        """The robot was put somewhere, at rest."""
+        self._rates = np.zeros(3)
+
+    def differentiate(self, kf, now: float):
+        """The angular acceleration at the tick `now` (s)."""
+        dt, period = now - self._rates_time, 1.0 / self.config.frequency
+        if abs(dt - period) < CLOCK_RESOLUTION:
+            dt = period
+        rates = kf.x[RATES].copy()
+        if dt > 0.0:
+            self.angular_acceleration = (rates - self._rates) / dt
+            self.angular_acceleration_covariance = kf.P[RATES, RATES] * (2.0 / (dt * dt))
+        self._rates, self._rates_time = rates, now
+
+    def of(self, kf) -> FilterOutput:
+        """The estimate of a filter at the time of its state."""
+        config, stamp, x = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy()
+        pose = Transform.from_xyz_rpy(*x[POSITION].tolist(), *x[ANGLES].tolist())
+        fresh = config.permit_corrected_publication or stamp > self._published_stamp
+        transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
+        self._published_stamp = stamp
+        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, kf.P[:SIZE, :SIZE].copy(), pose,
+                            transform, fresh, self.angular_acceleration, self.angular_acceleration_covariance)
+
+    def _transform(self, stamp, pose) -> Optional[StampedTransform]:
+        config, dated = self.config, later(stamp, self.config.transform_time_offset)
+        if config.invert_tf:
+            return StampedTransform(dated, config.base_link_frame_output, config.world_frame, pose.inverse())
+        if not config.publishes_map_to_odom:
+            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, pose)
+        base_from_odom = self.transforms.lookup(config.base_link_frame, config.odom_frame, stamp)
+        if base_from_odom is None:
+            missing = 'no transform %s -> %s: %s -> %s cannot be published' % (
+                config.odom_frame, config.base_link_frame, config.map_frame, config.odom_frame)
+            if self.missing_transform is None:
+                self._report(missing)
+            self.missing_transform = missing
+            return None
+        self.missing_transform = None
+        return StampedTransform(dated, config.map_frame, config.odom_frame, pose @ base_from_odom)
