@@ -6,8 +6,8 @@ R. van der Merwe, "Sigma-Point Kalman Filters", 2004; filterpy's UnscentedKalman
 
 Points close to the centre (alpha 0.001) see the curvature there and nothing of an angle that comes round: they shorten a
 step by 1 - sigma2/2, which beyond sigma2 = 2 rad2 means backwards, ever faster. From there on the points are spread to
-sqrt(3) sigma, as in the Gauss-Hermite rule of three points (the shortening is then 2/3 + cos(sqrt(3) sigma)/3, close to the
-true exp(-sigma2/2) and never beyond 1).
+sqrt(3) sigma, as in the Gauss-Hermite rule of three points: the shortening is then 2/3 + cos(sqrt(3) sigma)/3, close to
+the true exp(-sigma2/2) at first, and however unsure the angle is between 1/3 and 1.
 """
 from __future__ import annotations
 
