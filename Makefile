@@ -25,7 +25,7 @@ bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
 
 campaign: build ## the square over many seeds in lockstep, a million random inputs through the bus; resumable, results in out/campaign
-	@$(ENV) rosrun sara_bringup campaign --out out/campaign
+	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json
 	@$(ENV) rosrun canserial fuzz --count 1000000 --seed 0
 
 lint: venv ## manifests, CMake files and Python sources

@@ -1,4 +1,4 @@
-"""Draws the maps of this folder: `python3 draw_maps.py` writes room.pgm and room.yaml (ROS map format, trinary).
+"""Draws the maps of this folder: `python3 draw_maps.py` writes room and hall, .pgm and .yaml (ROS map format, trinary).
 
 The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle.
 """
@@ -42,5 +42,14 @@ def room():
     return drawing
 
 
+def hall():
+    """30 x 8 m inside, empty: room to drive fast and to stop."""
+    drawing = Drawing((-1.0, -1.0), (32.0, 10.0))
+    drawing.fill(-0.5, -0.5, 30.5, 8.5, OCCUPIED)
+    drawing.fill(-0.4, -0.4, 30.4, 8.4, FREE)
+    return drawing
+
+
 if __name__ == "__main__":
-    room().save(Path(__file__).resolve().parent, "room")
+    for draw in (room, hall):
+        draw().save(Path(__file__).resolve().parent, draw.__name__)

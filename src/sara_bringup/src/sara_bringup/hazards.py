@@ -1,7 +1,8 @@
 """Something goes wrong while the simulated chair drives: how soon it stands, how far it went, and whether it stays there.
 
-Every hazard of docs/safety.md that has a time, and every fault of the simulator, on the whole stack in lockstep. The chair drives
-along a wall towards a goal; the moment is drawn from the seed.
+Every hazard of docs/safety.md that has a time, on the whole stack in lockstep, at a moment drawn from the seed. Either move_base drives
+towards a goal, which must be given up; or somebody commands 0.8 m/s in a hall and goes on commanding it whatever happens, which must
+not move the chair again.
 """
 import math
 from dataclasses import dataclass
@@ -11,8 +12,11 @@ import numpy as np
 from sara_bringup.lockstep import Lockstep
 from sara_bringup.paths import share
 from sara_nav.geometry import Pose2D
+from sara_sim.obstacles import Obstacle
 
 START, GOAL = (1.0, 1.0, 0.0), (5.0, 1.0, 0.0)
+HALL_START, FAST = (1.0, 4.0, 0.0), 0.8   # m/s
+OBSTACLE_M = 1.5             # ahead of the front edge
 AFTER_S = (2.5, 6.0)         # s after the goal was given: when it happens
 AT_REST = 0.05               # m/s
 HARD_BRAKING = 1.5           # m/s2
@@ -52,8 +56,16 @@ def _kill_navigation(lockstep):
 
 
 def _restart_navigation(lockstep):
-    lockstep.move_base.cancel(lockstep.time, "killed")
-    lockstep.navigation_runs = True
+    if lockstep.pilot is None:  # one that was killed has no goal; a pilot that came back would be a fresh command
+        lockstep.move_base.cancel(lockstep.time, "killed")
+        lockstep.navigation_runs = True
+
+
+def _obstacle(lockstep):
+    x, y, yaw = lockstep.chair.pose
+    ahead = 0.5 * lockstep.chair.config.length + OBSTACLE_M + 0.3
+    box = Obstacle("box", size=(0.6, 0.6), at=(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)), yaw=yaw)
+    lockstep.chair.world.obstacles.add(box)
 
 
 # The times are issue limits: docs/safety.md.
@@ -112,14 +124,26 @@ class Outcome:
         return found
 
 
-def driving(seed, lockstep=None):
-    """A Lockstep that drives towards GOAL, at a moment drawn from the seed."""
-    moment = np.random.default_rng((seed, 4)).uniform(*AFTER_S)
-    lockstep = lockstep or Lockstep(share() / "maps" / "room.yaml", START, seed)
+def driving(seed):
+    """A Lockstep whose move_base drives towards GOAL, at a moment drawn from the seed."""
+    lockstep = Lockstep(share() / "maps" / "room.yaml", START, seed)
     lockstep.start_up()
     lockstep.move_base.set_goal(Pose2D(*GOAL), lockstep.time)
-    run(lockstep, moment)
+    run(lockstep, _moment(seed))
     return lockstep
+
+
+def cruising(seed):
+    """A Lockstep that is told to drive FAST in the hall, and goes on being told, at a moment drawn from the seed."""
+    lockstep = Lockstep(share() / "maps" / "hall.yaml", HALL_START, seed)
+    lockstep.start_up()
+    lockstep.pilot = lambda now: (FAST, 0.0)
+    run(lockstep, 3.0 + _moment(seed))
+    return lockstep
+
+
+def _moment(seed):
+    return np.random.default_rng((seed, 4)).uniform(*AFTER_S)
 
 
 def run(lockstep, seconds):
@@ -128,12 +152,19 @@ def run(lockstep, seconds):
         lockstep.step()
 
 
-def happen(name, seed):
-    """Let the hazard happen on the chair `seed`; the Outcome."""
-    hazard, lockstep = HAZARDS[name], driving(seed)
-    chair, began = lockstep.chair, lockstep.time
-    speed, where = chair.velocity[0], chair.pose
+def happen(name, seed, cruise=False):
+    """Let the hazard happen on the chair `seed`, on its way to a goal or cruising; the Outcome."""
+    hazard, lockstep = HAZARDS[name], cruising(seed) if cruise else driving(seed)
+    chair, speed, where = lockstep.chair, lockstep.chair.velocity[0], lockstep.chair.pose
     hazard.make(lockstep)
+    stopped, way, drifted = _watch(lockstep, hazard)
+    text = "commands were ignored" if cruise else lockstep.result.text if lockstep.result else ""
+    return Outcome(name, seed, speed, stopped, way, drifted, _resumes(lockstep, where[2]), text, chair.contacts)
+
+
+def _watch(lockstep, hazard):
+    """(s until rest, m until rest, m moved afterwards) in WATCHED_S."""
+    chair, began, where = lockstep.chair, lockstep.time, lockstep.chair.pose
     stopped, rest, drifted, undone = math.inf, where, 0.0, False
     while lockstep.time < began + WATCHED_S:
         lockstep.step()
@@ -146,16 +177,31 @@ def happen(name, seed):
             rest = chair.pose
         elif stopped < math.inf:
             drifted = max(drifted, math.dist(chair.pose[:2], rest[:2]))
-    text = lockstep.result.text if lockstep.result else ""
-    return Outcome(name, seed, speed, stopped, math.dist(rest[:2], where[:2]), drifted, _resumes(lockstep), text, chair.contacts)
+    return stopped, math.dist(rest[:2], where[:2]), drifted
 
 
-def _resumes(lockstep):
-    """Whether a fresh goal moves the chair; the emergency stop needs its reset first."""
-    lockstep.wheels.guard.reset()
+def _resumes(lockstep, heading):
+    """Whether a fresh command moves the chair: a new goal, or silence and then a word; the emergency stop needs its reset first."""
+    pilot, lockstep.pilot = lockstep.pilot, None
     run(lockstep, 1.5)
+    lockstep.wheels.guard.reset()
+    run(lockstep, 0.1)
     before = lockstep.chair.pose
-    x, y, yaw = lockstep.fused
-    lockstep.move_base.set_goal(Pose2D(x + 0.4, y, yaw), lockstep.time)
-    run(lockstep, 8.0)
+    if pilot:
+        lockstep.pilot, lockstep.navigation_runs = (lambda now: (0.2, 0.0)), True
+        run(lockstep, 3.0)
+    else:
+        x, y, _ = lockstep.fused
+        lockstep.move_base.set_goal(Pose2D(x + 0.4, y, heading), lockstep.time)
+        run(lockstep, 8.0)
     return math.dist(lockstep.chair.pose[:2], before[:2]) > 0.1
+
+
+def obstacle_ahead(seed):
+    """Something the map does not know appears OBSTACLE_M ahead of the chair that drives FAST. Returns (speed m/s, s to rest, gap m, contacts)."""
+    lockstep = cruising(seed)
+    chair, speed = lockstep.chair, lockstep.chair.velocity[0]
+    x, y, _ = chair.pose
+    _obstacle(lockstep)
+    stopped, _, _ = _watch(lockstep, Hazard(_obstacle))
+    return speed, stopped, OBSTACLE_M - math.dist(chair.pose[:2], (x, y)), chair.contacts

@@ -61,6 +61,7 @@ class Lockstep:
         self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
         self.tick = 0
         self.navigation_runs = True         # False: as if move_base had been killed
+        self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
         self.fused = None                   # (x, y, yaw) in the map frame
@@ -137,6 +138,11 @@ class Lockstep:
         pose = None
         if self._map_from_odom is not None and self._odometry_stamp is not None:
             pose = Pose2D(*compose(self._map_from_odom, self.odometry))
+        if self.pilot is not None:
+            command = self.pilot(now)
+            if command is not None:
+                self.wheels.on_navigation(*command, now)
+            return
         result = self.move_base.step(now, pose, self._fused_velocity, self._odometry_stamp)
         if result.status == move_base.ACTIVE:
             self.wheels.on_navigation(*result.command, now)

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from sara_bringup.hazards import GOAL, HAZARDS, driving, happen, run
+from sara_bringup.hazards import GOAL, HAZARDS, WATCHED_S, driving, happen, obstacle_ahead, run
 from sara_sim.faults import FAULTS
 
 RIDE_S = 25.0
@@ -13,6 +13,18 @@ RIDE_S = 25.0
 @pytest.mark.parametrize("name", HAZARDS)
 def test_the_chair_stands_in_time_and_goes_on_a_fresh_goal_only(name, seed):
     assert happen(name, seed).faults == []
+
+
+@pytest.mark.parametrize("seed", (0, 1, 2))
+@pytest.mark.parametrize("name", HAZARDS)
+def test_a_stream_of_commands_that_goes_on_does_not_move_it_again(name, seed):
+    assert happen(name, seed, cruise=True).faults == []
+
+
+@pytest.mark.parametrize("seed", (0, 1, 2))
+def test_something_that_appears_ahead_is_not_touched(seed):
+    speed, stopped, gap, contacts = obstacle_ahead(seed)
+    assert speed > 0.75 and stopped < WATCHED_S and gap > 0.0 and contacts == 0
 
 
 def ride(fault, seed=0, **arguments):
