@@ -207,7 +207,9 @@ class FilterEngine:
         """Take what is in the queue up to `now` (s) and give the estimate; None before the first measurement."""
         if self._last_tick is not None and now < self._last_tick:
             self._time_went_back(now)
-        self._last_tick = self.intake.now = now
+        self._last_tick = now
+        if now > 0.0:
+            self.intake.now = now
         if not self.enabled:
             return None
         if self.on:
