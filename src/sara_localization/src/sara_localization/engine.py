@@ -247,8 +247,8 @@ class FilterEngine:
             if again and self._controls:
                 self._control_of(stamp)
             taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
-            if sequence not in again:
-                self.inputs[name].took(taken, kf.nis, len(m.indices))
+            if sequence not in again and m.source != measurement.STANDSTILL:
+                self.inputs[name].took(taken, kf.nis, m.informative)
             if self.history:
                 self.history.done(entry)
                 if not queue or queue[0][0] > stamp:

@@ -102,7 +102,7 @@ class Intake:
             if self.standstill.parked and (self.config.standstill.update or name in self.biases):
                 at_rest = TWIST if self.config.standstill.update else RATES
                 zeros = np.zeros(at_rest.stop - at_rest.start)
-                found.append(Measurement(data.stamp, 'standstill', tuple(range(at_rest.start, at_rest.stop)), zeros,
+                found.append(Measurement(data.stamp, measurement.STANDSTILL, tuple(range(at_rest.start, at_rest.stop)), zeros,
                                          np.eye(len(zeros)) * self.config.standstill.variance))
         mask, frame, two_d = config.mask, self.config.base_link_frame, self.config.two_d_mode
         if any(mask[ANGLES]) and measurement.measures(data.orientation_covariance):

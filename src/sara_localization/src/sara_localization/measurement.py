@@ -23,6 +23,8 @@ OFF_PLANE_VARIANCE = 1e-6
 LARGEST_VARIANCE = 1e15
 # No robot is as far away or as fast (m, m/s, ...); a few steps on, such a number would no longer be one.
 LARGEST_VALUE = 1e12
+# The source of the zero velocities that are taken in while the robot is parked.
+STANDSTILL = 'standstill'
 
 
 class Problem(NamedTuple):
@@ -37,6 +39,7 @@ class Measurement:
     """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas.
 
     extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
+    informative: how many of the k a sensor measured; the zeros of two_d_mode and of a parked robot are nobody's.
     """
 
     stamp: float
@@ -46,6 +49,7 @@ class Measurement:
     R: np.ndarray
     threshold: float = float('inf')
     extra: Optional[Tuple[int, ...]] = None
+    informative: int = 0
 
 
 class MissingTransform(Exception):
@@ -123,13 +127,13 @@ class _Sheet:
     def measurement(self, stamp, source, threshold, two_d: bool) -> Optional[Measurement]:
         if not self.mask.any():
             return None
-        indices, z, R, positive = sheets.measured(self.first, self.values, self.covariance, self.mask, two_d, OFF_PLANE,
-                                                  OFF_PLANE_VARIANCE)
+        indices, z, R, positive, informative = sheets.measured(self.first, self.values, self.covariance, self.mask, two_d,
+                                                               OFF_PLANE, OFF_PLANE_VARIANCE)
         if not positive:
             self.problems.append(Problem('indefinite_covariance',
                                          'the covariance is not positive definite: only its diagonal is used'))
             R = np.diag(np.maximum(R.diagonal(), 1e-9))
-        return Measurement(stamp, source, tuple(indices.tolist()), z, R, threshold)
+        return Measurement(stamp, source, tuple(indices.tolist()), z, R, threshold, None, informative)
 
 
 Prepared = Tuple[Optional[Measurement], List[Problem]]

@@ -50,7 +50,8 @@ def turn(R, mask, covariance):
 
 @njit(cache=True)
 def measured(first, values, covariance, mask, two_d, off_plane, off_plane_variance):
-    """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), R is positive definite).
+    """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
+    definite, how many of the k are not forced).
 
     two_d: the variables off_plane are measured as 0 besides, uncorrelated with the rest.
     """
@@ -83,7 +84,7 @@ def measured(first, values, covariance, mask, two_d, off_plane, off_plane_varian
             if not forced[j]:
                 R[a, b] = 0.5 * (covariance[i - first, j - first] + covariance[j - first, i - first])
                 correlated = correlated or (a != b and R[a, b] != 0.0)
-    return indices, z, R, not correlated or cholesky(R, np.zeros((k, k)))
+    return indices, z, R, not correlated or cholesky(R, np.zeros((k, k))), k - forced.sum()
 
 
 def warm() -> None:

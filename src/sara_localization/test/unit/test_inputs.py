@@ -314,10 +314,11 @@ def test_a_message_far_ahead_of_the_clock_is_told_and_does_not_shut_out_the_next
     assert engine.inputs['twist0'].problems['from_the_future'] == 1 and 'ahead of the clock' in engine.said[0]
 
 
-def test_consistency_of_an_input_is_about_one_when_its_variance_is_honest():
+@pytest.mark.parametrize('two_d', [False, True])
+def test_consistency_of_an_input_is_about_one_when_its_variance_is_honest(two_d):
     rng = np.random.default_rng(0)
     for claimed, low, high in ((0.01, 0.6, 1.6), (0.0004, 5.0, 100.0)):
-        engine = make(twist0='/t', twist0_config=mask(VX), process_noise_covariance=[1e-6] * SIZE)
+        engine = make(twist0='/t', twist0_config=mask(VX), process_noise_covariance=[1e-6] * SIZE, two_d_mode=two_d)
         for k in range(400):
             stamp = 100.0 + 0.05 * k
             engine.add_twist('twist0', TwistData(stamp, 'base_link', (rng.normal() * 0.1, 0, 0), covariance=np.eye(6) * claimed))
