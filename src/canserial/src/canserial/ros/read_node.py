@@ -25,6 +25,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 WELL = 60.0      # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
+QUEUE = 1000     # messages, as canrx: a listener that is kept waiting must not lose what the bus said
 PARAMETERS = ('dbc', 'imu_frame', 'calibration_file', 'save_calibration')
 
 
@@ -86,7 +87,7 @@ class ReadNode:
     @staticmethod
     def advertise(topic, message_type):
         """A publisher."""
-        return rospy.Publisher(topic, message_type, queue_size=10, tcp_nodelay=True)
+        return rospy.Publisher(topic, message_type, queue_size=QUEUE, tcp_nodelay=True)
 
     def on_can(self, message):
         """One frame to its readings' topics."""
