@@ -137,3 +137,25 @@ def play(bag: RecordedBag, parameters, filter='ekf', engine_class=FilterEngine, 
         ticks += 1
         tick(ticks)
     return engine, outputs, float(stamp_of(start))
+
+
+def table():
+    """Prints, for every run, how far ours is from the peer's node and how far both are from the truth."""
+    bags = {name: RecordedBag(name) for name in BAGS}
+    print('| run | filter | position, largest difference (m) | angle (rad) | ours off the truth (m) | the peer (m) |')
+    print('| --- | --- | --- | --- | --- | --- |')
+    for name in RUNS:
+        run = Run(name)
+        _, outputs, _ = play(bags[run.bag], run.parameters, run.filter)
+        ours = [outputs[k] for k in run.tick]
+        xyz, q = (np.array([getattr(o.pose, part) for o in ours]) for part in ('translation', 'rotation'))
+        q *= np.sign((q * run.pose[:, 3:]).sum(axis=1))[:, None]
+        off = [bags[run.bag].error(run.stamp, xy, yaw) for xy, yaw in (
+            (xyz[:, :2], np.array([o.state[5] for o in ours])), (run.pose[:, :2], yaw_of(run.pose[:, 3:])))]
+        print('| %s | %s | %.1e | %.1e | %.4f | %.4f |' % (
+            name, run.filter, np.linalg.norm(xyz - run.pose[:, :3], axis=1).max(),
+            2.0 * np.linalg.norm(q - run.pose[:, 3:], axis=1).max(), *off))
+
+
+if __name__ == '__main__':
+    table()
