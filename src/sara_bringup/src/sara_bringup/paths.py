@@ -22,4 +22,4 @@ def config_file(name, package="sara_bringup"):
 
 def parameters(package, name):
     """The parameters in config/NAME of a package, as its nodes load them."""
-    return yaml.safe_load(config_file(name, package).read_text())
+    return yaml.load(config_file(name, package).read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))

@@ -13,6 +13,7 @@ Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; 
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -152,6 +153,19 @@ class _Believed:
             self.range = farther
 
 
+class _Places(NamedTuple):
+    """Where something may be: x, y (m), whether it stops the chair, whose echo it is, how far outside the body (m); of all the least
+    and the greatest distance from base_link (m)."""
+
+    x: np.ndarray
+    y: np.ndarray
+    stops: np.ndarray
+    names: np.ndarray
+    outside: np.ndarray
+    nearest: float
+    farthest: float
+
+
 class Zones:
     """Ranges in, speed limits out."""
 
@@ -182,8 +196,11 @@ class Zones:
         """A reading in m after REP-117: -Inf too near, +Inf nothing there. Returns False for NaN, a negative one or an unknown name."""
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
-        self._believed[name].add(distance)
-        self._places = None
+        believed = self._believed[name]
+        before = believed.range
+        believed.add(distance)
+        if believed.range != before:
+            self._places = None
         return True
 
     def range(self, name):
@@ -197,14 +214,20 @@ class Zones:
         """
         if v == 0.0 and w == 0.0:
             return 1.0, ''
-        x, y, stops, names = self._found()
+        places = self._found()
         config = self.config
         reaction, braking, creep = config.reaction_time, config.hard_braking, SLACK * config.creep_speed
         if gentle:
             reaction, braking, creep = reaction + config.ease, config.braking, config.creep_speed
+        # No place is nearer than `nearest` nor approaches faster than this: mostly that says enough.
+        fastest = abs(v) + abs(w) * places.farthest
+        if places.nearest >= config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking):
+            return 1.0, ''
+        x, y, stops, names = places.x, places.y, places.stops, places.names
         u = np.hypot(v - w * y, w * x)
         matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
-        near = (self._outside(x, y) < matters) & (u > 1e-9)
+        near = (places.outside < matters) & (u > 1e-9)
+        near[near] = self._may_meet(x[near], y[near], v, w, u[near], matters[near])
         if not near.any():
             return 1.0, ''
         x, y, stops, u, matters, names = x[near], y[near], stops[near], u[near], matters[near], names[near]
@@ -216,7 +239,7 @@ class Zones:
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
 
     def _found(self):
-        """Where something may be: x, y (m), whether it stops the chair, whose echo it is; one entry for each ray that has one."""
+        """Where something may be: _Places with one entry for each ray that has an echo."""
         if self._places is None:
             xs, ys, stops, names = [np.empty(0)], [np.empty(0)], [np.empty(0, bool)], [np.empty(0, str)]
             for name, sensor in self.sensors.items():
@@ -229,12 +252,20 @@ class Zones:
                 ys.append(sensor.y + ranges * directions[1])
                 stops.append(np.full(RAYS, sensor.stops))
                 names.append(np.full(RAYS, name))
-            self._places = tuple(map(np.concatenate, (xs, ys, stops, names)))
+            x, y, stops, names = map(np.concatenate, (xs, ys, stops, names))
+            outside = self._outside(x, y)
+            self._places = _Places(x, y, stops, names, outside, float(outside.min(initial=math.inf)), float(np.hypot(x, y).max(initial=0.0)))
         return self._places
 
     def _outside(self, x, y):
         """How far outside the body (m), by the axis on which it is farther; negative within."""
         return np.maximum(np.abs(x) - self._half[0], np.abs(y) - self._half[1])
+
+    def _may_meet(self, x, y, v, w, u, way):
+        """Which places may meet the body within `way` (m) at all: the others, such as walls beside a straight drive, need no closer look."""
+        turned = abs(w) * (np.hypot(x, y) + way)  # no place is ever farther from base_link, hence none is faster across
+        time = way / u
+        return (np.abs(y) - self._half[1] <= turned * time) & (np.abs(x) - self._half[0] <= (abs(v) + turned) * time)
 
     def _free(self, x, y, v, w, u, way):
         """The way (m) of each place until it meets the body, +Inf where it does not within `way`."""
