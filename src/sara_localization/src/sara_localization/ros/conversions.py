@@ -1,6 +1,8 @@
 """ROS messages to the filter's plain data and back."""
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import rospy
 from geometry_msgs.msg import AccelWithCovarianceStamped, TransformStamped
@@ -30,7 +32,15 @@ def _quaternion(q):
 
 
 def _square(values, n):
-    return np.array(values, dtype=float).reshape(n, n)
+    return _known_square(tuple(values), n)
+
+
+@functools.lru_cache(maxsize=64)
+def _known_square(values, n):
+    """(n, n) read-only: most sensors state the same covariance in every message."""
+    square = np.array(values, dtype=float).reshape(n, n)
+    square.flags.writeable = False
+    return square
 
 
 def odometry(msg) -> OdometryData:
