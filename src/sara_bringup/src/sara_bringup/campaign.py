@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from sara_bringup import hazards
+from sara_bringup import hazards, odometry_trial, sensor_report
 from sara_bringup.experiment import EXPERIMENTS, run
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file
@@ -85,6 +85,35 @@ def _obstacle_summary(results):
     return _lines(figures), figures
 
 
+def odometry(seeds):
+    """calibrate_odometry on chairs with a wrong track and unequal wheels."""
+    return Part({f"odometry_{seed}": lambda seed=seed: odometry_trial.trial(seed) for seed in range(seeds)}, _odometry_summary)
+
+
+def _odometry_summary(results):
+    before, after = [[max(result[key]) for result in results] for key in ("before", "after")]
+    figures = {**{f"{name}_error_percent": _spread([100 * abs(result[name]) for result in results]) for name in ("separation", "left", "right")},
+               "return_error_before_m": _spread(before), "return_error_after_m": _spread(after),
+               "times_better_median": float(np.median(before) / np.median(after))}
+    return _lines(figures), figures
+
+
+def sensors(seeds):
+    """E1, E2, E3 and E6, chair by chair; what is judged over all chairs, `experiment sensors` judges."""
+    def case(seed):
+        chairs = sensor_report.run([seed])
+        return {**sensor_report.to_json(chairs)[0], "faults": sensor_report.chair_faults(chairs[0])}
+    return Part({f"sensors_{seed}": lambda seed=seed: case(seed) for seed in range(seeds)}, _sensors_summary)
+
+
+def _sensors_summary(results):
+    after = [max(abs(mean - ideal) for mean, ideal in zip(result["accel_after"]["mean"], (0.0, 0.0, sensor_report.GRAVITY))) for result in results]
+    figures = {"accelerometer_after_m_s2": _spread(after), "gyro_after_node_deg_s": _spread([max(map(abs, result["gyro_after"]["mean"])) for result in results]),
+               "left_on_pc_deg_s_mean": float(np.mean([abs(rate) for result in results for rate in result["yaw_rate_error_pc"]])),
+               "full_turn_after_gain_deg": _spread([abs(measured - true) for result in results for true, measured in result["check"]])}
+    return _lines(figures), figures
+
+
 def _spread(values):
     return {"median": float(np.median(values)), "p95": float(np.percentile(values, 95)), "worst": float(np.max(values))}
 
@@ -94,7 +123,7 @@ def _lines(figures):
             for name, value in figures.items()]
 
 
-PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle}
+PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle, "odometry": odometry, "sensors": sensors}
 
 
 def main():

@@ -15,14 +15,14 @@ from sara_control.reasons import State, sentence
 
 
 class CommandChain:
-    """Made of the nodes' own configuration. `decision`: the gate's newest; `controller`, `guard`, `mux`: the parts."""
+    """Made of the nodes' own configuration. `decision`: the gate's newest; `positions`: the wheels' newest; `controller`, `guard`, `mux`: the parts."""
 
     def __init__(self, bus):
         control, mux = ControllerConfig.from_params(parameters("sara_control", "sara.yaml")), parameters("sara_control", "mux.yaml")
         self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux["joystick"]))
         self.guard = Guard(SafetyConfig.from_params(parameters("sara_control", "safety.yaml")))
-        self.decision = None
+        self.decision = self.positions = None
         self.abort = self.cancel = ""   # why goals are to be given up; whoever does it empties them
         self._hear = {EncoderReading: self._encoder, ModeReading: self._mode, ImuReading: self._imu, RangeReading: self._range,
                       ImpactReading: self._impact, JoystickReading: self._joystick}
@@ -60,7 +60,10 @@ class CommandChain:
     def _encoder(self, reading, _now):
         self.guard.on_encoder(reading.stamp, reading.wheel, reading.steps, reading.time_100us)
         wheels = self.base.on_encoder(reading)
-        return None if wheels is None else self.controller.on_wheels(*wheels)
+        if wheels is None:
+            return None
+        self.positions = wheels
+        return self.controller.on_wheels(*wheels)
 
     def _mode(self, reading, now):
         self.base.on_mode(reading.mode)

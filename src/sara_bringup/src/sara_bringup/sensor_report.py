@@ -94,16 +94,7 @@ def verdict(chairs):
             off = abs(mean[:, k].mean() / thesis["before"][0][k] - 1.0)
             if off > MEAN_BEFORE:
                 faults.append(f"{which} {axis} before calibration: {mean[:, k].mean():.4f} {unit}, {100 * off:.1f} % from the thesis's {thesis['before'][0][k]}")
-    accel, _ = _means(chairs, "after", "accel")
-    gyro, _ = _means(chairs, "after", "gyro")
-    for chair, accel_mean, gyro_mean in zip(chairs, np.abs(accel - (0.0, 0.0, GRAVITY)).max(axis=1), np.abs(gyro).max(axis=1)):
-        if accel_mean > ACCEL_AFTER:
-            faults.append(f"chair {chair['seed']}: accelerometer's mean {accel_mean:.4f} m/s2 off after calibration (at most {ACCEL_AFTER})")
-        if gyro_mean > RATE_AFTER_NODE:
-            faults.append(f"chair {chair['seed']}: gyroscope's mean {gyro_mean:.4f} deg/s after calibration in the node (at most {RATE_AFTER_NODE:.4f})")
-        for true, measured in chair["turns"].check:
-            if abs(measured - true) > TURN_AFTER_GAIN:
-                faults.append(f"chair {chair['seed']}: a turn of {true:.1f} deg read as {measured:.1f} with its own gain (at most {TURN_AFTER_GAIN} off)")
+    faults += [f"chair {chair['seed']}: {fault}" for chair in chairs for fault in chair_faults(chair)]
     for mark, theirs in TURNS.items():
         ours = np.mean([_at_mark(chair["turns"], mark) for chair in chairs])
         if abs(ours - theirs) > TURN_BEFORE_GAIN:
@@ -111,6 +102,20 @@ def verdict(chairs):
     left = float(np.mean([abs(trial.left) for chair in chairs for trial in chair["pc"]]))
     if left > RATE_AFTER_PC:
         faults.append(f"calibration on the PC leaves {left:.4f} deg/s on average (at most {RATE_AFTER_PC})")
+    return faults
+
+
+def chair_faults(chair):
+    """What does not hold of one chair, a sentence each."""
+    faults, after = [], chair["rest"]["after"]
+    accel_mean, gyro_mean = np.abs(after.accel.mean(axis=0) - (0.0, 0.0, GRAVITY)).max(), np.abs(after.gyro.mean(axis=0)).max()
+    if accel_mean > ACCEL_AFTER:
+        faults.append(f"accelerometer's mean {accel_mean:.4f} m/s2 off after calibration (at most {ACCEL_AFTER})")
+    if gyro_mean > RATE_AFTER_NODE:
+        faults.append(f"gyroscope's mean {gyro_mean:.4f} deg/s after calibration in the node (at most {RATE_AFTER_NODE:.4f})")
+    for true, measured in chair["turns"].check:
+        if abs(measured - true) > TURN_AFTER_GAIN:
+            faults.append(f"a turn of {true:.1f} deg read as {measured:.1f} with its own gain (at most {TURN_AFTER_GAIN} off)")
     return faults
 
 
