@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign lint clean help setup apt venv build install
+.PHONY: run test bench campaign mutants lint clean help setup apt venv build install
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -24,9 +24,12 @@ bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup bench
 	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
 
-campaign: build ## the square over many seeds in lockstep, a million random inputs through the bus; resumable, results in out/campaign
+campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json
 	@$(ENV) rosrun canserial fuzz --count 1000000 --seed 0
+
+mutants: build ## mutation testing of the safety gate
+	@tools/mutants.sh
 
 lint: venv ## manifests, CMake files and Python sources
 	@tools/lint.sh
