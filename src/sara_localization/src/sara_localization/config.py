@@ -106,6 +106,7 @@ class FilterConfig:
     initial_state: np.ndarray = field(default_factory=lambda: np.zeros(SIZE))
     standstill: StandstillConfig = StandstillConfig()
     publish_nis: bool = False
+    hold_after: float = 0.0
     warnings: Tuple[str, ...] = ()
 
     @property
@@ -281,6 +282,7 @@ class _Reader(ParameterReader):
             transform_timeout=self.number('transform_timeout', 0.0, low=0.0),
             gravitational_acceleration=self.number('gravitational_acceleration', 9.80665),
             history_length=abs(self.number('history_length', 0.0)),
+            hold_after=self.number('hold_after', 0.0, low=0.0),
             process_noise_covariance=self.covariance('process_noise_covariance', SIZE, np.diag(DEFAULT_PROCESS_NOISE)),
             initial_estimate_covariance=self.covariance('initial_estimate_covariance', SIZE,
                                                         np.eye(SIZE) * DEFAULT_INITIAL_VARIANCE),

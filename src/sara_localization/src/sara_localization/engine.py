@@ -24,6 +24,7 @@ from .history import History
 from .intake import Intake, Motion
 from .measurement import MissingTransform, PoseOptions
 from .output import Output
+from .silence import Silence
 from .state import POSE, RATES, SIZE
 from .status import InputStatus
 from .ukf import Ukf
@@ -67,6 +68,7 @@ class FilterEngine:
         self.enabled, self.on = not config.disabled_at_startup, True
         self.time_jumps = self.not_finite = self.before_history = 0
         self.output = Output(config, transforms, self._report)
+        self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
         self._last_tick = None
         self._forget()
 
@@ -110,6 +112,8 @@ class FilterEngine:
             self.history.clear()
         self._controls = []
         self.output.forget()
+        if self.silence:
+            self.silence.forget()
 
     # On and off
 
@@ -196,6 +200,8 @@ class FilterEngine:
         self.filter.last_measurement_time = now
         self._queue = []
         self.intake.forget_poses(stamp)
+        if self.silence:
+            self.silence.forget()
         if self.history:
             self.history.clear()
         self.output.at_rest()
@@ -225,7 +231,10 @@ class FilterEngine:
             return None
         if self.on:
             self.output.differentiate(self.filter, now)
-        return self.output.of(self.filter)
+        output = self.output.of(self.filter)
+        if self.silence:
+            self.silence.anchor(output.map_to_odom.transform if output.map_to_odom and self.config.publishes_map_to_odom else None)
+        return output
 
     def _idle(self, now):
         """Switched off: what came in is forgotten, and the state is as of now."""
@@ -241,6 +250,8 @@ class FilterEngine:
         idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
         again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
         newest = (self.control.command, self.control.stamp) if self.control else None
+        if self.silence and kf.initialised:
+            self.silence.follow(kf, self.transforms.lookup(self.config.odom_frame, self.config.base_link_frame, now))
         while queue and queue[0][0] <= now:
             entry = heapq.heappop(queue)
             stamp, sequence, name, m = entry
@@ -249,6 +260,8 @@ class FilterEngine:
             taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
             if sequence not in again and m.source != measurement.STANDSTILL:
                 self.inputs[name].took(taken, kf.nis, m.informative)
+                if self.silence and taken:
+                    self.silence.heard(name, stamp)
             if self.history:
                 self.history.done(entry)
                 if not queue or queue[0][0] > stamp:
@@ -257,6 +270,8 @@ class FilterEngine:
             self.control.set(*newest)
         if not kf.initialised:
             return
+        if self.silence:
+            self.silence.hold(kf, now)
         late = idle and now - kf.last_measurement_time >= self.config.sensor_timeout
         if late or self.config.predict_to_current_time:
             kf.predict_to(now)
