@@ -7,7 +7,8 @@ import unittest
 
 import rospy
 import rostest
-from rosgraph_msgs.msg import Log
+from diagnostic_msgs.msg import DiagnosticArray
+from rosgraph_msgs.msg import Clock, Log
 
 
 class FilterStartupTest(unittest.TestCase):
@@ -21,6 +22,21 @@ class FilterStartupTest(unittest.TestCase):
             time.sleep(0.05)
         for words in wanted:
             self.assertTrue([line for line in said if words in line], said)
+        self.cycles_go_on_when_time_comes_and_when_it_jumps_back()
+
+    def cycles_go_on_when_time_comes_and_when_it_jumps_back(self):
+        told = []
+        rospy.Subscriber('/diagnostics', DiagnosticArray, lambda array: told.append(array.header.stamp.to_sec()))
+        clock = rospy.Publisher('/clock', Clock, queue_size=1)
+        for begin in (100.0, 50.0):
+            del told[:]
+            seconds, end = begin, time.monotonic() + 20.0
+            while len(told) < 3 and time.monotonic() < end:
+                seconds += 0.02
+                clock.publish(Clock(rospy.Time.from_sec(seconds)))
+                time.sleep(0.005)
+            self.assertGreaterEqual(len(told), 3, 'no cycles after %g s' % begin)
+            self.assertTrue(all(begin - 0.1 <= stamp <= seconds for stamp in told), told)
 
     def test_parameters_that_cannot_be_used_end_the_node_with_a_sentence_each(self):
         for kind in ('ekf', 'ukf'):

@@ -21,6 +21,7 @@ from ..config import FilterConfig
 from ..diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
 from ..engine import FilterEngine
 from . import conversions
+from .cycle import Cycle
 from .inputs import KINDS, published_topics, why_silent
 from .tf2_transforms import Tf2Transforms
 
@@ -52,8 +53,7 @@ class FilterNode:
         self.frequency_diagnostics = FrequencyDiagnostics(config.frequency)
         self._advertise()
         self._subscribe()
-        # reset=True: the timer goes on when simulated time jumps back.
-        self.timer = rospy.Timer(rospy.Duration.from_sec(1.0 / config.frequency), self.tick, reset=True)
+        self.cycle = Cycle(1.0 / config.frequency, self.tick)
 
     def _advertise(self):
         self.odometry_pub = rospy.Publisher('odometry/filtered', Odometry, queue_size=20, tcp_nodelay=True)
@@ -151,7 +151,7 @@ class FilterNode:
         rospy.loginfo('the filter starts anew')
         return EmptyResponse()
 
-    def tick(self, _event):
+    def tick(self):
         """A cycle of the filter; whatever goes wrong in one must not end the timer."""
         try:
             now = conversions.seconds(rospy.Time.now())

@@ -1,0 +1,41 @@
+"""A function called at a rate of ROS time, in a thread of its own.
+
+As roscpp's Timer, and unlike rospy's, it is due as soon as there is time at all and then at whole periods from that instant, however
+coarse the clock is (`rosbag play --clock`): which message reaches which cycle of a filter depends on it.
+"""
+from __future__ import annotations
+
+import threading
+
+import rospy
+
+
+class Cycle:
+    """Calls `work()` every `period` (s) until the node is shut down; cycles that were missed are not made up for."""
+
+    def __init__(self, period: float, work):
+        self._period, self._work = rospy.Duration.from_sec(period), work
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        due = None
+        while not rospy.is_shutdown():
+            try:
+                if due is None:
+                    rospy.sleep(0.0)        # until there is time
+                    due = rospy.Time.now()
+                remaining = due - rospy.Time.now()
+                if remaining > self._period:
+                    due = rospy.Time.now()  # the clock went back
+                elif remaining > rospy.Duration(0):
+                    rospy.sleep(remaining)
+            except rospy.ROSTimeMovedBackwardsException:
+                due = rospy.Time.now()
+            except rospy.ROSInterruptException:
+                return
+            self._work()
+            due += self._period
+            now = rospy.Time.now()
+            if due < now:
+                due = now + self._period
