@@ -71,7 +71,7 @@ def _obstacle(lockstep):
 # The times are issue limits: docs/safety.md.
 HAZARDS = {
     "emergency_stop": Hazard(_press, 0.05, _release),
-    "impact": Hazard(lambda lockstep: lockstep.chair.faults.add("push", left=0.4, duration=0.3), 0.2 + 0.1),
+    "impact": Hazard(lambda lockstep: lockstep.chair.faults.add("push", left=0.4, duration=0.3), 0.2),
     "adapter_unplugged": _fault(0.25, "adapter_unplugged"),
     "encoders_silent": _fault(0.3, "frames_dropped", ids=["ENCODER_RIGHT", "ENCODER_LEFT"]),
     "right_encoder_silent": _fault(0.3, "frames_dropped", ids=["ENCODER_RIGHT"]),
