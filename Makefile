@@ -23,6 +23,7 @@ test: build ## every test: units without ROS, then the rostests
 bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup bench
 	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
+	@$(ENV) rosrun sara_localization bench_filter
 
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json

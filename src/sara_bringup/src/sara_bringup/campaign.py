@@ -18,6 +18,9 @@ from sara_bringup.experiment import EXPERIMENTS, run
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file
 from sara_bringup.report import verdict
+from sara_localization import consistency, fuzz
+
+FUZZ_MESSAGES, FUZZ_CASES = 1_000_000, 20
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,32 @@ def _sensors_summary(results):
     return _lines(figures), figures
 
 
+def filter_fuzz(_seeds):
+    """A million random messages through EKF and UKF, whatever the number of chairs."""
+    def case(seed):
+        report = fuzz.fuzz(FUZZ_MESSAGES // FUZZ_CASES, seed)
+        return {"messages": report.messages, "faults": [str(fault) for fault in report.faults]}
+    return Part({f"filter_fuzz_{seed}": lambda seed=seed: case(seed) for seed in range(FUZZ_CASES)}, _fuzz_summary)
+
+
+def _fuzz_summary(results):
+    figures = {"messages": sum(result["messages"] for result in results)}
+    return _lines(figures), figures
+
+
+def nees(seeds):
+    """Whether the filters are as sure as they may be: NEES of (x, y, yaw), the truth drawn from their own model; twice as many seeds as chairs."""
+    def case(kind):
+        mean, low, high = consistency.nees_campaign(range(2 * seeds), kind)
+        return {"filter": kind, "mean": mean, "low": low, "high": high, "faults": [] if low <= mean <= high else [f"mean NEES {mean:.2f}, allowed are {low:.2f} to {high:.2f}"]}
+    return Part({f"nees_{kind}_{2 * seeds}": lambda kind=kind: case(kind) for kind in ("ekf", "ukf")}, _nees_summary)
+
+
+def _nees_summary(results):
+    figures = {result["filter"]: {key: result[key] for key in ("mean", "low", "high")} for result in results}
+    return _lines(figures), figures
+
+
 def _spread(values):
     return {"median": float(np.median(values)), "p95": float(np.percentile(values, 95)), "worst": float(np.max(values))}
 
@@ -123,7 +152,8 @@ def _lines(figures):
             for name, value in figures.items()]
 
 
-PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle, "odometry": odometry, "sensors": sensors}
+PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle, "odometry": odometry, "sensors": sensors, "nees": nees,
+         "filter_fuzz": filter_fuzz}
 
 
 def main():
