@@ -250,7 +250,7 @@ class FilterEngine:
         idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
         again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
         newest = (self.control.command, self.control.stamp) if self.control else None
-        if self.silence and kf.initialised:
+        if self.silence and self.silence.holding:
             self.silence.follow(kf, self.transforms.lookup(self.config.odom_frame, self.config.base_link_frame, now))
         while queue and queue[0][0] <= now:
             entry = heapq.heappop(queue)

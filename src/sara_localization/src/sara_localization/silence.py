@@ -31,6 +31,11 @@ class Silence:
         self._fresh = self.moving = self.turning = False
         self._anchor = None
 
+    @property
+    def holding(self):
+        """Whether anything is held."""
+        return self.moving or self.turning
+
     def heard(self, name, stamp):
         """A measurement of input `name` at stamp (s) was taken in."""
         if name in self._tell_motion:
@@ -40,13 +45,13 @@ class Silence:
 
     def anchor(self, world_from_odom):
         """The transform that was given out; kept where it comes from fresh odometry."""
-        if self._fresh and not (self.moving or self.turning) and world_from_odom is not None:
+        if self._fresh and not self.holding and world_from_odom is not None:
             self._anchor = world_from_odom
         self._fresh = False
 
     def follow(self, kf, odom_from_base):
         """Before a tick's measurements: while held, the pose is where the odometry says."""
-        if self._anchor is None or odom_from_base is None or not (self.moving or self.turning):
+        if self._anchor is None or odom_from_base is None:
             return
         pose = self._anchor @ odom_from_base
         x = kf.x.copy()

@@ -45,7 +45,7 @@ class _Timed:
     @property
     def parent(self):
         """The newest parent."""
-        return self.samples[-1][0]
+        return self.samples[-1][0] if self.samples else None
 
     def at(self, stamp):
         """(parent, transform) at the stamp, None outside of what is remembered; the newest for stamp None."""
@@ -80,7 +80,7 @@ class TransformBuffer:
     """A tree of frames, filled by hand, from a bag or by the filter itself."""
 
     def __init__(self):
-        self._frames = {}
+        self._frames, self._ways = {}, {}
 
     def set_transform(self, parent: str, child: str, transform: Transform, stamp: Optional[float] = None) -> bool:
         """Enter parent_from_child at a stamp (s, a Stamp for the last digits), or for good with stamp None.
@@ -92,17 +92,23 @@ class TransformBuffer:
             return False
         if stamp is None:
             self._frames[child] = _Static(parent, transform)
+            self._ways.clear()
             return True
         if not math.isfinite(stamp):
             return False
         frame = self._frames.get(child)
         if not isinstance(frame, _Timed):
             frame = self._frames[child] = _Timed()
-        return frame.insert(nanoseconds(stamp), parent, transform)
+        before = frame.parent
+        taken = frame.insert(nanoseconds(stamp), parent, transform)
+        if frame.parent != before:
+            self._ways.clear()
+        return taken
 
     def clear(self):
         """Forget what moves; what is static stays."""
         self._frames = {child: frame for child, frame in self._frames.items() if isinstance(frame, _Static)}
+        self._ways.clear()
 
     def lookup(self, target: str, source: str, stamp: Optional[float]) -> Optional[Transform]:
         """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
@@ -123,7 +129,13 @@ class TransformBuffer:
         return line
 
     def _way(self, target, source):
-        """The frames to climb from target and source until they meet, or None where nothing joins them."""
+        """The frames to climb from target and source until they meet, or None where nothing joins them; kept until the tree changes."""
+        way = self._ways.get((target, source))
+        if way is None:
+            way = self._ways[target, source] = self._find_way(target, source)
+        return way
+
+    def _find_way(self, target, source):
         up_target, up_source = self._ancestors(target), self._ancestors(source)
         for k, frame in enumerate(up_target):
             if frame in up_source:
