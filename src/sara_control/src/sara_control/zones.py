@@ -154,14 +154,15 @@ class _Believed:
 
 
 class _Places(NamedTuple):
-    """Where something may be: x, y (m), whether it stops the chair, whose echo it is, how far outside the body (m); of all the least
-    and the greatest distance from base_link (m)."""
+    """Where something may be: x, y (m), whether it stops the chair, whose echo it is, how far outside the body and from base_link (m);
+    of all the nearest to the body and the farthest from base_link (m)."""
 
     x: np.ndarray
     y: np.ndarray
     stops: np.ndarray
     names: np.ndarray
     outside: np.ndarray
+    radius: np.ndarray
     nearest: float
     farthest: float
 
@@ -221,16 +222,20 @@ class Zones:
             reaction, braking, creep = reaction + config.ease, config.braking, config.creep_speed
         # No place is nearer than `nearest` nor approaches faster than this: mostly that says enough.
         fastest = abs(v) + abs(w) * places.farthest
-        if places.nearest >= config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking):
+        farthest_way = config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
+        if places.nearest >= farthest_way:
             return 1.0, ''
-        x, y, stops, names = places.x, places.y, places.stops, places.names
+        swept = self._swept(places, v, w)
+        if not swept.any():
+            return 1.0, ''
+        x, y = places.x[swept], places.y[swept]
         u = np.hypot(v - w * y, w * x)
         matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
-        near = (places.outside < matters) & (u > 1e-9)
-        near[near] = self._may_meet(x[near], y[near], v, w, u[near], matters[near])
+        near = (places.outside[swept] < matters) & (u > 1e-9)
         if not near.any():
             return 1.0, ''
-        x, y, stops, u, matters, names = x[near], y[near], stops[near], u[near], matters[near], names[near]
+        x, y, u, matters = x[near], y[near], u[near], matters[near]
+        stops, names = places.stops[swept][near], places.names[swept][near]
         room = self._free(x, y, v, w, u, matters) - config.stop_distance
         allowed = braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - reaction)
         allowed = np.where((room > 0.0) | ~stops | (not gentle), np.maximum(allowed, creep), 0.0)
@@ -253,19 +258,26 @@ class Zones:
                 stops.append(np.full(RAYS, sensor.stops))
                 names.append(np.full(RAYS, name))
             x, y, stops, names = map(np.concatenate, (xs, ys, stops, names))
-            outside = self._outside(x, y)
-            self._places = _Places(x, y, stops, names, outside, float(outside.min(initial=math.inf)), float(np.hypot(x, y).max(initial=0.0)))
+            outside, radius = self._outside(x, y), np.hypot(x, y)
+            self._places = _Places(x, y, stops, names, outside, radius, float(outside.min(initial=math.inf)), float(radius.max(initial=0.0)))
         return self._places
 
     def _outside(self, x, y):
         """How far outside the body (m), by the axis on which it is farther; negative within."""
         return np.maximum(np.abs(x) - self._half[0], np.abs(y) - self._half[1])
 
-    def _may_meet(self, x, y, v, w, u, way):
-        """Which places may meet the body within `way` (m) at all: the others, such as walls beside a straight drive, need no closer look."""
-        turned = abs(w) * (np.hypot(x, y) + way)  # no place is ever farther from base_link, hence none is faster across
-        time = way / u
-        return (np.abs(y) - self._half[1] <= turned * time) & (np.abs(x) - self._half[0] <= (abs(v) + turned) * time)
+    def _swept(self, places, v, w):
+        """Which places the body meets sooner or later on its curve, ahead or astern; the others need no closer look.
+
+        On the curve every place keeps its distance from the centre of rotation (0, c), c = v / w; the body is met by distances between
+        those of its nearest and its farthest point. Squared, less c^2 and times |w|, that holds for a straight line too.
+        """
+        half_x, half_y = self._half
+        reach = abs(w) * places.radius ** 2 - 2.0 * v * math.copysign(1.0, w) * places.y
+        meets = reach <= abs(w) * (half_x ** 2 + half_y ** 2) + 2.0 * half_y * abs(v)
+        if abs(v) > half_y * abs(w):  # else the centre is within the body's width, and its nearest point is no limit
+            meets &= reach >= abs(w) * half_y ** 2 - 2.0 * half_y * abs(v)
+        return meets
 
     def _free(self, x, y, v, w, u, way):
         """The way (m) of each place until it meets the body, +Inf where it does not within `way`."""

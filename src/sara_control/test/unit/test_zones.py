@@ -235,3 +235,22 @@ def test_config_names_every_fault():
         ZoneConfig.from_params({'sensors': 3})
     config = ZoneConfig.from_params({'sensors': {'a': {'x': 1, 'y': 0, 'yaw_deg': 180, 'near': 0.1, 'stops': False}}, 'field_of_view_deg': 90})
     assert config.sensors == (RangeSensor('a', 1, 0, math.pi, 0.1, False),) and config.field_of_view == pytest.approx(math.pi / 2)
+
+
+class CloseLook(Zones):
+    """Zones that look closely at every place."""
+
+    def _swept(self, places, v, w):
+        return np.ones(len(places.x), bool)
+
+
+@given(st.lists(st.sampled_from([-INF, INF]) | st.floats(0.0, 2.5), min_size=9, max_size=9), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0),
+       st.sampled_from(('both', 'straight', 'turn')), st.booleans())
+@settings(max_examples=2000, deadline=None)
+def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, kind, gentle):
+    v, w = (0.0 if kind == 'turn' else v), (0.0 if kind == 'straight' else w)
+    quick, slow = Zones(CONFIG), CloseLook(CONFIG)
+    for name, distance in zip(quick.sensors, ranges):
+        quick.on_range(name, distance)
+        slow.on_range(name, distance)
+    assert quick.scale(v, w, gentle) == slow.scale(v, w, gentle)
