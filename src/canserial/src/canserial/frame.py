@@ -1,13 +1,12 @@
 """A CAN frame as plain data, the one type that passes between all pure parts of the chair."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 STANDARD_ID_MAX = 0x7FF
 EXTENDED_ID_MAX = 0x1FFFFFFF
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(NamedTuple):
     """One CAN 2.0 data frame.
 
     id: 11-bit identifier, or 29-bit where `extended`. data: 0..8 bytes in wire order.

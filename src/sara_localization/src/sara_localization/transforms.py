@@ -117,8 +117,13 @@ class TransformBuffer:
         way = self._way(target, source)
         if way is None:
             return None
-        found = self._along(*way, None if stamp is None else nanoseconds(stamp))
-        return self._along(*way, self._latest_common_time(*way)) if found is None else found
+        latest = self._latest_common_time(*way)
+        if stamp is not None and latest is not None:
+            at = nanoseconds(stamp)
+            found = self._along(*way, at) if at <= latest else None
+            if found is not None:
+                return found
+        return self._along(*way, latest)
 
     def _ancestors(self, frame):
         """The frame and those above it, by their newest parents."""

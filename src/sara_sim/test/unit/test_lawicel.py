@@ -17,7 +17,7 @@ def opened():
 
 
 frames = st.one_of(
-    st.builds(Frame, st.integers(0, 0x7FF), st.binary(max_size=8)),
+    st.builds(Frame, st.integers(0, 0x7FF), st.binary(max_size=8), st.just(0.0), st.just(False)),
     st.builds(Frame, st.integers(0, 0x1FFFFFFF), st.binary(max_size=8), st.just(0.0), st.just(True)))
 
 
