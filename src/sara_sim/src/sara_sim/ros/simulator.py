@@ -25,7 +25,7 @@ from sara_sim import obstacles
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.faults import FaultError
 from sara_sim.lawicel import LawicelAdapter
-from sara_sim.pacing import Pacer
+from sara_sim.pacing import Pacer, Patience
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
@@ -36,6 +36,7 @@ GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
 MARKER_STEPS = 20
 WAITING_S = 30.0
+WAIT_S = 0.01  # of the wall clock
 
 
 class SimulatorNode:
@@ -51,6 +52,7 @@ class SimulatorNode:
         self._was_open = False
         self._dropped = 0
         self._ticks = 0
+        self._patience = Patience()
         self._clock = rospy.Publisher('/clock', Clock, queue_size=100)
         self._truth = rospy.Publisher('/ground_truth', Odometry, queue_size=10)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
@@ -66,6 +68,9 @@ class SimulatorNode:
             self._listen(pacer.wait(time.monotonic()))
             if pacer.wait(time.monotonic()) > 0.0:
                 continue
+            if self._patience.waiting(self._chair.time, time.monotonic()):
+                self._listen(WAIT_S)
+                continue
             with self._lock:
                 self._plug()
                 self._step()
@@ -76,6 +81,7 @@ class SimulatorNode:
         if self._terminal:
             self._terminal.close()
             self._terminal = None
+        self._patience.forget()
 
     def _on_fault(self, request) -> FaultResponse:
         try:
@@ -131,7 +137,10 @@ class SimulatorNode:
             self._write(answer)
         with self._lock:
             for frame in frames:
+                self._patience.commanded(self._chair.time)
                 self._chair.receive(frame)
+        if not self._adapter.is_open:
+            self._patience.forget()
         if self._adapter.is_open != self._was_open:
             self._was_open = self._adapter.is_open
             rospy.loginfo('the CAN channel on %s is now %s', self._settings.port, self._adapter.state)
@@ -182,7 +191,7 @@ class SimulatorNode:
             'port': self._settings.port, 'adapter plugged in': chair.plugged, 'channel': adapter.state,
             'bit rate agrees': adapter.agrees, 'faults on command': '; '.join(faults) or 'none',
             'sensor node': chair.sensors.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
-            'modoPC': chair.motor.mode, 'bytes dropped': self._dropped, 'steps late': self._pacer.slips,
+            'modoPC': chair.motor.mode, 'bytes dropped': self._dropped, 'steps late': self._pacer.slips, 'waits for the PC': self._patience.waits,
             'seconds given up': round(self._pacer.lost, 3), **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
             **{f'bus: {k}': v for k, v in sorted(chair.counts.items())}, **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
             **{f'sensor node: {k}': v for k, v in sorted(chair.sensors.counts.items())},
