@@ -39,7 +39,11 @@ class CommandChain:
 
     def on_navigation(self, v, w, now):
         """A command of move_base (m/s, rad/s)."""
-        self._said(self.mux.on_command(now, "navigation", v, w), now)
+        self.on_command("navigation", v, w, now)
+
+    def on_command(self, source, v, w, now):
+        """A command of one of the multiplexer's sources."""
+        self._said(self.mux.on_command(now, source, v, w), now)
 
     def step(self, now):
         """The frame for the wheels, 50 times a second."""
@@ -82,4 +86,4 @@ class CommandChain:
     def _joystick(self, reading, now):
         command = self.joystick.on_axes((reading.left, reading.forward, reading.right_wheel, reading.left_wheel), (reading.mode,))
         if command is not None:
-            self._said(self.mux.on_command(now, "joystick", *command), now)
+            self.on_command("joystick", *command, now)

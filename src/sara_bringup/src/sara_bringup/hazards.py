@@ -61,6 +61,14 @@ def _restart_navigation(lockstep):
         lockstep.navigation_runs = True
 
 
+def _kill_localization(lockstep):
+    lockstep.localization_runs = False
+
+
+def _restart_localization(lockstep):
+    lockstep.localization_runs = True
+
+
 def _obstacle(lockstep):
     x, y, yaw = lockstep.chair.pose
     ahead = 0.5 * lockstep.chair.config.length + OBSTACLE_M + 0.3
@@ -83,6 +91,7 @@ HAZARDS = {
     "ranges_silent": _fault(0.6, "frames_dropped", ids=["RANGES_1"]),
     "one_sonar_silent": _fault(0.6, "sonar_silent", sensor="STI"),
     "navigation_killed": Hazard(_kill_navigation, 0.5, _restart_navigation),
+    "localization_killed": Hazard(_kill_localization, 0.6, _restart_localization),
     "joystick_node_silent": _fault(0.5 + 0.2, "node_silent", node="joystick"),
 }
 

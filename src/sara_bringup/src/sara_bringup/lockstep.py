@@ -61,6 +61,7 @@ class Lockstep:
         self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
         self.tick = 0
         self.navigation_runs = True         # False: as if move_base had been killed
+        self.localization_runs = True       # False: as if ekf_se had been killed
         self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
@@ -81,7 +82,7 @@ class Lockstep:
             for reading in self.reader.on_frame(frame):
                 self._on_reading(reading)
         now = self.chair.time
-        if self.tick % FILTER_STEPS == 0:
+        if self.tick % FILTER_STEPS == 0 and self.localization_runs:
             self._filter(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
             self._navigate(now)

@@ -72,6 +72,42 @@ def test_it_stops_and_says_why(fault, arguments, words):
     assert math.dist(lockstep.chair.pose[:2], stood[:2]) < 0.01
 
 
+@pytest.mark.parametrize("seed", (0, 1, 2))
+def test_the_touch_screen_takes_over_and_navigation_does_not_go_on_by_itself(seed):
+    lockstep = driving(seed)
+    for _ in range(20):
+        lockstep.wheels.on_command("touch", 0.0, 0.2, lockstep.time)
+        run(lockstep, 0.1)
+    assert lockstep.result.text == "The user has taken over." and lockstep.wheels.mux.driver == "touch"
+    assert abs(lockstep.chair.velocity[0]) < 0.05 and lockstep.chair.velocity[1] > 0.05
+    run(lockstep, 2.0)
+    stood = lockstep.chair.pose
+    run(lockstep, 3.0)
+    assert math.dist(lockstep.chair.pose[:2], stood[:2]) < 0.01
+
+
+@pytest.mark.parametrize("seed", (0, 1, 2))
+def test_a_wheel_that_seems_to_run_away_stops_the_chair(seed):
+    lockstep = driving(seed)
+    began, contacts = lockstep.time, 0
+    lockstep.chair.faults.add("encoder_noisy", wheel="right", sigma=20000.0)
+    while lockstep.result is None and lockstep.time < began + 5.0:
+        lockstep.step()
+    assert "wheel" in lockstep.result.text
+    run(lockstep, 2.0)
+    assert abs(lockstep.chair.velocity[0]) < 0.01 and lockstep.chair.contacts == contacts
+
+
+@pytest.mark.parametrize("seed", (0, 1, 2))
+@pytest.mark.parametrize("v, w", ((math.nan, 0.0), (math.inf, 0.0), (0.0, -math.inf)))
+def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
+    lockstep = driving(seed)
+    lockstep.move_base.cancel(lockstep.time)
+    lockstep.pilot = lambda now: (v, w)
+    run(lockstep, 3.0)
+    assert abs(lockstep.chair.velocity[0]) < 0.01 and lockstep.wheels.mux.dropped["navigation"] > 10
+
+
 def test_an_obstacle_that_a_broken_sonar_invents_blocks_and_is_named():
     lockstep = ride("sonar_stuck", sensor="SDI", range=0.2)
     assert lockstep.wheels.decision.reason.value == "something is close in front"
