@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Tuple
 
 import numpy as np
@@ -115,6 +116,11 @@ class Transform:
         return (r[0] + t[0], r[1] + t[1], r[2] + t[2])
 
     def inverse(self) -> 'Transform':
+        """The way back; computed once."""
+        return self._inverse
+
+    @cached_property
+    def _inverse(self):
         x, y, z, w = self.rotation
         q = (-x, -y, -z, w)
         t = rotate(q, self.translation)

@@ -152,7 +152,10 @@ class TransformBuffer:
         base_from_target, base_from_source = self._climb(up_target, stamp), self._climb(up_source, stamp)
         if base_from_target is None or base_from_source is None:
             return None
-        return base_from_source if base_from_target is IDENTITY else base_from_target.inverse() @ base_from_source
+        if base_from_target is IDENTITY:
+            return base_from_source
+        target_from_base = base_from_target.inverse()
+        return target_from_base if base_from_source is IDENTITY else target_from_base @ base_from_source
 
     def _climb(self, line, stamp):
         transform = IDENTITY
