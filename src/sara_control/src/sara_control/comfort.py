@@ -90,10 +90,10 @@ class AxisLimiter:
         v, jerk = self.speed, self._jerk
         self._rate += ((target - self._target) / dt - self._rate) * (1.0 - math.exp(-dt / RATE_TIME))
         self._target = target
-        if v * self.acceleration < 0.0 and v * self._rate < 0.0:
+        if _opposed(v, self.acceleration) and _opposed(v, self._rate):
             kept_up = min(abs(self.acceleration), abs(self._rate))
             target = math.copysign(max(abs(target) - 0.5 * kept_up ** 2 / jerk, 0.0), target)
-        if self._growing != self._shrinking and v * target < 0.0:
+        if self._growing != self._shrinking and _opposed(v, target):
             target = 0.0
         d = target - v
         least, most = self.acceleration - jerk * dt, self.acceleration + jerk * dt
@@ -163,6 +163,11 @@ class Comfort:
         """Nothing is commanded any more, from now on."""
         self._forward.set(0.0)
         self._turn.set(0.0)
+
+
+def _opposed(one, other):
+    """Whether two numbers have opposite signs; their product may be too small to tell."""
+    return one < 0.0 < other or other < 0.0 < one
 
 
 def _is_positive(value):

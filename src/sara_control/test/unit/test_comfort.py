@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sara_control.comfort import AxisLimiter, Comfort, Profile, read_profiles
@@ -24,6 +24,7 @@ def run(limiter, plan):
 
 
 @given(LIMITS, STEPS)
+@example((0.11, 1.0, 3.0), [(0.0, 2, 0.01), (5e-324, 1, 0.01), (-0.5, 1, 0.05)])  # times anything, that speed is zero
 @settings(max_examples=400, deadline=None)
 def test_acceleration_braking_and_jerk_hold_exactly(limits, plan):
     growing, shrinking, jerk = limits
@@ -31,7 +32,7 @@ def test_acceleration_braking_and_jerk_hold_exactly(limits, plan):
     for dt, before, after in run(AxisLimiter(*limits), plan):
         acceleration = (after - before) / dt
         assert abs(acceleration - last) <= jerk * dt + 1e-9
-        limit = shrinking if before * acceleration < 0.0 else growing
+        limit = shrinking if min(before, acceleration) < 0.0 < max(before, acceleration) else growing
         assert abs(acceleration) <= limit + 1e-9
         last = acceleration
 
