@@ -18,6 +18,7 @@ from sara_bringup.experiment import EXPERIMENTS, run
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file
 from sara_bringup.report import verdict
+from sara_bringup.sensor_experiments import full_turns
 from sara_localization import consistency, fuzz
 
 FUZZ_MESSAGES, FUZZ_CASES = 1_000_000, 20
@@ -31,14 +32,15 @@ class Part:
     summary: object
 
 
-def square(seeds, ekf="default"):
-    """The thesis's square."""
+def square(seeds):
+    """The thesis's square, on chairs whose gyro's gain has been found by full turns, as E6 does."""
     goals = len(load_mission(config_file(EXPERIMENTS["square"])).goals)
 
     def case(seed):
-        drive, _ = run("square", seed, ekf)
-        return {**drive.to_json(), "faults": verdict(drive, goals)}
-    return Part({f"square_{ekf}_{seed}": lambda seed=seed: case(seed) for seed in range(seeds)}, _square_summary)
+        gain = full_turns(seed).gain.gain
+        drive, _ = run("square", seed, gain=gain)
+        return {**drive.to_json(), "gain": gain, "faults": verdict(drive, goals)}
+    return Part({f"square_{seed}": lambda seed=seed: case(seed) for seed in range(seeds)}, _square_summary)
 
 
 def _square_summary(results):

@@ -14,10 +14,10 @@ from sara_bringup.report import figures, table, verdict
 EXPERIMENTS = {"square": "square.yaml"}
 
 
-def run(name, seed, ekf="default", progress=None):
-    """Drive the experiment `name` on the chair `seed`; return its Drive and the Lockstep it ran on."""
+def run(name, seed, ekf="default", progress=None, gain=None):
+    """Drive the experiment `name` on the chair `seed`, whose gyro has been calibrated to `gain`, or not; return its Drive and the Lockstep it ran on."""
     mission = load_mission(config_file(EXPERIMENTS[name]))
-    lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, seed, ekf)
+    lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, seed, ekf, gain)
     return drive(lockstep, mission, Drive(name, seed, mission.start, ekf), progress), lockstep
 
 

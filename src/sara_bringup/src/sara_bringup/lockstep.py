@@ -39,14 +39,17 @@ class LockstepError(RuntimeError):
 class Lockstep:
     """The chair and the stack, stepped together.
 
-    `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml.
+    `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml. `gain`: of this chair's gyro,
+    as its calibration file would hold it; None: read.py's own default.
     `tick` counts the steps.
     """
 
-    def __init__(self, map_path, start, seed, ekf="default"):
+    def __init__(self, map_path, start, seed, ekf="default", gain=None):
         bus = BusDescription.default()
         self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
         reader = parameters("canserial", "read.yaml")
+        if gain is not None:
+            reader["gain"] = gain
         self.reader = Reader(ReaderConfig(**{key: value for key, value in reader.items() if key in ReaderConfig.__dataclass_fields__}), bus)
         self.reader.set_yaw(start[2], 0.0)
         self.wheels = CommandChain(bus)

@@ -7,7 +7,8 @@ import pytest
 from sara_bringup.drive import Drive
 from sara_bringup.experiment import run
 from sara_bringup.mission import MissionError, load_mission
-from sara_bringup.paths import config_file
+from sara_bringup.lockstep import Lockstep
+from sara_bringup.paths import config_file, share
 from sara_bringup.report import figures, table, verdict
 
 GOALS = len(load_mission(config_file("square.yaml")).goals)
@@ -75,3 +76,9 @@ def test_bad_mission_is_refused_by_name(tmp_path, content):
     path.write_text(content)
     with pytest.raises(MissionError, match="mission.yaml"):
         load_mission(path)
+
+
+def test_a_chair_drives_with_the_gain_that_was_found_for_it():
+    lockstep = Lockstep(share() / "maps" / "room.yaml", (1.0, 1.0, 0.0), 0, gain=1.09)
+    assert lockstep.reader.gain == 1.09
+    assert Lockstep(share() / "maps" / "room.yaml", (1.0, 1.0, 0.0), 0).reader.gain == 1.08
