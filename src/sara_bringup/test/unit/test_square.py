@@ -6,8 +6,8 @@ import pytest
 
 from sara_bringup.drive import Drive
 from sara_bringup.experiment import run
-from sara_bringup.mission import MissionError, load_mission
 from sara_bringup.lockstep import Lockstep
+from sara_bringup.mission import MissionError, load_mission
 from sara_bringup.paths import config_file, share
 from sara_bringup.report import figures, table, verdict
 
