@@ -4,7 +4,6 @@ It is written atomically (a new file takes the old one's place), so that a power
 It is read with suspicion: a file that is damaged or that no MPU6050 could have given is an error of one sentence.
 """
 
-import math
 import os
 import tempfile
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from pathlib import Path
 import yaml
 
 from canserial.calibration import MAX_OFFSET
+from canserial.checks import is_number
 
 GAIN_LIMITS = 0.5, 2.0  # beyond: no scale error of a gyroscope but a wrong measurement
 HEAD = """\
@@ -48,14 +48,14 @@ class Calibration:
                                          ('gyro_sigma', 0.0, MAX_OFFSET, f'0 to {MAX_OFFSET:g}')):
             value = getattr(self, name)
             if value is not None and not (isinstance(value, (list, tuple)) and len(value) == 3
-                                          and all(_is_number(v) and low <= v <= high for v in value)):
+                                          and all(is_number(v) and low <= v <= high for v in value)):
                 faults.append(f'{name} is {value!r}, allowed are three numbers of {allowed}')
-        if self.gyro_frames is not None and not (_is_number(self.gyro_frames) and self.gyro_frames >= 1):
+        if self.gyro_frames is not None and not (is_number(self.gyro_frames) and self.gyro_frames >= 1):
             faults.append(f'gyro_frames is {self.gyro_frames!r}, allowed are whole numbers of 1 or more')
         low, high = GAIN_LIMITS
-        if self.gain is not None and not (_is_number(self.gain) and low <= self.gain <= high):
+        if self.gain is not None and not (is_number(self.gain) and low <= self.gain <= high):
             faults.append(f'gain is {self.gain!r}, allowed is {low:g} to {high:g}')
-        if self.gain_error is not None and not (_is_number(self.gain_error) and self.gain_error >= 0.0):
+        if self.gain_error is not None and not (is_number(self.gain_error) and self.gain_error >= 0.0):
             faults.append(f'gain_error is {self.gain_error!r}, allowed are numbers of 0 or more')
         return faults
 
@@ -121,7 +121,3 @@ def save(path, calibration):
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
         raise CalibrationFileError(f'the calibration file {path} cannot be written: {error}') from error
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,7 +1,8 @@
 """Settings of the reader, checked as a whole: every fault is reported at once, by the parameter's name."""
 
-import math
 from dataclasses import dataclass
+
+from canserial.checks import is_number
 
 DEFAULT_GAIN = 1.08  # table 4.11 of the thesis
 AUTO = 'auto'
@@ -62,13 +63,13 @@ class ReaderConfig:
         for name in ('calibration_time', 'max_gap', 'still_step', 'still_drift', 'range_min', 'range_max', 'range_limit',
                      'stuck_time', 'rate_limit', 'acceleration_limit', 'gravity_tolerance', 'max_wheel_speed', 'battery_max'):
             value = getattr(self, name)
-            if not _is_number(value) or not value > 0:
+            if not is_number(value) or not value > 0:
                 faults.append(f'{name} is {value!r}, allowed are numbers above 0')
         for name in ('gain', 'battery_empty', 'battery_full', 'battery_charging'):
             value = getattr(self, name)
-            if value is not None and not (_is_number(value) and value > 0):
+            if value is not None and not (is_number(value) and value > 0):
                 faults.append(f'{name} is {value!r}, allowed are numbers above 0, or leave it out')
-        if self.imu_period != AUTO and not (_is_number(self.imu_period) and self.imu_period > 0):
+        if self.imu_period != AUTO and not (is_number(self.imu_period) and self.imu_period > 0):
             faults.append(f"imu_period is {self.imu_period!r}, allowed are 'auto' and numbers above 0 (SARA: 0.2, fast 0.05)")
         for name, least in (('still_steps', 0), ('encoder_steps_per_turn', 1)):
             value = getattr(self, name)
@@ -76,7 +77,7 @@ class ReaderConfig:
                 faults.append(f'{name} is {value!r}, allowed are whole numbers of {least} or more')
         if self.calibration not in ('measure', 'saved'):
             faults.append(f"calibration is {self.calibration!r}, allowed are 'measure' and 'saved'")
-        if not _is_number(self.initial_yaw):
+        if not is_number(self.initial_yaw):
             faults.append(f'initial_yaw is {self.initial_yaw!r}, allowed are finite numbers')
         if not isinstance(self.thesis_covariances, bool):
             faults.append(f'thesis_covariances is {self.thesis_covariances!r}, allowed are true and false')
@@ -105,7 +106,3 @@ class ReaderConfig:
         if self.thesis_covariances:
             return THESIS_ANGLE_VARIANCES, THESIS_GYRO_VARIANCES, ACCELERATION_VARIANCES
         return ANGLE_VARIANCES, GYRO_VARIANCES, ACCELERATION_VARIANCES
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -9,6 +9,7 @@ at most a^2 / (2 jerk), however long the steps to come are, so a fixed target is
 import math
 from dataclasses import dataclass, fields
 
+from canserial.checks import is_number
 from sara_control.config import ConfigError
 
 SHORTEST_STEP = 1e-6  # s
@@ -32,7 +33,7 @@ class Profile:
 
     def __post_init__(self):
         faults = [f'{field.name} is {getattr(self, field.name)!r}, allowed are numbers above 0' for field in fields(self)
-                  if not _is_positive(getattr(self, field.name))]
+                  if not (is_number(getattr(self, field.name)) and getattr(self, field.name) > 0)]
         if faults:
             raise ConfigError('; '.join(faults))
 
@@ -168,7 +169,3 @@ class Comfort:
 def _opposed(one, other):
     """Whether two numbers have opposite signs; their product may be too small to tell."""
     return one < 0.0 < other or other < 0.0 < one
-
-
-def _is_positive(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) and value > 0

@@ -1,8 +1,8 @@
 """Settings of the controller under the names of the C++ diff_drive_controller, checked all at once."""
 
-import math
 from dataclasses import dataclass
 
+from canserial.checks import is_number
 from sara_control.limiter import Limits
 from sara_control.urdf import UrdfError, WheelGeometry
 
@@ -74,11 +74,11 @@ class ControllerConfig:
             faults.extend(f'{name} is {getattr(self, name)!r}, allowed {allowed}' for name in names
                           if not is_right(getattr(self, name)))
 
-        check(POSITIVE, lambda value: _is_number(value) and value > 0, 'are numbers above 0')
-        check(('publish_rate',), lambda value: _is_number(value) and value >= 0, 'are numbers of 0 or more')
-        check(('stop_deceleration',), lambda value: value is None or _is_number(value) and value > 0, 'are numbers above 0')
+        check(POSITIVE, lambda value: is_number(value) and value > 0, 'are numbers above 0')
+        check(('publish_rate',), lambda value: is_number(value) and value >= 0, 'are numbers of 0 or more')
+        check(('stop_deceleration',), lambda value: value is None or is_number(value) and value > 0, 'are numbers above 0')
         check(('pose_covariance_diagonal', 'twist_covariance_diagonal'), lambda value: isinstance(value, (list, tuple))
-              and len(value) == 6 and all(_is_number(v) and v >= 0 for v in value), 'are six numbers of 0 or more')
+              and len(value) == 6 and all(is_number(v) and v >= 0 for v in value), 'are six numbers of 0 or more')
         check(('base_frame_id', 'odom_frame_id'), _is_name, 'is one name')
         check(('left_wheel', 'right_wheel'), lambda value: _is_name(value) or isinstance(value, (list, tuple)) and len(value) > 0
               and all(map(_is_name, value)), "is a joint's name or a list of names")
@@ -190,7 +190,3 @@ def _names(value):
 
 def _is_name(value):
     return isinstance(value, str) and value != ''
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

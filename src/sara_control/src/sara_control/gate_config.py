@@ -1,8 +1,8 @@
 """Settings of the safety gate and of what it holds for plausible, checked all at once."""
 
-import math
 from dataclasses import dataclass
 
+from canserial.checks import is_number
 from sara_control.comfort import read_profiles
 from sara_control.config import ConfigError
 from sara_control.zones import ZoneConfig
@@ -35,7 +35,7 @@ class GateConfig:
         _check_positive(self, ('emergency_braking', 'emergency_turn_braking', 'command_timeout', 'command_hard_timeout',
                                'fresh_silence', 'rest_speed'), faults)
         for name in ('bus_timeout', 'encoder_timeout', 'imu_timeout', 'range_timeout', 'localization_timeout'):
-            if not (_is_number(getattr(self, name)) and getattr(self, name) >= 0):
+            if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0, and 0 for what is not there')
         if not isinstance(self.localization_for, (list, tuple)) or not all(isinstance(name, str) for name in self.localization_for):
             faults.append(f'localization_for is {self.localization_for!r}, allowed is a list of names of sources')
@@ -111,7 +111,7 @@ class SafetyConfig:
         handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])
         if profile not in parts.get('profiles', {profile: None}):
             faults.append(f'profile is {profile!r}, allowed are {", ".join(parts["profiles"])}')
-        if not (_is_number(rate) and 10 <= rate <= 200):
+        if not (is_number(rate) and 10 <= rate <= 200):
             faults.append(f'rate is {rate!r}, allowed are numbers from 10 to 200')
         if not isinstance(handshake, bool):
             faults.append(f'handshake is {handshake!r}, allowed are true and false')
@@ -139,9 +139,5 @@ def _fields(config, values):
 
 def _check_positive(config, names, faults):
     for name in names:
-        if not (_is_number(getattr(config, name)) and getattr(config, name) > 0):
+        if not (is_number(getattr(config, name)) and getattr(config, name) > 0):
             faults.append(f'{name} is {getattr(config, name)!r}, allowed are numbers above 0')
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from canserial.checks import is_number
 from sara_control.config import ConfigError
 
 
@@ -24,9 +25,9 @@ class JoystickConfig:
     def __post_init__(self):
         faults = []
         for name in ('max_linear', 'max_angular'):
-            if not (_is_number(getattr(self, name)) and getattr(self, name) > 0):
+            if not (is_number(getattr(self, name)) and getattr(self, name) > 0):
                 faults.append(f'joystick/{name} is {getattr(self, name)!r}, allowed are numbers above 0')
-        if not (_is_number(self.deadzone) and 0 <= self.deadzone < 1):
+        if not (is_number(self.deadzone) and 0 <= self.deadzone < 1):
             faults.append(f'joystick/deadzone is {self.deadzone!r}, allowed are numbers from 0 to below 1')
         for name, least in (('axis_forward', 0), ('axis_left', 0), ('deadman_button', -1)):
             value = getattr(self, name)
@@ -82,7 +83,3 @@ class Joystick:
         """What is beyond the dead zone, without a jump at its edge."""
         size = (min(abs(value), 1.0) - self.config.deadzone) / (1.0 - self.config.deadzone)
         return math.copysign(max(size, 0.0), value)
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

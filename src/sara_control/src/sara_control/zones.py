@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from canserial.checks import is_number
 from sara_control.config import ConfigError
 
 RAYS = 13     # places in a cone
@@ -73,10 +74,10 @@ class ZoneConfig:
     def __post_init__(self):
         faults = []
         for name in ('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'hard_braking', 'creep_speed'):
-            if not (_is_number(getattr(self, name)) and getattr(self, name) > 0):
+            if not (is_number(getattr(self, name)) and getattr(self, name) > 0):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0')
         for name in ('side_margin', 'ease'):
-            if not (_is_number(getattr(self, name)) and getattr(self, name) >= 0):
+            if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers of 0 or more')
         for name in ('trigger', 'release'):
             value = getattr(self, name)
@@ -100,7 +101,7 @@ class ZoneConfig:
                   if name not in cls.__dataclass_fields__ and name != 'field_of_view_deg']
         if 'field_of_view_deg' in values:
             degrees = values.pop('field_of_view_deg')
-            values['field_of_view'] = math.radians(degrees) if _is_number(degrees) else degrees
+            values['field_of_view'] = math.radians(degrees) if is_number(degrees) else degrees
         sensors = values.get('sensors', {})
         if not isinstance(sensors, dict):
             faults.append(f'sensors is {sensors!r}, allowed is a mapping from names to places')
@@ -120,10 +121,10 @@ def _sensor(name, place, faults):
     found = []
     place = place if isinstance(place, dict) else {}
     for key in ('x', 'y', 'yaw_deg'):
-        if not _is_number(place.get(key)):
+        if not is_number(place.get(key)):
             found.append(f'sensors/{name}/{key} is {place.get(key)!r}, allowed are numbers')
     near, stops = place.get('near', 0.0), place.get('stops', True)
-    if not _is_number(near) or near < 0:
+    if not is_number(near) or near < 0:
         found.append(f'sensors/{name}/near is {near!r}, allowed are numbers of 0 or more')
     if not isinstance(stops, bool):
         found.append(f'sensors/{name}/stops is {stops!r}, allowed are true and false')
@@ -293,7 +294,3 @@ class Zones:
         first = met.argmax(axis=1)
         step = way / SAMPLES
         return np.where(met.any(axis=1), first * step, math.inf)
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

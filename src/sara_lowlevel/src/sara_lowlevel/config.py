@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
+
+from canserial.checks import is_number
 
 
 class ConfigError(ValueError):
@@ -28,8 +29,7 @@ class _Checked:
                 if not isinstance(value, bool):
                     faults.append(f'{field.name} is {value!r} but must be True or False.')
             elif isinstance(field.default, (int, float)):
-                number = isinstance(value, (int, float)) and not isinstance(value, bool)
-                if not number or not math.isfinite(value) or value <= 0:
+                if not is_number(value) or value <= 0:
                     faults.append(f'{field.name} is {value!r} but must be a positive number.')
         return faults
 

@@ -5,10 +5,10 @@ Every published figure comes from the defaults; `ChairConfig.changes` says which
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from canserial.checks import is_number
 
 
 class ConfigError(ValueError):
@@ -19,7 +19,21 @@ _NOT_ZERO = frozenset(('length', 'width', 'wheel_radius', 'track', 'steps_per_tu
 
 
 @dataclass(frozen=True)
-class ChairConfig:
+class Checked:
+    """Numbers that are checked as a whole: those of a class derived from it, by its `validate`. Raises ConfigError that names every fault."""
+
+    def __post_init__(self):
+        faults = self.validate()
+        if faults:
+            raise ConfigError(' '.join(faults))
+
+    def changes(self) -> dict[str, tuple]:
+        """{name: (value, default)} of everything that is not the default."""
+        return {field.name: (getattr(self, field.name), field.default) for field in fields(self) if getattr(self, field.name) != field.default}
+
+
+@dataclass(frozen=True)
+class ChairConfig(Checked):
     """What chairs are drawn from. Pairs named `_range` are uniform limits, names ending in `_sigma` standard deviations."""
 
     length: float = 1.08  # m
@@ -53,11 +67,6 @@ class ChairConfig:
     battery: float = 25.4  # V at rest
     gravity: float = 9.80665  # m/s2
 
-    def __post_init__(self):
-        faults = self.validate()
-        if faults:
-            raise ConfigError(' '.join(faults))
-
     def validate(self) -> list[str]:
         """One sentence for every fault found: all are finite, none but biases and offsets negative, ranges in order, sizes not zero."""
         faults = []
@@ -66,7 +75,7 @@ class ChairConfig:
             pair = field.name.endswith('_range')
             wanted = len(field.default) if isinstance(field.default, tuple) else 0
             numbers = value if isinstance(value, tuple) else (value,)
-            if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(_finite, numbers)):
+            if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
                 faults.append(f'{field.name} is {value!r} but must be {f"{wanted} finite numbers" if wanted else "a finite number"}.')
             elif pair and not 0 < value[0] <= value[1]:
                 faults.append(f'{field.name} is {value!r} but must be (lowest, highest), both positive.')
@@ -75,12 +84,6 @@ class ChairConfig:
             elif field.name not in ('gyro_bias', 'accel_offset') and min(numbers) < 0:
                 faults.append(f'{field.name} is {value!r} but must not be negative.')
         return faults
-
-    def changes(self) -> dict[str, tuple]:
-        """{name: (value, default)} of every number that is not the default."""
-        reference = type(self)
-        return {field.name: (getattr(self, field.name), field.default) for field in fields(reference)
-                if getattr(self, field.name) != field.default}
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,3 @@ class DrawnChair:
         sigma = random.uniform(config.accel_sigma_low, config.accel_sigma_high)
         roll, pitch = random.normal(0.0, config.tilt_sigma, 2)
         return cls(slip, float(right), float(left), scale, tuple(bias.tolist()), tuple(sigma.tolist()), float(roll), float(pitch))
-
-
-def _finite(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import MISSING, dataclass, field, fields
 
+from canserial.checks import is_number
 from sara_sim import mounting
 
 DIRECTIONS = ('to_pc', 'from_pc', 'both')
@@ -20,16 +21,12 @@ class FaultError(ValueError):
     """A fault that does not exist or whose arguments are not allowed; one sentence for each."""
 
 
-def _number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _argument(allowed: str, check, default=MISSING):
     return field(default=default, metadata={'allowed': allowed, 'check': check})
 
 
 def _between(low: float, high: float, what: str, default=MISSING):
-    return _argument(f'a number from {low:g} to {high:g} ({what})', lambda value: _number(value) and low <= value <= high, default)
+    return _argument(f'a number from {low:g} to {high:g} ({what})', lambda value: is_number(value) and low <= value <= high, default)
 
 
 def _one_of(names, default=MISSING):

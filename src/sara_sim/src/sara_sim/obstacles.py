@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from canserial.checks import is_number
 from sara_sim.terrain import Ramp, TerrainError
 
 LOOPS = ('once', 'around', 'back')
@@ -63,7 +64,7 @@ class Obstacle:
         faults, who = [], f'obstacle {self.name!r}: '
         if (self.radius is None) == (self.size is None):
             faults.append(who + 'give either radius (a disc) or size (a box).')
-        if self.radius is not None and not (_number(self.radius) and self.radius > 0):
+        if self.radius is not None and not (is_number(self.radius) and self.radius > 0):
             faults.append(who + f'radius is {self.radius!r} but must be positive, in m.')
         if self.size is not None and not (_point(self.size) and min(self.size) > 0):
             faults.append(who + f'size is {self.size!r} but must be [length, width], positive, in m.')
@@ -73,12 +74,12 @@ class Obstacle:
             faults.append(who + f'at is {self.at!r} but must be [x, y] in m.')
         if self.path and not (isinstance(self.path, tuple) and len(self.path) > 1 and all(map(_point, self.path)) and len(set(self.path)) > 1):
             faults.append(who + f'path is {self.path!r} but must be two different points [x, y] or more.')
-        if self.path and not (_number(self.speed) and self.speed > 0):
+        if self.path and not (is_number(self.speed) and self.speed > 0):
             faults.append(who + f'speed is {self.speed!r} but must be positive, in m/s.')
         if self.loop not in LOOPS:
             faults.append(who + f'loop is {self.loop!r} but must be one of {", ".join(LOOPS)}.')
         faults += [who + f'{name} is {getattr(self, name)!r} but must be a finite number.' for name in ('yaw', 'start')
-                   if not _number(getattr(self, name))]
+                   if not is_number(getattr(self, name))]
         faults += [who + f'{name} is {getattr(self, name)!r} but must be a time in s.' for name in ('appears', 'disappears')
                    if not isinstance(getattr(self, name), (int, float)) or math.isnan(getattr(self, name))]
         return faults
@@ -179,15 +180,11 @@ def _in_radians(entry: dict) -> dict:
     values = dict(entry)
     for name in [name for name in values if isinstance(name, str) and name.endswith('_deg')]:
         value = values.pop(name)
-        if not _number(value):
+        if not is_number(value):
             raise ObstacleError(f'{name} is {value!r} but must be a finite number.')
         values[name[:-4]] = math.radians(value)
     return values
 
 
-def _number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _point(value) -> bool:
-    return isinstance(value, tuple) and len(value) == 2 and all(map(_number, value))
+    return isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value))

@@ -5,14 +5,14 @@ All of it is off by default: published figures rest on the reference chair. The 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
-from sara_sim.config import ConfigError
+from canserial.checks import is_number
+from sara_sim.config import Checked
 
 
 @dataclass(frozen=True)
-class ChairOptions:
+class ChairOptions(Checked):
     """Frozen; raises ConfigError that names every fault."""
 
     castor_swing: float = 0.0  # rad that the chair turns with each rad that its castors swivel, 0..0.2
@@ -30,15 +30,6 @@ class ChairOptions:
     right_steps: int = 0  # encoder counters at the start, e.g. 2**32 - 1000
     left_steps: int = 0
 
-    def __post_init__(self):
-        faults = self.validate()
-        if faults:
-            raise ConfigError(' '.join(faults))
-
-    def changes(self) -> dict[str, tuple]:
-        """{name: (value, default)} of every option that is not the default."""
-        return {field.name: (getattr(self, field.name), field.default) for field in fields(self) if getattr(self, field.name) != field.default}
-
     def validate(self) -> list[str]:
         """One sentence for every fault found."""
         faults = []
@@ -50,7 +41,7 @@ class ChairOptions:
             elif isinstance(field.default, int):
                 if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**32:
                     faults.append(f'{field.name} is {value!r} but must be a whole number from 0 to 2^32 - 1.')
-            elif isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            elif not is_number(value):
                 faults.append(f'{field.name} is {value!r} but must be a finite number.')
             elif field.name == 'castor_swing' and not 0.0 <= value <= 0.2:
                 faults.append(f'castor_swing is {value!r} but must be from 0 to 0.2.')

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
+from canserial.checks import is_number
 from sara_sim.config import ConfigError
 from sara_sim.lawicel import RATES
 from sara_sim.options import ChairOptions
@@ -68,11 +68,11 @@ class SimulatorSettings:
                 faults.append(f'{name} is {getattr(self, name)!r} but must be the path of {what}.')
         if not isinstance(self.dbc, str) or not self.dbc:
             faults.append(f"dbc is {self.dbc!r} but must be 'sara', 'sara_tenths' or the path of a DBC file.")
-        if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(_number, self.start))):
+        if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(is_number, self.start))):
             faults.append(f'start is {self.start!r} but must be [x, y, yaw], finite numbers in m and rad.')
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             faults.append(f'seed is {self.seed!r} but must be a whole number, 0 or more.')
-        if not _number(self.speed) or not 0 < self.speed <= 100:
+        if not is_number(self.speed) or not 0 < self.speed <= 100:
             faults.append(f'speed is {self.speed!r} but must be above 0 and at most 100 times real time.')
         if not isinstance(self.port, str) or not self.port.startswith('/'):
             faults.append(f'port is {self.port!r} but must be an absolute path.')
@@ -81,7 +81,3 @@ class SimulatorSettings:
         faults += [f'{name} is {getattr(self, name)!r} but must be true or false.' for name in ('power_up', 'calibrate', 'fast', 'madgwick')
                    if not isinstance(getattr(self, name), bool)]
         return faults
-
-
-def _number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass, fields
 from math import atan, cos, sin, tan
 
+from canserial.checks import is_number
+
 
 class TerrainError(ValueError):
     """A ramp that cannot be; the text says why."""
@@ -28,7 +30,7 @@ class Ramp:
 
     def __post_init__(self):
         faults = [f'{field.name} is {getattr(self, field.name)!r} but must be a finite number.' for field in fields(self)
-                  if not _number(getattr(self, field.name))]
+                  if not is_number(getattr(self, field.name))]
         if not faults:
             faults += [f'{name} is {getattr(self, name)!r} but must be positive.' for name in ('length', 'width') if getattr(self, name) <= 0]
             if abs(self.slope) > math.radians(20.0):
@@ -67,7 +69,3 @@ def attitude(ramps: list[Ramp], x: float, y: float, yaw: float, wheelbase: float
     pitch = -atan(c * rise_x + s * rise_y)
     # A left side that is higher than the right rolls the chair to the right: positive roll.
     return atan((c * rise_y - s * rise_x) * cos(pitch)), pitch
-
-
-def _number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from canserial.checks import is_number
 from scipy import ndimage
 
 from sara_sim import rays
@@ -136,16 +137,12 @@ def _checked(text, path: Path) -> tuple[list[str], tuple | None]:
     negate, threshold = text.get('negate', 0), text.get('occupied_thresh', 0.65)
     if not isinstance(image, str):
         faults.append(f'image is {image!r} but must be the name of a file.')
-    if not _number(resolution) or resolution <= 0:
+    if not is_number(resolution) or resolution <= 0:
         faults.append(f'resolution is {resolution!r} but must be a positive number of metres per cell.')
-    if not (isinstance(origin, (list, tuple)) and len(origin) == 3 and all(map(_number, origin)) and origin[2] == 0):
+    if not (isinstance(origin, (list, tuple)) and len(origin) == 3 and all(map(is_number, origin)) and origin[2] == 0):
         faults.append(f'origin is {origin!r} but must be [x, y, 0] (turned maps are not simulated).')
     if negate not in (0, 1, True, False):
         faults.append(f'negate is {negate!r} but must be 0 or 1.')
-    if not _number(threshold) or not 0 <= threshold <= 1:
+    if not is_number(threshold) or not 0 <= threshold <= 1:
         faults.append(f'occupied_thresh is {threshold!r} but must be between 0 and 1.')
     return faults, None if faults else (image, float(resolution), (origin[0], origin[1]), bool(negate), float(threshold))
-
-
-def _number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
