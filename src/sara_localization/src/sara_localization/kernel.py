@@ -51,27 +51,29 @@ def wrap_angles(x):
 
 
 @njit(cache=True)
-def positive_definite(P):
-    """Whether P (n, n) is finite and positive definite by a margin of round-off: Cholesky of its correlation matrix."""
-    n = P.shape[0]
-    scale = np.empty(n)
-    for i in range(n):
-        if not (isfinite(P[i, i]) and P[i, i] > 0.0):
-            return False
-        scale[i] = 1.0 / sqrt(P[i, i])
-    L = np.empty((n, n))
-    for i in range(n):
+def cholesky(A, L):
+    """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
+    for i in range(A.shape[0]):
         for j in range(i + 1):
-            total = P[i, j] * scale[i] * scale[j]
+            total = 0.5 * (A[i, j] + A[j, i])
             for k in range(j):
                 total -= L[i, k] * L[j, k]
             if i == j:
-                if not total > _SMALLEST_PIVOT:
+                if not total > _SMALLEST_PIVOT * A[i, i]:
                     return False
                 L[i, i] = sqrt(total)
             else:
                 L[i, j] = total / L[j, j]
     return True
+
+
+@njit(cache=True)
+def positive_definite(P):
+    """Whether P (n, n) is finite and positive definite by a margin of round-off, whatever the units of its rows."""
+    for i in range(P.shape[0]):
+        if not (isfinite(P[i, i]) and P[i, i] > 0.0):
+            return False
+    return cholesky(P, np.empty(P.shape))
 
 
 @njit(cache=True)
@@ -129,23 +131,6 @@ def floored(z, R):
             S[i, j] = R[i, j]
         S[i, i] = max(fabs(R[i, i]), SMALLEST_VARIANCE)
     return finite, S
-
-
-@njit(cache=True)
-def cholesky(A, L):
-    """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
-    for i in range(A.shape[0]):
-        for j in range(i + 1):
-            total = 0.5 * (A[i, j] + A[j, i])
-            for k in range(j):
-                total -= L[i, k] * L[j, k]
-            if i == j:
-                if not total > _SMALLEST_PIVOT * A[i, i]:
-                    return False
-                L[i, i] = sqrt(total)
-            else:
-                L[i, j] = total / L[j, j]
-    return True
 
 
 @njit(cache=True)
