@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sara_bringup.planar import compose, wrap
+from sara_bringup.planar import compose
+from sara_nav.geometry import wrap
 
 
 @dataclass(frozen=True)

@@ -166,19 +166,19 @@ def happen(name, seed, cruise=False):
     hazard, lockstep = HAZARDS[name], cruising(seed) if cruise else driving(seed)
     chair, speed, where = lockstep.chair, lockstep.chair.velocity[0], lockstep.chair.pose
     hazard.make(lockstep)
-    stopped, way, drifted = _watch(lockstep, hazard)
+    stopped, way, drifted = _watch(lockstep, hazard.undo)
     text = "commands were ignored" if cruise else lockstep.result.text if lockstep.result else ""
     return Outcome(name, seed, speed, stopped, way, drifted, _resumes(lockstep, where[2]), text, chair.contacts)
 
 
-def _watch(lockstep, hazard):
-    """(s until rest, m until rest, m moved afterwards) in WATCHED_S."""
+def _watch(lockstep, undo):
+    """(s until rest, m until rest, m moved afterwards) in WATCHED_S; `undo` is called after LASTS_S."""
     chair, began, where = lockstep.chair, lockstep.time, lockstep.chair.pose
     stopped, rest, drifted, undone = math.inf, where, 0.0, False
     while lockstep.time < began + WATCHED_S:
         lockstep.step()
         if not undone and lockstep.time >= began + LASTS_S:
-            hazard.undo(lockstep)
+            undo(lockstep)
             undone = True
         if stopped == math.inf and abs(chair.velocity[0]) < AT_REST:
             stopped = lockstep.time - began
@@ -212,5 +212,5 @@ def obstacle_ahead(seed):
     chair, speed = lockstep.chair, lockstep.chair.velocity[0]
     x, y, _ = chair.pose
     _obstacle(lockstep)
-    stopped, _, _ = _watch(lockstep, Hazard(_obstacle))
+    stopped, _, _ = _watch(lockstep, lambda _: None)
     return speed, stopped, OBSTACLE_M - math.dist(chair.pose[:2], (x, y)), chair.contacts

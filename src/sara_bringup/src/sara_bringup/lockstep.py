@@ -139,14 +139,14 @@ class Lockstep:
         wheels.cancel = wheels.abort = ""
 
     def _navigate(self, now):
-        pose = None
-        if self._map_from_odom is not None and self._odometry_stamp is not None:
-            pose = Pose2D(*compose(self._map_from_odom, self.odometry))
         if self.pilot is not None:
             command = self.pilot(now)
             if command is not None:
                 self.wheels.on_navigation(*command, now)
             return
+        pose = None
+        if self._map_from_odom is not None and self._odometry_stamp is not None:
+            pose = Pose2D(*compose(self._map_from_odom, self.odometry))
         result = self.move_base.step(now, pose, self._fused_velocity, self._odometry_stamp)
         if result.status == move_base.ACTIVE:
             self.wheels.on_navigation(*result.command, now)

@@ -1,10 +1,7 @@
-"""Planar poses as (x, y, yaw) tuples: composition and the wrapping of angles (REP-103: radians, counter-clockwise)."""
+"""Planar poses as (x, y, yaw) tuples: composition (REP-103: radians, counter-clockwise)."""
 import math
 
-
-def wrap(angle):
-    """`angle` brought into [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+from sara_nav.geometry import wrap
 
 
 def compose(a, b):

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from sara_bringup.planar import wrap
+from sara_nav.geometry import wrap
 
 CORNER_POSITION_M = 0.20        # a corner counts as reached by the true pose within this
 CORNER_YAW_DEG = 5.0

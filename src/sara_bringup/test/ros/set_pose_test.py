@@ -13,7 +13,8 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_bringup.planar import wrap, yaw_of
+from sara_bringup.planar import yaw_of
+from sara_nav.geometry import wrap
 
 YAW = 1.0
 
