@@ -3,76 +3,29 @@
 
 import math
 import os
-import pty
-import select
 import sys
-import threading
 import time
-import tty
 import unittest
+from functools import partial
 
 # This test is installed beside canserial.py, which must not be taken for the package.
 HERE = {os.path.dirname(os.path.realpath(path)) for path in (sys.argv[0], __file__)}
 sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in HERE]
+sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
 from canserial.msg import CAN, Encoder  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
+from pty_adapter import PtyAdapter, wait_until  # noqa: E402
 from sensor_msgs.msg import Imu, Range  # noqa: E402
 from std_msgs.msg import UInt8  # noqa: E402
 
+wait_until = partial(wait_until, seconds=15.0)
 ACCELERATION = b't203864005226F6FF0A00'  # SJO 100 cm, az 9.810, ay -0.010, ax 0.010 m/s2
 ANGLES = b't20580000E8030CFE0000'        # rx 1.000, ry -0.500, rz 0 deg
 AT_REST = b't20480000BFFFA5FFCFFF'       # no alarm, gz -0.65, gy -0.91, gx -0.49 deg/s
 TURNING = b't20480000A703A5FF3300'       # gz 9.35, gy -0.91, gx 0.51 deg/s: 10, 0 and 1 above rest
-
-
-class Adapter:
-    """Answers like the adapter, byte by byte; `lines` holds the frames it was given to send."""
-
-    def __init__(self, path):
-        self.master, slave = pty.openpty()
-        tty.setraw(slave)
-        self.path, self.slave = path, slave
-        self.commands, self.lines = [], []
-        self.plugged = True
-        self.thread = threading.Thread(target=self.answer, daemon=True)
-        self.thread.start()
-        os.symlink(os.ttyname(slave), path)
-
-    def answer(self):
-        buffer = b''
-        while self.plugged:
-            # Never inside read() when it is unplugged: that would hold the terminal open.
-            if not select.select([self.master], [], [], 0.05)[0]:
-                continue
-            buffer += os.read(self.master, 1024)
-            *complete, buffer = buffer.split(b'\r')
-            for line in complete:
-                if line[:1] == b't':
-                    self.lines.append(line)
-                    os.write(self.master, b'z\r')
-                else:
-                    self.commands.append(line)
-                    os.write(self.master, b'\r')
-
-    def unplug(self):
-        self.plugged = False
-        self.thread.join()
-        os.unlink(self.path)
-        os.close(self.slave)
-        os.close(self.master)
-
-    def send(self, *lines):
-        os.write(self.master, b''.join(line + b'\r' for line in lines))
-
-
-def wait_until(condition, seconds=15.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not condition():
-        time.sleep(0.02)
-    return condition()
 
 
 class LawicelTest(unittest.TestCase):
@@ -83,7 +36,7 @@ class LawicelTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, lambda m, t=topic: self.got.setdefault(t, []).append(m), tcp_nodelay=True)
         self.cantx = rospy.Publisher('cantx', CAN, queue_size=10)
         self.set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
-        self.adapter = Adapter(rospy.get_param('~port'))
+        self.adapter = PtyAdapter(rospy.get_param('~port'))
         self.addCleanup(lambda: os.path.lexists(self.adapter.path) and os.unlink(self.adapter.path))
 
     def imu(self):
@@ -160,7 +113,7 @@ class LawicelTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: adapter.lines == [b't120813ED000043000000']), adapter.lines)
 
         adapter.unplug()
-        self.adapter = Adapter(adapter.path)
+        self.adapter = PtyAdapter(adapter.path)
         self.got.clear()
         self.assertTrue(wait_until(self.mode_arrives), 'an adapter plugged in again is not found')
 

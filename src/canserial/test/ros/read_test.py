@@ -12,6 +12,7 @@ import unittest
 # This test is installed beside canserial.py, which must not be taken for the package.
 HERE = {os.path.dirname(os.path.realpath(path)) for path in (sys.argv[0], __file__)}
 sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in HERE]
+sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
@@ -21,6 +22,7 @@ from canserial.msg import CAN  # noqa: E402
 from canserial.ros.conversions import frame_to_msg  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped  # noqa: E402
+from pty_adapter import wait_until  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import BatteryState, Imu  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
@@ -30,13 +32,6 @@ BUS = BusDescription.default()
 OFFSET = (-0.49, -0.91, -0.65)
 TOPICS = (('imu/data', Imu), ('impact', Bool), ('battery', BatteryState), ('orientation/complementary', Vector3Stamped),
           ('orientation/madgwick', Vector3Stamped), ('saved/imu/data', Imu))
-
-
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not condition():
-        time.sleep(0.01)
-    return condition()
 
 
 class Bus:

@@ -11,11 +11,13 @@ import unittest
 # This test is installed beside canserial.py, which must not be taken for the package.
 HERE = {os.path.dirname(os.path.realpath(path)) for path in (sys.argv[0], __file__)}
 sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in HERE]
+sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from pty_adapter import wait_until  # noqa: E402
 
 
 def multicast_works():
@@ -27,13 +29,6 @@ def multicast_works():
         except OSError:
             return False
     return True
-
-
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not condition():
-        time.sleep(0.02)
-    return condition()
 
 
 @unittest.skipUnless(multicast_works(), 'this machine has no multicast')

@@ -2,72 +2,38 @@
 """An adapter pulled out while frames flow both ways: one line says so, one its return; frames come again, old commands never go out."""
 
 import os
-import pty
-import select
 import sys
-import threading
 import time
-import tty
 import unittest
 
 # This test is installed beside canserial.py, which must not be taken for the package.
 HERE = {os.path.dirname(os.path.realpath(path)) for path in (sys.argv[0], __file__)}
 sys.path[:] = [path for path in sys.path if os.path.realpath(path or '.') not in HERE]
+sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from pty_adapter import PtyAdapter, wait_until  # noqa: E402
 from rosgraph_msgs.msg import Log  # noqa: E402
 
 NODE = '/unplugged_canserial'
 
 
-class Adapter:
-    """Sends frame 0x101 with a count in it every 10 ms, and 0x201, which the filter drops; answers commands; notes what it is to send."""
+class Adapter(PtyAdapter):
+    """Sends frame 0x101 with a count in it every 10 ms, and 0x201, which the filter drops; its status says that it was overrun."""
 
-    def __init__(self, path):
-        self.master, self.slave = pty.openpty()
-        tty.setraw(self.slave)
-        self.path, self.lines, self.commands = path, [], []
-        self.plugged = True
-        self.thread = threading.Thread(target=self.work, daemon=True)
-        self.thread.start()
-        os.symlink(os.ttyname(self.slave), path)
+    WAIT = 0.01
+    count = 0
 
-    def work(self):
-        buffer, count = b'', 0
-        while self.plugged:
-            if b'O' in self.commands:
-                count += 1
-                os.write(self.master, b't1018%016X\rt2018%016X\r' % (count, count))
-            if not select.select([self.master], [], [], 0.01)[0]:
-                continue
-            buffer += os.read(self.master, 4096)
-            *complete, buffer = buffer.split(b'\r')
-            for line in complete:
-                if line == b'F':
-                    os.write(self.master, b'F08\r')
-                elif line[:1] == b't':
-                    self.lines.append(line)
-                    os.write(self.master, b'z\r')
-                else:
-                    self.commands.append(line)
-                    os.write(self.master, b'\r')
+    def say(self):
+        if b'O' in self.commands:
+            self.count += 1
+            os.write(self.master, b't1018%016X\rt2018%016X\r' % (self.count, self.count))
 
-    def unplug(self):
-        self.plugged = False
-        self.thread.join()
-        os.unlink(self.path)
-        os.close(self.slave)
-        os.close(self.master)
-
-
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not condition():
-        time.sleep(0.02)
-    return condition()
+    def answer(self, line):
+        return b'F08\r' if line == b'F' else super().answer(line)
 
 
 class UnplugTest(unittest.TestCase):
