@@ -5,21 +5,15 @@ A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives t
 """
 import math
 
-import numpy as np
-
 from canserial.bus import BusDescription
 from canserial.config import ReaderConfig
 from canserial.reader import Reader
 from canserial.readings import ImuReading
 from sara_bringup.command_chain import CommandChain
+from sara_bringup.localization import Filter, Truth
 from sara_bringup.paths import parameters
 from sara_bringup.planar import compose
 from sara_control.reasons import sentence
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.transforms import TransformBuffer
 from sara_nav import map_io, move_base
 from sara_nav.geometry import Pose2D
 from sara_nav.parameters import Parameters
@@ -40,11 +34,11 @@ class Lockstep:
     """The chair and the stack, stepped together.
 
     `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml. `gain`: of this chair's gyro,
-    as its calibration file would hold it; None: read.py's own default.
-    `tick` counts the steps.
+    as its calibration file would hold it; None: read.py's own default. `localization`: "ekf", "ukf", or "fake" for the true pose.
+    `navigation`: a tree laid over sara_nav.yaml's. `tick` counts the steps.
     """
 
-    def __init__(self, map_path, start, seed, ekf="default", gain=None):
+    def __init__(self, map_path, start, seed, ekf="default", gain=None, localization="ekf", navigation=None):
         bus = BusDescription.default()
         self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
         reader = parameters("canserial", "read.yaml")
@@ -53,25 +47,25 @@ class Lockstep:
         self.reader = Reader(ReaderConfig(**{key: value for key, value in reader.items() if key in ReaderConfig.__dataclass_fields__}), bus)
         self.reader.set_yaw(start[2], 0.0)
         self.wheels = CommandChain(bus)
-        localization = parameters("sara_localization", f"ekf_{ekf}.yaml")
-        localization["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
-        filter_config = FilterConfig.from_params(localization)
-        self.transforms = TransformBuffer()
-        self.ekf = FilterEngine(filter_config, self.transforms)
-        settings = read_settings(Parameters(parameters("sara_nav", "sara_nav.yaml")))
+        if localization == "fake":
+            self.localization = Truth(lambda: self.chair.pose)
+        else:
+            self.localization = Filter(start, localization, ekf, self.reader.config.variances)
+        settings = read_settings(Parameters(merged(parameters("sara_nav", "sara_nav.yaml"), navigation or {})))
         self.move_base = settings.make_move_base(settings.make_costmap(map_io.load_map(str(map_path))))
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
-        self._imu_covariances = [np.diag(variances) for variances in self.reader.config.variances]
         self.tick = 0
         self.navigation_runs = True         # False: as if move_base had been killed
         self.localization_runs = True       # False: as if ekf_se had been killed
         self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
-        self.fused = None                   # (x, y, yaw) in the map frame
-        self._fused_velocity = None
-        self._map_from_odom = None
         self.result = None                  # move_base's newest StepResult that ended a goal
+
+    @property
+    def fused(self):
+        """(x, y, yaw) in the map as localization has it, None before it is known."""
+        return self.localization.pose
 
     @property
     def time(self):
@@ -86,7 +80,7 @@ class Lockstep:
                 self._on_reading(reading)
         now = self.chair.time
         if self.tick % FILTER_STEPS == 0 and self.localization_runs:
-            self._filter(now)
+            self._localize(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
             self._navigate(now)
         if self.tick % COMMAND_STEPS == 0:
@@ -95,7 +89,7 @@ class Lockstep:
 
     def start_up(self):
         """Step, at rest, until the gyro is calibrated, the fused pose is there and the safety gate would let the chair drive. Raises LockstepError."""
-        while not (self._map_from_odom and self.wheels.ready):
+        while not (self.localization.map_from_odom and self.wheels.ready):
             if self.time > START_TIMEOUT_S:
                 raise LockstepError(f"the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}")
             self.step()
@@ -105,29 +99,16 @@ class Lockstep:
         if state is not None:
             self._on_odometry(state)
         if isinstance(reading, ImuReading):
-            angles, rates, accelerations = self._imu_covariances
-            self.ekf.add_imu("imu0", ImuData(reading.stamp, "base_link", quaternion_from_rpy(reading.roll, reading.pitch, reading.yaw), angles,
-                                             reading.angular_velocity, rates, reading.linear_acceleration, accelerations))
+            self.localization.on_imu(reading)
 
     def _on_odometry(self, state):
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
-        orientation = quaternion_from_rpy(0.0, 0.0, state.heading)
-        self.transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(state.x, state.y, 0.0, 0.0, 0.0, state.heading), state.stamp)
-        self.ekf.add_odometry("odom0", OdometryData(state.stamp, "odom", "base_link", (state.x, state.y, 0.0), orientation, np.diag(state.pose_covariance),
-                                                    (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular), np.diag(state.twist_covariance)))
+        self.localization.on_odometry(state)
 
-    def _filter(self, now):
-        output = self.ekf.tick(now)
-        if output is None:
-            return
-        x = output.state
-        self.fused, self._fused_velocity = (float(x[0]), float(x[1]), float(x[5])), (float(x[6]), float(x[11]))
-        self.wheels.guard.on_localization(output.stamp, *self.fused)
-        if output.map_to_odom is not None:
-            stamped = output.map_to_odom
-            self.transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
-            position, rpy = stamped.transform.translation, stamped.transform.rpy
-            self._map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))
+    def _localize(self, now):
+        localization = self.localization
+        if localization.step(now):
+            self.wheels.guard.on_localization(localization.stamp, *localization.pose)
 
     def _give_up(self, now):
         """As move_base's `~abort` and `cancel`."""
@@ -144,15 +125,23 @@ class Lockstep:
             if command is not None:
                 self.wheels.on_navigation(*command, now)
             return
-        pose = None
-        if self._map_from_odom is not None and self._odometry_stamp is not None:
-            pose = Pose2D(*compose(self._map_from_odom, self.odometry))
-        result = self.move_base.step(now, pose, self._fused_velocity, self._odometry_stamp)
+        pose, localization = None, self.localization
+        if localization.map_from_odom is not None and self._odometry_stamp is not None:
+            pose = Pose2D(*compose(localization.map_from_odom, self.odometry))
+        result = self.move_base.step(now, pose, localization.velocity, self._odometry_stamp)
         if result.status == move_base.ACTIVE:
             self.wheels.on_navigation(*result.command, now)
         elif result.status != move_base.IDLE:
             self.wheels.on_navigation(0.0, 0.0, now)
             self.result = result
+
+
+def merged(tree, over):
+    """A tree of parameters with another laid over it; neither is changed."""
+    result = dict(tree)
+    for name, value in over.items():
+        result[name] = merged(result[name], value) if isinstance(value, dict) and isinstance(result.get(name), dict) else value
+    return result
 
 
 def drive(lockstep, mission, record, progress=None):

@@ -1,0 +1,81 @@
+"""Where the chair is, in lockstep: the filter that ekf_se and ukf_se run, or the simulator's true pose as fake_localization gives it.
+
+Each has `pose` (x, y, yaw in the map, m, rad), `velocity` (m/s, rad/s), `stamp` (of the pose, s) and `map_from_odom` (x, y, yaw), None
+before they are known; `step(now)` returns whether there is a new pose.
+"""
+import numpy as np
+
+from sara_bringup.paths import parameters
+from sara_bringup.planar import compose, inverse
+from sara_localization.config import FilterConfig
+from sara_localization.data import ImuData, OdometryData
+from sara_localization.engine import FilterEngine
+from sara_localization.geometry import Transform, quaternion_from_rpy
+from sara_localization.transforms import TransformBuffer
+
+
+class Estimate:
+    """What both tell."""
+
+    def __init__(self):
+        self.pose = self.velocity = self.stamp = self.map_from_odom = None
+
+
+class Filter(Estimate):
+    """`start`: (x, y, yaw), m, rad. `kind`: ekf or ukf, which both read sara_localization's config/ekf_SET.yaml. `imu_variances`: read.py's."""
+
+    def __init__(self, start, kind, name, imu_variances):
+        super().__init__()
+        tree = parameters("sara_localization", f"ekf_{name}.yaml")
+        tree["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
+        self._transforms = TransformBuffer()
+        self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
+        self._imu_covariances = [np.diag(variances) for variances in imu_variances]
+
+    def on_imu(self, reading):
+        """An ImuReading."""
+        angles, rates, accelerations = self._imu_covariances
+        self._engine.add_imu("imu0", ImuData(reading.stamp, "base_link", quaternion_from_rpy(reading.roll, reading.pitch, reading.yaw), angles,
+                                             reading.angular_velocity, rates, reading.linear_acceleration, accelerations))
+
+    def on_odometry(self, state):
+        """The controller's newest odometry."""
+        x, y, heading, stamp = state.x, state.y, state.heading, state.stamp
+        self._transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, heading), stamp)
+        self._engine.add_odometry("odom0", OdometryData(stamp, "odom", "base_link", (x, y, 0.0), quaternion_from_rpy(0.0, 0.0, heading),
+                                                        np.diag(state.pose_covariance), (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular),
+                                                        np.diag(state.twist_covariance)))
+
+    def step(self, now):
+        """The filter's tick, 50 times a second."""
+        output = self._engine.tick(now)
+        if output is None:
+            return False
+        x = output.state
+        self.pose, self.velocity, self.stamp = (float(x[0]), float(x[1]), float(x[5])), (float(x[6]), float(x[11])), output.stamp
+        if output.map_to_odom is not None:
+            stamped = output.map_to_odom
+            self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
+            position, rpy = stamped.transform.translation, stamped.transform.rpy
+            self.map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))
+        return True
+
+
+class Truth(Estimate):
+    """`true_pose`: a function that gives the chair's (x, y, yaw). Its speed is the odometry's, as in a launch with localization:=fake."""
+
+    def __init__(self, true_pose):
+        super().__init__()
+        self._true_pose = true_pose
+
+    def on_imu(self, _reading):
+        """The truth needs no IMU."""
+
+    def on_odometry(self, state):
+        """The controller's newest odometry: what the truth at this moment is to agree with."""
+        self.pose, self.velocity, self.stamp = self._true_pose(), (state.linear, state.angular), state.stamp
+        self.map_from_odom = compose(self.pose, inverse((state.x, state.y, state.heading)))
+
+    def step(self, _now):
+        """Nothing is estimated; there is a pose once there is odometry."""
+        return self.pose is not None
