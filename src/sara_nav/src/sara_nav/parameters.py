@@ -3,6 +3,7 @@
 Reading never stops at the first fault: they are collected, and told together. What was set but never read is told
 too, either as a parameter of the C++ peer that is not built here yet, or as unknown, with the nearest known name.
 """
+import dataclasses
 import difflib
 
 NOT_BUILT = {
@@ -60,12 +61,18 @@ class ParameterError(ValueError):
 
 
 class Parameters:
-    """A tree of parameters (nested dicts, as rospy.get_param gives a namespace), remembering what was read."""
+    """A tree of parameters (nested dicts, as rospy.get_param gives a namespace), remembering what was read.
 
-    def __init__(self, tree):
+    above: values by name that a search found in the namespaces above the tree, for ``search``. ``faults`` and ``warnings``
+    are lists of sentences; whoever reads parameters adds to them.
+    """
+
+    def __init__(self, tree, above=None):
         self._values = dict(_flatten(tree))
+        self._above = dict(above or {})
         self._known = set()
         self.faults = []
+        self.warnings = []
 
     def has(self, path):
         """True when somebody set ``path`` ('a/b')."""
@@ -74,12 +81,43 @@ class Parameters:
     def take(self, path, default):
         """Return the value at ``path``, of the default's type, or the default; a wrong type becomes a fault.
 
-        A default of None accepts anything.
+        A default of None accepts anything; a tuple is read from a list.
         """
         self._known.add(path)
         if path not in self._values:
             return default
-        value = self._values[path]
+        return self._typed(path, self._values[path], default)
+
+    def search(self, prefix, name, default):
+        """Return the value of ``name`` in the namespace ``prefix`` ('' or ending in '/'), or else in the nearest above it.
+
+        As ``take`` otherwise. Names that were found nearer hide those further up; these count as read all the same.
+        """
+        found = None
+        for path in self._upward(prefix, name):
+            self._known.add(path)
+            if found is None and path in self._values:
+                found = path
+        if found is not None:
+            return self._typed(found, self._values[found], default)
+        return self._typed(name, self._above[name], default) if name in self._above else default
+
+    def found(self, prefix, name):
+        """Return True when ``search`` would find somebody's value."""
+        return name in self._above or any(path in self._values for path in self._upward(prefix, name))
+
+    @staticmethod
+    def _upward(prefix, name):
+        parts = [part for part in prefix.split('/') if part]
+        return ['/'.join(parts[:depth] + [name]) for depth in range(len(parts), -1, -1)]
+
+    def ignore(self, group):
+        """Count all below ``group`` (ending in '/') as read: somebody has said what becomes of it. Return their paths."""
+        paths = sorted(path for path in self._values if path.startswith(group))
+        self._known.update(paths)
+        return paths
+
+    def _typed(self, path, value, default):
         kind = type(default)
         if default is None:
             return value
@@ -87,9 +125,12 @@ class Parameters:
             return float(value)
         if kind is int and isinstance(value, float) and value == int(value):
             return int(value)
+        if kind is tuple and isinstance(value, list):
+            return tuple(value)
         if type(value) is not kind:
             self.faults.append('%s is %r but must be %s' % (path, value, {
-                float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a string'}.get(
+                float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a string', tuple: 'a list',
+                list: 'a list'}.get(
                     kind, kind.__name__)))
             return default
         return value
@@ -101,9 +142,10 @@ class Parameters:
         """
         values = {}
         for name, entry in cls.__dataclass_fields__.items():
-            values[name] = entry.default
+            default = entry.default if entry.default is not dataclasses.MISSING else entry.default_factory()
+            values[name] = default
             for prefix in reversed(prefixes):
-                values[name] = self.take(prefix + name, entry.default) if self.has(prefix + name) else values[name]
+                values[name] = self.take(prefix + name, default) if self.has(prefix + name) else values[name]
                 self._known.add(prefix + name)
         result = cls(**values)
         self.faults += [prefixes[0] + fault for fault in result.faults()]
