@@ -1,15 +1,18 @@
 """The bus as its DBC file describes it: names and physical units on one side, frames on the other.
 
-The file is read, and frames are packed and unpacked, with cantools; identifiers and offsets are written nowhere else.
+The file is read with cantools, which also packs and unpacks what `codec` does not; identifiers and offsets are written nowhere else.
 What is added here is one family of errors that name the signal, the value it held and what is allowed.
 """
 
 import math
+import numbers
+import struct
 from functools import lru_cache
 from pathlib import Path
 
 import cantools
 
+from canserial.codec import Codec
 from canserial.frame import Frame
 
 DBC_FOLDER = Path(__file__).resolve().parent / 'dbc'
@@ -49,6 +52,7 @@ class BusDescription:
         self.nodes = {node.name: node.comment for node in database.nodes}
         self._by_name = {message.name: message for message in database.messages}
         self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
+        self._codecs = {message.name: Codec.of(message) for message in database.messages}
         self._signals = {message.name: frozenset(signal.name for signal in message.signals)
                          for message in database.messages}
 
@@ -101,11 +105,12 @@ class BusDescription:
             missing = sorted(self._signals[name] - signals.keys())
             unknown = sorted(signals.keys() - self._signals[name])
             raise BadValue(f'{name} needs its signals and no others: missing {missing}, unknown {unknown}')
+        codec = self._codecs[name]
         try:
-            data = message.encode(signals, strict=False)
-        except (cantools.database.errors.Error, ValueError, OverflowError) as error:
+            data = codec.encode(signals) if codec else bytes(message.encode(signals, strict=False))
+        except (cantools.database.errors.Error, struct.error, ValueError, OverflowError, TypeError) as error:
             raise _bad_value(message, signals, error) from error
-        return Frame(message.frame_id, bytes(data), time, message.is_extended_frame)
+        return Frame(message.frame_id, data, time, message.is_extended_frame)
 
     def decode(self, frame):
         """(name, {signal: value in physical units}) of a Frame. Raises UnknownFrame, BadLength."""
@@ -114,7 +119,8 @@ class BusDescription:
             raise UnknownFrame(f'no frame 0x{frame.id:X} in {self.path}')
         if len(frame.data) != message.length:
             raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
-        return message.name, message.decode(frame.data, decode_choices=False)
+        codec = self._codecs[message.name]
+        return message.name, codec.decode(frame.data) if codec else message.decode(frame.data, decode_choices=False)
 
     def _message(self, name):
         try:
@@ -127,6 +133,8 @@ def _bad_value(message, signals, error):
     """Which signal cantools could not pack: it does not always say."""
     for signal in message.signals:
         value = signals[signal.name]
+        if not isinstance(value, numbers.Real):
+            return BadValue(f'{message.name}.{signal.name} is {value!r}, allowed are finite numbers')
         if not math.isfinite(value):
             return BadValue(f'{message.name}.{signal.name} is {value}, allowed are finite numbers')
         half = 1 << (signal.length - 1)
