@@ -1,0 +1,25 @@
+"""What every local planner answers with, and the register that finds one by its name.
+
+A local planner is a class with ``config_class`` (a frozen dataclass with ``faults()``), ``__init__(config)``,
+``start(plan)``, ``replan(plan)``, ``stop()``, ``phase`` and ``update(t, dt, pose, velocity, pose_age, world)``, which
+returns a LocalCommand. Plans (n, 3) and poses are in the global frame.
+"""
+from dataclasses import dataclass
+
+from sara_nav.planning import Registry
+
+LOCAL_PLANNERS = Registry('base_local_planner')
+
+DRIVING, REACHED, BLOCKED, OFF_PATH, FAILED = 'driving', 'reached', 'blocked', 'off_path', 'failed'
+"""States of a LocalCommand. BLOCKED: no command is safe now. OFF_PATH: the plan cannot be followed from here, a new one
+is wanted. FAILED: the goal cannot be reached by this planner at all."""
+
+
+@dataclass(frozen=True)
+class LocalCommand:
+    """What to drive (v m/s, w rad/s), how it stands, and why when it is not just driving."""
+
+    v: float
+    w: float
+    state: str = DRIVING
+    text: str = ''
