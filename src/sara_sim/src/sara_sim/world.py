@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 from canserial.checks import is_number
-from scipy import ndimage
 
-from sara_sim import rays
+from sara_sim import rays, smooth
 from sara_sim.map_image import read_grey
 from sara_sim.obstacles import Obstacles
 
@@ -45,9 +44,6 @@ class World:
         self.ramps = list(ramps)
         self._normal_x, self._normal_y = _wall_normals(self.occupied)
         self._reach: dict = {}
-        # Distance from each cell to the nearest occupied one, less what two cells' halves can hide.
-        self._clearance = (ndimage.distance_transform_edt(~self.occupied) - 1.5).astype(np.float32) * self.resolution \
-            if self.occupied.any() else np.full(self.occupied.shape, np.inf, np.float32)
         # The loops are compiled, or found compiled, here and not in the middle of a drive.
         rays.cone(self.occupied, self._normal_x, self._normal_y, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
         rays.rectangle_overlaps(self.occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
@@ -103,7 +99,8 @@ class World:
     def _clear(self, length: float, width: float) -> np.ndarray:
         """Cells from which a rectangle reaches no occupied cell, however it is turned; worked out once for a rectangle."""
         if (length, width) not in self._reach:
-            self._reach[length, width] = self._clearance > 0.5 * math.hypot(length, width)
+            # One cell more, for where in its own cell the rectangle's centre is.
+            self._reach[length, width] = smooth.none_within(self.occupied, math.ceil(0.5 * math.hypot(length, width) / self.resolution) + 1)
         return self._reach[length, width]
 
     def meets(self, x: float, y: float, yaw: float, length: float, width: float) -> np.ndarray:
@@ -119,9 +116,7 @@ def _wall_normals(occupied: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (x, y), each (rows, columns) float32, that point from a cell to the wall near it; zero far from walls."""
     if not occupied.any():
         return np.zeros(occupied.shape, np.float32), np.zeros(occupied.shape, np.float32)
-    blurred = ndimage.gaussian_filter(occupied.astype(np.float32), _BLUR_CELLS)
-    slope_y = ndimage.sobel(blurred, axis=0)
-    slope_x = ndimage.sobel(blurred, axis=1)
+    slope_x, slope_y = smooth.slopes(smooth.gaussian(occupied, _BLUR_CELLS))
     length = np.hypot(slope_x, slope_y)
     known = length > 1e-6
     scale = np.where(known, 1.0 / np.where(known, length, 1.0), 0.0)
