@@ -127,8 +127,12 @@ class _Sheet:
     def measurement(self, stamp, source, threshold, two_d: bool) -> Optional[Measurement]:
         if not self.mask.any():
             return None
-        indices, z, R, positive, informative = sheets.measured(self.first, self.values, self.covariance, self.mask, two_d,
-                                                               OFF_PLANE, OFF_PLANE_VARIANCE)
+        indices, z, R, positive, informative, sane = sheets.measured(
+            self.first, self.values, self.covariance, self.mask, two_d, OFF_PLANE, OFF_PLANE_VARIANCE, LARGEST_VALUE)
+        if not sane:
+            # The lever arm of a sensor on a robot whose state has run away, squared: it would run away further.
+            self._sift()
+            return self.measurement(stamp, source, threshold, two_d)
         if not positive:
             self.problems.append(Problem('indefinite_covariance',
                                          'the covariance is not positive definite: only its diagonal is used'))

@@ -49,9 +49,9 @@ def turn(R, mask, covariance):
 
 
 @njit(cache=True)
-def measured(first, values, covariance, mask, two_d, off_plane, off_plane_variance):
+def measured(first, values, covariance, mask, two_d, off_plane, off_plane_variance, largest_value):
     """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
-    definite, how many of the k are not forced).
+    definite, how many of the k are not forced, whether all of z is below largest_value).
 
     two_d: the variables off_plane are measured as 0 besides, uncorrelated with the rest.
     """
@@ -72,19 +72,20 @@ def measured(first, values, covariance, mask, two_d, off_plane, off_plane_varian
         if taken[i]:
             indices[a] = i
             a += 1
-    correlated = False
+    correlated, sane = False, True
     for a in range(k):
         i = indices[a]
         if forced[i]:
             R[a, a] = off_plane_variance
             continue
         z[a] = values[i - first]
+        sane = sane and fabs(z[a]) < largest_value
         for b in range(k):
             j = indices[b]
             if not forced[j]:
                 R[a, b] = 0.5 * (covariance[i - first, j - first] + covariance[j - first, i - first])
                 correlated = correlated or (a != b and R[a, b] != 0.0)
-    return indices, z, R, not correlated or cholesky(R, np.zeros((k, k))), k - forced.sum()
+    return indices, z, R, not correlated or cholesky(R, np.zeros((k, k))), k - forced.sum(), sane
 
 
 def warm() -> None:
@@ -92,4 +93,4 @@ def warm() -> None:
     mask = np.ones(6, dtype=bool)
     sound(np.zeros(6), np.eye(6), mask, 1e12, 1e15)
     turn(np.eye(3), mask, np.eye(6))
-    measured(0, np.zeros(6), np.eye(6), mask, True, (2, 3), 1e-6)
+    measured(0, np.zeros(6), np.eye(6), mask, True, (2, 3), 1e-6, 1e12)

@@ -123,3 +123,17 @@ def test_acceleration_is_at_its_place_in_the_state(frames):
     data = ImuData(1.0, 'base_link', linear_acceleration=(0.3, 0, 9.8), linear_acceleration_covariance=np.eye(3))
     prepared, _ = measurement.acceleration(data, (True, False, False), 's', frames, 'base_link', np.zeros(15), (0, 0, 0))
     assert prepared.indices == (AX,) and prepared.z[0] == pytest.approx(0.3)
+
+
+def test_the_lever_arm_of_a_state_that_ran_away_is_left_out(frames):
+    """Its square, taken in, would end in numbers that are none: found by random messages, twice in a million."""
+    frames.set_transform('base_link', 'aside', Transform((1.0, 0.0, 0.0)))
+    for rates in (1e9, 1e150, 1e300):
+        state = np.zeros(15)
+        state[9:12] = rates
+        data = ImuData(1.0, 'aside', linear_acceleration=(0.0, 0.0, 9.8), linear_acceleration_covariance=np.eye(3))
+        prepared, problems = measurement.acceleration(data, (True,) * 3, 'imu0', frames, 'base_link', state, (0.0,) * 3)
+        assert prepared is None and {p.kind for p in problems} <= {'huge_value', 'not_finite'} and len(problems) == 3
+        data = TwistData(1.0, 'aside', (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), np.eye(6))
+        prepared, problems = measurement.twist(data, (True,) * 6, 'odom0', frames, 'base_link', [1e5 * rates] * 3)
+        assert 11 in prepared.indices and 7 not in prepared.indices and np.isfinite(prepared.z).all()
