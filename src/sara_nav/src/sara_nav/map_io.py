@@ -1,7 +1,7 @@
 """Reading maps: a YAML file that names an image, as the ROS map format has it (map_server on the ROS wiki).
 
 Modes: ``trinary`` (free, occupied, unknown), ``scale`` (shades between the thresholds kept as 1..98) and
-``raw`` (pixel values as they are, wrapped into int8).
+``raw`` (pixel values as they are, wrapped into int8). ``map_saver`` writes what is read here.
 """
 import math
 import os
@@ -15,10 +15,19 @@ from sara_nav.grid import GridError, GridGeometry
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 MODES = ('trinary', 'scale', 'raw')
+KEYS = ('image', 'resolution', 'origin', 'negate', 'occupied_thresh', 'free_thresh', 'mode')
 
 
 class MapError(ValueError):
     """A map cannot be read; the message says which file and why."""
+
+
+class MissingFile(MapError):
+    """The YAML file is not there."""
+
+
+class ImageError(MapError):
+    """The image cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -32,31 +41,50 @@ class GridMap:
 
 @dataclass(frozen=True)
 class MapDescription:
-    """What the YAML file says; ``image`` is an absolute path."""
+    """What the YAML file says: image, an absolute path; resolution, m per cell; origin (x m, y m, yaw rad) of the
+    lower left corner; the thresholds, shares of black. unknown_keys: what else the file holds, which has no effect.
+    """
 
     image: str
     resolution: float
-    origin: tuple
-    negate: bool
-    occupied_thresh: float
-    free_thresh: float
+    origin: tuple = (0.0, 0.0, 0.0)
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.196
     mode: str = 'trinary'
+    unknown_keys: tuple = ()
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            result.append('resolution is %r but must be a number > 0 (m per cell)' % self.resolution)
+        if not all(math.isfinite(value) for value in self.origin):
+            result.append('origin is %r but must be finite' % (list(self.origin),))
+        for name in ('occupied_thresh', 'free_thresh'):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                result.append('%s is %r but must be in 0..1' % (name, getattr(self, name)))
+        if not result and self.mode != 'raw' and self.free_thresh > self.occupied_thresh:
+            result.append('free_thresh is %r but must not be above occupied_thresh (%r)' % (
+                self.free_thresh, self.occupied_thresh))
+        if self.mode not in MODES:
+            result.append('mode is %r but must be one of %s' % (self.mode, ', '.join(MODES)))
+        return result
 
 
 def occupancy(pixels, mode, negate, occupied_thresh, free_thresh):
     """Turn an image into occupancy values.
 
-    pixels: uint8 (rows, columns) or (rows, columns, channels), row 0 at the top.
+    pixels: uint8 (rows, columns) grey, (rows, columns, 3) RGB or (rows, columns, 4) RGBA, row 0 at the top.
     Returns int8 (rows, columns) with row 0 at the bottom. With p the mean over the channels (after ``negate``)
     occ = (255 - p)/255; occ > occupied_thresh -> 100, occ < free_thresh -> 0, else unknown (-1), or in
-    ``scale`` mode 1 + 98 (occ - free)/(occupied - free) cut to an integer. Of an image with several channels
-    ``trinary`` averages all, the other modes all but the last one; a last channel of 0 is unknown in ``scale``.
+    ``scale`` mode 1 + 98 (occ - free)/(occupied - free) cut to an integer. ``trinary`` counts the alpha of RGBA as
+    a fourth channel, the other modes leave it out; where it is 0, ``scale`` says unknown.
     """
     pixels = np.asarray(pixels)
-    last = None
+    alpha = pixels[:, :, 3] if pixels.ndim == 3 and pixels.shape[2] == 4 else None
     if pixels.ndim == 3:
-        last = pixels[:, :, -1]
-        used = pixels if mode == 'trinary' else pixels[:, :, :-1]
+        used = pixels if alpha is None or mode == 'trinary' else pixels[:, :, :3]
         shade = used.astype(np.float64).mean(axis=2)
     else:
         shade = pixels.astype(np.float64)
@@ -70,8 +98,8 @@ def occupancy(pixels, mode, negate, occupied_thresh, free_thresh):
             ratio = (occ - free_thresh) / (occupied_thresh - free_thresh)
         ratio = np.nan_to_num(ratio, nan=0.0, posinf=0.0, neginf=0.0).clip(0.0, 1.0)
         values = (1.0 + 98.0 * ratio).astype(np.int8)
-        if last is not None:
-            values[last < 1] = UNKNOWN
+        if alpha is not None:
+            values[alpha == 0] = UNKNOWN
     else:
         values = np.full(occ.shape, UNKNOWN, np.int8)
     values[occ < free_thresh] = FREE
@@ -84,71 +112,95 @@ def load_description(path):
     try:
         with open(path, encoding='utf-8') as stream:
             entries = yaml.safe_load(stream)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except FileNotFoundError:
+        raise MissingFile('map file %s does not exist' % path) from None
+    except (OSError, ValueError, yaml.YAMLError) as error:
         raise MapError('map file %s cannot be read: %s' % (path, error)) from None
     if not isinstance(entries, dict):
         raise MapError('map file %s must hold "name: value" lines' % path)
-    faults = []
-
-    def number(name, allowed, check):
-        value = entries.get(name)
-        if name not in entries:
-            faults.append('%s is missing' % name)
-        elif isinstance(value, bool) or not isinstance(value, (int, float)) or not check(float(value)):
-            faults.append('%s is %r but must be %s' % (name, value, allowed))
+    faults = ['%s is missing' % name for name in KEYS if name not in entries and name != 'mode']
+    values = {}
+    for name in ('resolution', 'occupied_thresh', 'free_thresh'):
+        if name in entries:
+            values[name] = _number(entries[name])
+            if values[name] is None:
+                faults.append('%s is %r but must be a number' % (name, entries[name]))
+    if 'origin' in entries:
+        origin = entries['origin']
+        numbers = [_number(v) for v in origin] if isinstance(origin, list) and len(origin) == 3 else [None]
+        if None in numbers:
+            faults.append('origin is %r but must be [x, y, yaw]' % (origin,))
         else:
-            return float(value)
-        return math.nan
-
-    resolution = number('resolution', 'a number > 0', lambda v: math.isfinite(v) and v > 0.0)
-    occupied = number('occupied_thresh', 'a number in 0..1', lambda v: 0.0 <= v <= 1.0)
-    free = number('free_thresh', 'a number in 0..1', lambda v: 0.0 <= v <= 1.0)
-    origin = entries.get('origin')
-    if (not isinstance(origin, (list, tuple)) or len(origin) != 3
-            or not all(isinstance(v, (int, float)) and math.isfinite(v) for v in origin)):
-        faults.append('origin is %r but must be [x, y, yaw]' % (origin,))
-    negate = entries.get('negate')
-    if negate not in (0, 1, True, False):
-        faults.append('negate is %r but must be 0 or 1' % (negate,))
-    mode = entries.get('mode', 'trinary')
-    if mode not in MODES:
-        faults.append('mode is %r but must be one of %s' % (mode, ', '.join(MODES)))
-    image = entries.get('image')
-    if not isinstance(image, str) or not image:
-        faults.append('image is %r but must be a file name' % (image,))
+            values['origin'] = tuple(numbers)
+    if 'negate' in entries:
+        values['negate'] = entries['negate']
+        if values['negate'] not in (0, 1, True, False):
+            faults.append('negate is %r but must be 0 or 1' % (values['negate'],))
+    if 'image' in entries and (not isinstance(entries['image'], str) or not entries['image']):
+        faults.append('image is %r but must be a file name' % (entries['image'],))
+    sound = {name: value for name, value in values.items() if value is not None}
+    image = os.path.join(os.path.dirname(os.path.abspath(path)), str(entries.get('image')))
+    description = MapDescription(image=image, mode=entries.get('mode', 'trinary'),
+                                 unknown_keys=tuple(sorted(str(k) for k in set(entries) - set(KEYS))),
+                                 **{'resolution': 1.0, **sound, 'negate': bool(values.get('negate'))})
+    faults += description.faults()
     if faults:
         raise MapError('map file %s: %s' % (path, '; '.join(faults)))
-    image = os.path.join(os.path.dirname(os.path.abspath(path)), image)
-    return MapDescription(image, resolution, tuple(float(v) for v in origin), bool(negate), occupied, free, mode)
+    return description
+
+
+def _number(value):
+    """Return a float, or None for what is not a number. YAML 1.1 takes 5e-2 for a word; here it is a number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        return None
+    try:
+        return float(value)
+    except (ValueError, OverflowError):
+        return None
 
 
 def read_image(path):
-    """Return the pixels of an image as uint8, grey (rows, columns) or (rows, columns, channels); raises MapError.
+    """Return the pixels of an image as uint8: grey (rows, columns), RGB or RGBA (rows, columns, channels).
 
-    Any format that Pillow knows: pgm (plain or binary, 8 or 16 bit) and png above all.
+    Any format that Pillow knows: pgm (plain or binary, 8 or 16 bit), png and bmp above all. Colours of a palette are
+    looked up, grey with alpha counts as RGBA. Raises ImageError.
     """
     try:
         with Image.open(path) as image:
-            if image.mode not in ('L', 'LA', 'RGB', 'RGBA') and not image.mode.startswith('I'):
-                image = image.convert('RGBA' if 'transparency' in image.info else 'RGB' if image.mode == 'P' else 'L')
-            pixels = np.asarray(image)
-    except FileNotFoundError as error:
-        raise MapError('map image %s cannot be read: %s' % (path, error.strerror)) from None
+            if image.mode.startswith('I'):
+                pixels = np.asarray(image)
+            else:
+                pixels = np.asarray(image.convert(_plain_mode(image)))
+    except FileNotFoundError:
+        raise ImageError('map image %s does not exist' % path) from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
-        raise MapError('map image %s cannot be read: %s' % (path, error)) from None
+        raise ImageError('map image %s cannot be read: %s' % (path, error)) from None
     if pixels.dtype != np.uint8:  # 16 bits
         pixels = (pixels // 257).clip(0, 255).astype(np.uint8)
     return pixels
 
 
-def load_map(path):
-    """Read a map from its YAML file and return a GridMap; raises MapError."""
-    description = load_description(path)
+def _plain_mode(image):
+    if image.mode in ('LA', 'PA', 'RGBA', 'La', 'RGBa') or 'transparency' in image.info:
+        return 'RGBA'
+    return 'L' if image.mode in ('1', 'L') else 'RGB'
+
+
+def load_image(description):
+    """Return the GridMap that a MapDescription describes; raises MapError."""
+    faults = description.faults()
+    if faults:
+        raise MapError('; '.join(faults))
     data = occupancy(read_image(description.image), description.mode, description.negate,
                      description.occupied_thresh, description.free_thresh)
     x, y, yaw = description.origin
     try:
         geometry = GridGeometry(data.shape[1], data.shape[0], description.resolution, x, y)
     except GridError as error:
-        raise MapError('map file %s: %s' % (path, error)) from None
+        raise MapError('map image %s: %s' % (description.image, error)) from None
     return GridMap(data, geometry, yaw)
+
+
+def load_map(path):
+    """Read a map from its YAML file and return a GridMap; raises MapError."""
+    return load_image(load_description(path))

@@ -1,42 +1,128 @@
-"""The node map_server: publishes a map read from a file, once, latched, and answers for it by service."""
+"""The node map_server: publishes a map read from a file, latched, answers for it by service, and changes it by service."""
 import sys
 
+import rospkg
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import GetMap, GetMapResponse
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
 
-from sara_nav.map_io import MapError, load_map
+from sara_nav.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
 from sara_nav.ros.common import OK, Diagnostics
 from sara_nav.ros.conversions import grid_to_msg
 
-USAGE = 'usage: map_server MAP.yaml'
+USAGE = ('usage: map_server MAP.yaml\n'
+         '       map_server IMAGE RESOLUTION   (the old form: ~negate, ~occupied_thresh and ~free_thresh say the rest)')
+
+
+class MapServer:
+    """Topics map and map_metadata, services static_map and change_map."""
+
+    def __init__(self):
+        self.frame = rospy.get_param('~frame_id', 'map')
+        self.message, self.source = None, ''
+        self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
+        self.publisher = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
+
+    def serve(self):
+        """Offer the services; only when there is a map."""
+        self._services = [rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=self.message)),
+                          rospy.Service('change_map', LoadMap, self._change)]
+
+    def load(self, description, source):
+        """Read what a MapDescription describes and publish it; raises MapError, and then all stays as it was."""
+        grid_map = load_image(description)
+        for key in description.unknown_keys:
+            rospy.logwarn('%s: %s is no key of the map format and has no effect', source, key)
+        message = grid_to_msg(grid_map.data, grid_map.geometry, grid_map.origin_yaw, self.frame, rospy.Time.now())
+        self.message, self.source = message, source
+        self._metadata.publish(message.info)
+        self.publisher.publish(message)
+        rospy.loginfo('serving %s: %s', source, self.size)
+
+    @property
+    def size(self):
+        """The size of the map in words."""
+        info = self.message.info
+        return '%d x %d cells of %.3g m' % (info.width, info.height, info.resolution)
+
+    def _change(self, request):
+        try:
+            path = path_of(request.map_url)
+            self.load(load_description(path), path)
+        except MissingFile as error:
+            return self._refuse(LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST, error)
+        except ImageError as error:
+            return self._refuse(LoadMapResponse.RESULT_INVALID_MAP_DATA, error)
+        except MapError as error:
+            return self._refuse(LoadMapResponse.RESULT_INVALID_MAP_METADATA, error)
+        return LoadMapResponse(map=self.message, result=LoadMapResponse.RESULT_SUCCESS)
+
+    @staticmethod
+    def _refuse(result, error):
+        rospy.logerr('change_map: %s; the map stays as it is', error)
+        return LoadMapResponse(result=result)
+
+
+def path_of(url):
+    """Return the file that a map_url names: a path, file://PATH or package://PACKAGE/PATH; raises MissingFile."""
+    if url.startswith('package://'):
+        package, _, rest = url[len('package://'):].partition('/')
+        try:
+            return '%s/%s' % (rospkg.RosPack().get_path(package), rest)
+        except rospkg.ResourceNotFound:
+            raise MissingFile('%s: there is no package %s' % (url, package)) from None
+    return url[len('file://'):] if url.startswith('file://') else url
+
+
+def described(arguments):
+    """Return the MapDescription that the command line asks for; raises MapError with a sentence."""
+    if len(arguments) == 1:
+        return load_description(arguments[0])
+    rospy.logwarn('map_server IMAGE RESOLUTION is the old form; a YAML file says the same and the origin too')
+    image, resolution = arguments
+    values = {'negate': 0, 'occupied_thresh': 0.65, 'free_thresh': 0.196}
+    for name, default in values.items():
+        values[name] = rospy.get_param('~' + name, default)
+        if isinstance(values[name], bool) and name != 'negate' or not isinstance(values[name], (int, float)):
+            raise MapError('~%s is %r but must be a number' % (name, values[name]))
+    try:
+        return MapDescription(image=image, resolution=float(resolution), **{**values, 'negate': bool(values['negate'])})
+    except ValueError:
+        raise MapError('the resolution is %r but must be a number > 0 (m per cell)' % resolution) from None
+
+
+def wait_for_time():
+    """Wait until there is a time: the map's stamp would be zero. False when ROS shuts down meanwhile."""
+    wall = rospy.rostime.wallsleep
+    waited = 0.0
+    while rospy.Time.now().is_zero() and not rospy.is_shutdown():
+        if waited % 5.0 < 0.05:
+            rospy.loginfo('waiting for /clock (use_sim_time is set)')
+        wall(0.05)
+        waited += 0.05
+    return not rospy.is_shutdown()
 
 
 def main():
     """Run the node until ROS shuts down; exit status 1 when there is no map to serve."""
     arguments = rospy.myargv(sys.argv)[1:]
-    if len(arguments) != 1:
+    if len(arguments) not in (1, 2):
         sys.exit(USAGE)
-    rospy.init_node('map_server')
+    rospy.init_node('map_server', anonymous=True)
+    server = MapServer()
     try:
-        grid_map = load_map(arguments[0])
+        description = described(arguments)
+        if not wait_for_time():
+            return
+        server.load(description, arguments[0])
     except MapError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    g = grid_map.geometry
-    frame = rospy.get_param('~frame_id', 'map')
-    msg = grid_to_msg(grid_map.data, g, grid_map.origin_yaw, frame, rospy.Time.now())
-    metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
-    publisher = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
-    rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=msg))
-    metadata.publish(msg.info)
-    publisher.publish(msg)
-    size = '%d x %d cells of %.3g m' % (g.width, g.height, g.resolution)
-    rospy.loginfo('serving %s: %s', arguments[0], size)
+    server.serve()
     diagnostics = Diagnostics('map')
     while not rospy.is_shutdown():
-        diagnostics.publish(OK, 'serving a map of ' + size, {
-            'file': arguments[0], 'frame_id': frame, 'subscribers': publisher.get_num_connections()})
+        diagnostics.publish(OK, 'serving a map of ' + server.size, {
+            'file': server.source, 'frame_id': server.frame, 'subscribers': server.publisher.get_num_connections()})
         try:
             rospy.sleep(1.0)
         except rospy.ROSTimeMovedBackwardsException:
