@@ -1,27 +1,45 @@
-"""Whether a robot's footprint touches anything on a costmap."""
+"""What a robot's footprint meets on a costmap: the world a local planner looks at, and the peer's footprint cost."""
+import math
+
 import numpy as np
+from numba import njit
 
-from sara_nav import kernels
 from sara_nav.footprint import cover
+from sara_nav.geometry import Pose2D
+
+LETHAL, UNKNOWN = 254, 255
+ON_LETHAL, ON_UNKNOWN, OFF_THE_MAP = -1.0, -2.0, -3.0
+"""What ``footprint_cost`` says in place of a cost."""
 
 
-class CollisionChecker:
-    """Looks a footprint up in a costmap.
+class LocalWorld:
+    """A costmap with a robot's footprint on it.
 
-    footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles.
+    footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles. offset: pose of
+    the global frame's origin in the costmap's frame; poses are in the global frame unless a method says otherwise.
     """
 
-    def __init__(self, costmap, footprint, unknown_blocks=True):
+    def __init__(self, costmap, footprint, unknown_blocks=True, offset=Pose2D(0.0, 0.0, 0.0)):
+        self.costmap = costmap
         self.geometry = costmap.geometry
+        self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
         self.unknown_blocks = bool(unknown_blocks)
-        self._costs = costmap.costs
-        self._points = cover(footprint, 0.5 * costmap.geometry.resolution)
+        self.offset = offset
+        self._points = _covering(self.footprint, 0.5 * costmap.geometry.resolution)
+
+    def to_local(self, poses):
+        """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
+        poses = np.array(poses, dtype=np.float64, ndmin=2)
+        o = self.offset
+        c, s = math.cos(o.yaw), math.sin(o.yaw)
+        return np.column_stack([o.x + c * poses[:, 0] - s * poses[:, 1], o.y + s * poses[:, 0] + c * poses[:, 1],
+                                o.yaw + poses[:, 2]])
 
     def touched(self, poses):
         """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""
         g = self.geometry
-        return kernels.touched(self._costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self._points,
-                               np.ascontiguousarray(poses, dtype=np.float64), self.unknown_blocks)
+        return touched(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self._points,
+                       self.to_local(poses), self.unknown_blocks)
 
     def collides(self, pose):
         """True when the footprint at a Pose2D overlaps an obstacle or leaves the map."""
@@ -31,3 +49,116 @@ class CollisionChecker:
         """True when any later pose touches more than the first: so a robot already in contact can only leave."""
         counts = self.touched(poses)
         return bool(counts.max() > counts[0])
+
+    def footprint_cost(self, x, y, yaw):
+        """Return what base_local_planner's CostmapModel says of a pose in the costmap's frame.
+
+        The highest cost on the outline (not inside it), or -1 lethal, -2 unknown, -3 off the map, whichever comes
+        first along the outline.
+        """
+        g = self.geometry
+        return outline_cost(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution),
+                            self.footprint, float(x), float(y), float(yaw))
+
+
+CollisionChecker = LocalWorld
+
+_cache = {}
+
+
+def _covering(footprint, spacing):
+    """Return ``cover`` of a footprint, remembered, as worlds are made many times a second."""
+    key = footprint.tobytes(), spacing
+    if key not in _cache:
+        while len(_cache) >= 16:
+            _cache.pop(next(iter(_cache)))
+        _cache[key] = cover(footprint, spacing)
+    return _cache[key]
+
+
+@njit(cache=True)
+def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks):
+    """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
+
+    points: (k, 2) metres in the robot's frame; poses: (n, 3) x, y, yaw in the map's frame. Off the map counts
+    as an obstacle, unknown cells do when ``unknown_blocks``.
+    """
+    height, width = costs.shape
+    result = np.zeros(len(poses), np.int64)
+    for i in range(len(poses)):
+        c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        for j in range(len(points)):
+            x = poses[i, 0] + c * points[j, 0] - s * points[j, 1]
+            y = poses[i, 1] + s * points[j, 0] + c * points[j, 1]
+            u, v = (x - origin_x) / resolution, (y - origin_y) / resolution
+            if not (0.0 <= u < width and 0.0 <= v < height):  # true for NaN
+                result[i] += 1
+            else:
+                cost = costs[int(v), int(u)]
+                if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+                    result[i] += 1
+    return result
+
+
+@njit(cache=True)
+def outline_cost(costs, origin_x, origin_y, resolution, corners, x, y, yaw):
+    """Return the highest cost on a footprint's outline (float), or ON_LETHAL, ON_UNKNOWN, OFF_THE_MAP."""
+    height, width = costs.shape
+    n = len(corners)
+    cells = np.empty((n + 1, 2), np.int64)
+    c, s = math.cos(yaw), math.sin(yaw)
+    for i in range(n + 1):
+        px = x if i == n else x + (corners[i, 0] * c - corners[i, 1] * s)
+        py = y if i == n else y + (corners[i, 0] * s + corners[i, 1] * c)
+        u, v = (px - origin_x) / resolution, (py - origin_y) / resolution
+        if not (0.0 <= u < width and 0.0 <= v < height):
+            cells[i, 0] = -1
+        else:
+            cells[i, 0], cells[i, 1] = int(u), int(v)
+    if cells[n, 0] < 0:
+        return OFF_THE_MAP
+    highest = 0.0
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        if cells[i, 0] < 0 or cells[j, 0] < 0:
+            return OFF_THE_MAP
+        cost = _line_cost(costs, cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1])
+        if cost < 0.0:
+            return cost
+        highest = max(highest, cost)
+    return highest
+
+
+@njit(cache=True)
+def _line_cost(costs, x, y, x1, y1):
+    """Return the highest cost on the cells of a line (Bresenham 1965), or the first that is no cost."""
+    dx, dy = abs(x1 - x), abs(y1 - y)
+    step_x, step_y = (1 if x1 >= x else -1), (1 if y1 >= y else -1)
+    steps, minor = max(dx, dy), min(dx, dy)
+    rest = steps // 2
+    highest = 0.0
+    for _ in range(steps + 1):
+        cost = costs[y, x]
+        if cost == UNKNOWN:
+            return ON_UNKNOWN
+        if cost == LETHAL:
+            return ON_LETHAL
+        highest = max(highest, float(cost))
+        rest += minor
+        aside = rest >= steps
+        if aside:
+            rest -= steps
+        if dx >= dy:
+            x += step_x
+            y += step_y if aside else 0
+        else:
+            y += step_y
+            x += step_x if aside else 0
+    return highest
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    costs = np.zeros((3, 3), np.uint8)
+    touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)
+    outline_cost(costs, 0.0, 0.0, 1.0, np.zeros((3, 2)), 0.0, 0.0, 0.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_nav import kernels
+from sara_nav import distances
 from sara_nav.grid import GridGeometry
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
@@ -17,18 +17,26 @@ FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 
 @dataclass(frozen=True)
 class StaticLayerConfig:
-    """How a map becomes costs; names and defaults of costmap_2d::StaticLayer."""
+    """Where a map comes from and how it becomes costs; names and defaults of costmap_2d::StaticLayer."""
 
     track_unknown_space: bool = True
     lethal_cost_threshold: int = 100
     unknown_cost_value: int = -1
     trinary_costmap: bool = True
+    map_topic: str = 'map'
+    first_map_only: bool = False
+    subscribe_to_updates: bool = False
+    use_maximum: bool = False
+    enabled: bool = True
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        if 1 <= self.lethal_cost_threshold <= 100:
-            return []
-        return ['lethal_cost_threshold is %r but must be in 1..100' % (self.lethal_cost_threshold,)]
+        result = []
+        if not 1 <= self.lethal_cost_threshold <= 100:
+            result.append('lethal_cost_threshold is %r but must be in 1..100' % (self.lethal_cost_threshold,))
+        if not self.map_topic:
+            result.append('map_topic is empty but must be the name of a topic')
+        return result
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ class InflationConfig:
     inflation_radius: float = 0.55
     cost_scaling_factor: float = 10.0
     inflate_unknown: bool = False
+    enabled: bool = True
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
@@ -84,6 +93,11 @@ def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
     return np.where(distance == 0.0, LETHAL, costs).astype(np.uint8)
 
 
+def cost_table(reach, resolution, inscribed_radius, cost_scaling_factor):
+    """Return the costs (uint8, reach^2 + 1) by squared distance in cells."""
+    return cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius, cost_scaling_factor)
+
+
 def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     """Return costs with every obstacle (254) spread to ``inflation_radius``; the greater cost wins.
 
@@ -91,19 +105,12 @@ def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     when that cost is 253.
     """
     reach = math.ceil(config.inflation_radius / resolution)
-    result = costs.copy()
-    if reach == 0:
-        return result
-    squared = kernels.squared_distances(costs, reach)
-    near = squared <= reach * reach
-    table = cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius,
-                             config.cost_scaling_factor)
-    spread = np.zeros_like(costs)
-    spread[near] = table[squared[near]]
-    unknown = costs == UNKNOWN
-    known_now = unknown & (spread > 0 if config.inflate_unknown else spread >= INSCRIBED)
-    result = np.where(unknown, np.where(known_now, spread, costs), np.maximum(costs, spread))
-    return result.astype(np.uint8)
+    result = np.array(costs, np.uint8)
+    if reach:
+        distances.spread(np.array(costs, np.uint8), result, 0, 0, result.shape[1], result.shape[0], reach,
+                         cost_table(reach, resolution, inscribed_radius, config.cost_scaling_factor),
+                         1 if config.inflate_unknown else INSCRIBED)
+    return result
 
 
 def build(grid_map, inscribed_radius, static=StaticLayerConfig(), inflation=InflationConfig()):

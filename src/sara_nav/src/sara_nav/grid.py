@@ -33,6 +33,11 @@ class GridGeometry:
         """(rows, columns) of an array over this grid."""
         return self.height, self.width
 
+    @property
+    def size(self):
+        """(width, height) in metres."""
+        return self.width * self.resolution, self.height * self.resolution
+
     def to_cell(self, x, y):
         """Return (column, row) of the cell that holds the point (m), or None when it is off the grid."""
         if not (math.isfinite(x) and math.isfinite(y)):
@@ -42,6 +47,27 @@ class GridGeometry:
         if 0 <= column < self.width and 0 <= row < self.height:
             return column, row
         return None
+
+    def to_cell_unbounded(self, x, y):
+        """Return (column, row) of the cell that would hold the point (m) on a grid without edges."""
+        return math.floor((x - self.origin_x) / self.resolution), math.floor((y - self.origin_y) / self.resolution)
+
+    def to_nearest_cell(self, x, y):
+        """Return (column, row) of the cell of the grid that is nearest to the point (m), which may be infinite."""
+        result = []
+        for value, origin, cells in ((x, self.origin_x, self.width), (y, self.origin_y, self.height)):
+            if value < origin:
+                result.append(0)
+            elif value >= origin + cells * self.resolution:
+                result.append(cells - 1)
+            else:
+                result.append(min(cells - 1, math.floor((value - origin) / self.resolution)))
+        return tuple(result)
+
+    def moved(self, columns, rows):
+        """Return the grid moved by whole cells."""
+        return GridGeometry(self.width, self.height, self.resolution, self.origin_x + columns * self.resolution,
+                            self.origin_y + rows * self.resolution)
 
     def to_world(self, column, row):
         """Return (x, y) of the centre of a cell (m)."""

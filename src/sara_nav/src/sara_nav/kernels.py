@@ -1,4 +1,4 @@
-"""The hot loops of planning and collision checking, compiled by numba and cached on disk.
+"""The hot loops of planning, compiled by numba and cached on disk.
 
 Grids are uint8 cost arrays [row, column]; positions are in cells (x = column, y = row, centres at +0.5) where
 the name ends in ``_cells``, else in metres. Call ``warm()`` once at start so that nothing compiles on the move.
@@ -137,70 +137,8 @@ def shorten(costs, points, allow_unknown, slack, window):
     return keep[:count].copy()
 
 
-@njit(cache=True)
-def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks):
-    """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
-
-    points: (k, 2) metres in the robot's frame; poses: (n, 3) x, y, yaw in the map's frame. Off the map counts
-    as an obstacle, unknown cells do when ``unknown_blocks``.
-    """
-    height, width = costs.shape
-    result = np.zeros(len(poses), np.int64)
-    for i in range(len(poses)):
-        c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-        for j in range(len(points)):
-            x = poses[i, 0] + c * points[j, 0] - s * points[j, 1]
-            y = poses[i, 1] + s * points[j, 0] + c * points[j, 1]
-            column = int(math.floor((x - origin_x) / resolution))
-            row = int(math.floor((y - origin_y) / resolution))
-            if column < 0 or row < 0 or column >= width or row >= height:
-                result[i] += 1
-            else:
-                cost = costs[row, column]
-                if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
-                    result[i] += 1
-    return result
-
-
-@njit(cache=True)
-def squared_distances(costs, reach):
-    """Return the exact squared distance (cells squared, int32) from each cell to the nearest lethal one.
-
-    Only distances up to ``reach`` cells are found; further cells hold more than reach squared. Two passes, first
-    along the columns, then the least sum of squares along the rows (Saito and Toriwaki 1994).
-    """
-    height, width = costs.shape
-    far = reach + 1
-    column = np.empty((height, width), np.int32)
-    for x in range(width):
-        gap = far
-        for y in range(height):
-            gap = 0 if costs[y, x] == LETHAL else min(gap + 1, far)
-            column[y, x] = gap
-        gap = far
-        for y in range(height - 1, -1, -1):
-            gap = 0 if costs[y, x] == LETHAL else min(gap + 1, far)
-            if gap < column[y, x]:
-                column[y, x] = gap
-    result = np.empty((height, width), np.int32)
-    for y in range(height):
-        for x in range(width):
-            best = column[y, x] * column[y, x]
-            for d in range(1, reach + 1):
-                if d * d >= best:
-                    break
-                if x >= d:
-                    best = min(best, d * d + column[y, x - d] * column[y, x - d])
-                if x + d < width:
-                    best = min(best, d * d + column[y, x + d] * column[y, x + d])
-            result[y, x] = best
-    return result
-
-
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
-    squared_distances(costs, 2)
     path = astar(costs, 0, 0, 2, 2, False)
     shorten(costs, path + 0.5, False, 0.05, 10)
-    touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)

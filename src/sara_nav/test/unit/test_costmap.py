@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from sara_nav import costmap as cm
-from sara_nav import kernels
+from sara_nav import distances
 
 REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
 small = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14)
@@ -18,7 +18,7 @@ grids = hnp.arrays(np.uint8, small, elements=st.sampled_from([0, 0, 0, 0, 0, 100
 @settings(deadline=None)
 @given(grids, st.integers(1, 15))
 def test_distances_are_exact(costs, reach):
-    found = kernels.squared_distances(costs, reach)
+    found = distances.squared_distances(costs, reach)
     rows, columns = np.nonzero(costs == cm.LETHAL)
     for y in range(costs.shape[0]):
         for x in range(costs.shape[1]):

@@ -1,0 +1,69 @@
+"""Which cells of a grid changed: a few rectangles, so that only they are computed anew."""
+import math
+
+WASTE = 1.25
+"""Two rectangles are made one when that has at most this many times the cells of both."""
+
+
+def area(window):
+    """Return the number of cells of a window (x0, y0, xn, yn)."""
+    return (window[2] - window[0]) * (window[3] - window[1])
+
+
+class Windows:
+    """Rectangles (x0, y0, xn, yn) of cells, columns x0..xn-1 and rows y0..yn-1, always within the grid."""
+
+    def __init__(self, geometry):
+        self.geometry = geometry
+        self._all = []
+
+    def __iter__(self):
+        return iter(list(self._all))
+
+    def __bool__(self):
+        return bool(self._all)
+
+    def add(self, x0, y0, xn, yn):
+        """Enter a rectangle; what lies off the grid is cut away."""
+        new = (max(0, int(x0)), max(0, int(y0)), min(self.geometry.width, int(xn)),
+               min(self.geometry.height, int(yn)))
+        if new[2] <= new[0] or new[3] <= new[1]:
+            return
+        for old in list(self._all):
+            both = _around(old, new)
+            if area(both) <= WASTE * (area(old) + area(new)):
+                self._all.remove(old)
+                self.add(*both)
+                return
+        self._all.append(new)
+
+    def add_all(self):
+        """Enter the whole grid."""
+        self._all = [(0, 0, self.geometry.width, self.geometry.height)]
+
+    def add_world(self, low_x, low_y, high_x, high_y):
+        """Enter every cell that a rectangle in the grid's frame (m) reaches into; bounds that are not finite are
+        those of the grid."""
+        g = self.geometry
+
+        def cell(value, origin, instead):
+            return math.floor((value - origin) / g.resolution) if math.isfinite(value) else instead
+        self.add(cell(low_x, g.origin_x, 0), cell(low_y, g.origin_y, 0), cell(high_x, g.origin_x, g.width) + 1,
+                 cell(high_y, g.origin_y, g.height) + 1)
+
+    def grow(self, cells):
+        """Widen every rectangle by so many cells on each side."""
+        old, self._all = self._all, []
+        for x0, y0, xn, yn in old:
+            self.add(x0 - cells, y0 - cells, xn + cells, yn + cells)
+
+    def bounds(self):
+        """Return the one rectangle around all, or None when there is none."""
+        result = None
+        for window in self._all:
+            result = window if result is None else _around(result, window)
+        return result
+
+
+def _around(a, b):
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
