@@ -9,9 +9,7 @@ import numpy as np
 
 from sara_nav import costmap as cm
 from sara_nav import kernels
-from sara_nav.planning import PlanError, Registry, dense_plan
-
-GLOBAL_PLANNERS = Registry('base_global_planner')
+from sara_nav.planning import GLOBAL_PLANNERS, PlanError, dense_plan
 
 
 @dataclass(frozen=True)

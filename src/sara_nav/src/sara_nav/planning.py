@@ -3,9 +3,12 @@
 A plan is an array (n, 3) of x, y (m) and yaw (rad) in the costmap's frame, from the robot to the goal; yaw points
 along the path but in the last row, where it is the goal's.
 """
+import importlib
 import math
 
 import numpy as np
+
+from sara_nav.geometry import Pose2D
 
 
 class PlanError(Exception):
@@ -17,10 +20,16 @@ class UnknownPlanner(ValueError):
 
 
 class Registry:
-    """Planners by the name users write into ``base_global_planner`` or ``base_local_planner``."""
+    """Planners by the name users write into ``base_global_planner`` or ``base_local_planner``.
 
-    def __init__(self, parameter):
+    modules: those that register planners, imported when the first name is asked for. refused: {name: what to use
+    instead} of planners users may know that are not here.
+    """
+
+    def __init__(self, parameter, modules=(), refused=None):
         self.parameter = parameter
+        self._modules = tuple(modules)
+        self._refused = dict(refused or {})
         self._classes = {}
 
     def register(self, name):
@@ -33,15 +42,64 @@ class Registry:
 
     def names(self):
         """Return the names that can be asked for, sorted."""
+        for module in self._modules:
+            importlib.import_module(module)
         return sorted(self._classes)
 
     def find(self, name):
-        """Return the class of that name; raises UnknownPlanner, whose text lists those available."""
+        """Return the class of that name; raises UnknownPlanner, whose text says what there is."""
+        names = self.names()
         try:
             return self._classes[name]
         except (KeyError, TypeError):
-            raise UnknownPlanner('%s is %r but must be one of: %s' % (
-                self.parameter, name, ', '.join(self.names()))) from None
+            pass
+        if isinstance(name, str) and name in self._refused:
+            raise UnknownPlanner('%s is %r, which is not here: use %s' % (self.parameter, name, self._refused[name]))
+        raise UnknownPlanner('%s is %r but must be one of: %s' % (self.parameter, name, ', '.join(names)))
+
+
+GLOBAL_PLANNERS = Registry(
+    'base_global_planner', ('sara_nav.grid_planner', 'sara_nav.navfn'), {
+        'carrot_planner/CarrotPlanner': 'navfn/NavfnROS with a default_tolerance, which moves a goal in an obstacle '
+                                        'to the nearest place that can be reached'})
+
+
+def place_of(pose):
+    """Return '(x, y)' for messages."""
+    return '(%.2f, %.2f)' % (pose.x, pose.y)
+
+
+def nearest_cell(free, geometry, x, y, tolerance):
+    """Return (column, row) of the free cell whose centre is nearest to the point (m), or None.
+
+    free: bool (rows, columns). Only centres within tolerance (m) of the point count.
+    """
+    g = geometry
+    if not (math.isfinite(x) and math.isfinite(y) and tolerance > 0.0):
+        return None
+    reach = min(tolerance, (g.width + g.height) * g.resolution + math.hypot(x - g.origin_x, y - g.origin_y))
+    left, bottom = (math.floor((v - reach - o) / g.resolution) for v, o in ((x, g.origin_x), (y, g.origin_y)))
+    right, top = (math.floor((v + reach - o) / g.resolution) + 1 for v, o in ((x, g.origin_x), (y, g.origin_y)))
+    left, bottom = max(left, 0), max(bottom, 0)
+    rows, columns = np.nonzero(free[bottom:max(top, 0), left:max(right, 0)])
+    if len(rows) == 0:
+        return None
+    cx, cy = g.to_world(columns + left, rows + bottom)
+    squared = (cx - x) ** 2 + (cy - y) ** 2
+    best = int(squared.argmin())
+    if squared[best] > tolerance ** 2:
+        return None
+    return int(columns[best] + left), int(rows[best] + bottom)
+
+
+def plan_from_points(points, goal_yaw):
+    """Return the plan (n, 3) along points (m, 2): yaw to the next point, the last one's the goal's; no point twice."""
+    points = np.asarray(points, float)
+    steps = np.diff(points, axis=0)
+    moves = np.hypot(*steps.T) > 1e-9
+    points = np.vstack([points[:-1][moves], points[-1:]])
+    steps = np.diff(points, axis=0)
+    return np.column_stack([points, np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal_yaw)])
 
 
 def dense_plan(vertices, goal_yaw, spacing=0.05):
