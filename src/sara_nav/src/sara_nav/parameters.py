@@ -112,10 +112,22 @@ class Parameters:
         return ['/'.join(parts[:depth] + [name]) for depth in range(len(parts), -1, -1)]
 
     def ignore(self, group):
-        """Count all below ``group`` (ending in '/') as read: somebody has said what becomes of it. Return their paths."""
-        paths = sorted(path for path in self._values if path.startswith(group))
+        """Count all below ``group`` (ending in '/') as read, for somebody says what becomes of it; return what was not yet."""
+        paths = sorted(path for path in set(self._values) - self._known if path.startswith(group))
         self._known.update(paths)
         return paths
+
+    def rename(self, prefix, old, new):
+        """Take the value of an old name for that of the new one, which goes first where both are set."""
+        if prefix + old not in self._values:
+            return
+        self._known.add(prefix + old)
+        if prefix + new in self._values:
+            self.warnings.append('parameter %s%s has no effect: it is the old name of %s, which is set too' % (
+                prefix, old, new))
+            return
+        self._values[prefix + new] = self._values[prefix + old]
+        self.warnings.append('parameter %s%s should be called %s' % (prefix, old, new))
 
     def _typed(self, path, value, default):
         kind = type(default)
@@ -141,7 +153,8 @@ class Parameters:
         A prefix is '' or ends in '/'. Faults of the finished configuration are added to ``faults``.
         """
         values = {}
-        for name, entry in cls.__dataclass_fields__.items():
+        for entry in dataclasses.fields(cls):
+            name = entry.name
             default = entry.default if entry.default is not dataclasses.MISSING else entry.default_factory()
             values[name] = default
             for prefix in reversed(prefixes):

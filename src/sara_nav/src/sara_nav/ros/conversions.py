@@ -2,6 +2,7 @@
 import numpy as np
 from geometry_msgs.msg import Pose, PoseStamped, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
+from sensor_msgs.msg import PointCloud2, PointField
 
 from sara_nav.geometry import Pose2D, quaternion_from_yaw, yaw_from_quaternion
 from sara_nav.grid import GridGeometry
@@ -78,4 +79,14 @@ def path_to_msg(plan, frame, stamp):
     msg = Path()
     msg.header.frame_id, msg.header.stamp = frame, stamp
     msg.poses = [pose_stamped(Pose2D(*row), frame, stamp) for row in plan.tolist()]
+    return msg
+
+
+def cloud_to_msg(points, names, frame, stamp):
+    """Return a sensor_msgs/PointCloud2 of points (n, k), one float32 field a column, called by ``names``."""
+    points = np.ascontiguousarray(points, np.float32)
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)]
+    msg = PointCloud2(height=1, width=len(points), fields=fields, is_bigendian=False, point_step=4 * len(names),
+                      row_step=4 * len(names) * len(points), data=points.tobytes(), is_dense=True)
+    msg.header.frame_id, msg.header.stamp = frame, stamp
     return msg

@@ -1,0 +1,80 @@
+"""The goal that move_base drives to, and since when things are as they are."""
+import math
+from dataclasses import dataclass
+
+from sara_nav.geometry import Pose2D
+from sara_nav.move_base_config import PLANNING
+
+BY_PLANNING, BY_CONTROL, BY_OSCILLATION = (
+    'Failed to find a valid plan. Even after executing recovery behaviors.',
+    'Failed to find a valid control. Even after executing recovery behaviors.',
+    'Robot is oscillating. Even after executing recovery behaviors.')
+"""What leads to recovery, by the peer's last word when recovery is exhausted; the particulars follow it."""
+
+
+@dataclass
+class Goal:
+    """A goal (Pose2D, global frame) under way; times in s.
+
+    used: where the plan leads when that is not ``pose``. problem: what to say while the robot stands. valid_control_at: the
+    last command, or else the first plan. trigger and why: what led to the last recovery; recovery_index: the behaviour whose
+    turn is next, recovery: the one under way.
+    """
+
+    pose: Pose2D
+    set_at: float
+    phase: str = PLANNING
+    used: Pose2D = None
+    last_plan_try: float = -math.inf
+    planning_since: float = None
+    tries: int = 0
+    valid_control_at: float = None
+    pose_at: float = None
+    stale_since: float = None
+    problem: str = ''
+    oscillation_pose: Pose2D = None
+    oscillation_since: float = None
+    trigger: str = ''
+    why: str = ''
+    recovery_index: int = 0
+    recovery: object = None
+
+    def watch_oscillation(self, t, pose, distance):
+        """Take note of the robot's pose: ``distance`` (m) from where it was last noted it is getting on."""
+        if self.oscillation_pose is None or pose.distance(self.oscillation_pose) >= distance:
+            self.oscillation_pose, self.oscillation_since = pose, t
+            self.found(BY_OSCILLATION)
+
+    def found(self, trigger):
+        """What led to recovery has passed: the next one begins with the first behaviour."""
+        if self.trigger == trigger:
+            self.recovery_index, self.trigger = 0, ''
+
+    def recovered(self, t):
+        """A behaviour is through: plan anew, with fresh patience; the next recovery takes the next one."""
+        self.recovery_index += 1
+        self.recovery, self.phase, self.problem = None, PLANNING, ''
+        self.planning_since, self.last_plan_try, self.oscillation_since = None, -math.inf, t
+
+    def lead_to(self, used):
+        """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than before."""
+        if used is not None and used.distance(self.pose) < 1e-6:
+            used = None
+        elsewhere = used != self.used
+        self.used = used
+        return elsewhere
+
+    @property
+    def moved(self):
+        """The sentence that says that the plan does not lead to ``pose``, or ''."""
+        if self.used is None:
+            return ''
+        return 'the goal (%.2f, %.2f) cannot be reached: driving to (%.2f, %.2f), %.2f m from it (default_tolerance)' % (
+            self.pose.x, self.pose.y, self.used.x, self.used.y, self.used.distance(self.pose))
+
+    def reached(self):
+        """Return the sentence of success."""
+        if self.used is None:
+            return 'Goal reached.'
+        return 'Goal reached: (%.2f, %.2f), %.2f m from the one asked for.' % (
+            self.used.x, self.used.y, self.used.distance(self.pose))

@@ -1,0 +1,222 @@
+"""Recovery behaviours: what a robot does that has no way on. Names, parameters and defaults are the peers'.
+
+A behaviour is stepped by move_base, one control cycle at a time, so that it ends with that cycle when the goal is given up:
+``start(situation)``, then ``update(situation)`` until it says ``done``. The C++ behaviours hold their thread until they are
+through, and cannot be cancelled.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_nav.geometry import Pose2D, wrap
+from sara_nav.planning import UnknownPlanner
+
+INSTEAD = {'move_slow_and_clear/MoveSlowAndClear':
+           'clear_costmap_recovery/ClearCostmapRecovery clears, and the local planner\'s max_vel_x sets how slow it is'}
+"""Behaviours of the C++ stack that are not here, and what to use."""
+NOT_CLEARED = ('costmap_2d::StaticLayer', 'costmap_2d::InflationLayer')
+"""Layers that hold nothing a sensor has seen."""
+
+
+class RecoveryRegister:
+    """Behaviours by the name users write into ``recovery_behaviors``."""
+
+    parameter = 'recovery_behaviors'
+
+    def __init__(self):
+        self._classes = {}
+
+    def register(self, name):
+        """Return a class decorator that enters a behaviour under ``name``."""
+        def enter(cls):
+            self._classes[name] = cls
+            cls.plugin_name = name
+            return cls
+        return enter
+
+    def find(self, name):
+        """Return the class of that name, with or without its package; raises UnknownPlanner."""
+        for full, cls in self._classes.items():
+            if name in (full, full.split('/')[-1]):
+                return cls
+        for full, instead in INSTEAD.items():
+            if name in (full, full.split('/')[-1]):
+                raise UnknownPlanner('%s holds %r, which is not here: %s' % (self.parameter, name, instead))
+        raise UnknownPlanner('%s holds %r but there are only: %s' % (
+            self.parameter, name, ', '.join(sorted(self._classes))))
+
+
+RECOVERIES = RecoveryRegister()
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a behaviour is given: now (s) and since the last step, the robot's pose in the global frame and in the local
+    costmap's, its velocity (v, w), the LocalWorld to look for collisions in, and both LayeredCostmaps."""
+
+    t: float
+    dt: float
+    pose: Pose2D
+    local_pose: Pose2D
+    velocity: tuple
+    world: object
+    global_costmap: object
+    local_costmap: object
+
+
+@dataclass(frozen=True)
+class RecoveryStep:
+    """What to drive (v m/s, w rad/s), whether the behaviour is through, and what there is to say."""
+
+    command: tuple = (0.0, 0.0)
+    done: bool = True
+    text: str = ''
+
+
+@dataclass(frozen=True)
+class ClearCostmapConfig:
+    """reset_distance: side (m) of the square about the robot outside which (inside with invert_area_to_clear) is cleared.
+    layer_names: the layers that are; unset, those that sensors mark. (The peer's default is a layer called ``obstacles``,
+    which its own default costmap does not have.) force_updating: update the costmaps at once, not when they are due."""
+
+    reset_distance: float = 3.0
+    invert_area_to_clear: bool = False
+    force_updating: bool = False
+    affected_maps: str = 'both'
+    layer_names: tuple = None
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        if not (math.isfinite(self.reset_distance) and self.reset_distance >= 0.0):
+            result.append('reset_distance is %r but must be a number >= 0' % (self.reset_distance,))
+        if self.affected_maps not in ('both', 'global', 'local'):
+            result.append('affected_maps is %r but must be both, global or local' % (self.affected_maps,))
+        names = self.layer_names
+        if names is not None and not (isinstance(names, (list, tuple)) and all(isinstance(n, str) for n in names)):
+            result.append('layer_names is %r but must be a list of names' % (names,))
+        return result
+
+
+@RECOVERIES.register('clear_costmap_recovery/ClearCostmapRecovery')
+class ClearCostmapRecovery:
+    """Forgets what sensors marked, away from the robot; through in one step."""
+
+    config_class = ClearCostmapConfig
+
+    def __init__(self, name, config=ClearCostmapConfig()):
+        self.name = name
+        self.config = config
+
+    def start(self, situation):
+        """Begin."""
+
+    def layers(self, costmap):
+        """Return the names of the costmap's layers that are cleared; one named by several parts is known by its last."""
+        if self.config.layer_names is None:
+            return [n for n, layer in costmap.layers.items() if getattr(layer, 'plugin_name', '') not in NOT_CLEARED]
+        return [n for n in costmap.layers if n.split('/')[-1] in self.config.layer_names]
+
+    def missing(self, global_costmap, local_costmap):
+        """Return sentences about names in layer_names that no affected costmap has, and about having nothing to clear."""
+        costmaps = [costmap for costmap, _, _ in self._affected(global_costmap, local_costmap)]
+        there = {name.split('/')[-1] for costmap in costmaps for name in costmap.layers}
+        result = ['%s/layer_names holds %r but no affected costmap has that layer (there are: %s)' % (
+            self.name, name, ', '.join(sorted(there))) for name in self.config.layer_names or () if name not in there]
+        if not any(self.layers(costmap) for costmap in costmaps):
+            result.append('recovery behaviour %s has nothing to clear: no affected costmap has such a layer' % self.name)
+        return result
+
+    def update(self, situation):
+        """Clear; the text says what."""
+        c, said = self.config, []
+        affected = self._affected(situation.global_costmap, situation.local_costmap, situation.pose, situation.local_pose)
+        for costmap, kind, pose in affected:
+            names = self.layers(costmap)
+            half = 0.5 * c.reset_distance
+            if names:
+                costmap.clear_area(pose.x - half, pose.y - half, pose.x + half, pose.y + half, c.invert_area_to_clear, names)
+                if c.force_updating:
+                    costmap.update(situation.t, pose)
+            said.append('%s: %s' % (kind, ', '.join(names) or 'nothing'))
+        return RecoveryStep(text='%s: cleared what lies %s a square of %.2f m about the robot (%s)' % (
+            self.name, 'inside' if c.invert_area_to_clear else 'outside', c.reset_distance, '; '.join(said)))
+
+    def _affected(self, global_costmap, local_costmap, pose=None, local_pose=None):
+        both = (global_costmap, 'global', pose), (local_costmap, 'local', local_pose)
+        return [entry for entry in both if self.config.affected_maps in ('both', entry[1])]
+
+
+@dataclass(frozen=True)
+class RotateRecoveryConfig:
+    """Limits of the turn (rad, rad/s, rad/s2). sim_granularity: how far apart (rad) the footprint is tried."""
+
+    sim_granularity: float = 0.017
+    frequency: float = 20.0
+    acc_lim_theta: float = 3.2
+    max_vel_theta: float = 1.0
+    min_in_place_vel_theta: float = 0.4
+    yaw_goal_tolerance: float = 0.10
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = ['%s is %r but must be a finite number > 0' % (name, getattr(self, name))
+                  for name in self.__dataclass_fields__
+                  if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0)]
+        if not result and self.min_in_place_vel_theta > self.max_vel_theta:
+            result.append('min_in_place_vel_theta is %r but must not exceed max_vel_theta (%r)' % (
+                self.min_in_place_vel_theta, self.max_vel_theta))
+        return result
+
+
+@RECOVERIES.register('rotate_recovery/RotateRecovery')
+class RotateRecovery:
+    """Turns once about, counter-clockwise; stops when any part of what is left of the turn would touch something.
+
+    The peer looks at the footprint's outline; here its inside counts too. The turn is measured in the local costmap's frame,
+    which does not jump. A robot that does not turn as told is given up on after twice the time that the slowest turn takes.
+    """
+
+    config_class = RotateRecoveryConfig
+    SLOW_ENOUGH = 0.05
+    """Speed (m/s) below which a robot that was driving may begin to turn."""
+
+    def __init__(self, name, config=RotateRecoveryConfig()):
+        self.name = name
+        self.config = config
+        self._yaw = None
+        self._turned = self._rate = self._began = 0.0
+
+    def start(self, situation):
+        """Begin."""
+        self._yaw = situation.local_pose.yaw
+        self._turned = self._rate = 0.0
+        self._began = situation.t
+
+    def missing(self, global_costmap, local_costmap):
+        """Return no sentences: there is nothing it needs of the costmaps."""
+        return []
+
+    def update(self, situation):
+        """Return the turn for this cycle: as fast as lets it stop in time, within the limits."""
+        c, pose = self.config, situation.pose
+        self._turned += wrap(situation.local_pose.yaw - self._yaw)
+        self._yaw = situation.local_pose.yaw
+        left = 2.0 * math.pi - self._turned
+        if left <= c.yaw_goal_tolerance:
+            return RecoveryStep(text='%s: turned once about' % self.name)
+        if situation.t - self._began > 4.0 * math.pi / c.min_in_place_vel_theta:
+            return RecoveryStep(text='%s: given up after %.0f s, having turned %.0f deg' % (
+                self.name, situation.t - self._began, math.degrees(self._turned)))
+        angles = pose.yaw + np.arange(0.0, left, c.sim_granularity)
+        poses = np.column_stack([np.full(len(angles), pose.x), np.full(len(angles), pose.y), angles])
+        touched = np.flatnonzero(situation.world.touched(poses))
+        if len(touched):
+            return RecoveryStep(text='%s: Rotate recovery can\'t rotate in place because there is a potential collision, '
+                                '%.0f deg on' % (self.name, math.degrees(touched[0] * c.sim_granularity)))
+        if abs(situation.velocity[0]) > self.SLOW_ENOUGH:
+            return RecoveryStep(done=False, text='%s: coming to rest' % self.name)
+        wanted = min(max(math.sqrt(2.0 * c.acc_lim_theta * left), c.min_in_place_vel_theta), c.max_vel_theta)
+        self._rate = min(wanted, self._rate + c.acc_lim_theta * situation.dt)
+        return RecoveryStep((0.0, self._rate), False, '%s: %.0f deg to turn' % (self.name, math.degrees(left)))
