@@ -13,7 +13,6 @@ Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; 
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -154,18 +153,17 @@ class _Believed:
             self.range = farther
 
 
-class _Places(NamedTuple):
-    """Where something may be: x, y (m), whether it stops the chair, whose echo it is, how far outside the body and from base_link (m);
-    of all the nearest to the body and the farthest from base_link (m)."""
+class _Places:
+    """Where something may be, one entry for each ray of each sensor: x, y (m), whether it stops the chair, whose echo it is, how far outside
+    the body (m, +Inf on a ray without an echo) and from base_link (m). Of all: the nearest to the body and the farthest from base_link (m)."""
 
-    x: np.ndarray
-    y: np.ndarray
-    stops: np.ndarray
-    names: np.ndarray
-    outside: np.ndarray
-    radius: np.ndarray
-    nearest: float
-    farthest: float
+    def __init__(self, sensors):
+        rays = RAYS * len(sensors)
+        self.x, self.y, self.radius = np.zeros(rays), np.zeros(rays), np.zeros(rays)
+        self.outside = np.full(rays, math.inf)
+        self.stops = np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS)
+        self.names = np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS)
+        self.nearest, self.farthest = math.inf, 0.0
 
 
 class Zones:
@@ -182,7 +180,8 @@ class Zones:
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
             directions = np.stack([np.cos(angles), np.sin(angles)])
             self._rays[name] = (directions, self._way_out(sensor, directions))
-        self._places = None
+        self._places = _Places(config.sensors)
+        self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
 
     def _way_out(self, sensor, directions):
         """How far along each ray the body ends: an echo within it is of what stands at its edge."""
@@ -202,7 +201,7 @@ class Zones:
         before = believed.range
         believed.add(distance)
         if believed.range != before:
-            self._places = None
+            self._place(self.sensors[name], believed.range)
         return True
 
     def range(self, name):
@@ -216,7 +215,7 @@ class Zones:
         """
         if v == 0.0 and w == 0.0:
             return 1.0, ''
-        places = self._found()
+        places = self._places
         config = self.config
         reaction, braking, creep = config.reaction_time, config.hard_braking, SLACK * config.creep_speed
         if gentle:
@@ -244,24 +243,17 @@ class Zones:
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
 
-    def _found(self):
-        """Where something may be: _Places with one entry for each ray that has an echo."""
-        if self._places is None:
-            xs, ys, stops, names = [np.empty(0)], [np.empty(0)], [np.empty(0, bool)], [np.empty(0, str)]
-            for name, sensor in self.sensors.items():
-                distance = self._believed[name].range
-                if distance is None or distance == math.inf:
-                    continue
-                directions, way_out = self._rays[name]
-                ranges = np.maximum(sensor.near if distance == -math.inf else distance, way_out)
-                xs.append(sensor.x + ranges * directions[0])
-                ys.append(sensor.y + ranges * directions[1])
-                stops.append(np.full(RAYS, sensor.stops))
-                names.append(np.full(RAYS, name))
-            x, y, stops, names = map(np.concatenate, (xs, ys, stops, names))
-            outside, radius = self._outside(x, y), np.hypot(x, y)
-            self._places = _Places(x, y, stops, names, outside, radius, float(outside.min(initial=math.inf)), float(radius.max(initial=0.0)))
-        return self._places
+    def _place(self, sensor, distance):
+        """Something is at this range (m) of a sensor, on any of its rays."""
+        places, rays = self._places, self._rays_of[sensor.name]
+        if distance == math.inf:
+            places.outside[rays], places.radius[rays] = math.inf, 0.0
+        else:
+            directions, way_out = self._rays[sensor.name]
+            ranges = np.maximum(sensor.near if distance == -math.inf else distance, way_out)
+            x, y = sensor.x + ranges * directions[0], sensor.y + ranges * directions[1]
+            places.x[rays], places.y[rays], places.outside[rays], places.radius[rays] = x, y, self._outside(x, y), np.hypot(x, y)
+        places.nearest, places.farthest = float(places.outside.min()), float(places.radius.max())
 
     def _outside(self, x, y):
         """How far outside the body (m), by the axis on which it is farther; negative within."""
