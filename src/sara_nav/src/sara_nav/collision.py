@@ -1,4 +1,5 @@
 """What a robot's footprint meets on a costmap: the world a local planner looks at, and the peer's footprint cost."""
+import functools
 import math
 
 import numpy as np
@@ -25,7 +26,7 @@ class LocalWorld:
         self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
         self.unknown_blocks = bool(unknown_blocks)
         self.offset = offset
-        self._points = _covering(self.footprint, 0.5 * costmap.geometry.resolution)
+        self._points = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
 
     def to_local(self, poses):
         """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
@@ -63,17 +64,11 @@ class LocalWorld:
 
 CollisionChecker = LocalWorld
 
-_cache = {}
 
-
+@functools.lru_cache(maxsize=16)
 def _covering(footprint, spacing):
-    """Return ``cover`` of a footprint, remembered, as worlds are made many times a second."""
-    key = footprint.tobytes(), spacing
-    if key not in _cache:
-        while len(_cache) >= 16:
-            _cache.pop(next(iter(_cache)))
-        _cache[key] = cover(footprint, spacing)
-    return _cache[key]
+    """Return ``cover`` of a footprint's bytes, remembered, as worlds are made many times a second."""
+    return cover(np.frombuffer(footprint).reshape(-1, 2), spacing)
 
 
 @njit(cache=True)

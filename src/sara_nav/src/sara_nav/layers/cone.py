@@ -1,0 +1,159 @@
+"""What a range reading says of the cells in its cone: the probabilities of range_sensor_layer, compiled by numba.
+
+The inverse sensor model is that of range_sensor_layer (Lu, navigation_layers): evidence falls with the angle off the
+axis, as 1 - (theta / half)^2, and with the distance, as 1 - (1 + tanh(2 (d - phi))) / 2; a cell is likely free before the
+echo and occupied around it, and Bayes' rule joins that with what was known. Where ours differs is said in docs/costmaps.md.
+"""
+import math
+
+import numpy as np
+from numba import njit
+
+AXIS = 233.0 / 254.0
+"""Least probability that the cell on the axis at the measured range has before the rule is applied."""
+FREE_EVIDENCE = 0.3
+"""Least weight of a reading, on the axis, for the cells before its echo, however far they are."""
+
+
+@njit(cache=True)
+def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, low, high,
+          t):
+    """Take one reading into the probabilities; returns the window (x0, y0, xn, yn) that may have changed.
+
+    grid: float32 (h, w), 0.5 unknown; seen_at: float64 (h, w), when a cell was last held for occupied (s). x, y, yaw:
+    sensor in the grid's frame; distance: m; half: half the field of view (rad). clear: the cone is empty up to
+    ``distance``. Probabilities stay within low..high, so that no cell is ever beyond change.
+    """
+    height, width = grid.shape
+    band = max(resolution * distance, 0.71 * resolution)
+    length = distance if clear else distance + band
+    x0, y0, xn, yn = _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution)
+    x0, y0, xn, yn = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
+    if xn <= x0 or yn <= y0:
+        return 0, 0, 0, 0
+    c, s = math.cos(yaw), math.sin(yaw)
+    axis_column = int(math.floor((x + distance * c - origin_x) / resolution))
+    axis_row = int(math.floor((y + distance * s - origin_y) / resolution))
+    ox, oy = math.floor((x - origin_x) / resolution), math.floor((y - origin_y) / resolution)
+    side = 1.2 * distance
+    ax = math.floor((x + math.cos(yaw - half) * side - origin_x) / resolution)
+    ay = math.floor((y + math.sin(yaw - half) * side - origin_y) / resolution)
+    bx = math.floor((x + math.cos(yaw + half) * side - origin_x) / resolution)
+    by = math.floor((y + math.sin(yaw + half) * side - origin_y) / resolution)
+    slack = -inflate_cone * abs((ax * (by - oy) + bx * (oy - ay) + ox * (ay - by)) / 2.0)
+    slope = math.tan(half) if half < 1.5 else np.inf
+    for row in range(y0, yn):
+        dy = origin_y + (row + 0.5) * resolution - y
+        for column in range(x0, xn):
+            dx = origin_x + (column + 0.5) * resolution - x
+            along, aside = c * dx + s * dy, -s * dx + c * dy
+            on_axis = not clear and column == axis_column and row == axis_row
+            in_beam = along > 0.0 and abs(aside) <= 0.5 * resolution  # however narrow the cone is
+            if not on_axis:
+                if half < 1.5 and not in_beam and abs(aside) > slope * along:
+                    continue
+                if along * along + aside * aside >= length * length:
+                    continue
+            if inflate_cone < 1.0 and not (_turn(ax, ay, bx, by, column, row) >= slack
+                                           and _turn(bx, by, ox, oy, column, row) >= slack
+                                           and _turn(ox, oy, ax, ay, column, row) >= slack):
+                continue
+            off = 0.0 if in_beam or on_axis else abs(math.atan2(aside, along)) / half
+            if off > 1.0:
+                continue
+            if clear:
+                grid[row, column] = low
+                continue
+            p = grid[row, column]
+            if on_axis:
+                p = max(p, AXIS)
+            evidence = _model(math.hypot(along, aside), distance, band, off, phi)
+            p = evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p))
+            grid[row, column] = min(max(p, low), high)
+            if evidence > 0.5 or on_axis:
+                seen_at[row, column] = t
+    return x0, y0, xn, yn
+
+
+@njit(cache=True)
+def _model(d, distance, band, off, phi):
+    """Return the probability that a cell at distance d, ``off`` of half the cone aside, is occupied."""
+    across = 1.0 - off * off
+    weight = across * (1.0 - (1.0 + math.tanh(2.0 * (d - phi))) / 2.0)
+    before = d - (distance - 2.0 * band)
+    if before < band:
+        weight = max(weight, across * FREE_EVIDENCE)
+        if before < 0.0:
+            return 0.5 * (1.0 - weight)
+        return 0.5 * weight * (before / band) ** 2 + 0.5 * (1.0 - weight)
+    if d < distance + band:
+        return 0.5 + weight * (0.5 - 0.5 * ((distance - d) / band) ** 2)
+    return 0.5
+
+
+@njit(cache=True)
+def _turn(ax, ay, bx, by, cx, cy):
+    return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+
+
+@njit(cache=True)
+def _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution):
+    """Return the window around a sector of a circle, not cut to the grid."""
+    low_x = high_x = x
+    low_y = high_y = y
+    for k in range(6):
+        if k < 2:
+            angle = yaw - half if k == 0 else yaw + half
+        else:
+            angle = (k - 2) * 0.5 * math.pi
+            off = abs((angle - yaw + math.pi) % (2.0 * math.pi) - math.pi)
+            if off > half:
+                continue
+        px, py = x + length * math.cos(angle), y + length * math.sin(angle)
+        low_x, high_x = min(low_x, px), max(high_x, px)
+        low_y, high_y = min(low_y, py), max(high_y, py)
+    px, py = x + length * math.cos(yaw), y + length * math.sin(yaw)
+    low_x, high_x = min(low_x, px), max(high_x, px)
+    low_y, high_y = min(low_y, py), max(high_y, py)
+    return (int(math.floor((low_x - origin_x) / resolution)), int(math.floor((low_y - origin_y) / resolution)),
+            int(math.floor((high_x - origin_x) / resolution)) + 1, int(math.floor((high_y - origin_y) / resolution)) + 1)
+
+
+@njit(cache=True)
+def forget(grid, seen_at, x0, y0, xn, yn, before):
+    """Make unknown again what was last held for occupied before a time (s).
+
+    Returns (window that changed, window that still holds something likely occupied), each x0, y0, xn, yn.
+    """
+    changed = (xn, yn, x0, y0)
+    left = (xn, yn, x0, y0)
+    for row in range(y0, yn):
+        for column in range(x0, xn):
+            if grid[row, column] > 0.5:
+                if seen_at[row, column] < before:
+                    grid[row, column] = 0.5
+                    changed = (min(changed[0], column), min(changed[1], row), max(changed[2], column + 1),
+                               max(changed[3], row + 1))
+                else:
+                    left = (min(left[0], column), min(left[1], row), max(left[2], column + 1), max(left[3], row + 1))
+    return changed, left
+
+
+@njit(cache=True)
+def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
+    """Write a window's costs: 254 above, 0 below the thresholds; a known cost is never lowered."""
+    for row in range(y0, yn):
+        for column in range(x0, xn):
+            p = grid[row, column]
+            if p > mark_above:
+                costs[row, column] = 254
+            elif p < clear_below and costs[row, column] == 255:
+                costs[row, column] = 0
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    grid, seen_at = np.full((3, 3), 0.5, np.float32), np.zeros((3, 3))
+    apply(grid, seen_at, 0.0, 0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5, 1.2, 1.0, False, 0.1, 0.9, 0.0)
+    forget(grid, seen_at, 0, 0, 3, 3, 1.0)
+    write(grid, np.zeros((3, 3), np.uint8), 0, 0, 3, 3, 0.2, 0.8)

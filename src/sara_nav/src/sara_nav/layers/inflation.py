@@ -1,0 +1,75 @@
+"""costmap_2d::InflationLayer: costs that fall off around obstacles, by exact distances.
+
+An obstacle reaches ``inflation_radius`` far, so what changed is widened by that much and nothing else is computed. The
+peer spreads obstacles by a wave that is not exact in rare cells; this one is.
+"""
+import math
+
+import numpy as np
+
+from sara_nav import distances
+from sara_nav.costmap import INSCRIBED, LETHAL, InflationConfig, cost_table
+from sara_nav.layers.base import Layer, shifted
+
+
+class InflationLayer(Layer):
+    """Spreads the obstacles of the layers below it."""
+
+    config_class = InflationConfig
+
+    def attach(self, parent):
+        self._everything = True
+        self._left = []
+        super().attach(parent)
+
+    def resize(self, geometry):
+        self._obstacles = np.zeros(geometry.shape, np.uint8)
+        self._left = []
+        self.footprint_changed()
+
+    def roll(self, columns, rows):
+        """Obstacles that left the window cost nothing any more in what they reached into."""
+        self._obstacles = shifted(self._obstacles, columns, rows, 0)
+        height, width = self._obstacles.shape
+        if columns:
+            self._left.append((0, 0, self.reach, height) if columns > 0 else (width - self.reach, 0, width, height))
+        if rows:
+            self._left.append((0, 0, width, self.reach) if rows > 0 else (0, height - self.reach, width, height))
+
+    @property
+    def reach(self):
+        """How far an obstacle reaches (cells)."""
+        return math.ceil(self.config.inflation_radius / self.parent.geometry.resolution) if self.enabled else 0
+
+    def footprint_changed(self):
+        self._table = cost_table(self.reach, self.parent.geometry.resolution, self.parent.inscribed_radius,
+                                 self.config.cost_scaling_factor)
+        self._everything = True
+
+    def reconfigure(self, config):
+        super().reconfigure(config)
+        self.footprint_changed()
+
+    def reset(self):
+        self._everything = True
+
+    def update_bounds(self, t, pose, windows):
+        left, self._left = self._left, []
+        if self._everything:
+            self._everything = False
+            windows.add_all()
+            return
+        windows.grow(self.reach)
+        for window in left:
+            windows.add(*window)
+
+    def update_costs(self, costs, window):
+        """Obstacles are remembered as they are below this layer, so that those of layers above are never spread."""
+        x0, y0, xn, yn = window
+        np.multiply(costs[y0:yn, x0:xn] == LETHAL, np.uint8(LETHAL), out=self._obstacles[y0:yn, x0:xn])
+
+    def finish(self, costs, window):
+        """Spread the obstacles into a window, once those of all windows are known."""
+        if self.reach:
+            distances.spread(self._obstacles, costs, *window, self.reach, self._table,
+                             1 if self.config.inflate_unknown else INSCRIBED)

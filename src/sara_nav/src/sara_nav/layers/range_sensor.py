@@ -1,0 +1,218 @@
+"""range_sensor_layer::RangeSensorLayer: ultrasonic and infrared rangers, the thesis's "ultrasonic" layer.
+
+Readings follow REP-117: -Inf is an echo nearer than the sensor can measure and marks at min_range; +Inf and anything
+beyond max_range is no echo, and clears the cone (``clear_on_max_reading``, on here and off in the peer). What was marked
+is forgotten after ``pixel_decay`` (``use_decay``, on here and off in the peer).
+"""
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_nav.layers import cone
+from sara_nav.layers.base import Layer, outside, shifted
+
+SENSOR_TYPES = ('VARIABLE', 'FIXED', 'ALL')
+MOST_WAITING = 1000
+"""Readings kept between two updates; older ones are dropped."""
+
+
+@dataclass(frozen=True)
+class RangeReading:
+    """One reading: ``source`` topic, ``stamp`` s, sensor's x, y, yaw (m, rad) in the costmap's global frame, ``range``
+    m or +-Inf, limits m, ``field_of_view`` rad (the whole cone)."""
+
+    source: str
+    stamp: float
+    x: float
+    y: float
+    yaw: float
+    range: float
+    min_range: float
+    max_range: float
+    field_of_view: float
+
+
+@dataclass(frozen=True)
+class RangeSensorConfig:
+    """Names of range_sensor_layer::RangeSensorLayer; two defaults differ, see the module. transform_tolerance is also
+    read under the peer's name transform_tolerance_."""
+
+    topics: tuple = ('/sonar',)
+    ns: str = ''
+    input_sensor_type: str = 'ALL'
+    use_decay: bool = True
+    pixel_decay: float = 10.0
+    transform_tolerance: float = 0.3
+    phi: float = 1.2
+    inflate_cone: float = 1.0
+    no_readings_timeout: float = 0.0
+    clear_threshold: float = 0.2
+    mark_threshold: float = 0.8
+    clear_on_max_reading: bool = True
+    enabled: bool = True
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        if isinstance(self.topics, str) or not all(isinstance(topic, str) and topic for topic in self.topics):
+            result.append('topics is %r but must be a list of names' % (self.topics,))
+        if self.input_sensor_type.upper() not in SENSOR_TYPES:
+            result.append('input_sensor_type is %r but must be one of %s' % (self.input_sensor_type,
+                                                                             ', '.join(SENSOR_TYPES)))
+        for name, low, high in (('pixel_decay', 0.0, 1e6), ('transform_tolerance', 0.0, 10.0), ('phi', 0.0, 1e3),
+                                ('inflate_cone', 0.0, 1.0), ('no_readings_timeout', 0.0, 1e6),
+                                ('clear_threshold', 0.0, 1.0), ('mark_threshold', 0.0, 1.0)):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                result.append('%s is %r but must be in %g..%g' % (name, value, low, high))
+        if not result and self.clear_threshold > self.mark_threshold:
+            result.append('clear_threshold is %g but must not be above mark_threshold (%g)' % (
+                self.clear_threshold, self.mark_threshold))
+        return result
+
+    def sources(self):
+        """Return the topics with ``ns`` before them."""
+        space = self.ns + ('' if not self.ns or self.ns.endswith('/') else '/')
+        return tuple(space + topic for topic in self.topics)
+
+
+class RangeSensorLayer(Layer):
+    """Joins range readings in a grid of probabilities; marks and clears by thresholds."""
+
+    config_class = RangeSensorConfig
+
+    def attach(self, parent):
+        self._waiting = deque(maxlen=MOST_WAITING)
+        self._stamps = {}
+        self._heard = {}
+        self._started = None
+        super().attach(parent)
+
+    def resize(self, geometry):
+        self._grid = np.full(geometry.shape, 0.5, np.float32)
+        self._seen_at = np.full(geometry.shape, -math.inf)
+        self._marks = None
+
+    def roll(self, columns, rows):
+        self._grid = shifted(self._grid, columns, rows, 0.5)
+        self._seen_at = shifted(self._seen_at, columns, rows, -math.inf)
+        if self._marks is not None:
+            x0, y0, xn, yn = self._marks
+            height, width = self._grid.shape
+            self._marks = (max(0, x0 - columns), max(0, y0 - rows), min(width, xn - columns), min(height, yn - rows))
+
+    def reset(self):
+        self._waiting.clear()
+        self.resize(self.parent.geometry)
+        self.parent.touch_all()
+
+    def clear(self, x0, y0, xn, yn, invert):
+        self._waiting.clear()
+        self._grid[outside(self._grid.shape, x0, y0, xn, yn, invert)] = 0.5
+        self.parent.touch_all()
+        return True
+
+    def time_went_back(self, t):
+        self._waiting.clear()
+        self._stamps.clear()
+        self._heard.clear()
+        self._started = t
+        np.minimum(self._seen_at, t, out=self._seen_at)
+
+    # -- readings in -------------------------------------------------------------------------------------------
+
+    def add_range(self, reading):
+        """Take a RangeReading for the next update; one that makes no sense is dropped and counted."""
+        kind, text = self._fault(reading)
+        if kind:
+            self.drop(kind, 'a reading of %s: %s' % (reading.source, text))
+            return
+        self._stamps[reading.source] = reading.stamp
+        if len(self._waiting) == self._waiting.maxlen:
+            self.drop('overflow', 'more than %d readings between two updates' % MOST_WAITING)
+        self._waiting.append(reading)
+
+    def _fault(self, r):
+        if not all(map(math.isfinite, (r.stamp, r.x, r.y, r.yaw))):
+            return 'bad_poses', 'its pose or stamp holds a NaN or an infinity'
+        if not (math.isfinite(r.min_range) and math.isfinite(r.max_range) and 0.0 <= r.min_range <= r.max_range
+                and r.max_range > 0.0):
+            return 'bad_limits', 'min_range %r, max_range %r' % (r.min_range, r.max_range)
+        if not 0.0 < r.field_of_view <= 2.0 * math.pi + 1e-6:
+            return 'bad_limits', 'field_of_view %r' % r.field_of_view
+        if math.isnan(r.range):
+            return 'nan_ranges', 'its range is NaN'
+        if r.stamp < self._stamps.get(r.source, -math.inf):
+            return 'old_readings', 'it is older than the one before'
+        return '', ''
+
+    def _meaning(self, r):
+        """Return (distance m, True to clear the cone) of a reading, or None when it says nothing."""
+        kind = self.config.input_sensor_type.upper()
+        if kind == 'FIXED' or (kind == 'ALL' and r.min_range == r.max_range):
+            if math.isfinite(r.range):
+                self.drop('bad_fixed_ranges', 'a reading of %s: a sensor of fixed distance may only say +Inf or -Inf'
+                          % r.source)
+                return None
+            if r.range > 0.0:
+                return (r.min_range, True) if self.config.clear_on_max_reading else None
+            return r.min_range, False
+        if r.range == -math.inf:
+            return r.min_range, False
+        if r.range < r.min_range:
+            self.drop('below_min_range', 'a reading of %s: %.3f m is below min_range' % (r.source, r.range))
+            return None
+        if self.config.clear_on_max_reading and r.range >= r.max_range:
+            return r.max_range, True
+        return None if r.range > r.max_range else (r.range, False)
+
+    # -- the layer ---------------------------------------------------------------------------------------------
+
+    def update_bounds(self, t, pose, windows):
+        if self._started is None:
+            self._started = t
+        g, c = self.parent.geometry, self.config
+        low, high = 0.5 * min(c.clear_threshold, 0.2), 1.0 - 0.25 * (1.0 - c.mark_threshold)
+        waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
+        for r in waiting:
+            self._heard[r.source] = t
+            meaning = self._meaning(r)
+            if meaning is None:
+                continue
+            window = cone.apply(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), g.resolution,
+                                float(r.x), float(r.y), float(r.yaw), float(meaning[0]), 0.5 * r.field_of_view, c.phi,
+                                c.inflate_cone, meaning[1], low, high, float(t))
+            windows.add(*window)
+            self._widen(window)
+        if c.use_decay and self._marks is not None:
+            changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
+            windows.add(*changed)
+            self._marks = left if left[0] < left[2] else None
+
+    def _widen(self, window):
+        if window[0] < window[2]:
+            m = self._marks
+            self._marks = window if m is None else (min(m[0], window[0]), min(m[1], window[1]), max(m[2], window[2]),
+                                                    max(m[3], window[3]))
+
+    def update_costs(self, costs, window):
+        cone.write(self._grid, costs, *window, self.config.clear_threshold, self.config.mark_threshold)
+
+    def stale(self, t):
+        limit = self.config.no_readings_timeout
+        if limit <= 0.0 or not self.enabled or self._started is None:
+            return ''
+        silent = [(t - self._heard.get(source, self._started), source) for source in self.config.sources()]
+        return '; '.join('range sensor on %s silent for %.1f s' % (source, age) for age, source in silent if age > limit)
+
+    @property
+    def probabilities(self):
+        """float32 (h, w): how likely each cell is occupied; 0.5 where nothing is known."""
+        return self._grid
+
+
+def warm():
+    """Compile, or load from the cache, every kernel."""
+    cone.warm()
