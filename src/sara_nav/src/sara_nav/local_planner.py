@@ -2,3 +2,4 @@
 from sara_nav.local_command import (BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED,  # noqa: F401
                                     LocalCommand)
 from sara_nav.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig, approach_speed  # noqa: F401
+from sara_nav.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig  # noqa: F401

@@ -1,0 +1,182 @@
+"""What the two planners that sample velocities share: their plan, frames, goal and checks; the sampling is theirs.
+
+As base_local_planner and dwa_local_planner do: the plan is cut to what lies within the local costmap, what is left
+behind is dropped (prune_plan), and near the goal sampling gives way to stop-and-rotate (goal_stage.py).
+"""
+import functools
+import math
+
+import numpy as np
+
+from sara_nav import map_grid, outline
+from sara_nav.geometry import Pose2D
+from sara_nav.goal_stage import DONE, GoalStage
+from sara_nav.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, REACHED, LocalCommand
+
+PRUNE_DISTANCE = 1.0
+"""Metres from the robot at which prune_plan keeps the plan behind it, the peers' value."""
+ANSWER_TIME = 0.25
+"""Seconds within which the base is taken to answer: the speed it is on its way to is at most that many seconds of
+acceleration from the one measured."""
+
+
+class SamplingPlanner:
+    """Base of TrajectoryPlannerROS and DWAPlannerROS; a subclass gives ``_limits`` and ``_sample``.
+
+    local_plan: poses (n, 3) of the trajectory chosen last, global frame, None when there is none.
+    """
+
+    def __init__(self, config):
+        faults = config.faults()
+        if faults:
+            raise ValueError('; '.join(faults))
+        self.config = config
+        self.goal = None
+        self.local_plan = None
+        self._stage = GoalStage()
+        self._plan = np.empty((0, 3))
+        self._dense = None
+        self._last = (0.0, 0.0)
+        self._scene = None
+
+    @property
+    def phase(self):
+        """Name of the stage: follow path, face goal, approach goal, stop, turn to goal, done."""
+        return self._stage.phase
+
+    def configure(self, config):
+        """Go on with another configuration (dynamic_reconfigure); raises ValueError when it is faulty."""
+        faults = config.faults()
+        if faults:
+            raise ValueError('; '.join(faults))
+        self.config = config
+
+    def start(self, plan):
+        """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
+        self._stage.begin()
+        self._take(plan)
+
+    def replan(self, plan):
+        """Take a better plan; when it leads to the same goal, what was reached (and latched) stays reached."""
+        before = self.goal
+        self._take(plan)
+        if before is None or before.distance(self.goal) > 1e-6 or abs(before.yaw - self.goal.yaw) > 1e-6:
+            self._stage.begin()
+
+    def _take(self, plan):
+        self._plan = np.asarray(plan, float).reshape(-1, 3)
+        self.goal = Pose2D(*(float(v) for v in self._plan[-1]))
+        self._dense = None
+
+    def stop(self):
+        """Forget the last command, because the robot was told to stop at once."""
+        self._last = (0.0, 0.0)
+        self.local_plan = None
+
+    def update(self, t, dt, pose, velocity, pose_age, world):
+        """Return the LocalCommand for time t (s).
+
+        dt: since the last command (s). pose: Pose2D in the global frame as it was pose_age seconds ago. velocity:
+        measured (v, w). world: LocalWorld (costmap, footprint, to_local, offset, worsens).
+        """
+        now = pose.advance(velocity[0], velocity[1], pose_age)
+        limits = self._limits(2.0 * world.costmap.geometry.resolution)
+        free = functools.partial(self._straight_is_free, world)
+        command = self._stage.update(t, dt, now, velocity, self._last, self.goal, limits, free)
+        failed = self._stage.failed(now, self.goal)
+        if failed:
+            return self._stand(FAILED, failed)
+        if self.phase == DONE:
+            return self._stand(REACHED)
+        if command is not None:
+            self.local_plan = None
+            if command != (0.0, 0.0) and world.worsens(self._way(now, *command)):
+                return self._stand(BLOCKED, 'an obstacle is in the way of the footprint while it is to %s' % self.phase)
+            self._last = command
+            return LocalCommand(*command)
+        plan = self._plan_near(now, world)
+        if plan is None:
+            return self._stand(OFF_PATH, 'the plan is nowhere within %s of the robot' % (
+                '%.1f m (prune_plan)' % PRUNE_DISTANCE if self.config.prune_plan else 'half the local costmap'))
+        cells = map_grid.plan_cells(plan, world.costmap)
+        if len(cells) == 0:
+            return self._stand(OFF_PATH, 'no point of the plan lies in known cells of the local costmap')
+        local = Pose2D(*(float(v) for v in world.to_local(np.array([[now.x, now.y, now.yaw]]))[0]))
+        command, poses, text = self._sample(dt, local, self._answering(velocity), plan, cells, world)
+        if command is None:
+            return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, free) else
+                                 (BLOCKED, text)))
+        self.local_plan = to_global(poses, world)
+        self._last = command
+        return LocalCommand(*command, text=text)
+
+    # -- inside ------------------------------------------------------------------------------------------------
+
+    def _stand(self, state, text=''):
+        self._last = (0.0, 0.0)
+        self.local_plan = None
+        return LocalCommand(0.0, 0.0, state, text)
+
+    def _answering(self, velocity):
+        """Return the speed (v, w) the base is on its way to: the last command, as far as it can have answered."""
+        return tuple(seen + min(max(last - seen, -a * ANSWER_TIME), a * ANSWER_TIME) for seen, last, a in zip(
+            velocity, self._last, (self.config.acc_lim_x, self.config.acc_lim_theta)))
+
+    def _plan_near(self, now, world):
+        """Return the plan (n, 3) around the robot in the costmap's frame, pruned when asked; None when empty."""
+        g = world.costmap.geometry
+        if self._dense is None:
+            self._dense = map_grid.adjust_plan_resolution(self._plan, g.resolution)
+        distance = np.hypot(*(self._dense[:, :2] - (now.x, now.y)).T)
+        near = distance <= 0.5 * g.resolution * max(g.width, g.height)
+        if not near.any():
+            return None
+        first = int(near.argmax())
+        if self.config.prune_plan:
+            close = distance[first:] < PRUNE_DISTANCE
+            if not close.any():
+                return None
+            first += int(close.argmax())
+            self._dense = self._dense[first:]
+            near, first = near[first:], 0
+        later = ~near[first:]
+        end = first + (int(later.argmax()) + 1 if later.any() else len(later))
+        return world.to_local(self._dense[first:end])
+
+    def _ceiling(self, world, pose, reach, scale=1.0):
+        """Return outline.cost_ceiling around the pose as far as ``reach`` (m) for the footprint times ``scale``."""
+        g = world.costmap.geometry
+        column = math.floor((pose.x - g.origin_x) / g.resolution)
+        row = math.floor((pose.y - g.origin_y) / g.resolution)
+        radius = scale * float(np.hypot(*np.asarray(world.footprint).T).max())
+        return outline.cost_ceiling(world.costmap.costs, column, row, math.ceil(reach / g.resolution) + 1,
+                                    math.ceil(radius / g.resolution) + 1)
+
+    def _way(self, now, v, w):
+        """Return poses (n, 3) along the arc (v, w) until the robot would have stopped, and a margin."""
+        c = self.config
+        way = abs(v) * 0.2 + v * v / (2.0 * c.acc_lim_x) + (0.03 if v else 0.0)
+        angle = abs(w) * 0.2 + w * w / (2.0 * c.acc_lim_theta)
+        duration = way / abs(v) if v else angle / abs(w)
+        steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.03))
+        poses = [now.advance(v, w, duration * i / steps) for i in range(steps + 1)]
+        return np.array([(p.x, p.y, p.yaw) for p in poses])
+
+    def _straight_is_free(self, world, pose, goal):
+        bearing = math.atan2(goal.y - pose.y, goal.x - pose.x)
+        turn = (bearing - pose.yaw + math.pi) % (2.0 * math.pi) - math.pi
+        n = max(2, math.ceil(abs(turn) / 0.05))
+        m = max(2, math.ceil(pose.distance(goal) / 0.03))
+        there = np.arange(m + 1)[:, None] / m
+        poses = np.vstack([
+            np.column_stack([np.full(n + 1, pose.x), np.full(n + 1, pose.y), pose.yaw + turn * np.arange(n + 1) / n]),
+            np.column_stack([(1 - there) * (pose.x, pose.y) + there * (goal.x, goal.y), np.full(m + 1, bearing)])])
+        return not world.worsens(poses)
+
+
+def to_global(poses, world):
+    """Return poses (n, 3) of the costmap's frame in the global frame."""
+    back = world.offset.inverse()
+    c, s = math.cos(back.yaw), math.sin(back.yaw)
+    return np.column_stack([back.x + c * poses[:, 0] - s * poses[:, 1], back.y + s * poses[:, 0] + c * poses[:, 1],
+                            poses[:, 2] + back.yaw])

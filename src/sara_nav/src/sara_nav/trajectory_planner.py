@@ -1,0 +1,257 @@
+"""base_local_planner/TrajectoryPlannerROS: trajectory rollout for a robot with differential drive.
+
+Every cycle vx_samples x vtheta_samples speeds and vtheta_samples turns in place are rolled out and scored together
+(rollout.py); the cheapest is driven. Turns in place are preferred where they look nearer to the goal; a turn begun is
+not turned back before the robot has moved on; when nothing is possible the robot backs out slowly (escape_vel).
+Method: Gerkey and Konolige, "Planning and control in unstructured terrain" (2008); parameters and their values in force
+are those of the C++ peer.
+"""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sara_nav import map_grid, outline, rollout
+from sara_nav.geometry import wrap
+from sara_nav.goal_stage import GoalLimits
+from sara_nav.limits import number_faults
+from sara_nav.local_command import LOCAL_PLANNERS
+from sara_nav.sampling_planner import SamplingPlanner, to_global
+
+STOPPED = 0.01
+"""Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
+
+
+@dataclass(frozen=True)
+class TrajectoryPlannerConfig:
+    """Names, units and values in force of TrajectoryPlannerROS, but holonomic_robot, which is false here.
+
+    Of no effect on a differential drive, as in the peer: acc_lim_y, y_vels. Of no effect in the peer nor here:
+    stop_time_buffer. path_distance_bias and goal_distance_bias are per cell, with meter_scoring per metre.
+    """
+
+    acc_lim_x: float = 2.5
+    acc_lim_y: float = 2.5
+    acc_lim_theta: float = 3.2
+    max_vel_x: float = 0.55
+    min_vel_x: float = 0.0
+    max_vel_theta: float = 1.0
+    min_vel_theta: float = -1.0
+    min_in_place_vel_theta: float = 0.4
+    escape_vel: float = -0.1
+    holonomic_robot: bool = False
+    y_vels: str = '-0.3,-0.1,0.1,0.3'
+    xy_goal_tolerance: float = 0.10
+    yaw_goal_tolerance: float = 0.05
+    latch_xy_goal_tolerance: bool = False
+    stop_time_buffer: float = 0.2
+    prune_plan: bool = True
+    sim_time: float = 1.7
+    sim_granularity: float = 0.025
+    angular_sim_granularity: float = 0.025
+    vx_samples: int = 20
+    vtheta_samples: int = 20
+    controller_frequency: float = 20.0
+    meter_scoring: bool = False
+    path_distance_bias: float = 0.6
+    goal_distance_bias: float = 0.8
+    occdist_scale: float = 0.01
+    heading_lookahead: float = 0.325
+    heading_scoring: bool = False
+    heading_scoring_timestep: float = 0.1
+    dwa: bool = False
+    simple_attractor: bool = False
+    oscillation_reset_dist: float = 0.05
+    escape_reset_dist: float = 0.10
+    escape_reset_theta: float = 0.5 * math.pi
+    world_model: str = 'costmap'
+
+    LIMITS: ClassVar[dict] = {
+        'acc_lim_x': (0.0, 20.0, True), 'acc_lim_y': (0.0, 20.0), 'acc_lim_theta': (0.0, 20.0, True),
+        'max_vel_x': (0.0, 20.0, True), 'min_vel_x': (0.0, 20.0), 'max_vel_theta': (0.0, 20.0, True),
+        'min_vel_theta': (-20.0, 0.0), 'min_in_place_vel_theta': (0.0, 20.0, True),
+        'xy_goal_tolerance': (0.0, 10.0, True), 'yaw_goal_tolerance': (0.0, math.pi, True),
+        'stop_time_buffer': (0.0, 10.0), 'sim_time': (0.0, 10.0, True), 'sim_granularity': (0.001, 5.0),
+        'angular_sim_granularity': (0.001, 0.5 * math.pi), 'vx_samples': (1, 300), 'vtheta_samples': (1, 300),
+        'controller_frequency': (0.0, 1000.0, True), 'path_distance_bias': (0.0, 5.0), 'goal_distance_bias': (0.0, 5.0),
+        'occdist_scale': (0.0, 5.0), 'heading_lookahead': (0.0, 5.0), 'heading_scoring_timestep': (0.0, 1.0),
+        'oscillation_reset_dist': (0.0, 5.0), 'escape_reset_dist': (0.0, 5.0), 'escape_reset_theta': (0.0, 5.0)}
+    """Limits of the numbers: (low, high, whether low itself is excluded)."""
+    FIXED: ClassVar[tuple] = ('xy_goal_tolerance', 'yaw_goal_tolerance', 'latch_xy_goal_tolerance', 'stop_time_buffer',
+                              'prune_plan', 'controller_frequency', 'meter_scoring', 'world_model')
+    """What the peer does not let dynamic_reconfigure change."""
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = number_faults(self, self.LIMITS)
+        if not -2.0 <= self.escape_vel < 0.0:
+            result.append('escape_vel is %r but must be negative (the robot backs out with it) and >= -2' % (
+                self.escape_vel,))
+        if self.holonomic_robot:
+            result.append('holonomic_robot is true but must be false: this planner drives robots with differential '
+                          'drive, which cannot move sideways')
+        if self.world_model != 'costmap':
+            result.append('world_model is %r but must be costmap' % (self.world_model,))
+        try:
+            [float(v) for v in self.y_vels.strip('[] ').replace(',', ' ').split()]
+        except (ValueError, AttributeError):
+            result.append('y_vels is %r but must be numbers separated by commas' % (self.y_vels,))
+        if self.min_vel_x > self.max_vel_x:
+            result.append('min_vel_x is %r but must be no more than max_vel_x (%r)' % (self.min_vel_x, self.max_vel_x))
+        if self.heading_scoring and self.heading_scoring_timestep >= self.sim_time:
+            result.append('heading_scoring_timestep is %r but must be less than sim_time (%r)' % (
+                self.heading_scoring_timestep, self.sim_time))
+        return result
+
+
+@LOCAL_PLANNERS.register('base_local_planner/TrajectoryPlannerROS')
+class TrajectoryPlanner(SamplingPlanner):
+    """Drives a plan by trajectory rollout; see the module. One object drives one goal after the other."""
+
+    config_class = TrajectoryPlannerConfig
+
+    def __init__(self, config=TrajectoryPlannerConfig()):
+        super().__init__(config)
+        self._forget()
+
+    def start(self, plan):
+        """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
+        super().start(plan)
+        self._forget()
+
+    def _forget(self):
+        self._turned = {-1: False, 1: False}
+        self._only = {-1: False, 1: False}
+        self._turned_at = None
+        self._escape_from = None
+
+    def _limits(self, blind):
+        c = self.config
+        return GoalLimits(c.xy_goal_tolerance, c.yaw_goal_tolerance, c.latch_xy_goal_tolerance, c.max_vel_x,
+                          min(c.max_vel_theta, max(-c.min_vel_theta, c.min_in_place_vel_theta)),
+                          c.min_in_place_vel_theta, c.acc_lim_x, c.acc_lim_theta, STOPPED, STOPPED,
+                          c.max_vel_x * c.sim_time + c.xy_goal_tolerance, blind)
+
+    # -- one cycle ---------------------------------------------------------------------------------------------
+
+    def _sample(self, dt, pose, velocity, plan, cells, world):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not)."""
+        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
+        under = outline.footprint_cells(pose, world.footprint, g, True)
+        path = map_grid.spread(costs, cells, under)
+        goal = map_grid.spread(costs, cells[-1:], np.empty((0, 2), np.int64))
+        scale = g.resolution if c.meter_scoring else 1.0
+        state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
+        acceleration, simulation = (c.acc_lim_x, c.acc_lim_theta), (c.sim_time, c.sim_granularity,
+                                                                    c.angular_sim_granularity)
+        weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
+        self._scene = world, path, goal, weights, under
+        forward, turning, step = self._speeds(pose, velocity, plan)
+        if self._escape_from is not None:
+            forward = forward[:0]
+        samples = np.vstack([forward, turning, [[c.escape_vel, 0.0]]])
+        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x, -c.escape_vel))
+        cost, ends = rollout.score(
+            costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
+            cells, state, samples, acceleration, simulation, weights,
+            (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
+            (c.heading_scoring, c.heading_scoring_timestep))
+        best = self._best(cost, ends, samples, len(forward), step, goal, g)
+        self._update_escape(pose)
+        if best is None:
+            return self._back_out(pose, cost[-1], state, acceleration, simulation, world)
+        sample = tuple(float(v) for v in samples[best])
+        if sample == (0.0, 0.0):
+            return None, None, 'no trajectory ends nearer to the goal than standing still'
+        self._remember_turn(sample, pose)
+        return sample, rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
+
+    def _speeds(self, pose, velocity, plan):
+        """Return (forward samples (n, 2), turns in place (m, 2), the step between two turns)."""
+        c = self.config
+        ahead = min(c.max_vel_x, math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y) / c.sim_time)
+        reach = 1.0 / c.controller_frequency if c.dwa else c.sim_time
+        fast = max(min(ahead, velocity[0] + c.acc_lim_x * reach), c.min_vel_x)
+        slow = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), fast)
+        left = min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach)
+        right = min(max(c.min_vel_theta, velocity[1] - c.acc_lim_theta * reach), left)
+        v = np.linspace(slow, fast, c.vx_samples) if c.vx_samples > 1 else np.array([fast])
+        w = np.hstack([[0.0], np.linspace(right, left, max(c.vtheta_samples - 1, 0))])
+        forward = np.column_stack([np.repeat(v, len(w)), np.tile(w, len(v))])
+        forward = forward[(forward[:, 0] != 0.0) | (forward[:, 1] == 0.0)]  # the other turns in place come below
+        turns = np.linspace(right, left, c.vtheta_samples)
+        step = (left - right) / max(c.vtheta_samples - 1, 1)
+        turns = turns[np.abs(turns) > step] if len(turns) > 2 else turns[turns != 0.0]
+        turns = np.where(turns > 0.0, np.maximum(turns, c.min_in_place_vel_theta),
+                         np.minimum(turns, -c.min_in_place_vel_theta))
+        return forward, np.column_stack([np.zeros(len(turns)), turns]), step
+
+    def _best(self, cost, ends, samples, forward, step, goal, geometry):
+        """Return the index of the sample to drive, None when none is possible.
+
+        Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
+        after which the point heading_lookahead ahead is nearest to the goal.
+        """
+        possible = cost[:forward] >= 0.0
+        best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
+        nearest = np.inf
+        for i in range(forward, len(samples) - 1):
+            side = 1 if samples[i, 1] > 0.0 else -1
+            if cost[i] < 0.0 or self._only[-side] or (best is not None and cost[i] > cost[best]):
+                continue
+            x, y, yaw = ends[i]
+            cell = geometry.to_cell(x + self.config.heading_lookahead * math.cos(yaw),
+                                    y + self.config.heading_lookahead * math.sin(yaw))
+            if cell is not None and goal[cell[1], cell[0]] < nearest:
+                best, nearest = i, goal[cell[1], cell[0]]
+        return best
+
+    def _remember_turn(self, sample, pose):
+        """Bar turning back after two cycles of turning to one side, until the robot has moved on."""
+        if sample[0] <= 0.0 and sample[1] != 0.0:
+            side = 1 if sample[1] > 0.0 else -1
+            self._only[side] |= self._turned[side]
+            self._turned[side] = True
+            self._turned_at = pose
+        if self._turned_at is not None and pose.distance(self._turned_at) > self.config.oscillation_reset_dist:
+            self._turned = {-1: False, 1: False}
+            self._only = {-1: False, 1: False}
+
+    def _update_escape(self, pose):
+        if self._escape_from is not None and (
+                pose.distance(self._escape_from) > self.config.escape_reset_dist
+                or abs(wrap(pose.yaw - self._escape_from.yaw)) > self.config.escape_reset_theta):
+            self._escape_from = None
+
+    def _back_out(self, pose, cost, state, acceleration, simulation, world):
+        """Back out slowly, where that touches nothing that is not touched already."""
+        c = self.config
+        if cost == rollout.NO_WAY:
+            return None, None, 'no way leads from here to where the plan leaves the local costmap'
+        poses = rollout.roll(state, (c.escape_vel, 0.0), acceleration, simulation, False)
+        if world.worsens(to_global(poses, world)):
+            return None, None, 'the footprint would touch an obstacle on every trajectory'
+        if self._escape_from is None:
+            self._escape_from = pose
+        return (c.escape_vel, 0.0), poses, 'backing out with escape_vel: every other trajectory is blocked'
+
+    # -- for publishing ----------------------------------------------------------------------------------------
+
+    @property
+    def cost_cloud(self):
+        """Points (n, 7) x, y, z (m, costmap's frame), path, goal, occupancy and total cost of the cells that can be
+        driven to, from the last cycle that sampled; None before. Worked out when asked for."""
+        return None if self._scene is None else cost_cloud(*self._scene)
+
+
+def cost_cloud(world, path, goal, weights, left_out=()):
+    """Return what ``cost_cloud`` of a planner says, from its grids; left_out (n, 2): cells under the robot."""
+    g, costs = world.costmap.geometry, world.costmap.costs
+    shown = (path < map_grid.obstacle_distance(costs)) & (costs < map_grid.BLOCKED_FROM)
+    for column, row in left_out:
+        shown[row, column] = False
+    rows, columns = np.nonzero(shown)
+    parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
+    return np.column_stack([g.origin_x + (columns + 0.5) * g.resolution, g.origin_y + (rows + 0.5) * g.resolution,
+                            np.zeros(len(rows)), *parts, sum(w * p for w, p in zip(weights, parts))])
