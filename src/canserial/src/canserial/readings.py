@@ -1,8 +1,10 @@
 """What the frames of the bus say, in SI units. `stamp` is the time the frame was received, s."""
 
+import math
 from typing import NamedTuple
 
 RIGHT, LEFT = 0, 1
+FIELD_OF_VIEW = math.radians(60.0)   # the cone in which an ultrasonic sensor hears an echo
 
 
 class EncoderReading(NamedTuple):

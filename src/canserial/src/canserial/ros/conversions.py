@@ -5,10 +5,9 @@ import math
 import rospy
 from canserial.frame import Frame
 from canserial.msg import CAN, Encoder
+from canserial.readings import FIELD_OF_VIEW
 from geometry_msgs.msg import Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
-
-FIELD_OF_VIEW = math.radians(60.0)
 
 
 def frame_to_msg(frame):
