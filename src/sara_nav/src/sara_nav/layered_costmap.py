@@ -12,7 +12,7 @@ from sara_nav import collision, distances
 from sara_nav.costmap import FREE, UNKNOWN, Costmap
 from sara_nav.footprint import radii
 from sara_nav.grid import GridGeometry
-from sara_nav.layers import range_sensor, static
+from sara_nav.layers import obstacle, range_sensor, static
 from sara_nav.windows import Windows, area
 
 
@@ -245,5 +245,5 @@ class LayeredCostmap:
 
 def warm():
     """Compile, or load from the cache, every kernel that costmaps use."""
-    for module in (collision, distances, range_sensor, static):
+    for module in (collision, distances, obstacle, range_sensor, static):
         module.warm()

@@ -1,14 +1,13 @@
 """The layers of a costmap, found by the names users of costmap_2d write into ``plugins``."""
 from sara_nav.layers.inflation import InflationLayer
+from sara_nav.layers.obstacle import ObstacleLayer
 from sara_nav.layers.range_sensor import RangeSensorLayer
 from sara_nav.layers.static import StaticLayer
 from sara_nav.planning import Registry
 
-INSTEAD = {'costmap_2d::VoxelLayer': 'costmap_2d::ObstacleLayer, with min_obstacle_height and max_obstacle_height of '
-                                     'each source'}
-"""Layers of the peer that are not built, and what to use in their place."""
-
-LAYERS = Registry('type')
-for _name, _layer in (('costmap_2d::StaticLayer', StaticLayer), ('costmap_2d::InflationLayer', InflationLayer),
-                      ('range_sensor_layer::RangeSensorLayer', RangeSensorLayer)):
+LAYERS = Registry('type', refused={
+    'costmap_2d::VoxelLayer': 'costmap_2d::ObstacleLayer, with min_obstacle_height and max_obstacle_height of each source'})
+for _name, _layer in (('costmap_2d::StaticLayer', StaticLayer), ('costmap_2d::ObstacleLayer', ObstacleLayer),
+                      ('range_sensor_layer::RangeSensorLayer', RangeSensorLayer),
+                      ('costmap_2d::InflationLayer', InflationLayer)):
     LAYERS.register(_name)(_layer)

@@ -16,13 +16,14 @@ FREE_EVIDENCE = 0.3
 
 
 @njit(cache=True)
-def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, low, high,
-          t):
-    """Take one reading into the probabilities; returns the window (x0, y0, xn, yn) that may have changed.
+def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, clear_below,
+          mark_above, t):
+    """Take one reading into the probabilities; returns two windows (x0, y0, xn, yn): that of the cone, and that of the
+    cells that went over a threshold.
 
     grid: float32 (h, w), 0.5 unknown; seen_at: float64 (h, w), when a cell was last held for occupied (s). x, y, yaw:
     sensor in the grid's frame; distance: m; half: half the field of view (rad). clear: the cone is empty up to
-    ``distance``. Probabilities stay within low..high, so that no cell is ever beyond change.
+    ``distance``. Probabilities keep off 0 and 1, so that no cell is ever beyond change.
     """
     height, width = grid.shape
     band = max(resolution * distance, 0.71 * resolution)
@@ -30,7 +31,9 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
     x0, y0, xn, yn = _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution)
     x0, y0, xn, yn = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
     if xn <= x0 or yn <= y0:
-        return 0, 0, 0, 0
+        return (0, 0, 0, 0), (0, 0, 0, 0)
+    low, high = 0.5 * min(clear_below, 0.2), 1.0 - 0.25 * (1.0 - mark_above)
+    changed = (width, height, 0, 0)
     c, s = math.cos(yaw), math.sin(yaw)
     axis_column = int(math.floor((x + distance * c - origin_x) / resolution))
     axis_row = int(math.floor((y + distance * s - origin_y) / resolution))
@@ -61,18 +64,20 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
             off = 0.0 if in_beam or on_axis else abs(math.atan2(aside, along)) / half
             if off > 1.0:
                 continue
-            if clear:
-                grid[row, column] = low
-                continue
-            p = grid[row, column]
+            before = grid[row, column]
+            p = before
             if on_axis:
                 p = max(p, AXIS)
-            evidence = _model(math.hypot(along, aside), distance, band, off, phi)
-            p = evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p))
-            grid[row, column] = min(max(p, low), high)
+            evidence = 0.0 if clear else _model(math.hypot(along, aside), distance, band, off, phi)
+            p = min(max(evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p)), low), high)
+            grid[row, column] = p
+            after = grid[row, column]
+            if (before > mark_above) != (after > mark_above) or (before < clear_below) != (after < clear_below):
+                changed = (min(changed[0], column), min(changed[1], row), max(changed[2], column + 1),
+                           max(changed[3], row + 1))
             if evidence > 0.5 or on_axis:
                 seen_at[row, column] = t
-    return x0, y0, xn, yn
+    return (x0, y0, xn, yn), changed
 
 
 @njit(cache=True)
@@ -154,6 +159,6 @@ def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     grid, seen_at = np.full((3, 3), 0.5, np.float32), np.zeros((3, 3))
-    apply(grid, seen_at, 0.0, 0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5, 1.2, 1.0, False, 0.1, 0.9, 0.0)
+    apply(grid, seen_at, 0.0, 0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5, 1.2, 1.0, False, 0.2, 0.8, 0.0)
     forget(grid, seen_at, 0, 0, 3, 3, 1.0)
     write(grid, np.zeros((3, 3), np.uint8), 0, 0, 3, 3, 0.2, 0.8)

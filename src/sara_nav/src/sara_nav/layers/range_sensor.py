@@ -109,7 +109,6 @@ class RangeSensorLayer(Layer):
         self.parent.touch_all()
 
     def clear(self, x0, y0, xn, yn, invert):
-        self._waiting.clear()
         self._grid[outside(self._grid.shape, x0, y0, xn, yn, invert)] = 0.5
         self.parent.touch_all()
         return True
@@ -174,17 +173,16 @@ class RangeSensorLayer(Layer):
         if self._started is None:
             self._started = t
         g, c = self.parent.geometry, self.config
-        low, high = 0.5 * min(c.clear_threshold, 0.2), 1.0 - 0.25 * (1.0 - c.mark_threshold)
         waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
         for r in waiting:
             self._heard[r.source] = t
             meaning = self._meaning(r)
             if meaning is None:
                 continue
-            window = cone.apply(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), g.resolution,
+            window, changed = cone.apply(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), g.resolution,
                                 float(r.x), float(r.y), float(r.yaw), float(meaning[0]), 0.5 * r.field_of_view, c.phi,
-                                c.inflate_cone, meaning[1], low, high, float(t))
-            windows.add(*window)
+                                c.inflate_cone, meaning[1], c.clear_threshold, c.mark_threshold, float(t))
+            windows.add(*changed)
             self._widen(window)
         if c.use_decay and self._marks is not None:
             changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
