@@ -132,7 +132,7 @@ class GoalStage:
                 return 0.0, rate
             self.phase = APPROACH
         left = near * math.cos(error)
-        if left <= 0.2 * limits.xy_goal_tolerance:
+        if left <= abs(last[0]) * self._turn.coast + 0.1 * limits.xy_goal_tolerance:
             self.phase = STOP
             return None
         speed = min(limits.max_vel_x, max(limits.crawl, math.sqrt(limits.acc_lim_x * left)),

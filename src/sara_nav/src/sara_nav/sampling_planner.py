@@ -180,3 +180,15 @@ def to_global(poses, world):
     c, s = math.cos(back.yaw), math.sin(back.yaw)
     return np.column_stack([back.x + c * poses[:, 0] - s * poses[:, 1], back.y + s * poses[:, 0] + c * poses[:, 1],
                             poses[:, 2] + back.yaw])
+
+
+def cost_cloud(world, path, goal, weights, left_out=()):
+    """Return what ``cost_cloud`` of a planner says, from its grids; left_out (n, 2): cells under the robot."""
+    g, costs = world.costmap.geometry, world.costmap.costs
+    shown = (path < map_grid.obstacle_distance(costs)) & (costs < map_grid.BLOCKED_FROM)
+    for column, row in left_out:
+        shown[row, column] = False
+    rows, columns = np.nonzero(shown)
+    parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
+    return np.column_stack([g.origin_x + (columns + 0.5) * g.resolution, g.origin_y + (rows + 0.5) * g.resolution,
+                            np.zeros(len(rows)), *parts, sum(w * p for w, p in zip(weights, parts))])

@@ -17,7 +17,7 @@ from sara_nav.geometry import wrap
 from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults
 from sara_nav.local_command import LOCAL_PLANNERS
-from sara_nav.sampling_planner import SamplingPlanner, to_global
+from sara_nav.sampling_planner import SamplingPlanner, cost_cloud, to_global
 
 STOPPED = 0.01
 """Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
@@ -243,15 +243,3 @@ class TrajectoryPlanner(SamplingPlanner):
         """Points (n, 7) x, y, z (m, costmap's frame), path, goal, occupancy and total cost of the cells that can be
         driven to, from the last cycle that sampled; None before. Worked out when asked for."""
         return None if self._scene is None else cost_cloud(*self._scene)
-
-
-def cost_cloud(world, path, goal, weights, left_out=()):
-    """Return what ``cost_cloud`` of a planner says, from its grids; left_out (n, 2): cells under the robot."""
-    g, costs = world.costmap.geometry, world.costmap.costs
-    shown = (path < map_grid.obstacle_distance(costs)) & (costs < map_grid.BLOCKED_FROM)
-    for column, row in left_out:
-        shown[row, column] = False
-    rows, columns = np.nonzero(shown)
-    parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
-    return np.column_stack([g.origin_x + (columns + 0.5) * g.resolution, g.origin_y + (rows + 0.5) * g.resolution,
-                            np.zeros(len(rows)), *parts, sum(w * p for w, p in zip(weights, parts))])

@@ -1,0 +1,241 @@
+"""dwa_local_planner/DWAPlannerROS: the dynamic window approach for a robot with differential drive.
+
+Every cycle the speeds that can be reached within one period are rolled out at constant speed and judged by seven
+critics (critics.py); the cheapest is driven. Method: Fox, Burgard and Thrun, "The dynamic window approach to collision
+avoidance" (1997); parameters, their defaults and the critics are those of the C++ peer.
+"""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sara_nav import critics, map_grid
+from sara_nav.critics import OscillationFlags
+from sara_nav.goal_stage import GoalLimits
+from sara_nav.limits import number_faults
+from sara_nav.local_command import LOCAL_PLANNERS
+from sara_nav.sampling_planner import SamplingPlanner, cost_cloud
+
+
+@dataclass(frozen=True)
+class DWAPlannerConfig:
+    """Names, units and defaults of DWAPlannerROS, but max_vel_y and min_vel_y, which are 0 here.
+
+    Of no effect on a differential drive, as in the peer: acc_lim_y, vy_samples. Of no effect in the peer nor here:
+    acc_lim_trans, stop_time_buffer. path_distance_bias and goal_distance_bias are per metre.
+    """
+
+    max_vel_trans: float = 0.55
+    min_vel_trans: float = 0.1
+    max_vel_x: float = 0.55
+    min_vel_x: float = 0.0
+    max_vel_y: float = 0.0
+    min_vel_y: float = 0.0
+    max_vel_theta: float = 1.0
+    min_vel_theta: float = 0.4
+    acc_lim_x: float = 2.5
+    acc_lim_y: float = 2.5
+    acc_lim_theta: float = 3.2
+    acc_lim_trans: float = 0.1
+    prune_plan: bool = False
+    xy_goal_tolerance: float = 0.1
+    yaw_goal_tolerance: float = 0.1
+    trans_stopped_vel: float = 0.1
+    theta_stopped_vel: float = 0.1
+    sim_time: float = 1.7
+    sim_granularity: float = 0.025
+    angular_sim_granularity: float = 0.1
+    path_distance_bias: float = 0.6
+    goal_distance_bias: float = 0.8
+    occdist_scale: float = 0.01
+    twirling_scale: float = 0.0
+    stop_time_buffer: float = 0.2
+    oscillation_reset_dist: float = 0.05
+    oscillation_reset_angle: float = 0.2
+    forward_point_distance: float = 0.325
+    scaling_speed: float = 0.25
+    max_scaling_factor: float = 0.2
+    vx_samples: int = 3
+    vy_samples: int = 10
+    vth_samples: int = 20
+    use_dwa: bool = True
+    latch_xy_goal_tolerance: bool = False
+    sum_scores: bool = False
+    publish_cost_grid_pc: bool = False
+    publish_traj_pc: bool = False
+    global_frame_id: str = 'odom'
+    cheat_factor: float = 1.0
+    controller_frequency: float = 20.0
+    odom_topic: str = 'odom'
+
+    LIMITS: ClassVar[dict] = {
+        'max_vel_trans': (-1.0, 20.0), 'min_vel_trans': (-1.0, 20.0), 'max_vel_x': (0.0, 20.0, True),
+        'min_vel_x': (-20.0, 20.0), 'max_vel_theta': (0.0, 20.0, True), 'min_vel_theta': (-1.0, 20.0),
+        'acc_lim_x': (0.0, 20.0, True), 'acc_lim_y': (0.0, 20.0), 'acc_lim_theta': (0.0, 20.0, True),
+        'acc_lim_trans': (0.0, 20.0), 'xy_goal_tolerance': (0.0, 10.0, True), 'yaw_goal_tolerance': (0.0, math.pi, True),
+        'trans_stopped_vel': (0.0, 10.0, True), 'theta_stopped_vel': (0.0, 10.0, True), 'sim_time': (0.0, 10.0, True),
+        'sim_granularity': (0.001, 5.0), 'angular_sim_granularity': (0.001, math.pi), 'path_distance_bias': (0.0, 1000.0),
+        'goal_distance_bias': (0.0, 1000.0), 'occdist_scale': (0.0, 1000.0), 'twirling_scale': (0.0, 1000.0),
+        'stop_time_buffer': (0.0, 10.0), 'oscillation_reset_dist': (0.0, 10.0),
+        'oscillation_reset_angle': (0.0, 2.0 * math.pi), 'forward_point_distance': (-10.0, 10.0),
+        'scaling_speed': (0.0, 20.0), 'max_scaling_factor': (0.0, 10.0), 'vx_samples': (1, 300), 'vy_samples': (1, 300),
+        'vth_samples': (1, 300), 'cheat_factor': (0.0, 1000.0), 'controller_frequency': (0.0, 1000.0, True)}
+    """Limits of the numbers: (low, high, whether low itself is excluded)."""
+    FIXED: ClassVar[tuple] = ('latch_xy_goal_tolerance', 'sum_scores', 'publish_cost_grid_pc', 'publish_traj_pc',
+                              'global_frame_id', 'cheat_factor', 'controller_frequency', 'odom_topic')
+    """What the peer does not let dynamic_reconfigure change."""
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = number_faults(self, self.LIMITS)
+        for name in ('max_vel_y', 'min_vel_y'):
+            if getattr(self, name) != 0.0:
+                result.append('%s is %r but must be 0: this planner drives robots with differential drive, which cannot '
+                              'move sideways' % (name, getattr(self, name)))
+        for low, high in (('min_vel_x', 'max_vel_x'), ('min_vel_theta', 'max_vel_theta')):
+            if getattr(self, low) > getattr(self, high):
+                result.append('%s is %r but must be no more than %s (%r)' % (low, getattr(self, low), high,
+                                                                             getattr(self, high)))
+        if 0.0 <= self.max_vel_trans < max(self.min_vel_trans, 1e-3):
+            result.append('max_vel_trans is %r but must be at least min_vel_trans (%r), or negative for no limit' % (
+                self.max_vel_trans, self.min_vel_trans))
+        return result
+
+
+@LOCAL_PLANNERS.register('dwa_local_planner/DWAPlannerROS')
+class DWAPlanner(SamplingPlanner):
+    """Drives a plan by the dynamic window; see the module. One object drives one goal after the other."""
+
+    config_class = DWAPlannerConfig
+
+    def __init__(self, config=DWAPlannerConfig()):
+        super().__init__(config)
+        self._flags = OscillationFlags()
+        self._judged = None
+
+    def start(self, plan):
+        """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
+        super().start(plan)
+        self._flags = OscillationFlags()
+
+    @property
+    def _fastest(self):
+        c = self.config
+        return min(c.max_vel_x, c.max_vel_trans) if c.max_vel_trans >= 0.0 else c.max_vel_x
+
+    def _limits(self, blind):
+        c = self.config
+        fast = self._fastest
+        return GoalLimits(c.xy_goal_tolerance, c.yaw_goal_tolerance, c.latch_xy_goal_tolerance, fast, c.max_vel_theta,
+                          max(c.min_vel_theta, 0.01), c.acc_lim_x, c.acc_lim_theta, c.trans_stopped_vel,
+                          c.theta_stopped_vel, fast * c.sim_time + c.xy_goal_tolerance, blind,
+                          min(max(c.min_vel_trans, 0.03), fast))
+
+    # -- one cycle ---------------------------------------------------------------------------------------------
+
+    def _sample(self, dt, pose, velocity, plan, cells, world):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not)."""
+        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
+        none = np.empty((0, 2), np.int64)
+        left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
+        path = map_grid.spread(costs, cells, none)
+        goal = map_grid.spread(costs, cells[-1:], none)
+        front = map_grid.spread(costs, self._front_cell(pose, plan, cells, world), none)
+        weights = self._weights(g.resolution, left)
+        samples = self._speeds(velocity, left)
+        state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
+        motion = (c.acc_lim_x, c.acc_lim_theta), (c.sim_time, c.sim_granularity, c.angular_sim_granularity)
+        fastest = max(self._fastest, 1e-3)
+        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), self._fastest, -c.min_vel_x),
+                                1.0 + c.max_scaling_factor)
+        raw, driven = critics.judge(
+            costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
+            front, state, samples, *motion, (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
+            c.forward_point_distance, not c.use_dwa, c.sum_scores)
+        raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
+        cost = critics.total(raw, weights)
+        self._scene = world, path, goal, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale)
+        self._judged = state, samples, motion, cost
+        possible = cost >= 0.0
+        if not possible.any():
+            return None, None, _why_none(cost)
+        best = int(np.where(possible, cost, np.inf).argmin())
+        v, w = (float(s) for s in driven[best])
+        self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
+        return (v, w), critics.drive(state, tuple(samples[best]), *motion, not c.use_dwa), ''
+
+    def _front_cell(self, pose, plan, cells, world):
+        """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""
+        ahead = math.atan2(plan[-1, 1] - pose.y, plan[-1, 0] - pose.x)
+        longer = plan[:, :2].copy()
+        longer[-1] += self.config.forward_point_distance * np.array([math.cos(ahead), math.sin(ahead)])
+        beyond = map_grid.plan_cells(longer, world.costmap)
+        return beyond[-1:] if len(beyond) else cells[-1:]
+
+    def _weights(self, resolution, left):
+        """Return the weights (7,) of the critics; alignment has no say near the goal (cheat_factor)."""
+        c = self.config
+        path, goal = resolution * c.path_distance_bias, resolution * c.goal_distance_bias
+        aligned = left * left > c.forward_point_distance ** 2 * c.cheat_factor
+        return np.array([1.0, c.occdist_scale, goal, path if aligned else 0.0, path, goal, c.twirling_scale])
+
+    def _speeds(self, velocity, left):
+        """Return the samples (n, 2) of v, w: a grid over the window, without those slower than both minimums.
+
+        Where the window is too small to reach min_vel_trans or min_vel_theta from rest, those are sampled too: slower
+        speeds are not driven, so nothing else could begin.
+        """
+        c = self.config
+        reach = 1.0 / c.controller_frequency if c.use_dwa else c.sim_time
+        fast = self._fastest if c.use_dwa else max(min(self._fastest, left / c.sim_time), c.min_vel_x)
+        v_high = max(min(fast, velocity[0] + c.acc_lim_x * reach), c.min_vel_x)
+        v_low = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), v_high)
+        w_high = max(min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach), -c.max_vel_theta)
+        w_low = min(max(-c.max_vel_theta, velocity[1] - c.acc_lim_theta * reach), w_high)
+        v, w = critics.velocities(v_low, v_high, c.vx_samples), critics.velocities(w_low, w_high, c.vth_samples)
+        samples = np.column_stack([np.repeat(v, len(w)), np.tile(w, len(v))])
+        too_slow = ((np.abs(samples[:, 0]) + 1e-4 < c.min_vel_trans) & (np.abs(samples[:, 1]) + 1e-4 < c.min_vel_theta))
+        samples = samples[~too_slow & samples.any(axis=1)]
+        first = []
+        if v_low <= 0.0 <= v_high:
+            if v_high < c.min_vel_trans <= self._fastest:
+                first.append((c.min_vel_trans, 0.0))
+            first += [(0.0, w) for w in (c.min_vel_theta, -c.min_vel_theta)
+                      if c.min_vel_theta > 0.0 and not w_low <= w <= w_high and w_low <= 0.0 <= w_high]
+        return np.vstack([samples, np.array(first).reshape(-1, 2)])
+
+    # -- for publishing ----------------------------------------------------------------------------------------
+
+    @property
+    def cost_cloud(self):
+        """Points (n, 7) as TrajectoryPlanner.cost_cloud has them; the shell publishes it with publish_cost_grid_pc."""
+        return None if self._scene is None else cost_cloud(*self._scene)
+
+    @property
+    def trajectory_cloud(self):
+        """Points (n, 5) x, y, z (m, costmap's frame), yaw (rad), cost of all samples of the last cycle that were not
+        discarded; None before. The shell publishes it with publish_traj_pc."""
+        if self._judged is None:
+            return None
+        state, samples, motion, cost = self._judged
+        clouds = [np.empty((0, 5))]
+        for sample, value in zip(samples, cost):
+            if value >= 0.0:
+                poses = critics.drive(state, tuple(sample), *motion, not self.config.use_dwa)
+                clouds.append(np.column_stack([poses[:, :2], np.zeros(len(poses)), poses[:, 2],
+                                               np.full(len(poses), value)]))
+        return np.vstack(clouds)
+
+
+def _why_none(cost):
+    """Return in words why all samples, with these costs, were discarded."""
+    reasons = {critics.TOUCHES: 'the footprint would touch an obstacle', critics.LEAVES_MAP: 'it leaves the map',
+               critics.IN_OBSTACLE: 'the centre would come too near to an obstacle', critics.UNREACHABLE:
+               'no way leads to the goal', critics.LOOKS_OFF_MAP: 'the point ahead leaves the map',
+               critics.TURNS_BACK: 'it turns back (oscillation)'}
+    if len(cost) == 0:
+        return 'no speed can be sampled within the limits'
+    codes, counts = np.unique(cost, return_counts=True)
+    return 'all %d trajectories are discarded: %s' % (len(cost), ', '.join(
+        '%d because %s' % (n, reasons[code]) for code, n in zip(codes, counts)))
