@@ -72,14 +72,17 @@ class Costmap:
 
 
 def static_costs(data, config=StaticLayerConfig()):
-    """Return costs uint8 of occupancy values int8 (-1 unknown, 0..100), same shape."""
-    values = np.asarray(data).astype(np.int16)
-    unknown = values == config.unknown_cost_value
+    """Return costs uint8 of occupancy values int8 (-1 unknown, 0..100), same shape.
+
+    Other negative values, and -1 where another value means unknown, are obstacles.
+    """
+    values = np.asarray(data).astype(np.int8).view(np.uint8).astype(np.int16)  # as the peer, which takes -1 for 255
+    unknown = values == (config.unknown_cost_value & 255)
     lethal = values >= config.lethal_cost_threshold
     if config.trinary_costmap:
         costs = np.zeros(values.shape, np.uint8)
     else:
-        costs = (np.clip(values, 0, None) / config.lethal_cost_threshold * LETHAL).clip(0, LETHAL).astype(np.uint8)
+        costs = (values / config.lethal_cost_threshold * LETHAL).clip(0, LETHAL).astype(np.uint8)
     costs[lethal] = LETHAL
     costs[unknown] = UNKNOWN if config.track_unknown_space else FREE
     return costs

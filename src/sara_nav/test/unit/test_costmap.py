@@ -79,6 +79,12 @@ def test_static_layer():
     assert cm.static_costs(data, cm.StaticLayerConfig(lethal_cost_threshold=50)).tolist() == [[255, 0, 254, 254, 254]]
 
 
+def test_what_means_unknown_can_be_chosen_and_nothing_else_becomes_free_for_it():
+    data = np.array([[-1, 0, 50, 100, -56]], np.int8)
+    assert cm.static_costs(data, cm.StaticLayerConfig(unknown_cost_value=255)).tolist() == [[255, 0, 0, 254, 254]]
+    assert cm.static_costs(data, cm.StaticLayerConfig(unknown_cost_value=50)).tolist() == [[254, 0, 255, 254, 254]]
+
+
 def test_published_scale():
     scaled = cm.to_occupancy(np.arange(256, dtype=np.uint8))
     assert (scaled[0], scaled[253], scaled[254], scaled[255]) == (0, 99, 100, -1)

@@ -74,8 +74,9 @@ class RangeSensorConfig:
 
     def sources(self):
         """Return the topics with ``ns`` before them."""
-        space = self.ns + ('' if not self.ns or self.ns.endswith('/') else '/')
-        return tuple(space + topic for topic in self.topics)
+        if not self.ns:
+            return tuple(self.topics)
+        return tuple('%s/%s' % (self.ns.rstrip('/'), topic.lstrip('/')) for topic in self.topics)
 
 
 class RangeSensorLayer(Layer):
