@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from typing import List, Optional, Tuple
 
-from .measurement import Measurement
+from .sheets import Measurement
 
 # A late measurement of the very stamp of a state goes before it.
 _EPSILON = 1e-9

@@ -6,9 +6,10 @@ turning, gyro biases, and what is known of a parked robot.
 """
 from __future__ import annotations
 
+import collections
 import dataclasses
 import math
-from typing import Dict, Iterator, List, NamedTuple
+from typing import Dict, List, NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,8 @@ from . import measurement
 from .config import FilterConfig
 from .data import ImuData, OdometryData, PoseData, TwistData
 from .geometry import multiply, normalised, quaternion_from_rpy, rpy_from_quaternion
-from .measurement import Measurement, MissingTransform, PoseMemory, PoseOptions
+from .measurement import MissingTransform, PoseMemory, PoseOptions
+from .sheets import Measurement, Memory
 from .standstill import Standstill
 from .state import ANGLES, POSE, RATES, SIZE, TWIST, VYAW
 from .status import InputStatus
@@ -48,6 +50,7 @@ class Intake:
                  if i.kind == 'imu' and (config.standstill.update or i.gyro_bias != 'off')}
         self.standstill = Standstill(config.standstill, gyros) if gyros else None
         self._wheel_poses: Dict[str, tuple] = {}
+        self._memories: Dict[str, Memory] = collections.defaultdict(Memory)
         self.forget()
 
     def forget(self):
@@ -76,11 +79,12 @@ class Intake:
         if self.standstill:
             self._watch_wheels(name, data)
         child = data.child_frame_id.lstrip('/') if config.pose_use_child_frame else ''
-        return [*self._pose(name, data.pose, motion, child), *self._twist(name, data.twist, config.mask[TWIST], motion)]
+        measured = self._pose(name, data.pose, motion, child) if any(config.mask[POSE]) else []
+        return measured + self._twist(name, data.twist, config.mask[TWIST], motion)
 
     def pose(self, name: str, data: PoseData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (poseN)."""
-        return list(self._pose(name, data, motion, '')) if self._accept(name, data.stamp) else []
+        return self._pose(name, data, motion, '') if self._accept(name, data.stamp) else []
 
     def twist(self, name: str, data: TwistData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (twistN)."""
@@ -88,14 +92,15 @@ class Intake:
             return []
         if self.standstill:
             self.standstill.wheels(data.stamp, data.linear, data.angular)
-        return list(self._twist(name, data, self._configs[name].mask[TWIST], motion))
+        return self._twist(name, data, self._configs[name].mask[TWIST], motion)
 
     def imu(self, name: str, data: ImuData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (imuN)."""
         config = self._configs[name]
         if not self._accept(name, data.stamp):
             return []
-        data = _with_covariances(data, config.covariances, ('orientation', 'angular_velocity', 'linear_acceleration'))
+        if config.covariances:
+            data = _with_covariances(data, config.covariances, ('orientation', 'angular_velocity', 'linear_acceleration'))
         found = []
         if self.standstill and name in self.standstill.gyros:
             data = self._watch_gyro(config, data)
@@ -109,41 +114,39 @@ class Intake:
             found += self._prepared(name, '_pose', data.stamp, lambda source: measurement.imu_orientation(
                 data, mask[ANGLES], source, self.transforms, frame, self._options[name], motion.state[RATES]))
         if any(mask[RATES]) and measurement.measures(data.angular_velocity_covariance):
-            covariance = np.zeros((6, 6))
-            covariance[3:, 3:] = np.reshape(data.angular_velocity_covariance, (3, 3))
-            turning = TwistData(data.stamp, data.frame_id, (0.0, 0.0, 0.0), data.angular_velocity, covariance)
-            found += map(lambda m: self._with_bias(name, m), self._twist(name, turning, (False,) * 3 + tuple(mask[RATES]),
-                                                                         motion))
+            turning = self._prepared(name, '_twist', data.stamp, lambda source: measurement.imu_rates(
+                data, mask[RATES], source, self.transforms, frame, two_d, config.twist_threshold, self._memories[source]))
+            found += [self._with_bias(name, m) for m in turning]
         if any(mask[12:]) and measurement.measures(data.linear_acceleration_covariance):
             gravity = self.config.gravitational_acceleration if config.remove_gravity else None
             found += self._prepared(name, '_acceleration', data.stamp, lambda source: measurement.acceleration(
                 data, mask[12:], source, self.transforms, frame, motion.state, motion.angular_acceleration, gravity, two_d,
-                config.acceleration_threshold, config.relative))
+                config.acceleration_threshold, config.relative, self._memories[source]))
         return found
 
     # Their parts
 
-    def _pose(self, name, data, motion, child) -> Iterator[Measurement]:
+    def _pose(self, name, data, motion, child) -> List[Measurement]:
         config = self._configs[name]
         if not any(config.mask[POSE]):
-            return iter(())
+            return []
         if 'pose' in config.covariances:
             data = dataclasses.replace(data, covariance=config.covariances['pose'])
         return self._prepared(name, '_pose', data.stamp, lambda source: measurement.pose(
             data, config.mask[POSE], source, self.transforms, self.config.world_frame, self._options[name],
             self.config.base_link_frame, child, motion.state[RATES]))
 
-    def _twist(self, name, data, mask, motion) -> Iterator[Measurement]:
+    def _twist(self, name, data, mask, motion) -> List[Measurement]:
         if not any(mask):
-            return iter(())
+            return []
         config = self._configs[name]
         if 'twist' in config.covariances:
             data = dataclasses.replace(data, covariance=config.covariances['twist'])
         return self._prepared(name, '_twist', data.stamp, lambda source: measurement.twist(
             data, mask, source, self.transforms, self.config.base_link_frame, motion.state[RATES], self.config.two_d_mode,
-            config.twist_threshold, config.turning_noise))
+            config.twist_threshold, config.turning_noise, self._memories[source]))
 
-    def _prepared(self, name, part, stamp, prepare) -> Iterator[Measurement]:
+    def _prepared(self, name, part, stamp, prepare) -> List[Measurement]:
         """One part of a message, unless it is older than its predecessor and cannot be put in its place."""
         status, source = self.inputs[name], name + part
         last = self._last_stamps.get(source, stamp)
@@ -151,18 +154,17 @@ class Intake:
             differences = part == '_pose' and self._configs[name].differential
             if differences or stamp < self.history_from:
                 self._problem(status, 'out_of_order', 'the message at %.3f s is older than the one before it: ignored' % stamp)
-                return
+                return []
         self._last_stamps[source] = max(stamp, last)
         try:
             prepared, problems = prepare(source)
         except MissingTransform as error:
             self._say(status.lacks(str(error), stamp))
-            return
+            return []
         status.found()
         for problem in problems:
             self._problem(status, problem.kind, problem.sentence)
-        if prepared is not None:
-            yield prepared
+        return [] if prepared is None else [prepared]
 
     def _accept(self, name, stamp) -> bool:
         status = self.inputs[name]
@@ -192,7 +194,7 @@ class Intake:
         biases = self.biases.get(name)
         if not biases:
             return m
-        return dataclasses.replace(m, extra=tuple(biases.get(i, -1) for i in m.indices))
+        return m._replace(extra=tuple(biases.get(i, -1) for i in m.indices))
 
     def _watch_wheels(self, name, data: OdometryData):
         """Tell the standstill detector what the wheels did: what they say, and what their pose says."""

@@ -9,47 +9,18 @@ their variables out and are reported, and with two_d_mode no covariance of the f
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
-from . import sheets
 from .data import ImuData, PoseData, TwistData
-from .geometry import IDENTITY, Transform, cross, multiply, normalised, quaternion_from_rpy, rotate, rotation_matrix, wrap
-from .state import ANGLES, AX, NAMES, OFF_PLANE, POSITION, RATES, SIZE, TWIST, X
+from .geometry import (IDENTITY, Transform, cross, multiply, normalised, quaternion_from_rpy, rotate, rpy_from_quaternion,
+                       wrap)
+from .sheets import Measurement, Memory, Problem, Sheet
+from .state import ANGLES, AX, POSITION, RATES, ROLL, TWIST, X
 
-OFF_PLANE_VARIANCE = 1e-6
-# Drivers write "I do not measure this" as a very large variance; squared, it would no longer be a number.
-LARGEST_VARIANCE = 1e15
-# No robot is as far away or as fast (m, m/s, ...); a few steps on, such a number would no longer be one.
-LARGEST_VALUE = 1e12
 # The source of the zero velocities that are taken in while the robot is parked.
 STANDSTILL = 'standstill'
-
-
-class Problem(NamedTuple):
-    """Something wrong with a message: its kind (counted by it) and a sentence for the user."""
-
-    kind: str
-    sentence: str
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas.
-
-    extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
-    informative: how many of the k a sensor measured; the zeros of two_d_mode and of a parked robot are nobody's.
-    """
-
-    stamp: float
-    source: str
-    indices: Tuple[int, ...]
-    z: np.ndarray
-    R: np.ndarray
-    threshold: float = float('inf')
-    extra: Optional[Tuple[int, ...]] = None
-    informative: int = 0
 
 
 class MissingTransform(Exception):
@@ -70,85 +41,17 @@ def _lookup(transforms, target: str, source: str, stamp: float) -> Transform:
     return found
 
 
-class _Sheet:
-    """Up to 15 variables being prepared: values, covariance, which are measured, what was wrong."""
-
-    def __init__(self, first: int, values, covariance, mask):
-        n = len(values)
-        self.first, self.problems = first, []
-        self.values = np.array(values, dtype=float)
-        self.covariance = np.array(covariance, dtype=float).reshape(n, n)
-        self.mask = np.array(mask, dtype=bool)
-        if not sheets.sound(self.values, self.covariance, self.mask, LARGEST_VALUE, LARGEST_VARIANCE):
-            self._sift()
-
-    def _sift(self):
-        """Leave out what is measured but no data; zero what is neither, so that it cannot spread by a rotation."""
-        covariance, variances = self.covariance, self.covariance.diagonal()
-        for i in np.flatnonzero(~self.mask):
-            if not (abs(self.values[i]) < LARGEST_VALUE and abs(variances[i]) < LARGEST_VARIANCE):
-                self.values[i] = 0.0
-                covariance[i, :] = covariance[:, i] = 0.0
-            covariance[i, ~np.isfinite(covariance[i])] = 0.0
-            covariance[~np.isfinite(covariance[:, i]), i] = 0.0
-        for i in np.flatnonzero(self.mask):
-            name, variance = NAMES[self.first + i], float(variances[i])
-            if not np.isfinite(self.values[i]):
-                self._leave_out(i, 'not_finite', '%s is %s' % (name, self.values[i]))
-            elif abs(self.values[i]) >= LARGEST_VALUE:
-                self._leave_out(i, 'huge_value', '%s is %g' % (name, self.values[i]))
-            elif not np.isfinite(variance):
-                self._leave_out(i, 'not_finite', 'the variance of %s is %s' % (name, variance))
-            elif variance <= 0.0:
-                self._leave_out(i, 'bad_variance', 'the variance of %s is %g and %s is left out; its sensor must state a '
-                                'positive one' % (name, variance, name))
-            elif variance >= LARGEST_VARIANCE:
-                self._leave_out(i, 'huge_variance', 'the variance of %s is %g' % (name, variance))
-        for i in np.flatnonzero(self.mask):
-            sound = np.isfinite(covariance[i]) & np.isfinite(covariance[:, i])
-            sound &= np.abs(covariance[i]) < LARGEST_VARIANCE
-            sound &= np.abs(covariance[:, i]) < LARGEST_VARIANCE
-            if not sound.all():
-                name, variance = NAMES[self.first + i], float(variances[i])
-                self.problems.append(Problem('not_finite', 'a covariance of %s is not a number: taken as 0' % name))
-                covariance[i, :] = covariance[:, i] = 0.0
-                covariance[i, i] = variance
-
-    def _leave_out(self, i, kind, sentence):
-        self.mask[i] = False
-        self.values[i] = 0.0
-        self.covariance[i, :] = self.covariance[:, i] = 0.0
-        self.problems.append(Problem(kind, sentence))
-
-    def turn(self, R: np.ndarray):
-        """Turn mask and covariance, three variables at a time, by the (3, 3) matrix R."""
-        sheets.turn(R, self.mask, self.covariance)
-
-    def measurement(self, stamp, source, threshold, two_d: bool) -> Optional[Measurement]:
-        if not self.mask.any():
-            return None
-        indices, z, R, positive, informative, sane = sheets.measured(
-            self.first, self.values, self.covariance, self.mask, two_d, OFF_PLANE, OFF_PLANE_VARIANCE, LARGEST_VALUE)
-        if not sane:
-            # The lever arm of a sensor on a robot whose state has run away, squared: it would run away further.
-            self._sift()
-            return self.measurement(stamp, source, threshold, two_d)
-        if not positive:
-            self.problems.append(Problem('indefinite_covariance',
-                                         'the covariance is not positive definite: only its diagonal is used'))
-            R = np.diag(np.maximum(R.diagonal(), 1e-9))
-        return Measurement(stamp, source, tuple(indices.tolist()), z, R, threshold, None, informative)
-
-
 Prepared = Tuple[Optional[Measurement], List[Problem]]
 
 
 @dataclass
 class PoseMemory:
-    """What a source of poses must remember: the previous (stamp, pose, covariance) to differentiate, the first to subtract."""
+    """What a source of poses must remember: the previous (stamp, pose, covariance) to differentiate, the first to subtract,
+    and what was worked out of its covariance."""
 
     previous: Optional[tuple] = None
     initial: Optional[Transform] = None
+    sheet: Memory = field(default_factory=Memory)
 
 
 @dataclass(frozen=True)
@@ -163,7 +66,7 @@ class PoseOptions:
     memory: PoseMemory = field(default_factory=PoseMemory)
 
 
-def _orientation(sheet: _Sheet, q, first: int):
+def _orientation(sheet: Sheet, q, first: int):
     """The unit quaternion, or no turn (and no angle measured) for one that stands for none."""
     try:
         return normalised(q)
@@ -183,19 +86,19 @@ def pose(data: PoseData, mask, source: str, transforms, world_frame: str, option
     frame_id is; rates: (3,) as in twist. Raises MissingTransform.
     """
     values = tuple(data.position) + (0.0, 0.0, 0.0)
-    sheet = _Sheet(X, values, data.covariance, mask)
+    sheet = Sheet(X, values, data.covariance, mask, None if options.differential else options.memory.sheet)
     trans = IDENTITY if options.differential else _lookup(transforms, world_frame, data.frame_id, data.stamp)
     other_body = child_frame if child_frame != base_frame else ''
     child_from_base = _lookup(transforms, other_body, base_frame, data.stamp) if other_body else IDENTITY
     q = _orientation(sheet, data.orientation, 3)
-    measured = Transform(tuple(sheet.values[POSITION].tolist()), q or IDENTITY.rotation)
+    measured = Transform(tuple(sheet.values[POSITION]), q or IDENTITY.rotation)
     if options.differential:
         sound = q is not None and np.isfinite(data.position).all()
         return _difference(sheet, measured if sound else None, IDENTITY.rotation, data.stamp, source, transforms, base_frame,
                            child_frame or base_frame, options, rates)
     measured = trans @ _since_first(measured @ child_from_base, q, options)
     if not trans.is_identity:
-        sheet.turn(rotation_matrix(trans.rotation))
+        sheet.turn(trans.rotation)
     sheet.values[POSITION] = measured.translation
     sheet.values[ANGLES] = measured.rpy
     return sheet.measurement(data.stamp, source, options.threshold, options.two_d), sheet.problems
@@ -208,23 +111,28 @@ def imu_orientation(data: ImuData, mask, source: str, transforms, base_frame: st
     The angles of the mounting are subtracted, and what is left is turned by the mounting's yaw, so that a pitch of a sensor
     that looks to the side is a roll of the robot. Relative and differential as in `pose`. Raises MissingTransform.
     """
-    covariance = np.zeros((6, 6))
-    covariance[ANGLES, ANGLES] = np.reshape(data.orientation_covariance, (3, 3))
-    sheet = _Sheet(X, np.zeros(6), covariance, (False, False, False) + tuple(mask))
     trans = _lookup(transforms, base_frame, data.frame_id, data.stamp)
-    q = _orientation(sheet, data.orientation, 3)
-    measured, turn = Transform(rotation=q or IDENTITY.rotation), IDENTITY.rotation
+    if options.differential:
+        covariance = np.zeros((6, 6))
+        covariance[ANGLES, ANGLES] = np.reshape(data.orientation_covariance, (3, 3))
+        sheet, first = Sheet(X, (0.0,) * 6, covariance, (False, False, False) + tuple(mask)), 3
+    else:
+        sheet, first = Sheet(ROLL, (0.0,) * 3, data.orientation_covariance, mask, options.memory.sheet), 0
+    q = _orientation(sheet, data.orientation, first)
+    rotation, turn = q or IDENTITY.rotation, IDENTITY.rotation
     if not trans.is_identity:
         offsets = trans.rpy
         turn = quaternion_from_rpy(0.0, 0.0, offsets[2])
-        angles = rotate(turn, tuple(wrap(a - offset) for a, offset in zip(measured.rpy, offsets)))
-        measured = Transform.from_xyz_rpy(0.0, 0.0, 0.0, *angles)
+        angles = (wrap(a - offset) for a, offset in zip(rpy_from_quaternion(rotation), offsets))
+        rotation = quaternion_from_rpy(*rotate(turn, tuple(angles)))
     if options.differential:
-        return _difference(sheet, measured if q else None, turn, data.stamp, source, transforms, base_frame, base_frame,
-                           options, rates)
+        measured = Transform(rotation=rotation) if q else None
+        return _difference(sheet, measured, turn, data.stamp, source, transforms, base_frame, base_frame, options, rates)
+    if options.relative:
+        rotation = _since_first(Transform(rotation=rotation), q, options).rotation
     if not trans.is_identity:
-        sheet.turn(rotation_matrix(turn))
-    sheet.values[ANGLES] = _since_first(measured, q, options).rpy
+        sheet.turn(turn)
+    sheet.values[:] = rpy_from_quaternion(rotation)
     return sheet.measurement(data.stamp, source, options.threshold, options.two_d), sheet.problems
 
 
@@ -237,7 +145,7 @@ def _since_first(measured: Transform, q, options: PoseOptions) -> Transform:
     return measured if options.memory.initial is None else options.memory.initial.inverse() @ measured
 
 
-def _difference(sheet: _Sheet, measured: Optional[Transform], turn, stamp, source, transforms, base_frame, frame, options,
+def _difference(sheet: Sheet, measured: Optional[Transform], turn, stamp, source, transforms, base_frame, frame, options,
                 rates) -> Prepared:
     """A pose (None: one that is none) and the one before it as a twist along the axes of `frame`.
 
@@ -257,51 +165,65 @@ def _difference(sheet: _Sheet, measured: Optional[Transform], turn, stamp, sourc
         return None, sheet.problems
     dt = stamp - previous[0]
     step = previous[1].inverse() @ measured
-    sheet.covariance += previous[2]
-    sheet.covariance *= dt
+    covariance = sheet.covariance
+    covariance += previous[2]
+    covariance *= dt
     if turn != IDENTITY.rotation:
-        sheet.turn(rotation_matrix(turn))
-    data = TwistData(stamp, frame, tuple(v / dt for v in step.translation), tuple(a / dt for a in step.rpy), sheet.covariance)
+        sheet.turn(turn)
+    data = TwistData(stamp, frame, tuple(v / dt for v in step.translation), tuple(a / dt for a in step.rpy), covariance)
     prepared, problems = twist(data, sheet.mask, source, transforms, base_frame, rates, options.two_d, options.threshold,
                                options.turning_noise)
     return prepared, sheet.problems + problems
 
 
 def twist(data: TwistData, mask, source: str, transforms, base_frame: str, rates, two_d: bool = False,
-          threshold: float = float('inf'), turning_noise=(0.0, 0.0, 0.0)) -> Prepared:
+          threshold: float = float('inf'), turning_noise=(0.0, 0.0, 0.0), memory: Optional[Memory] = None) -> Prepared:
     """A twist along the axes of data.frame_id as a measurement of the robot's velocity and rates.
 
     mask: which of the six count; rates: (3,) the robot's own, for the velocity of a sensor off its centre (o x w).
     turning_noise: (3,) standard deviations of vx, vy, vyaw per rad/s of turning, added to the data's own.
-    Raises MissingTransform.
+    memory: the source's own. Raises MissingTransform.
     """
-    sheet = _Sheet(TWIST.start, tuple(data.linear) + tuple(data.angular), data.covariance, mask)
-    if any(turning_noise):
-        turning = float(sheet.values[5]) ** 2
+    noisy = any(turning_noise)
+    sheet = Sheet(TWIST.start, (*data.linear, *data.angular), data.covariance, mask, None if noisy else memory)
+    if noisy:
+        turning = sheet.values[5] ** 2
         for i, noise in zip((0, 1, 5), turning_noise):
             sheet.covariance[i, i] += noise * noise * turning
     trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
     if not trans.is_identity:
-        values = sheet.values.tolist()
         lever = cross(trans.translation, [float(w) for w in rates])
-        sheet.values[:3] = np.add(rotate(trans.rotation, values[:3]), lever)
-        sheet.values[3:] = rotate(trans.rotation, values[3:])
-        sheet.turn(rotation_matrix(trans.rotation))
+        turned = rotate(trans.rotation, sheet.values[:3])
+        sheet.values[:3] = [v + along for v, along in zip(turned, lever)]
+        sheet.values[3:] = rotate(trans.rotation, sheet.values[3:])
+        sheet.turn(trans.rotation)
+    return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems
+
+
+def imu_rates(data: ImuData, mask, source: str, transforms, base_frame: str, two_d: bool = False,
+              threshold: float = float('inf'), memory: Optional[Memory] = None) -> Prepared:
+    """What a gyro says as a measurement of the robot's rates; mask: which of the three count. Raises MissingTransform."""
+    sheet = Sheet(RATES.start, data.angular_velocity, data.angular_velocity_covariance, mask, memory)
+    trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
+    if not trans.is_identity:
+        sheet.values[:] = rotate(trans.rotation, sheet.values)
+        sheet.turn(trans.rotation)
     return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems
 
 
 def acceleration(data: ImuData, mask, source: str, transforms, base_frame: str, state, angular_acceleration,
                  gravity: Optional[float] = None, two_d: bool = False, threshold: float = float('inf'),
-                 relative: bool = False) -> Prepared:
+                 relative: bool = False, memory: Optional[Memory] = None) -> Prepared:
     """An IMU's specific force as a measurement of the robot's acceleration.
 
     gravity (m/s2) is taken off along the message's orientation, or the state's (15,) where the message has none; None
     leaves it in. relative: the message's orientation is that of the robot since the start, not of the sensor.
-    angular_acceleration: (3,) rad/s2 of the robot, for a sensor off its centre. Raises MissingTransform.
+    angular_acceleration: (3,) rad/s2 of the robot, for a sensor off its centre. memory: the source's own.
+    Raises MissingTransform.
     """
-    sheet = _Sheet(AX, data.linear_acceleration, data.linear_acceleration_covariance, mask)
+    sheet = Sheet(AX, data.linear_acceleration, data.linear_acceleration_covariance, mask, memory)
     trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
-    value = tuple(sheet.values.tolist())
+    value = tuple(sheet.values)
     if gravity is not None:
         if not measures(data.orientation_covariance):
             attitude = multiply(quaternion_from_rpy(*state[ANGLES].tolist()), trans.rotation)
@@ -317,11 +239,11 @@ def acceleration(data: ImuData, mask, source: str, transforms, base_frame: str, 
         turning = cross(arm, [float(a) for a in angular_acceleration])
         centripetal = cross(cross(arm, robot_rates), robot_rates)
         value = tuple(a + t - c for a, t, c in zip(rotate(trans.rotation, value), turning, centripetal))
-        sheet.turn(rotation_matrix(trans.rotation))
+        sheet.turn(trans.rotation)
     sheet.values[:] = value
     return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems
 
 
 def measures(covariance) -> bool:
     """False where the first element is -1: the IMU does not have that part (sensor_msgs/Imu)."""
-    return abs(float(np.ravel(covariance)[0]) + 1.0) >= 1e-9
+    return abs(np.asarray(covariance).item(0) + 1.0) >= 1e-9

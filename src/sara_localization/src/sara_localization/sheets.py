@@ -1,13 +1,180 @@
-"""The small loops over a message's values and covariance, compiled: numpy's calls cost more than their work here."""
+"""A message's values on their way to a measurement: what is no data is left out, masks and covariances turn with their frame.
+
+A sensor states the same covariance in every message, as a rule, and sits still on its robot: what follows from covariance, mask
+and mounting is worked out once and kept (Memory) for as long as they stay the same; then only the values are looked at. The
+loops are compiled: numpy's calls cost more than their work here.
+"""
 from __future__ import annotations
 
 from math import fabs, sqrt
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from numba import njit
 
+from .geometry import rotation_matrix
 from .kernel import cholesky
-from .state import SIZE
+from .state import NAMES, OFF_PLANE, SIZE
+
+OFF_PLANE_VARIANCE = 1e-6
+# Drivers write "I do not measure this" as a very large variance; squared, it would no longer be a number.
+LARGEST_VARIANCE = 1e15
+# No robot is as far away or as fast (m, m/s, ...); a few steps on, such a number would no longer be one.
+LARGEST_VALUE = 1e12
+
+
+class Problem(NamedTuple):
+    """Something wrong with a message: its kind (counted by it) and a sentence for the user."""
+
+    kind: str
+    sentence: str
+
+
+class Measurement(NamedTuple):
+    """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas. R may be shared with others.
+
+    extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
+    informative: how many of the k a sensor measured; the zeros of two_d_mode and of a parked robot are nobody's.
+    """
+
+    stamp: float
+    source: str
+    indices: Tuple[int, ...]
+    z: np.ndarray
+    R: np.ndarray
+    threshold: float = float('inf')
+    extra: Optional[Tuple[int, ...]] = None
+    informative: int = 0
+
+
+class Memory:
+    """What was worked out of the last sound covariance of a source."""
+
+    __slots__ = ('covariance', 'mask', 'rotation', 'two_d', 'indices', 'places', 'R', 'informative')
+
+    def __init__(self):
+        self.covariance = self.mask = None
+
+
+class Sheet:
+    """Up to 15 variables from `first` on being prepared, three at a time of one kind: values (n,), covariance (n, n), which are
+    measured (mask (n,)), and what was wrong with them. memory: the source's own, None: nothing is kept."""
+
+    def __init__(self, first: int, values, covariance, mask, memory: Optional[Memory] = None):
+        self.first, self.values, self.problems = first, list(map(float, values)), []
+        self._given, self._memory, self._rotation = (covariance, mask), memory, None
+        self._known = None
+        if memory is not None:
+            self._bytes = np.asarray(covariance).tobytes()
+            if memory.covariance == self._bytes and memory.mask == mask and _sane(self.values):
+                self._known = memory
+                return
+        self._write()
+        if not sound(np.array(self.values), self._covariance, self._mask, LARGEST_VALUE, LARGEST_VARIANCE):
+            self._sift()
+
+    def _write(self):
+        """From here on with arrays of its own."""
+        self._known = None
+        covariance, mask = self._given
+        n = len(self.values)
+        self._covariance = np.array(covariance, dtype=float).reshape(n, n)
+        self._mask = np.array(mask, dtype=bool)
+        if self._rotation is not None:
+            turn(rotation_matrix(self._rotation), self._mask, self._covariance)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        if self._known is not None:
+            self._write()
+        return self._covariance
+
+    @property
+    def mask(self) -> np.ndarray:
+        if self._known is not None:
+            self._write()
+        return self._mask
+
+    def _sift(self):
+        """Leave out what is measured but no data; zero what is neither, so that it cannot spread by a rotation."""
+        covariance, mask, variances = self._covariance, self._mask, self._covariance.diagonal()
+        for i in np.flatnonzero(~mask):
+            if not (abs(self.values[i]) < LARGEST_VALUE and abs(variances[i]) < LARGEST_VARIANCE):
+                self.values[i] = 0.0
+                covariance[i, :] = covariance[:, i] = 0.0
+            covariance[i, ~np.isfinite(covariance[i])] = 0.0
+            covariance[~np.isfinite(covariance[:, i]), i] = 0.0
+        for i in np.flatnonzero(mask):
+            name, variance = NAMES[self.first + i], float(variances[i])
+            if not np.isfinite(self.values[i]):
+                self._leave_out(i, 'not_finite', '%s is %s' % (name, self.values[i]))
+            elif abs(self.values[i]) >= LARGEST_VALUE:
+                self._leave_out(i, 'huge_value', '%s is %g' % (name, self.values[i]))
+            elif not np.isfinite(variance):
+                self._leave_out(i, 'not_finite', 'the variance of %s is %s' % (name, variance))
+            elif variance <= 0.0:
+                self._leave_out(i, 'bad_variance', 'the variance of %s is %g and %s is left out; its sensor must state a '
+                                'positive one' % (name, variance, name))
+            elif variance >= LARGEST_VARIANCE:
+                self._leave_out(i, 'huge_variance', 'the variance of %s is %g' % (name, variance))
+        for i in np.flatnonzero(mask):
+            fit = np.isfinite(covariance[i]) & np.isfinite(covariance[:, i])
+            fit &= np.abs(covariance[i]) < LARGEST_VARIANCE
+            fit &= np.abs(covariance[:, i]) < LARGEST_VARIANCE
+            if not fit.all():
+                name, variance = NAMES[self.first + i], float(variances[i])
+                self.problems.append(Problem('not_finite', 'a covariance of %s is not a number: taken as 0' % name))
+                covariance[i, :] = covariance[:, i] = 0.0
+                covariance[i, i] = variance
+
+    def _leave_out(self, i, kind, sentence):
+        self._mask[i] = False
+        self.values[i] = 0.0
+        self._covariance[i, :] = self._covariance[:, i] = 0.0
+        self.problems.append(Problem(kind, sentence))
+
+    def turn(self, rotation):
+        """Turn mask and covariance, three variables at a time, by the unit quaternion."""
+        self._rotation = rotation
+        if self._known is None:
+            turn(rotation_matrix(rotation), self._mask, self._covariance)
+
+    def measurement(self, stamp, source, threshold, two_d: bool) -> Optional[Measurement]:
+        """What is measured after all; with two_d the variables off the plane besides, as zero and uncorrelated with the rest."""
+        known = self._known
+        if known is not None:
+            if known.rotation == self._rotation and known.two_d == two_d and _sane(self.values):
+                values = self.values + [0.0]
+                return Measurement(stamp, source, known.indices, np.array([values[k] for k in known.places]), known.R, threshold,
+                                   None, known.informative)
+            self._write()
+        if not self._mask.any():
+            return None
+        indices, z, R, positive, informative, sane = measured(
+            self.first, np.array(self.values), self._covariance, self._mask, two_d, OFF_PLANE_VARIANCE, LARGEST_VALUE)
+        if not sane:
+            # The lever arm of a sensor on a robot whose state has run away, squared: it would run away further.
+            self._sift()
+            return self.measurement(stamp, source, threshold, two_d)
+        if not positive:
+            self.problems.append(Problem('indefinite_covariance',
+                                         'the covariance is not positive definite: only its diagonal is used'))
+            R = np.diag(np.maximum(R.diagonal(), 1e-9))
+        indices = tuple(indices.tolist())
+        if self._memory is not None and not self.problems:
+            self._keep(indices, R, informative, two_d)
+        return Measurement(stamp, source, indices, z, R, threshold, None, informative)
+
+    def _keep(self, indices, R, informative, two_d):
+        m, n = self._memory, len(self.values)
+        m.covariance, m.mask, m.rotation, m.two_d = self._bytes, self._given[1], self._rotation, two_d
+        m.indices, m.R, m.informative = indices, R, informative
+        m.places = tuple(n if two_d and i in OFF_PLANE else i - self.first for i in indices)
+
+
+def _sane(values) -> bool:
+    """Whether all are numbers, and none is huge (nor all of them together, which errs on the side of a second look)."""
+    return sum(map(abs, values)) < LARGEST_VALUE
 
 
 @njit(cache=True)
@@ -49,11 +216,11 @@ def turn(R, mask, covariance):
 
 
 @njit(cache=True)
-def measured(first, values, covariance, mask, two_d, off_plane, off_plane_variance, largest_value):
+def measured(first, values, covariance, mask, two_d, off_plane_variance, largest_value):
     """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
     definite, how many of the k are not forced, whether all of z is below largest_value).
 
-    two_d: the variables off_plane are measured as 0 besides, uncorrelated with the rest.
+    two_d: the variables OFF_PLANE are measured as 0 besides, uncorrelated with the rest.
     """
     n = values.shape[0]
     taken = np.zeros(SIZE, np.bool_)
@@ -61,7 +228,7 @@ def measured(first, values, covariance, mask, two_d, off_plane, off_plane_varian
     for i in range(n):
         taken[first + i] = mask[i]
     if two_d:
-        for i in off_plane:
+        for i in OFF_PLANE:
             taken[i] = forced[i] = True
     k = 0
     for i in range(SIZE):
@@ -93,4 +260,4 @@ def warm() -> None:
     mask = np.ones(6, dtype=bool)
     sound(np.zeros(6), np.eye(6), mask, 1e12, 1e15)
     turn(np.eye(3), mask, np.eye(6))
-    measured(0, np.zeros(6), np.eye(6), mask, True, (2, 3), 1e-6, 1e12)
+    measured(0, np.zeros(6), np.eye(6), mask, True, 1e-6, 1e12)
