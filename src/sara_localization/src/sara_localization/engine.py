@@ -57,7 +57,7 @@ class FilterEngine:
     """
 
     def __init__(self, config: FilterConfig, transforms, report=None):
-        kernel.warm()
+        kernel.warm(config.filter == 'ukf')
         sheets.warm()
         self.config, self.transforms = config, transforms
         self._report = report or (lambda sentence: None)
@@ -224,7 +224,7 @@ class FilterEngine:
             self._idle(now)
         if not self.filter.initialised:
             return None
-        if not (np.isfinite(self.filter.x).all() and np.isfinite(self.filter.P).all()):
+        if not kernel.all_finite(self.filter.x, self.filter.P):
             self.not_finite += 1
             self._report('the state is no longer finite: the filter starts anew; check the covariances of the inputs')
             self.reset()

@@ -127,21 +127,21 @@ class Estimator:
         Values that are not finite are left out; a negative variance counts as its absolute value and none below 1e-9.
         Returns False if nothing was taken in; `nis` then and else holds the squared Mahalanobis distance.
         """
-        z, R = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float)
-        finite, S = kernel.floored(z, R)
-        if not finite:
-            keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
-            R = np.where(np.isfinite(R), R, 0.0)[keep[:, None], keep]
-            extra = None if extra is None else [extra[k] for k in keep]
-            indices, z, S = [indices[k] for k in keep], z[keep], kernel.floored(z[keep], R)[1]
-        R = S
-        if len(z) == 0:
+        z, R, threshold = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float), float(threshold)
+        if not len(z):
             return False
-        rows = _int_array(tuple(indices))
-        biases = _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
-        result, self.nis, positive = kernel.correct(self.x, self.P, rows, biases, z, R, float(threshold))
+        rows, biases = _int_array(tuple(indices)), _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
+        result, nis, positive = kernel.take(self.x, self.P, rows, biases, z, R, threshold)
+        if result == kernel.NOT_FINITE:
+            keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
+            if not len(keep):
+                return False
+            R, z = np.where(np.isfinite(R), R, 0.0)[keep[:, None], keep], z[keep]
+            rows, biases = rows[keep], biases[keep]
+            result, nis, positive = kernel.take(self.x, self.P, rows, biases, z, R, threshold)
+        self.nis = nis
         if result == kernel.CORRELATED_BADLY:
-            return self._correct_at_once(rows, biases, z, R, threshold)
+            return self._correct_at_once(rows, biases, z, kernel.floored(z, R)[1], threshold)
         self._keep_positive(positive)
         return result == kernel.TAKEN
 

@@ -28,7 +28,7 @@ _SMALLEST_PIVOT = 1e-13
 # Who knows a variable no better than this knows nothing; squares of it are still numbers.
 LARGEST_VARIANCE = 1e20
 
-TAKEN, REJECTED, CORRELATED_BADLY = 0, 1, 2
+TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 
 
 @njit(cache=True)
@@ -151,10 +151,7 @@ def innovation(x, indices, extra, z):
 def correct(x, P, indices, extra, z, R, gate):
     """Take in k measured variables, in place: indices, extra (k,) int64 (-1: no bias), z (k,), R (k, k), gate in sigmas.
 
-    Returns (# Who knows a variable no better than this knows nothing; squares of it are still numbers.
-LARGEST_VARIANCE = 1e20
-
-TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis distance;
+    Returns (TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis distance;
     whether P is positive definite).
     """
     n, k = x.shape[0], z.shape[0]
@@ -226,6 +223,27 @@ TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; t
 
 
 @njit(cache=True)
+def take(x, P, indices, extra, z, R, gate):
+    """`correct` with the variances of R made positive first (`floored`); NOT_FINITE, and nothing done, where z or R is not."""
+    finite, S = floored(z, R)
+    if not finite:
+        return NOT_FINITE, 0.0, True
+    return correct(x, P, indices, extra, z, S, gate)
+
+
+@njit(cache=True)
+def all_finite(x, P):
+    """Whether x (n,) and P (n, n) are."""
+    for i in range(x.shape[0]):
+        if not isfinite(x[i]):
+            return False
+        for j in range(x.shape[0]):
+            if not isfinite(P[i, j]):
+                return False
+    return True
+
+
+@njit(cache=True)
 def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
     """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor.
 
@@ -286,15 +304,18 @@ def repair(P: np.ndarray) -> None:
     P[:] = 0.5 * (C + C.T) * np.outer(sigma, sigma)
 
 
-def warm() -> None:
-    """Compile (or load from the cache) everything, so that nothing compiles on the move."""
+def warm(unscented: bool = True) -> None:
+    """Compile (or load from the cache) what an EKF needs, and an unscented filter if asked for, so that nothing compiles on the move."""
     x, P = np.zeros(15), np.eye(15)
     indices, extra, z, R = np.array([6, 11]), np.array([-1, -1]), np.zeros(2), np.eye(2)
     wrap_angles(x)
     positive_definite(P)
-    predict(x, P, np.eye(15), 0.01, x)
+    if not unscented:
+        predict(x, P, np.eye(15), 0.01, x)
     floored(z, R)
     bound(P)
     innovation(x, indices, extra, z)
-    correct(x, P, indices, extra, z, R, np.inf)
-    unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)
+    take(x, P, indices, extra, z, R, np.inf)
+    all_finite(x, P)
+    if unscented:
+        unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)
