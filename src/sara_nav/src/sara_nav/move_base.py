@@ -1,141 +1,50 @@
-"""The state machine that takes a goal and drives the robot there: plan, control, give up with a reason.
+"""The state machine that takes a goal and drives the robot there: plan, control, recover, give up with a reason.
 
-Names of parameters and the meaning of patience are those of the C++ move_base. It knows nothing of ROS: a shell
-gives it goals, the time, the robot's pose and velocity, and sends its commands on. Whatever goes wrong, the command
-of that step is zero.
+Its states, patience and texts are those of the C++ move_base. It knows nothing of ROS: a shell gives it goals, the time, the
+robot's pose and velocity, feeds the layers of its costmaps, and sends its commands on. Whatever goes wrong, the command of
+that step is zero.
 """
 import math
-from dataclasses import dataclass
 
-import numpy as np
-
-from sara_nav import local_planner as lp
-from sara_nav.collision import CollisionChecker
-from sara_nav.grid_planner import GLOBAL_PLANNERS
-from sara_nav.local_planner import LOCAL_PLANNERS
+from sara_nav.costmap_pair import CostmapPair
+from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, Goal
+from sara_nav.goal_search import cleared, search_plan
+from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
+from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED,  # noqa: F401
+                                       SUCCEEDED, Counters, MoveBaseConfig, StepResult)
 from sara_nav.planning import PlanError
+from sara_nav.recovery import Situation
+from sara_nav.robot_state import RobotState
 
-IDLE, ACTIVE, SUCCEEDED, PREEMPTED, ABORTED = 'idle', 'active', 'succeeded', 'preempted', 'aborted'
-PLANNING, CONTROLLING = 'planning', 'controlling'
 REPLAN_PERIOD = 1.0
 """Seconds between two tries to plan while there is no valid plan or the way is blocked."""
-
-
-@dataclass(frozen=True)
-class MoveBaseConfig:
-    """Parameters of move_base (Hz, s, m). transform_tolerance: the oldest pose that is still driven on, and the longest
-    a robot on its way may be without one: then the goal is aborted, so that it never sets off by itself when the pose is
-    back. localization_patience: how long a new goal waits for the first pose before it is aborted."""
-
-    base_global_planner: str = 'sara_nav/GridPlanner'
-    base_local_planner: str = 'sara_nav/RotateThenPursue'
-    controller_frequency: float = 20.0
-    planner_frequency: float = 0.0
-    planner_patience: float = 5.0
-    controller_patience: float = 15.0
-    transform_tolerance: float = 0.5
-    localization_patience: float = 1.0
-
-    def faults(self):
-        """Return a list of sentences, one for each bad value."""
-        result = []
-        for name, low, high in (('controller_frequency', 1.0, 200.0), ('planner_frequency', 0.0, 50.0),
-                                ('planner_patience', 0.0, 600.0), ('controller_patience', 0.0, 600.0),
-                                ('transform_tolerance', 0.0, 10.0), ('localization_patience', 0.0, 60.0)):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                result.append('%s is %r but must be in %g..%g' % (name, value, low, high))
-        for registry, name in ((GLOBAL_PLANNERS, self.base_global_planner), (LOCAL_PLANNERS, self.base_local_planner)):
-            try:
-                registry.find(name)
-            except ValueError as error:
-                result.append(str(error))
-        return result
-
-
-@dataclass(frozen=True)
-class StepResult:
-    """What came of one control step.
-
-    status: idle, active, succeeded, preempted or aborted; the last three are told once, in the step they happen.
-    phase: idle, planning or controlling. plan: a new plan (n, 3), or None. command: (v m/s, w rad/s).
-    """
-
-    command: tuple
-    status: str
-    text: str = ''
-    phase: str = IDLE
-    plan: np.ndarray = None
-
-
-@dataclass
-class _Goal:
-    """A goal being driven to, and since when things are as they are (s)."""
-
-    pose: object
-    set_at: float
-    phase: str = PLANNING
-    last_plan_try: float = -math.inf
-    planning_since: float = None
-    valid_control_at: float = None
-    pose_at: float = None
-    started: bool = False
-    problem: str = ''
-
-
-@dataclass
-class Counters:
-    """What happened since the start."""
-
-    goals: int = 0
-    succeeded: int = 0
-    preempted: int = 0
-    aborted: int = 0
-    plans: int = 0
-    failed_plans: int = 0
-    blocked_steps: int = 0
-    stale_poses: int = 0
-    bad_poses: int = 0
-    bad_velocities: int = 0
+ZERO = (0.0, 0.0)
 
 
 class MoveBase:
-    """Drives one goal at a time over a static costmap.
+    """Drives one goal at a time: plans on the global costmap, steers and looks for collisions on the local one.
 
-    costmap: Costmap, or None until ``set_costmap``. footprint: corners (k, 2) in metres.
-    global_planner, local_planner: objects of the registered classes; made with their defaults when not given.
-    Poses and goals are Pose2D in the costmap's frame.
+    config: MoveBaseConfig. global_costmap, local_costmap: LayeredCostmaps; the machine updates both when they are due.
+    global_planner, local_planner: objects of the registered classes. recoveries: behaviours (recovery.py), in their order.
+    Poses and goals are Pose2D in the global costmap's frame.
     """
 
-    def __init__(self, config, footprint, costmap=None, global_planner=None, local_planner=None):
+    def __init__(self, config, global_costmap, local_costmap, global_planner, local_planner, recoveries=()):
         faults = config.faults()
         if faults:
             raise ValueError('; '.join(faults))
         self.config = config
-        self.footprint = np.asarray(footprint, float)
-        self.global_planner = global_planner or GLOBAL_PLANNERS.find(config.base_global_planner)()
-        self.local_planner = local_planner or LOCAL_PLANNERS.find(config.base_local_planner)()
+        self.costmaps = CostmapPair(global_costmap, local_costmap)
+        self.global_costmap, self.local_costmap = global_costmap, local_costmap
+        self.global_planner, self.local_planner = global_planner, local_planner
+        self.recoveries = tuple(recoveries)
         self.counters = Counters()
-        self.costmap = None
-        self.checker = None
         self._goal = None
         self._ended = None
-        self._last_t = None
-        self._model = (0.0, 0.0)
-        self._command = (0.0, 0.0)
-        if costmap is not None:
-            self.set_costmap(costmap)
+        self._state = RobotState(self.counters)
+        self._command = ZERO
 
     # -- what the shell calls ----------------------------------------------------------------------------------
-
-    def set_costmap(self, costmap):
-        """Drive on this Costmap from now on; a goal being driven to is planned anew."""
-        self.costmap = costmap
-        unknown_blocks = not getattr(self.global_planner.config, 'allow_unknown', False)
-        self.checker = CollisionChecker(costmap, self.footprint, unknown_blocks)
-        if self._goal is not None:
-            self._goal.last_plan_try = -math.inf
-            self._goal.phase = PLANNING
 
     @property
     def active(self):
@@ -144,18 +53,34 @@ class MoveBase:
 
     @property
     def goal(self):
-        """The Pose2D being driven to, or None."""
+        """The Pose2D that was asked for, or None."""
         return self._goal.pose if self._goal else None
 
-    def refusal(self, pose):
-        """Return why a goal cannot be taken, '' when it can."""
-        if self.costmap is None:
-            return 'Goal refused: there is no map yet.'
+    @property
+    def unknown_blocks(self):
+        """True when the footprint may not overlap unknown cells: the global planner does not plan through them either."""
+        return not getattr(self.global_planner.config, 'allow_unknown', False)
+
+    @property
+    def costmaps_run(self):
+        """False while shutdown_costmaps keeps the costmaps still, because there is no goal."""
+        return self._goal is not None or not self.config.shutdown_costmaps
+
+    def refusal(self, pose, t):
+        """Return why a goal cannot be taken at t (s), '' when it can.
+
+        A goal where the footprint would overlap something is refused, unless the planner has a default_tolerance within
+        which it may move the goal.
+        """
+        self.costmaps.ensure(t)
+        if self.costmaps.missing():
+            return 'Goal refused: there is %s.' % self.costmaps.missing()
         if not pose.is_finite():
             return 'Goal refused: it holds a NaN or an infinity.'
-        if self.costmap.geometry.to_cell(pose.x, pose.y) is None:
+        if self.global_costmap.costmap.geometry.to_cell(pose.x, pose.y) is None:
             return 'Goal refused: (%.2f, %.2f) is off the map.' % (pose.x, pose.y)
-        if self.checker.collides(pose):
+        tolerance = getattr(self.global_planner.config, 'default_tolerance', 0.0)
+        if tolerance <= 0.0 and self.costmaps.collides(pose, self.unknown_blocks):
             return ('Goal refused: at (%.2f, %.2f, %.0f deg) the footprint would overlap an obstacle, unknown space '
                     'or the edge of the map.' % (pose.x, pose.y, math.degrees(pose.yaw)))
         return ''
@@ -168,13 +93,16 @@ class MoveBase:
         self.counters.goals += 1
         if self._goal is not None:
             self.counters.preempted += 1
+        if not self.costmaps_run:
+            self.costmaps.update(t, None, None)
+            self.costmaps.wake()
         self._ended = None
         self._goal = None
-        reason = self.refusal(pose)
+        reason = self.refusal(pose, t)
         if reason:
             self._end(ABORTED, reason)
             return reason
-        self._goal = _Goal(pose, t)
+        self._goal = Goal(pose, t)
         return ''
 
     def cancel(self, t, text='Goal cancelled.'):
@@ -187,36 +115,200 @@ class MoveBase:
         if self._goal is not None:
             self._end(ABORTED, text)
 
-    def step(self, t, pose, velocity=None, pose_time=None):
+    def replan(self):
+        """Build both costmaps and plan anew in the next step, because the map is another one."""
+        self.costmaps.wake()
+        if self._goal is not None and self._goal.phase != CLEARING:
+            self._goal.phase, self._goal.last_plan_try = PLANNING, -math.inf
+
+    def reconfigure(self, config, global_planner=None, local_planner=None, recoveries=None):
+        """Go on with another configuration and, where given, other planners and behaviours; a goal is planned anew then."""
+        self.config = config
+        self.global_planner = global_planner or self.global_planner
+        if recoveries is not None:
+            self.recoveries = tuple(recoveries)
+        if local_planner is not None:
+            self.local_planner.stop()
+            self.local_planner = local_planner
+        if self._goal is not None and (global_planner or local_planner or recoveries is not None):
+            self._goal = Goal(self._goal.pose, self._goal.set_at, pose_at=self._goal.pose_at)
+
+    def make_plan(self, t, start, goal, tolerance=0.0, give_up=lambda: False):
+        """Return (plan (n, 3) or None, text): see goal_search. Raises ValueError where no plan can be asked for."""
+        self.costmaps.ensure(t)
+        if self.active:
+            raise ValueError('move_base must be in an inactive state to make a plan for an external user')
+        if self.costmaps.missing():
+            raise ValueError('move_base cannot make a plan for you because there is %s' % self.costmaps.missing())
+        if not (start.is_finite() and goal.is_finite() and math.isfinite(tolerance)):
+            raise ValueError('start, goal or tolerance holds a NaN or an infinity')
+        c, costmap = self.config, self.global_costmap.costmap
+        if c.make_plan_clear_costmap:
+            costmap = cleared(costmap, start, c.clearing_radius)
+        return search_plan(self.global_planner, costmap, start, goal, tolerance, c.make_plan_add_unreachable_goal, give_up)
+
+    def step(self, t, pose, velocity=None, pose_time=None, local_pose=None):
         """Return the StepResult of one control cycle.
 
-        t: now (s). pose: Pose2D, or None when there is none. pose_time: when it was measured (s), t when not
-        given. velocity: measured (v m/s, w rad/s), or None: then it is reckoned from the commands.
+        t: now (s). pose: Pose2D, or None when there is none. pose_time: when it was measured (s), t when not given.
+        velocity: measured (v m/s, w rad/s), or None: then it is reckoned from the commands. local_pose: the pose in the
+        local costmap's frame, where that is another.
         """
-        dt = self._elapsed(t)
+        dt = self._state.elapsed(t, 1.0 / self.config.controller_frequency)
         if dt is None:
-            self.abort('Time jumped back; the goal is given up.')
+            self.abort('Goal aborted: time jumped back.')
             dt = 0.0
-        velocity = self._velocity(velocity, dt)
+        velocity = self._state.velocity(velocity, self._command, dt)
+        age = self._state.pose_age(t, pose, pose_time, self.config.transform_tolerance)
+        known = pose is not None and pose.is_finite() and (local_pose is None or local_pose.is_finite())
+        if self.costmaps_run:
+            self.costmaps.update(t, pose if known else None, local_pose if known else None)
+        if self._ended is None and self._goal is not None:
+            result = self._pursue(self._goal, t, dt, pose, velocity, age, local_pose)
+            if self._ended is None:
+                return result
+            plan = result.plan if result else None
+        else:
+            plan = None
         if self._ended is not None:
             (status, text), self._ended = self._ended, None
-            return self._result((0.0, 0.0), status, text)
-        goal = self._goal
-        if goal is None:
-            return self._result((0.0, 0.0), IDLE)
-        age = self._pose_age(t, pose, pose_time)
+            return self._result(ZERO, status, text, plan=plan)
+        return self._result(ZERO, IDLE)
+
+    # -- a cycle with a goal: each returns a StepResult, or has ended the goal -----------------------------------
+
+    def _pursue(self, goal, t, dt, pose, velocity, age, local_pose):
         if age is None:
             return self._without_pose(goal, t)
         goal.pose_at = t - age
+        goal.watch_oscillation(t, pose, self.config.oscillation_distance)
+        stale = self.local_costmap.current(t)
+        if stale:
+            return self._out_of_date(goal, t, stale)
+        goal.stale_since = None
+        if goal.phase == CLEARING:
+            return self._recover(goal, t, dt, pose, local_pose or pose, velocity)
         plan = self._plan_if_due(goal, t, pose)
         if self._ended is not None:
-            return self.step(t, pose, velocity, pose_time)
-        if goal.phase == PLANNING:
+            return None
+        if goal.phase != CONTROLLING:
+            return self._stand(goal, goal.problem)
+        return self._control(goal, t, dt, pose, velocity, age, local_pose, plan)
+
+    def _without_pose(self, goal, t):
+        text = 'no pose of the robot newer than %.2f s (transform_tolerance)' % self.config.transform_tolerance
+        if goal.pose_at is None:
+            lost = t - goal.set_at >= self.config.localization_patience - 1e-6
+        else:
+            lost = t - goal.pose_at > self.config.transform_tolerance
+        if lost:
+            return self._end(ABORTED, 'Goal aborted: there is %s.' % text)
+        return self._stand(goal, text)
+
+    def _out_of_date(self, goal, t, stale):
+        self.counters.stale_sensors += 1
+        if goal.stale_since is None:
+            goal.stale_since = t
+        text = "Sensor data is out of date, we're not going to allow commanding of the base for safety: %s" % stale
+        if t - goal.stale_since >= self.config.controller_patience:
+            return self._end(ABORTED, 'Goal aborted: %s for controller_patience (%.1f s).' % (
+                text, self.config.controller_patience))
+        return self._stand(goal, text, stale)
+
+    def _plan_if_due(self, goal, t, pose):
+        """Plan when there is no plan, or planner_frequency says so; return the new plan or None."""
+        waiting = goal.phase == PLANNING
+        period = REPLAN_PERIOD if waiting or not self.config.planner_frequency else 1.0 / self.config.planner_frequency
+        blocked = not waiting and t - goal.valid_control_at >= REPLAN_PERIOD
+        # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
+        if not (waiting or blocked or self.config.planner_frequency) or t - goal.last_plan_try < period - 1e-3:
+            return None
+        goal.last_plan_try = t
+        if waiting and goal.planning_since is None:
+            goal.planning_since, goal.tries = t, 0
+        try:
+            plan = self.global_planner.plan(self.global_costmap.costmap, pose, goal.pose)
+        except PlanError as error:
+            self._plan_failed(goal, t, waiting, str(error))
+            return None
+        self.counters.plans += 1
+        if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None:
+            self.local_planner.start(plan)
+        else:
+            self.local_planner.replan(plan)
+        if goal.valid_control_at is None:
+            goal.valid_control_at = t
+        goal.found(BY_PLANNING)
+        goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
+        return plan
+
+    def _plan_failed(self, goal, t, waiting, problem):
+        c = self.config
+        self.counters.failed_plans += 1
+        goal.problem = problem
+        if not waiting:
+            return
+        goal.tries += 1
+        if 0 <= c.max_planning_retries < goal.tries:
+            self._exhausted(goal, BY_PLANNING, 'No plan was found in %d tries (max_planning_retries is %d): %s' % (
+                goal.tries, c.max_planning_retries, problem))
+        elif t - goal.planning_since >= c.planner_patience - 1e-6:
+            self._exhausted(goal, BY_PLANNING, 'No plan was found within planner_patience (%.1f s): %s' % (
+                c.planner_patience, problem))
+
+    def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
+        c = self.config
+        if c.oscillation_timeout > 0.0 and t - goal.oscillation_since > c.oscillation_timeout:
+            self._exhausted(goal, BY_OSCILLATION, 'It moved less than %.2f m (oscillation_distance) in %.1f s '
+                            '(oscillation_timeout)' % (c.oscillation_distance, c.oscillation_timeout))
+            return None if self._ended else self._stand(goal, goal.why, plan=plan)
+        command = self.local_planner.update(t, dt, pose, velocity, age, self.costmaps.around(pose, local_pose, self.unknown_blocks))
+        if command.state == REACHED:
+            return self._end(SUCCEEDED, goal.reached())
+        if command.state == FAILED:
+            return self._end(ABORTED, 'Goal aborted: %s.' % command.text)
+        if command.state == DRIVING:
+            goal.valid_control_at = t
+            goal.found(BY_CONTROL)
+            if not (math.isfinite(command.v) and math.isfinite(command.w)):
+                return self._end(ABORTED, 'Goal aborted: the local planner commanded %r, %r.' % (command.v, command.w))
+            text = command.text if plan is None else goal.moved or command.text
+            return self._result((command.v, command.w), ACTIVE, text, goal.phase, plan, goal)
+        self.counters.blocked_steps += 1
+        if command.state == OFF_PATH:
+            goal.phase = PLANNING
+        if t - goal.valid_control_at >= c.controller_patience:
+            self._exhausted(goal, BY_CONTROL, 'No safe command was found within controller_patience (%.1f s): %s' % (
+                c.controller_patience, command.text))
+            if self._ended is not None:
+                return None
+        return self._stand(goal, command.text, plan=plan)
+
+    def _recover(self, goal, t, dt, pose, local_pose, velocity):
+        """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
+        begins = goal.recovery is None
+        situation = Situation(t, dt, pose, local_pose, velocity, self.costmaps.around(pose, local_pose, self.unknown_blocks),
+                              self.global_costmap, self.local_costmap)
+        if begins:
             self.local_planner.stop()
-            return self._result((0.0, 0.0), ACTIVE, goal.problem, PLANNING)
-        return self._control(goal, t, dt, pose, velocity, age, plan)
+            self.counters.recoveries += 1
+            goal.recovery = self.recoveries[goal.recovery_index]
+            goal.recovery.start(situation)
+        step = goal.recovery.update(situation)
+        announced = (goal.recovery_index, len(self.recoveries), goal.recovery.name) if begins else None
+        if step.done:
+            goal.recovered(t)
+        return self._result(ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced)
 
     # -- inside ------------------------------------------------------------------------------------------------
+
+    def _exhausted(self, goal, trigger, why):
+        """Patience is at its end: recover from the next cycle on, or give the goal up when there is nothing left to try."""
+        goal.trigger, goal.why = trigger, why
+        if self.config.recovery_behavior_enabled and goal.recovery_index < len(self.recoveries):
+            goal.phase, goal.recovery, goal.problem = CLEARING, None, why
+        else:
+            self._end(ABORTED, '%s %s.' % (trigger, why))
 
     def _end(self, status, text):
         self._goal = None
@@ -229,102 +321,11 @@ class MoveBase:
         else:
             self.counters.preempted += 1
 
-    def _result(self, command, status, text='', phase=IDLE, plan=None):
-        self._command = command
-        return StepResult(command, status, text, phase, plan)
-
-    def _elapsed(self, t):
-        """Return the seconds since the last step, at most three periods; None when time went back."""
-        last, self._last_t = self._last_t, t
-        period = 1.0 / self.config.controller_frequency
-        if last is None:
-            return period
-        if t < last - 1e-6:
-            return None
-        return min(max(t - last, 0.0), 3.0 * period)
-
-    def _velocity(self, velocity, dt):
-        """Return the measured velocity when it is sound, else one reckoned from the commands with a lag of 0.1 s."""
-        share = 1.0 - math.exp(-dt / 0.1)
-        self._model = tuple(m + share * (c - m) for m, c in zip(self._model, self._command))
-        if velocity is None:
-            return self._model
-        if not (math.isfinite(velocity[0]) and math.isfinite(velocity[1])):
-            self.counters.bad_velocities += 1
-            return self._model
-        return velocity
-
-    def _pose_age(self, t, pose, pose_time):
-        """Return how old the pose is (s), or None when it cannot be driven on."""
-        if pose is None:
-            return None
-        if not pose.is_finite() or (pose_time is not None and not math.isfinite(pose_time)):
-            self.counters.bad_poses += 1
-            return None
-        age = 0.0 if pose_time is None else t - pose_time
-        if age > self.config.transform_tolerance:
-            self.counters.stale_poses += 1
-            return None
-        return max(age, 0.0)
-
-    def _without_pose(self, goal, t):
+    def _stand(self, goal, text, stale='', plan=None):
         self.local_planner.stop()
-        text = 'no pose of the robot newer than %.2f s (transform_tolerance)' % self.config.transform_tolerance
-        if goal.pose_at is None:
-            lost = t - goal.set_at >= self.config.localization_patience - 1e-6
-        else:
-            lost = t - goal.pose_at > self.config.transform_tolerance
-        if lost:
-            self._end(ABORTED, 'Goal aborted: there is %s.' % text)
-            (status, text), self._ended = self._ended, None
-            return self._result((0.0, 0.0), status, text)
-        return self._result((0.0, 0.0), ACTIVE, text, goal.phase)
+        return self._result(ZERO, ACTIVE, text, goal.phase, plan, goal, stale=stale)
 
-    def _plan_if_due(self, goal, t, pose):
-        """Plan when there is no plan, or planner_frequency says so; return the new plan or None."""
-        waiting = goal.phase == PLANNING
-        period = REPLAN_PERIOD if waiting or not self.config.planner_frequency else 1.0 / self.config.planner_frequency
-        blocked = goal.valid_control_at is not None and t - goal.valid_control_at >= REPLAN_PERIOD
-        if not (waiting or blocked or self.config.planner_frequency) or t - goal.last_plan_try < period:
-            return None
-        goal.last_plan_try = t
-        if waiting and goal.planning_since is None:
-            goal.planning_since = t
-        try:
-            plan = self.global_planner.plan(self.costmap, pose, goal.pose)
-        except PlanError as error:
-            self.counters.failed_plans += 1
-            goal.problem = str(error)
-            if waiting and t - goal.planning_since >= self.config.planner_patience:
-                self._end(ABORTED, 'Goal aborted: no plan was found within planner_patience (%.1f s): %s.' % (
-                    self.config.planner_patience, error))
-            return None
-        self.counters.plans += 1
-        if goal.started:
-            self.local_planner.replan(plan)
-        else:
-            self.local_planner.start(plan)
-        if waiting:
-            goal.valid_control_at = t
-        goal.started, goal.phase, goal.planning_since, goal.problem = True, CONTROLLING, None, ''
-        return plan
-
-    def _control(self, goal, t, dt, pose, velocity, age, plan):
-        command = self.local_planner.update(t, dt, pose, velocity, age, self.checker)
-        if command.state == lp.REACHED:
-            self._end(SUCCEEDED, 'Goal reached.')
-        elif command.state == lp.FAILED:
-            self._end(ABORTED, 'Goal aborted: %s.' % command.text)
-        elif command.state == lp.DRIVING:
-            goal.valid_control_at = t
-        else:
-            self.counters.blocked_steps += 1
-            if command.state == lp.OFF_PATH:
-                goal.phase = PLANNING
-            if t - goal.valid_control_at >= self.config.controller_patience:
-                self._end(ABORTED, 'Goal aborted: no safe command was found within controller_patience (%.1f s): %s.'
-                          % (self.config.controller_patience, command.text))
-        if self._ended is not None:
-            (status, text), self._ended = self._ended, None
-            return self._result((0.0, 0.0), status, text, IDLE, plan)
-        return self._result((command.v, command.w), ACTIVE, command.text, goal.phase, plan)
+    def _result(self, command, status, text='', phase=IDLE, plan=None, goal=None, recovery=None, stale=''):
+        self._command = command
+        used = goal.used if goal is not None and plan is not None else None
+        return StepResult(command, status, text, phase, plan, used, recovery, stale)

@@ -6,54 +6,13 @@ too, either as a parameter of the C++ peer that is not built here yet, or as unk
 import dataclasses
 import difflib
 
+VOXELS = 'the voxel layer (costmap_2d::ObstacleLayer is here)'
 NOT_BUILT = {
-    # name, or group ending in '/': (value at which it makes no difference, what is missing)
-    'recovery_behaviors': ([], 'recovery behaviours'),
-    'recovery_behavior_enabled': (False, 'recovery behaviours'),
-    'clearing_rotation_allowed': (False, 'recovery behaviours'),
-    'conservative_reset_dist': (None, 'recovery behaviours'),
-    'conservative_reset/': (None, 'recovery behaviours'),
-    'aggressive_reset/': (None, 'recovery behaviours'),
-    'rotate_recovery/': (None, 'recovery behaviours'),
-    'max_planning_retries': (-1, 'a limit on planning tries (planner_patience is built)'),
-    'oscillation_timeout': (0.0, 'oscillation detection'),
-    'oscillation_distance': (None, 'oscillation detection'),
-    'shutdown_costmaps': (False, 'stopping costmaps while idle'),
-    'clearing_radius': (None, 'the make_plan service'),
-    'make_plan_clear_costmap': (None, 'the make_plan service'),
-    'make_plan_add_unreachable_goal': (None, 'the make_plan service'),
-    'restore_defaults': (False, 'dynamic_reconfigure'),
-    'local_costmap/': (None, 'the local costmap (the robot is steered on the global one)'),
-    'TrajectoryPlannerROS/': (None, 'base_local_planner/TrajectoryPlannerROS'),
-    'DWAPlannerROS/': (None, 'dwa_local_planner/DWAPlannerROS'),
-    'NavfnROS/': (None, 'navfn/NavfnROS'),
-    'GlobalPlanner/': (None, 'global_planner/GlobalPlanner'),
-    'global_costmap/rolling_window': (False, 'a rolling window'),
-    'global_costmap/always_send_full_costmap': (None, 'costmap updates (the whole map is sent once)'),
-    'global_costmap/update_frequency': (None, 'periodic costmap updates (the map is taken when it comes)'),
-    'global_costmap/publish_frequency': (None, 'periodic publishing (the costmap is published, latched, when it '
-                                               'changes)'),
-    'global_costmap/width': (None, 'a costmap without a map'),
-    'global_costmap/height': (None, 'a costmap without a map'),
-    'global_costmap/resolution': (None, 'a costmap without a map'),
-    'global_costmap/origin_x': (None, 'a costmap without a map'),
-    'global_costmap/origin_y': (None, 'a costmap without a map'),
-    'global_costmap/footprint_topic': (None, 'a footprint by topic'),
-    'global_costmap/published_footprint_topic': (None, 'publishing the footprint'),
-    'global_costmap/map_type': ('costmap', 'the obstacle layers'),
-    'global_costmap/observation_sources': ('', 'the obstacle layers'),
-    'global_costmap/obstacle_range': (None, 'the obstacle layers'),
-    'global_costmap/raytrace_range': (None, 'the obstacle layers'),
-    'global_costmap/max_obstacle_height': (None, 'the obstacle layers'),
-    'global_costmap/origin_z': (None, 'the obstacle layers'),
-    'global_costmap/z_resolution': (None, 'the obstacle layers'),
-    'global_costmap/z_voxels': (None, 'the obstacle layers'),
-    'global_costmap/mark_threshold': (None, 'the obstacle layers'),
-    'global_costmap/unknown_threshold': (None, 'the obstacle layers'),
-    'global_costmap/publish_voxel_map': (None, 'the obstacle layers'),
-    'global_costmap/obstacle_layer/': (None, 'the obstacle layers'),
-}
-"""Parameters of move_base, costmap_2d and the peers' planners that are not built yet."""
+    # name, or group ending in '/': (value at which it makes no difference, what it belongs to that is not here)
+    **{costmap + name: (None, VOXELS) for costmap in ('global_costmap/', 'local_costmap/') for name in (
+        'origin_z', 'z_resolution', 'z_voxels', 'mark_threshold', 'unknown_threshold', 'publish_voxel_map')},
+    'CarrotPlanner/': (None, 'carrot_planner/CarrotPlanner')}
+"""Parameters of the C++ stack for what is not here, on purpose."""
 
 
 class ParameterError(ValueError):
@@ -69,7 +28,7 @@ class Parameters:
 
     def __init__(self, tree, above=None):
         self._values = dict(_flatten(tree))
-        self._above = dict(above or {})
+        self.above = dict(above or {})
         self._known = set()
         self.faults = []
         self.warnings = []
@@ -100,11 +59,11 @@ class Parameters:
                 found = path
         if found is not None:
             return self._typed(found, self._values[found], default)
-        return self._typed(name, self._above[name], default) if name in self._above else default
+        return self._typed(name, self.above[name], default) if name in self.above else default
 
     def found(self, prefix, name):
         """Return True when ``search`` would find somebody's value."""
-        return name in self._above or any(path in self._values for path in self._upward(prefix, name))
+        return name in self.above or any(path in self._values for path in self._upward(prefix, name))
 
     @staticmethod
     def _upward(prefix, name):
@@ -121,13 +80,18 @@ class Parameters:
         """Take the value of an old name for that of the new one, which goes first where both are set."""
         if prefix + old not in self._values:
             return
-        self._known.add(prefix + old)
+        value = self._values.pop(prefix + old)
         if prefix + new in self._values:
             self.warnings.append('parameter %s%s has no effect: it is the old name of %s, which is set too' % (
                 prefix, old, new))
             return
-        self._values[prefix + new] = self._values[prefix + old]
+        self._values[prefix + new] = value
         self.warnings.append('parameter %s%s should be called %s' % (prefix, old, new))
+
+    def adapt(self, path, change):
+        """Put ``change(value)`` in the place of the value at ``path``, if there is one."""
+        if path in self._values:
+            self._values[path] = change(self._values[path])
 
     def _typed(self, path, value, default):
         kind = type(default)
@@ -180,7 +144,7 @@ class Parameters:
                 result.append('parameter %s is not known and has no effect%s' % (
                     path, ' (is %s meant?)' % near[0] if near else ''))
             elif entry[0] is None or self._values[path] != entry[0]:
-                result.append('parameter %s has no effect: %s: not built yet' % (path, entry[1]))
+                result.append('parameter %s has no effect: it belongs to %s, which is not here' % (path, entry[1]))
         return result
 
 

@@ -150,7 +150,8 @@ class ClearCostmapRecovery:
 
 @dataclass(frozen=True)
 class RotateRecoveryConfig:
-    """Limits of the turn (rad, rad/s, rad/s2). sim_granularity: how far apart (rad) the footprint is tried."""
+    """Limits of the turn (rad, rad/s, rad/s2). sim_granularity: how far apart (rad) the footprint is tried. frequency: of no
+    effect, as a turn is commanded in each control cycle."""
 
     sim_granularity: float = 0.017
     frequency: float = 20.0
@@ -161,13 +162,9 @@ class RotateRecoveryConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = ['%s is %r but must be a finite number > 0' % (name, getattr(self, name))
-                  for name in self.__dataclass_fields__
-                  if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0)]
-        if not result and self.min_in_place_vel_theta > self.max_vel_theta:
-            result.append('min_in_place_vel_theta is %r but must not exceed max_vel_theta (%r)' % (
-                self.min_in_place_vel_theta, self.max_vel_theta))
-        return result
+        return ['%s is %r but must be a finite number > 0' % (name, getattr(self, name))
+                for name in self.__dataclass_fields__
+                if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0)]
 
 
 @RECOVERIES.register('rotate_recovery/RotateRecovery')
@@ -206,7 +203,8 @@ class RotateRecovery:
         left = 2.0 * math.pi - self._turned
         if left <= c.yaw_goal_tolerance:
             return RecoveryStep(text='%s: turned once about' % self.name)
-        if situation.t - self._began > 4.0 * math.pi / c.min_in_place_vel_theta:
+        slowest = min(c.min_in_place_vel_theta, c.max_vel_theta)
+        if situation.t - self._began > 4.0 * math.pi / slowest:
             return RecoveryStep(text='%s: given up after %.0f s, having turned %.0f deg' % (
                 self.name, situation.t - self._began, math.degrees(self._turned)))
         angles = pose.yaw + np.arange(0.0, left, c.sim_granularity)
@@ -217,6 +215,6 @@ class RotateRecovery:
                                 '%.0f deg on' % (self.name, math.degrees(touched[0] * c.sim_granularity)))
         if abs(situation.velocity[0]) > self.SLOW_ENOUGH:
             return RecoveryStep(done=False, text='%s: coming to rest' % self.name)
-        wanted = min(max(math.sqrt(2.0 * c.acc_lim_theta * left), c.min_in_place_vel_theta), c.max_vel_theta)
+        wanted = min(max(math.sqrt(2.0 * c.acc_lim_theta * left), slowest), c.max_vel_theta)
         self._rate = min(wanted, self._rate + c.acc_lim_theta * situation.dt)
         return RecoveryStep((0.0, self._rate), False, '%s: %.0f deg to turn' % (self.name, math.degrees(left)))

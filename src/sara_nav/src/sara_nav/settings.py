@@ -1,130 +1,208 @@
 """Everything move_base is configured with, read from its parameter tree under the names users know."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
-import numpy as np
-
-from sara_nav.costmap import InflationConfig, StaticLayerConfig, build
-from sara_nav.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint, radii
+from sara_nav.costmap_settings import CostmapSettings, read_costmap
 from sara_nav.grid_planner import GLOBAL_PLANNERS
 from sara_nav.local_planner import LOCAL_PLANNERS
-from sara_nav.move_base import MoveBase, MoveBaseConfig
+from sara_nav.move_base import MoveBase
+from sara_nav.move_base_config import MoveBaseConfig
 from sara_nav.planning import UnknownPlanner
+from sara_nav.recovery import RECOVERIES, ClearCostmapRecovery, RotateRecovery
 
-STATIC, INFLATION = 'costmap_2d::StaticLayer', 'costmap_2d::InflationLayer'
-COSTMAP = 'global_costmap/'
+GLOBAL, LOCAL = 'global_costmap/', 'local_costmap/'
+TRAJECTORY = 'TrajectoryPlannerROS/'
+OLD_NAMES = {
+    TRAJECTORY: {'max_rotational_vel': 'max_vel_theta', 'min_in_place_rotational_vel': 'min_in_place_vel_theta',
+                 'acc_lim_th': 'acc_lim_theta', 'backup_vel': 'escape_vel', 'pdist_scale': 'path_distance_bias',
+                 'gdist_scale': 'goal_distance_bias'},
+    'DWAPlannerROS/': {'max_trans_vel': 'max_vel_trans', 'min_trans_vel': 'min_vel_trans', 'max_rot_vel': 'max_vel_theta',
+                       'min_rot_vel': 'min_vel_theta', 'acc_limit_trans': 'acc_lim_trans',
+                       'rot_stopped_vel': 'theta_stopped_vel', 'trans_stopped_velocity': 'trans_stopped_vel'}}
+"""What the peers' planners call their parameters, or once did: the old name's value is taken."""
+DEFAULT_RECOVERIES = ('conservative_reset', 'rotate_recovery', 'aggressive_reset')
+
+
+@dataclass(frozen=True)
+class RecoverySettings:
+    """The behaviours that are set, as (name, class, config), or None: the peer's default list. ``circumscribed_radius`` (m)
+    and the configurations under the default names are for that."""
+
+    chosen: tuple
+    defaults: dict
+    circumscribed_radius: float
+
+    def make(self, config):
+        """Return the behaviours, in order, as a MoveBaseConfig has the default ones."""
+        if self.chosen is not None:
+            return tuple(cls(name, own) for name, cls, own in self.chosen)
+        conservative, rotate, aggressive = (self.defaults[name] for name in DEFAULT_RECOVERIES)
+        turn = (RotateRecovery('rotate_recovery', rotate),) if config.clearing_rotation_allowed else ()
+        return (ClearCostmapRecovery('conservative_reset', replace(
+                    conservative, reset_distance=config.conservative_reset_dist)), *turn,
+                ClearCostmapRecovery('aggressive_reset', replace(
+                    aggressive, reset_distance=4.0 * self.circumscribed_radius)), *turn)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """A whole configuration. footprint: padded corners (k, 2), m; warnings: sentences to tell the user."""
+    """A whole configuration. warnings: sentences to tell the user."""
 
     move_base: MoveBaseConfig
+    global_costmap: CostmapSettings
+    local_costmap: CostmapSettings
     global_planner: object
     local_planner: object
-    footprint: np.ndarray
-    static: StaticLayerConfig
-    inflation: InflationConfig
-    global_frame: str = 'map'
-    robot_base_frame: str = 'base_link'
-    map_topic: str = 'map'
-    first_map_only: bool = False
+    recoveries: RecoverySettings
     warnings: tuple = ()
 
     @property
-    def inscribed_radius(self):
-        """Inscribed radius of the padded footprint (m)."""
-        return radii(self.footprint)[0]
+    def global_frame(self):
+        """The frame that is planned in."""
+        return self.global_costmap.config.global_frame
+
+    @property
+    def local_frame(self):
+        """The frame of the local costmap."""
+        return self.local_costmap.config.global_frame
+
+    @property
+    def robot_base_frame(self):
+        """The robot's frame."""
+        return self.global_costmap.config.robot_base_frame
 
     def make_costmap(self, grid_map):
-        """Return the Costmap of a GridMap as these settings have it."""
-        return build(grid_map, self.inscribed_radius, self.static, self.inflation)
+        """Return what ``make_move_base`` takes: the map, for the costmaps are built with the machine."""
+        return grid_map
 
-    def make_move_base(self, costmap=None):
-        """Return the MoveBase these settings describe."""
-        return MoveBase(self.move_base, self.footprint, costmap, self.global_planner, self.local_planner)
+    def make_move_base(self, grid_map=None):
+        """Return the MoveBase these settings describe. grid_map: GridMap for the static layers; None: it comes later."""
+        return MoveBase(self.move_base, self.global_costmap.make(grid_map), self.local_costmap.make(grid_map),
+                        self.global_planner, self.local_planner, self.recoveries.make(self.move_base))
 
 
-def read_settings(parameters, footprint=None, robot_radius=None):
-    """Return the Settings of a Parameters tree; raises ParameterError naming everything that is wrong.
-
-    footprint, robot_radius: what a search up the namespaces found, if anything; used where the tree holds none.
-    """
-    warnings = []
-    config = parameters.config(MoveBaseConfig, '')
-    tolerance = parameters.take(COSTMAP + 'transform_tolerance', 0.3)
-    if not parameters.has('transform_tolerance'):
-        config = replace(config, transform_tolerance=tolerance)
-        if not 0.0 <= tolerance <= 10.0:
-            parameters.faults.append(COSTMAP + 'transform_tolerance is %r but must be in 0..10' % tolerance)
-    planners = []
-    for registry, name in ((GLOBAL_PLANNERS, config.base_global_planner), (LOCAL_PLANNERS, config.base_local_planner)):
-        try:
-            cls = registry.find(name)
-        except UnknownPlanner:  # already among the faults
-            continue
-        planners.append(cls(parameters.config(cls.config_class, name.split('/')[-1] + '/')))
-    static_at, inflation_at = _layers(parameters, warnings)
-    static = parameters.config(StaticLayerConfig, *static_at)
-    map_topic = parameters.take(static_at[0] + 'map_topic', parameters.take(COSTMAP + 'map_topic', 'map'))
-    first_only = parameters.take(static_at[0] + 'first_map_only', False)
-    for name in ('subscribe_to_updates', 'use_maximum'):
-        if parameters.take(static_at[0] + name, False):
-            warnings.append('parameter %s%s has no effect: not built yet' % (static_at[0], name))
-    for at in (static_at[0], inflation_at[0]):
-        if not parameters.take(at + 'enabled', True):
-            warnings.append('parameter %senabled is false, which has no effect: not built yet' % at)
-    inflation = parameters.config(InflationConfig, *inflation_at)
-    corners = _footprint(parameters, footprint, robot_radius)
-    frames = [parameters.take(COSTMAP + name, default) for name, default in (
-        ('global_frame', 'map'), ('robot_base_frame', 'base_link'))]
+def read_settings(parameters):
+    """Return the Settings of a Parameters tree; raises ParameterError naming everything that is wrong."""
+    config = _move_base(parameters)
+    above = {name: parameters.above.get(name) for name in ('footprint', 'robot_radius')}
+    # The peer's global costmap is empty when nothing says that there is a map; planning on that helps nobody.
+    global_costmap = read_costmap(parameters, GLOBAL, static_map=True, **above)
+    local_costmap = read_costmap(parameters, LOCAL, **above)
+    recoveries = _recoveries(parameters, config)
+    planners = [read_planner(parameters, registry, name) for registry, name in (
+        (GLOBAL_PLANNERS, config.base_global_planner), (LOCAL_PLANNERS, config.base_local_planner))]
+    for registry, planner in ((GLOBAL_PLANNERS, planners[0]), (LOCAL_PLANNERS, planners[1])):
+        for other in registry.names():
+            group = other.split('/')[-1] + '/'
+            unread = parameters.ignore(group) if planner is not None and other != planner.plugin_name else ()
+            if unread:
+                parameters.warnings.append('the parameters under %s (%s) have no effect: %s is %s' % (
+                    group, ', '.join(path[len(group):] for path in unread), registry.parameter, planner.plugin_name))
     parameters.check()
-    if inflation.inflation_radius < radii(corners)[0]:
-        warnings.append('inflation_radius (%.3f m) is less than the inscribed radius of the footprint (%.3f m): '
-                        'plans may touch obstacles' % (inflation.inflation_radius, radii(corners)[0]))
-    return Settings(config, *planners, corners, static, inflation, frames[0].lstrip('/'), frames[1].lstrip('/'),
-                    map_topic, first_only, tuple(warnings + parameters.left_over()))
+    settings = Settings(config, global_costmap, local_costmap, *planners, recoveries)
+    if config.recovery_behavior_enabled:
+        costmaps = global_costmap.make(), local_costmap.make()
+        for behaviour in dict.fromkeys(recoveries.make(config)):
+            if recoveries.chosen is not None:
+                parameters.warnings += behaviour.missing(*costmaps)
+    return replace(settings, warnings=tuple(parameters.warnings + parameters.left_over()))
 
 
-def _layers(parameters, warnings):
-    """Return where the static and the inflation layer's parameters are: (own, costmap's) prefixes of each."""
-    found = {STATIC: 'static_layer', INFLATION: 'inflation_layer'}
-    plugins = parameters.take(COSTMAP + 'plugins', [])
-    static_map = parameters.take(COSTMAP + 'static_map', True)
-    if not static_map:
-        warnings.append('parameter %sstatic_map is false, which has no effect: a costmap without a map is not built '
-                        'yet' % COSTMAP)
-    for entry in plugins:
-        if not isinstance(entry, dict) or not isinstance(entry.get('name'), str):
-            parameters.faults.append('%splugins holds %r but must hold {name: ..., type: ...}' % (COSTMAP, entry))
-        elif entry.get('type') in found:
-            found[entry['type']] = entry['name']
-        else:
-            warnings.append('layer %s of type %s is left out of the global costmap: not built yet (built: %s)' % (
-                entry['name'], entry.get('type'), ', '.join(sorted(found))))
-    return tuple((COSTMAP + found[kind] + '/', COSTMAP) for kind in (STATIC, INFLATION))
-
-
-def _footprint(parameters, footprint, robot_radius):
-    """Return the padded footprint; the polygon is preferred to the radius, and the nearest setting to a far one."""
-    padding = parameters.take(COSTMAP + 'footprint_padding', parameters.take('footprint_padding', 0.01))
-    for place in (COSTMAP, ''):
-        own = parameters.take(place + 'footprint', None)
-        radius = parameters.take(place + 'robot_radius', None)
-        if own not in (None, '', '[]', []):
-            footprint = own
-            break
-        if radius is not None:
-            footprint, robot_radius = None, radius
-            break
+def read_planner(parameters, registry, name):
+    """Return the planner of that name with its parameters; None, and a fault, when there is no such planner."""
     try:
-        if footprint not in (None, '', '[]', []):
-            corners = parse_footprint(footprint)
-        else:
-            radius = 0.46 if robot_radius is None else robot_radius
-            if isinstance(radius, bool) or not isinstance(radius, (int, float)):
-                raise FootprintError('robot_radius is %r but must be a number > 0' % (radius,))
-            corners = circle_footprint(float(radius))
-        return pad_footprint(corners, padding)
-    except FootprintError as error:
+        cls = registry.find(name)
+    except UnknownPlanner as error:
         parameters.faults.append(str(error))
-        return circle_footprint(0.46)
+        return None
+    prefix = name.split('/')[-1] + '/'
+    for old, new in OLD_NAMES.get(prefix, {}).items():
+        parameters.rename(prefix, old, new)
+    known = {entry.name for entry in fields(cls.config_class)}
+    if 'y_vels' in known:
+        parameters.adapt(prefix + 'y_vels', _listed)
+    config = parameters.config(cls.config_class, prefix)
+    if 'controller_frequency' in known:
+        config = replace(config, controller_frequency=parameters.search(
+            prefix, 'controller_frequency', config.controller_frequency))
+    if parameters.take(prefix + 'restore_defaults', False):
+        parameters.warnings.append('parameter %srestore_defaults has no effect at start' % prefix)
+    return cls(config) if not config.faults() else None
+
+
+def _listed(value):
+    """Return a list of numbers as the string that the peer takes in its place."""
+    return ','.join('%r' % v for v in value) if isinstance(value, list) else value
+
+
+def _move_base(parameters):
+    config = parameters.config(MoveBaseConfig, '')
+    if not parameters.has('transform_tolerance'):
+        tolerance = parameters.take(GLOBAL + 'transform_tolerance', 0.3)
+        config = replace(config, transform_tolerance=tolerance)
+    if not parameters.has('clearing_radius'):
+        config = replace(config, clearing_radius=parameters.take(LOCAL + 'circumscribed_radius', 0.46))
+    parameters.take(LOCAL + 'inscribed_radius', 0.325)  # the peer reads it and uses it nowhere
+    if parameters.take('restore_defaults', False):
+        parameters.warnings.append('parameter restore_defaults has no effect at start')
+    return config
+
+
+def _recoveries(parameters, config):
+    """Return the RecoverySettings."""
+    entries = parameters.take('recovery_behaviors', None)
+    chosen, defaults = None, {}
+    if entries is None:
+        for name, cls in zip(DEFAULT_RECOVERIES, (ClearCostmapRecovery, RotateRecovery, ClearCostmapRecovery)):
+            defaults[name] = _recovery(parameters, name, cls, config)
+    else:
+        chosen = tuple(_chosen(parameters, entries, config))
+        for name in set(DEFAULT_RECOVERIES) - {name for name, _, _ in chosen}:
+            if parameters.ignore(name + '/'):
+                parameters.warnings.append('the parameters under %s/ have no effect: recovery_behaviors does not list it' % name)
+    radius = parameters.take(LOCAL + 'circumscribed_radius', 0.46)
+    if entries is None:
+        for name, value, source in (
+                ('conservative_reset', config.conservative_reset_dist, 'conservative_reset_dist'),
+                ('aggressive_reset', 4.0 * radius, 'four times local_costmap/circumscribed_radius')):
+            if parameters.has(name + '/reset_distance') and abs(defaults[name].reset_distance - value) > 1e-9:
+                parameters.warnings.append('parameter %s/reset_distance has no effect: with the default recovery behaviours '
+                                           'it is %s, %.2f m' % (name, source, value))
+    return RecoverySettings(chosen, defaults, radius)
+
+
+def _chosen(parameters, entries, config):
+    """Yield (name, class, config) of each entry of recovery_behaviors; what is wrong with the list becomes a fault."""
+    if not isinstance(entries, list):
+        parameters.faults.append('recovery_behaviors is %r but must be a list of {name: ..., type: ...}' % (entries,))
+        return
+    names = set()
+    for entry in entries:
+        if not (isinstance(entry, dict) and isinstance(entry.get('name'), str) and isinstance(entry.get('type'), str)):
+            parameters.faults.append('recovery_behaviors holds %r but must hold {name: ..., type: ...}' % (entry,))
+            continue
+        if entry['name'] in names:
+            parameters.faults.append('recovery_behaviors holds two behaviours called %s, which is not allowed' % entry['name'])
+            continue
+        names.add(entry['name'])
+        try:
+            cls = RECOVERIES.find(entry['type'])
+        except UnknownPlanner as error:
+            parameters.faults.append(str(error))
+            continue
+        if entry['type'] != cls.plugin_name:
+            parameters.warnings.append('recovery_behaviors: %s should be called %s' % (entry['type'], cls.plugin_name))
+        yield entry['name'], cls, _recovery(parameters, entry['name'], cls, config)
+
+
+def _recovery(parameters, name, cls, config):
+    if cls is not RotateRecovery:
+        return parameters.config(cls.config_class, name + '/')
+    # The peer takes these from the classic planner whichever drives; here the planner that does drive may set them, too.
+    for old, new in OLD_NAMES[TRAJECTORY].items():
+        if new in ('max_vel_theta', 'min_in_place_vel_theta', 'acc_lim_theta'):
+            parameters.rename(TRAJECTORY, old, new)
+    own = parameters.config(cls.config_class, name + '/', TRAJECTORY, config.base_local_planner.split('/')[-1] + '/')
+    if parameters.has(name + '/frequency') and own.frequency != config.controller_frequency:
+        parameters.warnings.append('parameter %s/frequency has no effect: a turn is commanded in each control cycle, %g Hz '
+                                   '(controller_frequency)' % (name, config.controller_frequency))
+    return own

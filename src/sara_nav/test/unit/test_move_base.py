@@ -6,12 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav import costmap as cm
+from sara_nav.costmap import InflationConfig
 from sara_nav.footprint import parse_footprint
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
+from sara_nav.grid_planner import GridPlanner
+from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.layers.inflation import InflationLayer
+from sara_nav.layers.static import StaticLayer
 from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase, MoveBaseConfig
+from sara_nav.move_base import MoveBase
+from sara_nav.move_base_config import MoveBaseConfig
+from sara_nav.rotate_then_pursue import RotateThenPursue
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HOME = Pose2D(1.0, 1.0, 0.0)
@@ -19,19 +25,25 @@ GOAL = Pose2D(5.0, 1.0, 0.0)
 ZERO = (0.0, 0.0)
 
 
-def costmap(walled=False):
+def room(walled=False):
     data = np.zeros((160, 160), np.int8)
     data[[0, -1]] = data[:, [0, -1]] = 100
     if walled:
         data[:, 80] = 100
-    return cm.build(GridMap(data, GridGeometry(160, 160, 0.05, -1.0, -1.0)), 0.29, inflation=cm.InflationConfig(0.6))
+    return GridMap(data, GridGeometry(160, 160, 0.05, -1.0, -1.0))
 
 
-OPEN = costmap()
+def costmap(grid_map, **config):
+    result = LayeredCostmap(CostmapConfig(**config), [StaticLayer('static'), InflationLayer('halo', InflationConfig(
+        inflation_radius=0.6))], FOOTPRINT)
+    if grid_map is not None:
+        result.layers['static'].set_map(grid_map)
+    return result
 
 
-def make(costs=OPEN, **config):
-    return MoveBase(MoveBaseConfig(**config), FOOTPRINT, costs)
+def make(grid_map=room(), recoveries=(), planner=None, **config):
+    return MoveBase(MoveBaseConfig(**config), costmap(grid_map), costmap(grid_map), planner or GridPlanner(),
+                    RotateThenPursue(), recoveries)
 
 
 class Perfect:
@@ -118,8 +130,8 @@ def test_bad_goals_are_refused_and_stop_the_robot(goal, reason):
 
 
 def test_a_goal_beside_a_wall_is_judged_by_its_yaw():
-    assert make().refusal(Pose2D(-0.55, 3.0, math.pi / 2)) == ''
-    assert 'overlap' in make().refusal(Pose2D(-0.55, 3.0, 0.0))
+    assert make().refusal(Pose2D(-0.55, 3.0, math.pi / 2), 0.0) == ''
+    assert 'overlap' in make().refusal(Pose2D(-0.55, 3.0, 0.0), 0.0)
 
 
 def test_without_a_map_goals_are_refused():
@@ -129,7 +141,7 @@ def test_without_a_map_goals_are_refused():
 
 
 def test_unreachable_goals_end_after_planner_patience():
-    robot = Perfect(make(costmap(walled=True), planner_patience=2.0))
+    robot = Perfect(make(room(walled=True), planner_patience=2.0))
     robot.move_base.set_goal(GOAL, 0.0)
     result = robot.go(1)
     assert (result.status, result.phase, result.command) == ('active', 'planning', ZERO) and 'no way' in result.text
@@ -139,11 +151,20 @@ def test_unreachable_goals_end_after_planner_patience():
 
 
 def test_a_map_that_opens_while_planning_is_used():
-    robot = Perfect(make(costmap(walled=True)))
+    robot = Perfect(make(room(walled=True)))
     robot.move_base.set_goal(GOAL, 0.0)
     robot.go(10)
-    robot.move_base.set_costmap(OPEN)
-    assert robot.go(1).plan is not None
+    robot.move_base.global_costmap.layers['static'].set_map(room())
+    robot.move_base.local_costmap.layers['static'].set_map(room())
+    assert robot.go(25).status == 'active' and robot.move_base.counters.plans == 1
+
+
+def test_a_new_map_is_planned_on_at_once():
+    robot = driving()
+    robot.move_base.global_costmap.layers['static'].set_map(room(walled=True))
+    robot.move_base.replan()
+    result = robot.go(1)
+    assert (result.phase, result.command) == ('planning', ZERO) and 'no way' in result.text
 
 
 LOST = [(None, 0.0), (HOME, 0.6), (Pose2D(math.nan, 0.0, 0.0), 0.0), (HOME, math.nan)]
@@ -217,10 +238,8 @@ def test_the_same_run_twice_is_the_same():
 
 def test_bad_settings_are_all_said():
     with pytest.raises(ValueError) as error:
-        make(controller_frequency=0.0, planner_patience=-1.0, base_global_planner='navfn/NavfnROS',
-             base_local_planner='dwa_local_planner/DWAPlannerROS')
-    for text in ('controller_frequency is 0', 'planner_patience is -1', "'navfn/NavfnROS'", 'sara_nav/GridPlanner',
-                 "'dwa_local_planner/DWAPlannerROS'", 'sara_nav/RotateThenPursue'):
+        make(controller_frequency=0.0, planner_patience=-1.0, max_planning_retries=-2)
+    for text in ('controller_frequency is 0', 'planner_patience is -1', 'max_planning_retries is -2'):
         assert text in str(error.value)
 
 

@@ -2,21 +2,29 @@
 import sys
 import threading
 import time
+from collections import deque
 
 import actionlib
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
-from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
-from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult,
+                                RecoveryStatus)
+from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from sara_nav import costmap as cm
 from sara_nav import kernels
 from sara_nav import move_base as mb
+from sara_nav.goal_input import GoalError, global_pose
+from sara_nav.move_base_config import StepResult
 from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics, TransformListener
+from sara_nav.ros.cycle_watch import CycleWatch
+from sara_nav.ros.map_feed import MapFeed
+from sara_nav.ros.publishers import PlannerTopics
+from sara_nav.ros.services import Services
+from sara_nav.ros.tuning import Tuning
 from sara_nav.settings import read_settings
 
 ODOM_TIMEOUT = 0.5
@@ -24,48 +32,42 @@ ODOM_TIMEOUT = 0.5
 
 
 def read_parameters():
-    """Return the Settings of this node's parameters; raises ParameterError."""
+    """Return the Parameters of this node, with what is set in the namespaces above it."""
     tree = rospy.get_param('~', {})
-    found = {}
-    for name in ('footprint', 'robot_radius'):
-        space = rospy.get_name()
-        while space:  # from the namespace above the node's own up to the root, as the peer searches
-            space = space.rsplit('/', 1)[0]
-            if rospy.has_param(space + '/' + name):
-                found[name] = rospy.get_param(space + '/' + name)
-                break
-    return read_settings(Parameters(tree if isinstance(tree, dict) else {}), **found)
+    above, space = {}, rospy.get_name()
+    while space:  # from the namespace above the node's own up to the root, as the peer searches
+        space = space.rsplit('/', 1)[0]
+        values = rospy.get_param(space or '/', {})
+        if isinstance(values, dict):
+            above = {**{name: value for name, value in values.items() if not isinstance(value, dict)}, **above}
+    return Parameters(tree if isinstance(tree, dict) else {}, above)
 
 
 class MoveBaseNode:
-    """The shell around MoveBase; see the module."""
+    """The shell around MoveBase; see the module. ``lock`` is held while the machine works."""
 
     def __init__(self, settings):
         self.settings = settings
         self.machine = settings.make_move_base()
-        self._lock = threading.Lock()
-        self._map = None
-        self._abort_reason = None
+        self.lock = threading.RLock()
+        self.server = None
+        self._abort_reasons = deque(maxlen=10)
         self._odom = None
         self._pose_problem = ''
-        self.counts = {'missed_cycles': 0, 'bad_maps': 0, 'bad_odometry': 0, 'refused_goals': 0}
-        self._worst_cycle = 0.0
-        self._last_cycle = None
+        self.counts = {'bad_odometry': 0, 'refused_goals': 0}
         self._last_end = ''
         self._diagnostics_at = -1.0
         kernels.warm()
         self.diagnostics = Diagnostics('navigation')
+        self.watch = CycleWatch()
         self.tf = TransformListener()
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.current_goal = rospy.Publisher('~current_goal', PoseStamped, queue_size=1)
-        planner = settings.move_base.base_global_planner.split('/')[-1]
-        self.plan = rospy.Publisher('~%s/plan' % planner, Path, queue_size=1, latch=True)
-        self.costmap = rospy.Publisher('~global_costmap/costmap', OccupancyGrid, queue_size=1, latch=True)
+        self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
+        self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, settings.global_frame)
         self._odom_subscriber = rospy.Subscriber('odom', Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
-        self._map_subscriber = rospy.Subscriber(settings.map_topic, OccupancyGrid, self._on_map, queue_size=1,
-                                                tcp_nodelay=True)
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
-        self.server = None
+        self.map_feed = MapFeed(self)
         rospy.on_shutdown(self._on_shutdown)
 
     # -- messages in -------------------------------------------------------------------------------------------
@@ -79,27 +81,8 @@ class MoveBaseNode:
             return
         self._odom = velocity, msg.header.stamp.to_sec()
 
-    def _on_map(self, msg):
-        if self.settings.first_map_only and self.machine.costmap is not None:
-            return
-        try:
-            if msg.header.frame_id.lstrip('/') != self.settings.global_frame:
-                raise ValueError('it is in frame %r but global_frame is %r' % (
-                    msg.header.frame_id, self.settings.global_frame))
-            grid_map = conv.grid_from_msg(msg)
-            if abs(grid_map.origin_yaw) > 1e-6:
-                raise ValueError('its origin is turned by %.3f rad but must not be' % grid_map.origin_yaw)
-            built = self.settings.make_costmap(grid_map)
-        except ValueError as error:
-            self.counts['bad_maps'] += 1
-            rospy.logerr('a map was dropped: %s', error)
-            return
-        with self._lock:
-            self._map = built
-
     def _on_abort(self, msg):
-        with self._lock:
-            self._abort_reason = msg.data
+        self._abort_reasons.append(msg.data)
 
     def _on_simple_goal(self, msg):
         action = MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=msg))
@@ -109,89 +92,111 @@ class MoveBaseNode:
     # -- running -----------------------------------------------------------------------------------------------
 
     def run(self):
-        """Wait for the map, bring the action server up, and control until ROS shuts down."""
-        while not rospy.is_shutdown() and not self._take_map():
-            rospy.loginfo_throttle(5.0, 'waiting for a map on %s', self._map_subscriber.resolved_name)
-            self._publish_diagnostics(WARN, 'waiting for a map on %s' % self._map_subscriber.resolved_name)
+        """Wait for the map, bring action server and services up, and control until ROS shuts down."""
+        while not rospy.is_shutdown():
+            self.map_feed.feed()
+            missing = self.machine.costmaps.missing()
+            if not missing:
+                break
+            rospy.loginfo_throttle(5.0, 'waiting: %s', missing)
+            self._publish_diagnostics(WARN, 'waiting: %s' % missing)
             time.sleep(0.05)
         if rospy.is_shutdown():
             return
+        self.services = Services(self)
+        self.tuning = Tuning(self)
         self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, auto_start=False)
         self.server.start()
         self._goal_publisher = rospy.Publisher('move_base/goal', MoveBaseActionGoal, queue_size=1)
         self._simple_subscriber = rospy.Subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal,
                                                    queue_size=1, tcp_nodelay=True)
-        rospy.loginfo('ready for goals (%s, %s)', self.settings.move_base.base_global_planner,
-                      self.settings.move_base.base_local_planner)
-        rate = rospy.Rate(self.settings.move_base.controller_frequency)
+        rospy.loginfo('ready for goals (%s, %s)', self.machine.config.base_global_planner,
+                      self.machine.config.base_local_planner)
+        frequency, rate = None, None
         while not rospy.is_shutdown():
-            self._cycle()
+            if frequency != self.machine.config.controller_frequency:
+                frequency = self.machine.config.controller_frequency
+                rate = rospy.Rate(frequency)
+            with self.lock:
+                self._cycle()
             try:
                 rate.sleep()
             except rospy.ROSTimeMovedBackwardsException:
-                rospy.logwarn('time went back: transforms and the goal are forgotten')
-                self.tf.buffer.clear()
-                self._odom, self._last_cycle = None, None
-                self._diagnostics_at = -1.0
-                self.machine.abort('Goal aborted: time went back.')
-                rate = rospy.Rate(self.settings.move_base.controller_frequency)
+                self._time_went_back()
+                frequency = None
             except rospy.ROSInterruptException:
                 break
 
-    def _take_map(self):
-        with self._lock:
-            built, self._map = self._map, None
-        if built is None:
-            return False
-        self.machine.set_costmap(built)
-        g = built.geometry
-        rospy.loginfo('global costmap of %d x %d cells of %.3g m', g.width, g.height, g.resolution)
-        self.costmap.publish(conv.grid_to_msg(cm.to_occupancy(built.costs), g, 0.0, self.settings.global_frame,
-                                              rospy.Time.now()))
-        return True
+    def _time_went_back(self):
+        rospy.logwarn('time went back: transforms and the goal are forgotten')
+        self.tf.buffer.clear()
+        self.watch.forget()
+        self._odom = None
+        self._diagnostics_at = -1.0
+        with self.lock:
+            self.machine.abort('Goal aborted: time went back.')
+
+    def reconfigure(self, config, global_planner=None, local_planner=None):
+        """Go on with another configuration of move_base; new planners come with their topics. Called with the lock held."""
+        old = self.machine.config
+        listed = ('clearing_rotation_allowed', 'conservative_reset_dist')
+        other = any(getattr(old, name) != getattr(config, name) for name in listed)
+        self.machine.reconfigure(config, global_planner, local_planner, self.settings.recoveries.make(config) if other else None)
+        if global_planner or local_planner:
+            kernels.warm()
+            self.topics.close()
+            self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, self.settings.global_frame)
+        if global_planner:
+            self.services.offer(global_planner)
+
+    def is_wanted(self):
+        """True when a goal has come: whatever else is under way makes room."""
+        return self.server is not None and self.server.is_new_goal_available() or rospy.is_shutdown()
 
     def _cycle(self):
         now = rospy.Time.now()
         t = now.to_sec()
-        self._measure_cycle(t)
-        self._take_map()
+        machine = self.machine
+        self.watch.begins(t, machine.config.controller_frequency, machine.active)
+        self.map_feed.feed()
         self._take_abort()
         self._take_requests(t)
-        pose, pose_time = self._robot_pose()
-        was_active = self.machine.active
-        result = self.machine.step(t, pose, self._velocity(t), pose_time)
+        pose, pose_time = self.robot_pose()
+        local_pose = self.local_pose()
+        if local_pose is None and self.settings.local_frame != self.settings.global_frame:
+            pose = None
+        result = self.watch.works(lambda: machine.step(t, pose, self._velocity(t), pose_time, local_pose))
+        self._announce(result, pose, now)
         if result.status == mb.ACTIVE:
             self.cmd_vel.publish(conv.twist_to_msg(*result.command))
             if pose is not None:
                 self.server.publish_feedback(MoveBaseFeedback(
                     base_position=conv.pose_stamped(pose, self.settings.global_frame, now)))
+                g = machine.local_costmap.geometry
+                self.topics.publish_cycle(pose, 0.5 * max(g.width, g.height) * g.resolution, now)
             if result.text:
                 rospy.logwarn_throttle(2.0, '%s%s', result.text, self._pose_problem and ': ' + self._pose_problem)
         elif result.status != mb.IDLE:
             self._finish(result)
-        elif was_active:
-            self.cmd_vel.publish(Twist())
-        if result.plan is not None:
-            self.plan.publish(conv.path_to_msg(result.plan, self.settings.global_frame, now))
         self._report(result)
 
-    def _measure_cycle(self, t):
-        last, self._last_cycle = self._last_cycle, t
-        if last is None or not self.machine.active:
-            return
-        taken = t - last
-        self._worst_cycle = max(self._worst_cycle, taken)
-        if taken > 1.5 / self.settings.move_base.controller_frequency:
-            self.counts['missed_cycles'] += 1
-            rospy.logwarn_throttle(5.0, 'a control cycle took %.3f s, controller_frequency asks for %.3f s', taken,
-                                   1.0 / self.settings.move_base.controller_frequency)
+    def _announce(self, result, pose, now):
+        """Publish what begins in this step: a recovery behaviour, a plan, another goal than the one that was asked for."""
+        frame = self.settings.global_frame
+        if result.recovery is not None:
+            index, total, name = result.recovery
+            rospy.logwarn('recovery behaviour %d of %d: %s', index + 1, total, result.text or name)
+            self.recovery_status.publish(RecoveryStatus(conv.pose_stamped(pose, frame, now), index, total, name))
+        if result.plan is not None:
+            self.topics.publish_plan(result.plan, self.machine.global_costmap.costmap, now)
+        if result.goal_used is not None:
+            rospy.logwarn('%s', result.text)
+            self.current_goal.publish(conv.pose_stamped(result.goal_used, frame, now))
 
     def _take_abort(self):
         """Give up the goal that somebody says cannot be reached now; one that comes later is not meant."""
-        with self._lock:
-            reason, self._abort_reason = self._abort_reason, None
-        if reason is not None:
-            self.machine.abort('Goal aborted: %s' % reason)
+        while self._abort_reasons:
+            self.machine.abort('Goal aborted: %s' % self._abort_reasons.popleft())
 
     def _take_requests(self, t):
         if self.server.is_new_goal_available():
@@ -200,24 +205,17 @@ class MoveBaseNode:
             self.machine.cancel(t)
 
     def _accept(self, goal, t):
-        target = goal.target_pose
-        frame = target.header.frame_id.lstrip('/')
         try:
-            if not frame:
-                raise ValueError('its frame_id is empty')
-            pose = conv.pose_from_msg(target.pose)
-            if frame != self.settings.global_frame:
-                there = self.tf.latest(self.settings.global_frame, frame)
-                pose = conv.pose_from_transform(there.transform).compose(pose)
-        except (ValueError, tf2_ros.TransformException) as error:
-            text = 'Goal refused: %s.' % error
+            pose = self.global_pose(goal.target_pose)
+        except GoalError as error:
+            text = '%s.' % error
             self.machine.abort(text)
         else:
             text = self.machine.set_goal(pose, t)
         if text:
             self.counts['refused_goals'] += 1
             self.machine.step(t, None)  # takes the machine's own word about the end; it is said here
-            self._finish(mb.StepResult((0.0, 0.0), mb.ABORTED, text))
+            self._finish(StepResult((0.0, 0.0), mb.ABORTED, text))
             return
         rospy.loginfo('goal (%.2f, %.2f, %.2f rad)', pose.x, pose.y, pose.yaw)
         self.current_goal.publish(conv.pose_stamped(pose, self.settings.global_frame, rospy.Time.now()))
@@ -238,7 +236,21 @@ class MoveBaseNode:
             rospy.logerr('%s', result.text)
             self.server.set_aborted(MoveBaseResult(), result.text)
 
-    def _robot_pose(self):
+    # -- poses -------------------------------------------------------------------------------------------------
+
+    def global_pose(self, stamped):
+        """Return the Pose2D of a geometry_msgs/PoseStamped in the global frame; raises GoalError."""
+        p, q = stamped.pose.position, stamped.pose.orientation
+        return global_pose(stamped.header.frame_id, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), self.settings.global_frame,
+                           self._find_frame)
+
+    def _find_frame(self, frame):
+        try:
+            return conv.pose_from_transform(self.tf.latest(self.settings.global_frame, frame).transform)
+        except tf2_ros.TransformException as error:
+            raise LookupError(str(error)) from None
+
+    def robot_pose(self):
         """Return (Pose2D, stamp s) of the robot in the global frame, or (None, None)."""
         try:
             msg = self.tf.latest(self.settings.global_frame, self.settings.robot_base_frame)
@@ -248,6 +260,16 @@ class MoveBaseNode:
             return None, None
         self._pose_problem = ''
         return pose, (None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec())
+
+    def local_pose(self):
+        """Return the Pose2D of the robot in the local costmap's frame, None where that is the global one or is not known."""
+        if self.settings.local_frame == self.settings.global_frame:
+            return None
+        try:
+            return conv.pose_from_transform(self.tf.latest(self.settings.local_frame, self.settings.robot_base_frame).transform)
+        except (ValueError, tf2_ros.TransformException) as error:
+            self._pose_problem = str(error)
+            return None
 
     def _velocity(self, t):
         odom = self._odom
@@ -263,6 +285,8 @@ class MoveBaseNode:
                 self.settings.global_frame, self.settings.robot_base_frame, self._pose_problem)
             (rospy.logwarn_throttle if self.machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self._publish_diagnostics(ERROR if self.machine.active else WARN, text)
+        elif result.stale:
+            self._publish_diagnostics(ERROR, result.text)
         elif self._odom is None:
             text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % (
                 self._odom_subscriber.resolved_name)
@@ -279,10 +303,8 @@ class MoveBaseNode:
         if self._diagnostics_at >= 0.0 and 0.0 <= now - self._diagnostics_at < 1.0:
             return
         self._diagnostics_at = now
-        values = dict(vars(self.machine.counters), **self.counts)
-        values['worst_cycle_s'] = '%.3f' % self._worst_cycle
+        values = dict(vars(self.machine.counters), **self.counts, **self.map_feed.counts, **self.watch.values())
         values['last_end'] = self._last_end
-        self._worst_cycle = 0.0
         self.diagnostics.publish(level, text, values)
 
     def _on_shutdown(self):
@@ -294,7 +316,7 @@ def main():
     """Run the node until ROS shuts down; exit status 1 when its parameters cannot be used."""
     rospy.init_node('move_base')
     try:
-        settings = read_parameters()
+        settings = read_settings(read_parameters())
     except ParameterError as error:
         rospy.logfatal('move_base cannot start: %s', error)
         sys.exit(1)

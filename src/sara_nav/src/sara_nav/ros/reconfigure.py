@@ -74,10 +74,16 @@ class Reconfigure:
         self._server = Server(self._description, self._on_wanted, namespace)
 
     def put(self, config):
-        """Tell clients of a configuration that came into force by other means."""
+        """Tell clients of a configuration that came into force by other means; hold no lock that the callback takes."""
         with self._lock:
             self.config = config
         self._server.update_configuration({})
+
+    def close(self):
+        """Take the server down."""
+        self._server.set_service.shutdown()
+        self._server.descr_topic.unregister()
+        self._server.update_topic.unregister()
 
     def _on_wanted(self, wanted, _level):
         """Take what was changed: the Server clamps all fields, and values at start may lie outside; those stay."""

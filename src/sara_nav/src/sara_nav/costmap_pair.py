@@ -1,0 +1,60 @@
+"""The two costmaps that move_base drives with: one to plan on, one to steer and look for collisions on."""
+from sara_nav.collision import LocalWorld
+from sara_nav.geometry import Pose2D
+
+SAME = Pose2D(0.0, 0.0, 0.0)
+
+
+class CostmapPair:
+    """The LayeredCostmaps ``world`` (to plan on) and ``local``, updated when they are due.
+
+    ``changed``: the windows (x0, y0, xn, yn) or None that the last ``update`` changed, by 'global' and 'local'.
+    """
+
+    def __init__(self, world, local):
+        self.world, self.local = world, local
+        self.changed = {}
+        self._at_once = False
+
+    def wake(self):
+        """Have the next ``update`` build both, due or not."""
+        self._at_once = True
+
+    def ensure(self, t):
+        """Build at t (s) what was never built: then the robot's pose does not matter yet."""
+        for costmap in (self.world, self.local):
+            if costmap.updated_at is None:
+                costmap.update(t, None)
+
+    def update(self, t, pose, local_pose):
+        """Build what is due at t (s) around the robot's pose (Pose2D or None) in either costmap's frame."""
+        self.changed = {}
+        for name, costmap, at in (('global', self.world, pose), ('local', self.local, local_pose or pose)):
+            if self._at_once or costmap.due(t):
+                self.changed[name] = costmap.update(t, at)
+        self._at_once = False
+
+    def reset(self, t, pose, local_pose):
+        """Forget what sensors have seen, and build both anew."""
+        for costmap in (self.world, self.local):
+            costmap.reset()
+        self.wake()
+        self.update(t, pose, local_pose)
+
+    def missing(self):
+        """Return '' or the sentence that says which map has not come yet."""
+        for costmap in (self.world, self.local):
+            for layer in costmap.layers.values():
+                problem = layer.stale(0.0) if hasattr(layer, 'set_map') and layer.enabled else ''
+                if problem:
+                    return problem
+        return ''
+
+    def collides(self, pose, unknown_blocks):
+        """True when the footprint at a Pose2D overlaps an obstacle of the global costmap or leaves the map."""
+        return LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks).collides(pose)
+
+    def around(self, pose, local_pose, unknown_blocks):
+        """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""
+        offset = SAME if local_pose is None else local_pose.compose(pose.inverse())
+        return LocalWorld(self.local.costmap, self.local.footprint, unknown_blocks, offset)

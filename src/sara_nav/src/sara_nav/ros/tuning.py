@@ -1,0 +1,61 @@
+"""dynamic_reconfigure of move_base and of its planners; the costmaps look after themselves."""
+import dataclasses
+
+import rospy
+
+from sara_nav.grid_planner import GLOBAL_PLANNERS
+from sara_nav.local_planner import LOCAL_PLANNERS
+from sara_nav.move_base_config import LIMITS
+from sara_nav.parameters import Parameters
+from sara_nav.ros.publishers import short_name
+from sara_nav.ros.reconfigure import Reconfigure
+from sara_nav.settings import read_planner
+
+DYNAMIC = ('base_global_planner', 'base_local_planner', 'planner_frequency', 'controller_frequency', 'planner_patience',
+           'controller_patience', 'max_planning_retries', 'conservative_reset_dist', 'recovery_behavior_enabled',
+           'clearing_rotation_allowed', 'shutdown_costmaps', 'oscillation_timeout', 'oscillation_distance',
+           'make_plan_clear_costmap', 'make_plan_add_unreachable_goal')
+"""The fields of the peer's MoveBase.cfg that have an effect."""
+
+
+class Tuning:
+    """Servers for move_base and its two planners. node: what has ``machine``, ``lock`` and ``reconfigure``."""
+
+    def __init__(self, node):
+        self._node = node
+        self._planners = {}
+        self._offer('global', node.machine.global_planner)
+        self._offer('local', node.machine.local_planner)
+        self._move_base = Reconfigure('', node.machine.config, LIMITS, self._on_move_base, DYNAMIC)
+
+    def _offer(self, kind, planner):
+        if kind in self._planners:
+            self._planners.pop(kind).close()
+        config = planner.config
+        limits = {name: limit[:2] for name, limit in getattr(config, 'LIMITS', {}).items()}
+        fixed = getattr(config, 'FIXED', ())
+        names = [field.name for field in dataclasses.fields(config) if field.name not in fixed]
+        self._planners[kind] = Reconfigure(short_name(planner), config, limits,
+                                           lambda new: self._on_planner(planner, new), names)
+
+    def _on_planner(self, planner, config):
+        with self._node.lock:
+            planner.config = config
+        return ''
+
+    def _on_move_base(self, config):
+        """Take another configuration of move_base; return '' or why a planner cannot be had."""
+        old, made = self._node.machine.config, {}
+        tree = Parameters(rospy.get_param('~', {}))
+        for kind, registry, name, before in (
+                ('global', GLOBAL_PLANNERS, config.base_global_planner, old.base_global_planner),
+                ('local', LOCAL_PLANNERS, config.base_local_planner, old.base_local_planner)):
+            if name != before:
+                made[kind] = read_planner(tree, registry, name)
+        if tree.faults:
+            return '; '.join(tree.faults)
+        with self._node.lock:
+            self._node.reconfigure(config, made.get('global'), made.get('local'))
+        for kind, planner in made.items():
+            self._offer(kind, planner)
+        return ''
