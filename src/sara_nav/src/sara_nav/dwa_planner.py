@@ -85,6 +85,10 @@ class DWAPlannerConfig:
     FIXED: ClassVar[tuple] = ('latch_xy_goal_tolerance', 'sum_scores', 'publish_cost_grid_pc', 'publish_traj_pc',
                               'global_frame_id', 'cheat_factor', 'controller_frequency', 'odom_topic')
     """What the peer does not let dynamic_reconfigure change."""
+    WITHOUT_EFFECT: ClassVar[dict] = {
+        'stop_time_buffer': 'a trajectory that touches something within sim_time is discarded, however late',
+        'acc_lim_trans': 'acc_lim_x is the limit of a robot that moves along x alone'}
+    """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""

@@ -81,6 +81,10 @@ class TrajectoryPlannerConfig:
     FIXED: ClassVar[tuple] = ('xy_goal_tolerance', 'yaw_goal_tolerance', 'latch_xy_goal_tolerance', 'stop_time_buffer',
                               'prune_plan', 'controller_frequency', 'meter_scoring', 'world_model')
     """What the peer does not let dynamic_reconfigure change."""
+    WITHOUT_EFFECT: ClassVar[dict] = {
+        'stop_time_buffer': 'a trajectory that touches something within sim_time is discarded, however late',
+        'point_grid/': 'world_model is costmap, the only one there is'}
+    """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
@@ -150,7 +154,7 @@ class TrajectoryPlanner(SamplingPlanner):
         forward, turning, step = self._speeds(pose, velocity, plan)
         if self._escape_from is not None:
             forward = forward[:0]
-        samples = np.vstack([forward, turning, [[c.escape_vel, 0.0]]])
+        samples = np.vstack([forward, turning, [[0.0, 0.0], [c.escape_vel, 0.0]]])
         ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x, -c.escape_vel))
         cost, ends = rollout.score(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
@@ -161,9 +165,9 @@ class TrajectoryPlanner(SamplingPlanner):
         self._update_escape(pose)
         if best is None:
             return self._back_out(pose, cost[-1], state, acceleration, simulation, world)
+        if 0.0 <= cost[-2] < cost[best]:
+            return None, None, 'standing still costs less than every trajectory'
         sample = tuple(float(v) for v in samples[best])
-        if sample == (0.0, 0.0):
-            return None, None, 'no trajectory ends nearer to the goal than standing still'
         self._remember_turn(sample, pose)
         return sample, rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
 
@@ -179,7 +183,7 @@ class TrajectoryPlanner(SamplingPlanner):
         v = np.linspace(slow, fast, c.vx_samples) if c.vx_samples > 1 else np.array([fast])
         w = np.hstack([[0.0], np.linspace(right, left, max(c.vtheta_samples - 1, 0))])
         forward = np.column_stack([np.repeat(v, len(w)), np.tile(w, len(v))])
-        forward = forward[(forward[:, 0] != 0.0) | (forward[:, 1] == 0.0)]  # the other turns in place come below
+        forward = forward[forward[:, 0] != 0.0]  # turns in place come below, standing still is judged apart
         turns = np.linspace(right, left, c.vtheta_samples)
         step = (left - right) / max(c.vtheta_samples - 1, 1)
         turns = turns[np.abs(turns) > step] if len(turns) > 2 else turns[turns != 0.0]
@@ -195,10 +199,10 @@ class TrajectoryPlanner(SamplingPlanner):
         """
         possible = cost[:forward] >= 0.0
         best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
-        nearest = np.inf
-        for i in range(forward, len(samples) - 1):
+        nearest, dearest = np.inf, np.inf if best is None else cost[best]
+        for i in range(forward, len(samples) - 2):
             side = 1 if samples[i, 1] > 0.0 else -1
-            if cost[i] < 0.0 or self._only[-side] or (best is not None and cost[i] > cost[best]):
+            if not 0.0 <= cost[i] <= dearest or self._only[-side]:
                 continue
             x, y, yaw = ends[i]
             cell = geometry.to_cell(x + self.config.heading_lookahead * math.cos(yaw),

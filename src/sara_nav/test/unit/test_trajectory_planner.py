@@ -1,0 +1,212 @@
+"""TrajectoryPlannerROS cycle by cycle: what is sampled, which sample is taken, and what its parameters do."""
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from sara_nav import local_planner as lp
+from sara_nav.collision import LocalWorld
+from sara_nav.costmap import Costmap
+from sara_nav.geometry import Pose2D
+from sara_nav.grid import GridGeometry
+from sara_nav.planning import dense_plan
+from sara_nav.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig
+
+SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
+STILL = (0.0, 0.0)
+
+
+def world(*boxes, unknown=()):
+    """Return a LocalWorld of 10 m x 10 m, a cell centred on the origin, with boxes (x0, y0, x1, y1) of obstacles."""
+    costs = np.zeros((201, 201), np.uint8)
+    for value, group in ((254, boxes), (255, unknown)):
+        for x0, y0, x1, y1 in group:
+            c0, r0, c1, r1 = (math.floor((v + 5.025) / 0.05 + 1e-9) for v in (x0, y0, x1, y1))
+            costs[r0:r1, c0:c1] = value
+    return LocalWorld(Costmap(costs, GridGeometry(201, 201, 0.05, -5.025, -5.025)), SARA)
+
+
+def first(planner, plan, where=None, pose=Pose2D(0.0, 0.0, 0.0), velocity=STILL):
+    planner.start(plan)
+    planner._last = velocity  # what it does is what it was told
+    return planner.update(0.0, 0.05, pose, velocity, 0.0, where or world())
+
+
+def planner_with(**config):
+    return TrajectoryPlanner(TrajectoryPlannerConfig(**config))
+
+
+AHEAD = dense_plan([(0.0, 0.0), (4.0, 0.0)], 0.0)
+BEHIND = dense_plan([(0.0, 0.0), (-4.0, 0.0)], 0.0)
+LEFT = dense_plan([(0.0, 0.0), (0.0, 4.0)], 0.0)
+
+
+def test_the_plan_ahead_is_driven_at_once_and_fast():
+    command = first(planner_with(), AHEAD)
+    assert command.state == lp.DRIVING and command.v == pytest.approx(0.55) and abs(command.w) < 0.06
+
+
+@pytest.mark.parametrize('plan, senses', [(LEFT, (1,)), (LEFT * (1, -1, 1), (-1,)), (BEHIND, (-1, 1))])
+def test_a_plan_to_the_side_or_behind_is_turned_to(plan, senses):
+    command = first(planner_with(), plan)
+    assert command.w * senses[0] > 0.0 or command.w * senses[-1] > 0.0
+    assert command.v == 0.0 and abs(command.w) >= 0.4
+
+
+def test_a_mirrored_world_is_driven_mirrored():
+    """The peer leaves out the fastest turn to the left."""
+    where, mirrored = world((0.9, 0.1, 1.4, 0.6)), world((0.9, -0.6, 1.4, -0.1))
+    plan = dense_plan([(0.0, 0.0), (1.2, -0.7), (4.0, -0.7)], 0.0)
+    a, b = first(planner_with(), plan, where), first(planner_with(), plan * (1, -1, 1), mirrored)
+    assert a.v > 0.0 and a.w < 0.0 and (b.v, b.w) == pytest.approx((a.v, -a.w), abs=0.06)
+
+
+def test_turning_back_is_barred_until_the_robot_has_moved():
+    planner = planner_with(vx_samples=1)  # fast or not at all: then it turns in place
+    planner.start(LEFT)
+    for i in range(2):
+        assert planner.update(0.05 * i, 0.05, Pose2D(0.0, 0.0, 0.0), STILL, 0.0, world()).w > 0.0
+    planner.replan(LEFT * (1, -1, 1))
+    planner.goal = Pose2D(*LEFT[-1])  # as if it were the same goal
+    assert planner.update(0.1, 0.05, Pose2D(0.0, 0.0, 0.0), STILL, 0.0, world()).w > 0.0, 'barred'
+    sideways = Pose2D(0.06, 0.0, 0.0)
+    planner.update(0.15, 0.05, sideways, STILL, 0.0, world((0.6, -2.0, 0.8, 2.0)))
+    planner._remember_turn((0.3, 0.0), sideways)
+    assert planner.update(0.2, 0.05, sideways, STILL, 0.0, world()).w < 0.0, 'has moved 6 cm'
+
+
+def test_speed_near_the_goal_is_such_that_it_is_not_overshot():
+    command = first(planner_with(), dense_plan([(0.0, 0.0), (0.5, 0.0)], 0.0))
+    assert 0.25 < command.v <= 0.5 / 1.7
+
+
+def test_dwa_samples_only_what_one_period_reaches():
+    command = first(planner_with(dwa=True, acc_lim_x=1.0, controller_frequency=10.0), AHEAD, velocity=(0.2, 0.0))
+    assert command.v <= 0.2 + 0.1 + 1e-9
+    assert first(planner_with(), AHEAD, velocity=(0.2, 0.0)).v == pytest.approx(0.55)
+
+
+def test_the_robot_backs_out_when_all_else_is_blocked_and_only_where_it_is_free():
+    beside = (-0.56, 0.40, 0.6, 0.45), (-0.56, -0.45, 0.6, -0.40)
+    box = (0.6, -1.0, 0.75, 1.0), *beside
+    planner = planner_with(min_vel_x=0.1)
+    command = first(planner, AHEAD, world(*box))
+    assert (command.v, command.w) == (-0.1, 0.0) and 'escape_vel' in command.text
+    command = planner.update(0.05, 0.05, Pose2D(0.0, 0.0, 0.0), STILL, 0.0, world())
+    assert command.v <= 0.0, 'while escaping, nothing forward'
+    command = planner.update(0.1, 0.05, Pose2D(-0.11, 0.0, 0.0), STILL, 0.0, world())
+    planner.update(0.15, 0.05, Pose2D(-0.11, 0.0, 0.0), STILL, 0.0, world())
+    assert planner.update(0.2, 0.05, Pose2D(-0.11, 0.0, 0.0), STILL, 0.0, world()).v > 0.0, 'escape_reset_dist'
+    command = first(planner, AHEAD, world(*box, (-0.7, -1.0, -0.6, 1.0)))
+    assert command.state == lp.BLOCKED and (command.v, command.w) == STILL and 'footprint' in command.text
+
+
+def test_no_way_to_the_goal_is_said():
+    wall = (1.5, -5.0, 1.6, 5.0), (-5.0, 3.0, 1.6, 3.1), (-5.0, -3.1, 1.6, -3.0), (-3.0, -3.0, -2.9, 3.0)
+    command = first(planner_with(), AHEAD, world(*wall))
+    assert command.state == lp.BLOCKED and 'no way' in command.text and (command.v, command.w) == STILL
+
+
+def test_unknown_cells_of_the_local_costmap_end_the_plan_and_block_the_outline():
+    command = first(planner_with(), AHEAD, world(unknown=[(0.56, -5.0, 5.0, 5.0)]))
+    assert command.v <= 0.0
+    assert first(planner_with(), AHEAD, world(unknown=[(-5.0, -5.0, 5.0, 5.0)])).state == lp.OFF_PATH
+
+
+def test_weights_decide_between_the_path_and_the_short_way():
+    """With no weight on the path the corner is cut; with much, it is not."""
+    corner = dense_plan([(0.0, 0.0), (1.5, 0.0), (1.5, 2.0)], 1.57)
+    cut = first(planner_with(path_distance_bias=0.0), corner, velocity=(0.5, 0.0))
+    keep = first(planner_with(path_distance_bias=5.0), corner, velocity=(0.5, 0.0))
+    assert cut.w > keep.w + 0.05
+
+
+def test_occdist_scale_keeps_away_from_what_costs():
+    where = world()
+    where.costmap.costs[98:130, 115:140] = 120
+    near = first(planner_with(occdist_scale=0.0, path_distance_bias=0.0), AHEAD, where)
+    away = first(planner_with(occdist_scale=1.0, path_distance_bias=0.0), AHEAD, where)
+    assert near.v == pytest.approx(0.55) and (away.v < 0.3 or away.w < -0.2)
+
+
+def test_meter_scoring_weighs_metres_instead_of_cells():
+    planner = planner_with(meter_scoring=True)
+    first(planner, AHEAD)
+    scaled = planner.cost_cloud
+    other = planner_with(path_distance_bias=0.6 * 0.05, goal_distance_bias=0.8 * 0.05)
+    first(other, AHEAD)
+    assert np.allclose(scaled, other.cost_cloud)
+
+
+def test_the_simple_attractor_drives_at_the_end_of_the_plan():
+    detour = dense_plan([(0.0, 0.0), (0.0, 2.0), (3.0, 2.0), (3.0, 0.0)], 0.0)
+    wall = world((1.7, -5.0, 1.8, 1.3))
+    assert first(planner_with(simple_attractor=True), detour, wall).v > 0.4
+    assert first(planner_with(), detour, wall).w > 0.3
+
+
+def test_heading_scoring_turns_towards_the_plan():
+    plan = dense_plan([(0.0, 0.0), (2.5, 2.5)], 0.0)
+    command = first(planner_with(heading_scoring=True, heading_scoring_timestep=0.8), plan)
+    assert command.state == lp.DRIVING and command.w > 0.2
+
+
+def test_the_cost_cloud_holds_what_can_be_driven_to():
+    planner = planner_with()
+    assert planner.cost_cloud is None
+    first(planner, AHEAD, world((1.0, 1.0, 2.0, 2.0)))
+    cloud = planner.cost_cloud
+    assert cloud.shape[1] == 7 and np.isfinite(cloud).all()
+    inside = (cloud[:, 0] > 1.0) & (cloud[:, 0] < 2.0) & (cloud[:, 1] > 1.0) & (cloud[:, 1] < 2.0)
+    assert not inside.any(), 'obstacles'
+    assert not ((np.abs(cloud[:, 0]) < 0.45) & (np.abs(cloud[:, 1]) < 0.2)).any(), 'under the robot'
+    assert np.allclose(cloud[:, 6], 0.6 * cloud[:, 3] + 0.8 * cloud[:, 4] + 0.01 * cloud[:, 5])
+
+
+def test_a_better_plan_to_the_same_goal_keeps_what_is_reached():
+    planner = planner_with(latch_xy_goal_tolerance=True)
+    planner.start(AHEAD)
+    for i in range(10):
+        planner.update(0.05 * i, 0.05, Pose2D(4.0, 0.0, 1.0), STILL, 0.0, world())
+    assert planner.phase == 'turn to goal'
+    planner.replan(AHEAD)
+    assert planner.phase == 'turn to goal'
+    planner.replan(BEHIND)
+    assert planner.phase == 'follow path'
+
+
+# -- configuration -----------------------------------------------------------------------------------------------
+
+def test_defaults_are_the_peers_values_in_force():
+    config = TrajectoryPlannerConfig()
+    assert config.faults() == []
+    assert (config.sim_time, config.vx_samples, config.goal_distance_bias, config.dwa, config.max_vel_x,
+            config.min_vel_x, config.heading_scoring_timestep) == (1.7, 20, 0.8, False, 0.55, 0.0, 0.1)
+    assert config.escape_reset_theta == pytest.approx(0.5 * math.pi)
+
+
+@pytest.mark.parametrize('config, text', [
+    ({'holonomic_robot': True}, 'holonomic_robot is true but must be false'),
+    ({'escape_vel': 0.1}, 'escape_vel is 0.1 but must be negative'), ({'escape_vel': math.nan}, 'escape_vel is nan'),
+    ({'sim_time': 0.0}, 'sim_time is 0.0 but must be a number > 0'), ({'vx_samples': 0}, 'vx_samples is 0'),
+    ({'max_vel_x': math.inf}, 'max_vel_x is inf'), ({'min_vel_theta': 0.5}, 'min_vel_theta is 0.5'),
+    ({'world_model': 'freespace'}, "world_model is 'freespace' but must be costmap"),
+    ({'y_vels': 'fast'}, "y_vels is 'fast' but must be numbers"), ({'min_vel_x': 0.9}, 'min_vel_x is 0.9'),
+    ({'heading_scoring': True, 'sim_time': 0.05}, 'heading_scoring_timestep is 0.1')])
+def test_bad_values_are_named_and_refused(config, text):
+    bad = TrajectoryPlannerConfig(**config)
+    assert len(bad.faults()) == 1 and bad.faults()[0].startswith(text)
+    with pytest.raises(ValueError):
+        TrajectoryPlanner(bad)
+    planner = TrajectoryPlanner()
+    with pytest.raises(ValueError):
+        planner.configure(bad)
+    assert planner.config == TrajectoryPlannerConfig()
+
+
+def test_every_number_has_limits():
+    numbers = {f.name for f in dataclasses.fields(TrajectoryPlannerConfig) if f.type in (float, int)}
+    assert numbers - {'escape_vel'} == set(TrajectoryPlannerConfig.LIMITS)
+    names = {f.name for f in dataclasses.fields(TrajectoryPlannerConfig)}
+    assert set(TrajectoryPlannerConfig.FIXED) < names and 'stop_time_buffer' in TrajectoryPlannerConfig.WITHOUT_EFFECT
