@@ -155,3 +155,10 @@ def descend_grid(potential, width, source_x, source_y, goal_x, goal_y):
     result[:count] = path[:count]
     result[count, 0], result[count, 1] = source_x, source_y
     return result
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    field = np.full(9, HIGH, np.float32)
+    for follow in (descend, descend_grid):
+        follow(field, 3, 1.0, 1.0, 1.0, 1.0)

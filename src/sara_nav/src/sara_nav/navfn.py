@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sara_nav import potential_astar
 from sara_nav.planning import GLOBAL_PLANNERS
 from sara_nav.potential_planner import PotentialPlanner
 
@@ -64,3 +65,11 @@ class NavfnROS(PotentialPlanner):
 
     def _table(self):
         return step_costs(self.config.allow_unknown), OBSTACLE
+
+    def _spread(self, fields, count, target, obstacle):
+        if not self.config.use_astar or target < 0:
+            return super()._spread(fields, count, target, obstacle)
+        levels = fields.blocks[2].view(np.int32)
+        levels[:] = -1
+        return potential_astar.spread_astar(fields.steps, fields.potential, levels, *fields.blocks[:2], count,
+                                            fields.width, target, obstacle, float(NEUTRAL))

@@ -117,3 +117,11 @@ def spread(steps, potential, pending, current, following, over, count, width, ta
             current, over = over, current
             count, waiting = waiting, 0
     return updates
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    steps, pending = np.zeros(25, np.uint8), np.zeros(25, np.uint8)
+    field = np.zeros(25, np.float32)
+    prepare(np.zeros((3, 3), np.uint8), np.ones(256, np.uint8), 2, True, steps, field, pending)
+    spread(steps, field, pending, *(np.zeros(25, np.uint32) for _ in range(3)), 0, 5, -1, 2, 1.0, True)

@@ -2,9 +2,11 @@
 
 A planner says which costs are passable and what they cost, and where the wave starts; the rest is here.
 """
+import functools
+
 import numpy as np
 
-from sara_nav import gradient_path, potential
+from sara_nav import gradient_path, potential, potential_astar
 from sara_nav.geometry import Pose2D
 from sara_nav.planning import PlanError, nearest_cell, place_of, plan_from_points
 
@@ -30,6 +32,13 @@ class _Fields:
         return self.potential.reshape(self.shape[0] + 2, self.width)[1:-1, 1:-1]
 
 
+@functools.lru_cache(maxsize=None)
+def warm():
+    """Compile, or load from the cache, every kernel of these planners, once; making a planner does it too."""
+    for module in (potential, potential_astar, gradient_path):
+        module.warm()
+
+
 class PotentialPlanner:
     """A planner whose plan leads down a potential. After ``plan``:
 
@@ -38,6 +47,7 @@ class PotentialPlanner:
     """
 
     def __init__(self, config):
+        warm()
         self.config = config
         self.goal_used = None
         self._fields = None
@@ -48,10 +58,10 @@ class PotentialPlanner:
         """A copy of the last search's potential, or None."""
         return None if self._geometry is None else self._fields.inner().copy()
 
-    def reached(self, x, y):
-        """True when the last search's wave came to the cell of the point (m)."""
-        cell = None if self._geometry is None else self._geometry.to_cell(x, y)
-        return cell is not None and bool(self._fields.inner()[cell[1], cell[0]] < potential.HIGH)
+    def explore(self, costmap, start):
+        """Return which cells, bool (rows, columns), a plan from Pose2D start can lead to; start must be on the map."""
+        fields = self._search(costmap, *self._table(), start, costmap.geometry.to_cell(start.x, start.y), None)
+        return fields.inner() < potential.HIGH
 
     def plan(self, costmap, start, goal):
         """Return a plan (n, 3) from Pose2D start to Pose2D goal; raises PlanError.
@@ -61,10 +71,11 @@ class PotentialPlanner:
         self.goal_used = self._geometry = None
         g = costmap.geometry
         first = g.to_cell(start.x, start.y)
-        if not (start.is_finite() and first is not None):
+        for name, pose in (('robot\'s pose', start), ('goal', goal)):
+            if not pose.is_finite():
+                raise PlanError('the %s (%r, %r, %r) is not finite' % (name, pose.x, pose.y, pose.yaw))
+        if first is None:
             raise PlanError('the robot at %s is off the map' % place_of(start))
-        if not goal.is_finite():
-            raise PlanError('the goal %s is not a pose' % place_of(goal))
         tolerance = self.config.default_tolerance
         last = g.to_cell(goal.x, goal.y)
         table, obstacle = self._table()
@@ -117,6 +128,7 @@ class PotentialPlanner:
         return fields
 
     def _spread(self, fields, count, target, obstacle):
+        """Run the wave; A* planners have their own."""
         potential.spread(fields.steps, fields.potential, fields.pending, *fields.blocks, count, fields.width, target,
                          obstacle, self._increment(), self._quadratic())
 

@@ -28,8 +28,8 @@ def make(costs, resolution=0.1, x=-0.3, y=2.0):
 
 def full_potential(costs, source, allow_unknown):
     """The potential of the whole map, from a wave that runs until nothing is left; the edge closed as in the peer."""
-    planner = NavfnROS(NavfnConfig(allow_unknown=allow_unknown))
-    planner._search(make(costs), *planner._table(), Pose2D(0.0, 0.0, 0.0), source, None)
+    planner, costmap = NavfnROS(NavfnConfig(allow_unknown=allow_unknown)), make(costs)
+    planner.explore(costmap, Pose2D(*costmap.geometry.to_world(*source), 0.0))
     return planner.potential
 
 
