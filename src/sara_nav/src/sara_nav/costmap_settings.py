@@ -28,12 +28,13 @@ UNSET = (None, '', '[]', [])
 @dataclass(frozen=True)
 class CostmapSettings:
     """A costmap's whole configuration. layers: (name, layer class, its config) from the bottom up; ``unpadded``:
-    corners (k, 2) of the footprint, m; topics as they were given."""
+    corners (k, 2) of the footprint, m; ``robot_radius``: what they were made from, None where a polygon was given."""
 
     prefix: str
     config: CostmapConfig
     layers: tuple
     unpadded: np.ndarray
+    robot_radius: float = None
     footprint_padding: float = 0.01
     footprint_topic: str = 'footprint'
     published_footprint_topic: str = 'footprint'
@@ -70,6 +71,7 @@ def read_costmap(parameters, prefix, footprint=None, robot_radius=None, static_m
         values[name] = values[name].lstrip('/')
     config = CostmapConfig(**values)
     parameters.faults += [prefix + fault for fault in config.faults()]
+    parameters.take(prefix + 'restore_defaults', False)  # dynamic_reconfigure leaves it behind
     layers = []
     for name, kind in _plugins(parameters, prefix, static_map):
         try:
@@ -79,6 +81,7 @@ def read_costmap(parameters, prefix, footprint=None, robot_radius=None, static_m
             parameters.ignore('%s%s/' % (prefix, name))
             continue
         own = '%s%s/' % (prefix, name)
+        parameters.take(own + 'restore_defaults', False)
         if cls is ObstacleLayer:
             layer = _obstacles(parameters, prefix, own, config)
         else:
@@ -87,9 +90,9 @@ def read_costmap(parameters, prefix, footprint=None, robot_radius=None, static_m
     names = [name for name, _, _ in layers]
     if len(set(names)) < len(names):
         parameters.faults.append('%splugins names a layer twice: %s' % (prefix, ', '.join(names)))
-    corners, padding = _footprint(parameters, prefix, footprint, robot_radius)
+    corners, radius, padding = _footprint(parameters, prefix, footprint, robot_radius)
     settings = CostmapSettings(
-        prefix, config, tuple(layers), corners, padding,
+        prefix, config, tuple(layers), corners, radius, padding,
         *[parameters.search(prefix, name, 'footprint') for name in ('footprint_topic', 'published_footprint_topic')])
     _warn(parameters, settings)
     return settings
@@ -166,7 +169,7 @@ def _obstacles(parameters, prefix, own, config):
 
 
 def _footprint(parameters, prefix, footprint, robot_radius):
-    """Return (corners, padding); the polygon is preferred to the radius, and the nearest setting to a far one."""
+    """Return (corners, radius or None, padding); the polygon is preferred to the radius, and the nearest setting to a far one."""
     padding = parameters.take(prefix + 'footprint_padding', parameters.take('footprint_padding', 0.01))
     for place in (prefix, ''):
         own = parameters.take(place + 'footprint', None)
@@ -184,15 +187,15 @@ def _footprint(parameters, prefix, footprint, robot_radius):
         if not np.isfinite(padding) or abs(padding) > 10.0:
             raise FootprintError('%sfootprint_padding is %r but must be in -10..10' % (prefix, padding))
         if footprint not in UNSET:
-            return parse_footprint(footprint), padding
+            return parse_footprint(footprint), None, padding
         radius = 0.46 if robot_radius is None else robot_radius
         if isinstance(radius, bool) or not isinstance(radius, (int, float)):
             raise FootprintError('robot_radius is %r but must be a number > 0' % (radius,))
-        return circle_footprint(float(radius)), padding
+        return circle_footprint(float(radius)), float(radius), padding
     except FootprintError as error:
         if str(error) not in parameters.faults:
             parameters.faults.append(str(error))
-        return circle_footprint(0.46), 0.01
+        return circle_footprint(0.46), 0.46, 0.01
 
 
 def _warn(parameters, settings):
