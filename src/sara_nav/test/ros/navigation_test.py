@@ -210,6 +210,7 @@ class NavigationTest(unittest.TestCase):
         while not abort.get_num_connections():
             rospy.sleep(0.05)
         abort.publish('There is no goal to give up.')
+        rospy.sleep(1.0)  # it goes another way than the goal
         self.start_driving()
         abort.publish('The wheels are off.')
         self.assertTrue(self.client.wait_for_result(rospy.Duration(2.0)))

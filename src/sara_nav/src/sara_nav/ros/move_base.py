@@ -20,8 +20,8 @@ from sara_nav.move_base_config import StepResult
 from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics, TransformListener
+from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.cycle_watch import CycleWatch
-from sara_nav.ros.map_feed import MapFeed
 from sara_nav.ros.publishers import PlannerTopics
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
@@ -67,7 +67,9 @@ class MoveBaseNode:
         self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, settings.global_frame)
         self._odom_subscriber = rospy.Subscriber('odom', Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
-        self.map_feed = MapFeed(self)
+        self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
+                       'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock)}
+        self._maps = self._map_arrays()
         rospy.on_shutdown(self._on_shutdown)
 
     # -- messages in -------------------------------------------------------------------------------------------
@@ -94,7 +96,7 @@ class MoveBaseNode:
     def run(self):
         """Wait for the map, bring action server and services up, and control until ROS shuts down."""
         while not rospy.is_shutdown():
-            self.map_feed.feed()
+            self._take_in(rospy.Time.now())
             missing = self.machine.costmaps.missing()
             if not missing:
                 break
@@ -103,6 +105,7 @@ class MoveBaseNode:
             time.sleep(0.05)
         if rospy.is_shutdown():
             return
+        self.machine.costmaps.ensure(rospy.get_time())
         self.services = Services(self)
         self.tuning = Tuning(self)
         self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, auto_start=False)
@@ -131,6 +134,8 @@ class MoveBaseNode:
         rospy.logwarn('time went back: transforms and the goal are forgotten')
         self.tf.buffer.clear()
         self.watch.forget()
+        for shell in self.shells.values():
+            shell.time_went_back()
         self._odom = None
         self._diagnostics_at = -1.0
         with self.lock:
@@ -153,12 +158,27 @@ class MoveBaseNode:
         """True when a goal has come: whatever else is under way makes room."""
         return self.server is not None and self.server.is_new_goal_available() or rospy.is_shutdown()
 
+    def _take_in(self, now):
+        """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once."""
+        for shell in self.shells.values():
+            (shell.inputs.start if self.machine.costmaps_run else shell.inputs.stop)()
+            shell.take_in(now)
+        maps = self._map_arrays()
+        if any(new is not old for new, old in zip(maps, self._maps)):
+            self.machine.replan()
+        self._maps = maps
+
+    def _map_arrays(self):
+        """Return what the static layers hold: other objects once another map came."""
+        return [getattr(layer, 'costs', None) for costmap in (self.machine.global_costmap, self.machine.local_costmap)
+                for layer in costmap.layers.values() if hasattr(layer, 'set_map')]
+
     def _cycle(self):
         now = rospy.Time.now()
         t = now.to_sec()
         machine = self.machine
         self.watch.begins(t, machine.config.controller_frequency, machine.active)
-        self.map_feed.feed()
+        self._take_in(now)
         self._take_abort()
         self._take_requests(t)
         pose, pose_time = self.robot_pose()
@@ -166,6 +186,8 @@ class MoveBaseNode:
         if local_pose is None and self.settings.local_frame != self.settings.global_frame:
             pose = None
         result = self.watch.works(lambda: machine.step(t, pose, self._velocity(t), pose_time, local_pose))
+        for kind, window in machine.costmaps.changed.items():
+            self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)
         if result.status == mb.ACTIVE:
             self.cmd_vel.publish(conv.twist_to_msg(*result.command))
@@ -178,7 +200,7 @@ class MoveBaseNode:
                 rospy.logwarn_throttle(2.0, '%s%s', result.text, self._pose_problem and ': ' + self._pose_problem)
         elif result.status != mb.IDLE:
             self._finish(result)
-        self._report(result)
+        self._report(result, t)
 
     def _announce(self, result, pose, now):
         """Publish what begins in this step: a recovery behaviour, a plan, another goal than the one that was asked for."""
@@ -279,14 +301,15 @@ class MoveBaseNode:
 
     # -- reporting ---------------------------------------------------------------------------------------------
 
-    def _report(self, result):
+    def _report(self, result, t):
+        stale = '; '.join(filter(None, (shell.current(t) for shell in self.shells.values())))
         if self._pose_problem:
             text = 'waiting for the transform %s -> %s: %s' % (
                 self.settings.global_frame, self.settings.robot_base_frame, self._pose_problem)
             (rospy.logwarn_throttle if self.machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self._publish_diagnostics(ERROR if self.machine.active else WARN, text)
-        elif result.stale:
-            self._publish_diagnostics(ERROR, result.text)
+        elif stale:
+            self._publish_diagnostics(ERROR if self.machine.active else WARN, stale)
         elif self._odom is None:
             text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % (
                 self._odom_subscriber.resolved_name)
@@ -303,7 +326,9 @@ class MoveBaseNode:
         if self._diagnostics_at >= 0.0 and 0.0 <= now - self._diagnostics_at < 1.0:
             return
         self._diagnostics_at = now
-        values = dict(vars(self.machine.counters), **self.counts, **self.map_feed.counts, **self.watch.values())
+        values = dict(vars(self.machine.counters), **self.counts, **self.watch.values())
+        for shell in self.shells.values():
+            values.update(shell.values())
         values['last_end'] = self._last_end
         self.diagnostics.publish(level, text, values)
 
