@@ -4,99 +4,23 @@
 It publishes /clock too, at twice real time.
 """
 import math
-import threading
-import time
+import os
+import sys
 import unittest
 
 import actionlib
 import rospy
 import rostest
-import tf2_ros
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
+from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-
-class FakeRobot:
-    """Integrates cmd_vel at 50 Hz; map -> odom is a fixed shift, odom -> base_link the drive."""
-
-    SHIFT = 0.5
-
-    def __init__(self):
-        self.x, self.y, self.yaw = 1.0, 1.0, 0.0
-        self.v = self.w = 0.0
-        self.command = (0.0, 0.0)
-        self.last_command = None
-        self.silent = False
-        self.lock = threading.Lock()
-        self.tf = tf2_ros.TransformBroadcaster()
-        self.odom = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
-        self.subscriber = rospy.Subscriber('cmd_vel', Twist, self.on_command, queue_size=1, tcp_nodelay=True)
-        self.clock = rospy.Publisher('/clock', Clock, queue_size=1, tcp_nodelay=True)
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-        while rospy.Time.now().is_zero() and not rospy.is_shutdown():
-            time.sleep(0.01)
-
-    def on_command(self, msg):
-        with self.lock:
-            self.command = msg.linear.x, msg.angular.z
-            self.last_command = rospy.Time.now()
-
-    def run(self):
-        """Let 10 ms pass every 5 ms, the robot moving every 20."""
-        begin, ticks = time.monotonic(), 10000
-        while not rospy.is_shutdown():
-            now = rospy.Time(ticks // 100, ticks % 100 * 10 ** 7)
-            try:
-                self.clock.publish(now)
-                if ticks % 2 == 0:
-                    self.tick(now)
-            except rospy.ROSException:  # the topics close when ROS shuts down
-                return
-            ticks += 1
-            time.sleep(max(0.0, begin + 0.005 * (ticks - 10000) - time.monotonic()))
-
-    def tick(self, now):
-        with self.lock:
-            self.v += (self.command[0] - self.v) * 0.18
-            self.w += (self.command[1] - self.w) * 0.18
-            self.x += self.v * 0.02 * math.cos(self.yaw)
-            self.y += self.v * 0.02 * math.sin(self.yaw)
-            self.yaw += self.w * 0.02 / 1.27
-            if self.silent:
-                return
-            self.tf.sendTransform([self.transform('map', 'odom', self.SHIFT, 0.0, 0.0, now),
-                                   self.transform('odom', 'base_link', self.x - self.SHIFT, self.y, self.yaw, now)])
-            odom = Odometry(child_frame_id='base_link')
-            odom.header.stamp, odom.header.frame_id = now, 'odom'
-            odom.twist.twist.linear.x, odom.twist.twist.angular.z = self.v, self.w / 1.27
-            self.odom.publish(odom)
-
-    @staticmethod
-    def transform(parent, child, x, y, yaw, stamp):
-        msg = TransformStamped(child_frame_id=child)
-        msg.header.frame_id, msg.header.stamp = parent, stamp
-        msg.transform.translation.x, msg.transform.translation.y = x, y
-        msg.transform.rotation.z, msg.transform.rotation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
-        return msg
-
-    def put(self, x, y, yaw):
-        with self.lock:
-            self.x, self.y, self.yaw, self.v, self.w, self.silent = x, y, yaw, 0.0, 0.0, False
-
-
-def stamped(x, y, yaw, frame='map'):
-    msg = PoseStamped()
-    msg.header.frame_id, msg.header.stamp = frame, rospy.Time.now()
-    msg.pose.position.x, msg.pose.position.y = x, y
-    msg.pose.orientation.z, msg.pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
-    return msg
+sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
+from fake_robot import FakeRobot, stamped  # noqa: E402
 
 
 class NavigationTest(unittest.TestCase):
@@ -178,11 +102,8 @@ class NavigationTest(unittest.TestCase):
 
     def test_cancel_stops_within_a_cycle(self):
         self.start_driving()
-        asked = rospy.Time.now()
         self.client.cancel_goal()
-        while self.robot.command != (0.0, 0.0) and (rospy.Time.now() - asked).to_sec() < 2.0:
-            time.sleep(0.002)
-        self.assertLess((rospy.Time.now() - asked).to_sec(), 0.2)  # a cycle of 50 ms, and the messages' way
+        self.assertTrue(self.robot.stands_within(0.2))  # a cycle of 50 ms, and the messages' way
         self.client.wait_for_result(rospy.Duration(2.0))
         self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
         rospy.sleep(0.3)
