@@ -27,8 +27,8 @@ class MoveBaseConfig:
     how long a new goal waits for the first pose before it is aborted.
     """
 
-    base_global_planner: str = 'sara_nav/GridPlanner'
-    base_local_planner: str = 'sara_nav/RotateThenPursue'
+    base_global_planner: str = 'navfn/NavfnROS'
+    base_local_planner: str = 'base_local_planner/TrajectoryPlannerROS'
     controller_frequency: float = 20.0
     planner_frequency: float = 0.0
     planner_patience: float = 5.0

@@ -2,11 +2,10 @@
 from dataclasses import dataclass, fields, replace
 
 from sara_nav.costmap_settings import CostmapSettings, read_costmap
-from sara_nav.grid_planner import GLOBAL_PLANNERS
 from sara_nav.local_planner import LOCAL_PLANNERS
 from sara_nav.move_base import MoveBase
 from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.planning import UnknownPlanner
+from sara_nav.planning import GLOBAL_PLANNERS, UnknownPlanner
 from sara_nav.recovery import RECOVERIES, ClearCostmapRecovery, RotateRecovery
 
 GLOBAL, LOCAL = 'global_costmap/', 'local_costmap/'

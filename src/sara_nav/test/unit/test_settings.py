@@ -87,7 +87,7 @@ def test_a_footprint_is_searched_upward_and_the_nearer_wins():
 def test_all_faults_are_said_at_once():
     with pytest.raises(ParameterError) as error:
         read({'controller_frequency': 'fast', 'planner_patience': -3, 'base_local_planner': 'teb/Teb',
-              'GridPlanner': {'straighten_slack': 7.0},
+              'base_global_planner': 'sara_nav/GridPlanner', 'GridPlanner': {'straighten_slack': 7.0},
               'recovery_behaviors': [{'name': 'slow', 'type': 'move_slow_and_clear/MoveSlowAndClear'},
                                      {'name': 'a', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'},
                                      {'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}, 'spin', {'name': 'b'}],
@@ -101,7 +101,7 @@ def test_all_faults_are_said_at_once():
 
 
 @pytest.mark.parametrize('tree, text', [
-    ({'TrajectoryPlannerROS': {'sim_time': 4.0}}, r'TrajectoryPlannerROS/ \(sim_time\) have no effect'),
+    ({'RotateThenPursue': {'max_vel_x': 0.3}}, r'RotateThenPursue/ \(max_vel_x\) have no effect'),
     ({'DWAPlannerROS': {'sim_time': 4.0, 'vx_samples': 3}}, r'DWAPlannerROS/ \(sim_time, vx_samples\) have no effect'),
     ({'conservative_reset': {'reset_distance': 5.0}}, 'conservative_reset/reset_distance has no effect'),
     ({'rotate_recovery': {'frequency': 5.0}}, 'rotate_recovery/frequency has no effect'),
@@ -125,8 +125,8 @@ def test_what_has_an_effect_is_not_warned_of(tree):
 
 
 def test_a_turn_takes_its_limits_from_itself_then_the_classic_planner_then_the_one_that_drives():
-    tree = {'RotateThenPursue': {'max_vel_theta': 0.3, 'acc_lim_theta': 0.2}, 'TrajectoryPlannerROS': {'acc_lim_th': 0.5},
-            'rotate_recovery': {'yaw_goal_tolerance': 0.2}}
+    tree = {'base_local_planner': 'sara_nav/RotateThenPursue', 'RotateThenPursue': {'max_vel_theta': 0.3, 'acc_lim_theta': 0.2},
+            'TrajectoryPlannerROS': {'acc_lim_th': 0.5}, 'rotate_recovery': {'yaw_goal_tolerance': 0.2}}
     config = read(tree).recoveries.defaults['rotate_recovery']
     assert (config.max_vel_theta, config.acc_lim_theta, config.yaw_goal_tolerance) == (0.3, 0.5, 0.2)
 

@@ -13,7 +13,7 @@ from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeed
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from sara_nav import kernels
+from sara_nav import kernels, local_planner
 from sara_nav import move_base as mb
 from sara_nav.goal_input import GoalError, global_pose
 from sara_nav.move_base_config import StepResult
@@ -43,6 +43,15 @@ def read_parameters():
     return Parameters(tree if isinstance(tree, dict) else {}, above)
 
 
+def warm(machine):
+    """Compile, or load, what the machine's planners need, so that nothing compiles on the move. (Costmaps and the planners with
+    a potential see to themselves.)"""
+    if machine.global_planner.plugin_name.startswith('sara_nav/'):
+        kernels.warm()
+    if not machine.local_planner.plugin_name.startswith('sara_nav/'):
+        local_planner.warm()
+
+
 class MoveBaseNode:
     """The shell around MoveBase; see the module. ``lock`` is held while the machine works."""
 
@@ -57,7 +66,7 @@ class MoveBaseNode:
         self.counts = {'bad_odometry': 0, 'refused_goals': 0}
         self._last_end = ''
         self._diagnostics_at = -1.0
-        kernels.warm()
+        warm(self.machine)
         self.diagnostics = Diagnostics('navigation')
         self.watch = CycleWatch()
         self.tf = TransformListener()
@@ -148,7 +157,7 @@ class MoveBaseNode:
         other = any(getattr(old, name) != getattr(config, name) for name in listed)
         self.machine.reconfigure(config, global_planner, local_planner, self.settings.recoveries.make(config) if other else None)
         if global_planner or local_planner:
-            kernels.warm()
+            warm(self.machine)
             self.topics.close()
             self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, self.settings.global_frame)
         if global_planner:

@@ -3,10 +3,10 @@ import dataclasses
 
 import rospy
 
-from sara_nav.grid_planner import GLOBAL_PLANNERS
 from sara_nav.local_planner import LOCAL_PLANNERS
 from sara_nav.move_base_config import LIMITS
 from sara_nav.parameters import Parameters
+from sara_nav.planning import GLOBAL_PLANNERS
 from sara_nav.ros.publishers import short_name
 from sara_nav.ros.reconfigure import Reconfigure
 from sara_nav.settings import read_planner
