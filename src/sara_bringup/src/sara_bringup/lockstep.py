@@ -8,11 +8,12 @@ import math
 from canserial.bus import BusDescription
 from canserial.config import ReaderConfig
 from canserial.reader import Reader
-from canserial.readings import ImuReading
+from canserial.readings import ImuReading, RangeReading
 from sara_bringup.command_chain import CommandChain
 from sara_bringup.localization import Filter, Truth
 from sara_bringup.paths import parameters
 from sara_bringup.planar import compose
+from sara_bringup.ranges import RangeFeeds
 from sara_control.reasons import sentence
 from sara_nav import map_io, move_base
 from sara_nav.geometry import Pose2D
@@ -52,7 +53,8 @@ class Lockstep:
         else:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
         settings = read_settings(Parameters(merged(parameters("sara_nav", "sara_nav.yaml"), navigation or {})))
-        self.move_base = settings.make_move_base(settings.make_costmap(map_io.load_map(str(map_path))))
+        self.move_base = settings.make_move_base(map_io.load_map(str(map_path)))
+        self.ranges = RangeFeeds(self.move_base, self.reader.config)
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self.tick = 0
         self.navigation_runs = True         # False: as if move_base had been killed
@@ -100,6 +102,8 @@ class Lockstep:
             self._on_odometry(state)
         if isinstance(reading, ImuReading):
             self.localization.on_imu(reading)
+        elif isinstance(reading, RangeReading):
+            self.ranges.add(reading, self._map_pose(), self.odometry)
 
     def _on_odometry(self, state):
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
@@ -109,6 +113,12 @@ class Lockstep:
         localization = self.localization
         if localization.step(now):
             self.wheels.guard.on_localization(localization.stamp, *localization.pose)
+
+    def _map_pose(self):
+        """map -> base_link as tf has it: map -> odom of the localization, odom -> base_link of the wheels; None before both are known."""
+        if self.localization.map_from_odom is None or self._odometry_stamp is None:
+            return None
+        return compose(self.localization.map_from_odom, self.odometry)
 
     def _give_up(self, now):
         """As move_base's `~abort` and `cancel`."""
@@ -125,10 +135,10 @@ class Lockstep:
             if command is not None:
                 self.wheels.on_navigation(*command, now)
             return
-        pose, localization = None, self.localization
-        if localization.map_from_odom is not None and self._odometry_stamp is not None:
-            pose = Pose2D(*compose(localization.map_from_odom, self.odometry))
-        result = self.move_base.step(now, pose, localization.velocity, self._odometry_stamp)
+        pose, odometry = self._map_pose(), Pose2D(*self.odometry)
+        pose = None if pose is None else Pose2D(*pose)
+        local_pose = odometry if self.ranges.local_frame == "odom" else None
+        result = self.move_base.step(now, pose, self.localization.velocity, self._odometry_stamp, local_pose)
         if result.status == move_base.ACTIVE:
             self.wheels.on_navigation(*result.command, now)
         elif result.status != move_base.IDLE:
