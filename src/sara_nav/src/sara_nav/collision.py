@@ -33,8 +33,9 @@ class LocalWorld:
         poses = np.array(poses, dtype=np.float64, ndmin=2)
         o = self.offset
         c, s = math.cos(o.yaw), math.sin(o.yaw)
-        return np.column_stack([o.x + c * poses[:, 0] - s * poses[:, 1], o.y + s * poses[:, 0] + c * poses[:, 1],
-                                o.yaw + poses[:, 2]])
+        with np.errstate(invalid='ignore'):
+            return np.column_stack([o.x + c * poses[:, 0] - s * poses[:, 1], o.y + s * poses[:, 0] + c * poses[:, 1],
+                                    o.yaw + poses[:, 2]])
 
     def touched(self, poses):
         """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""

@@ -2,8 +2,8 @@
 
 A footprint is an array (k, 2) of corners in the robot's frame, metres.
 """
-import ast
 import math
+import re
 
 import numpy as np
 
@@ -14,12 +14,7 @@ class FootprintError(ValueError):
 
 def parse_footprint(value):
     """Return a footprint (k, 2) from ``[[x, y], ...]`` as a list or as a string; raises FootprintError."""
-    corners = value
-    if isinstance(value, str):
-        try:
-            corners = ast.literal_eval(value.strip())
-        except (ValueError, SyntaxError):
-            raise FootprintError('footprint is %r but must look like [[x1, y1], [x2, y2], [x3, y3]]' % value) from None
+    corners = _parse_array(value) if isinstance(value, str) else value
     try:
         corners = np.array([[float(x), float(y)] for x, y in corners], dtype=float)
     except (TypeError, ValueError):
@@ -29,6 +24,30 @@ def parse_footprint(value):
     if not np.isfinite(corners).all():
         raise FootprintError('footprint is %r but must hold finite numbers' % (value,))
     return corners
+
+
+def _parse_array(text):
+    """Return the lists of numbers in a list of lists; commas and blanks separate, as in costmap_2d's array parser."""
+    rows, depth = [], 0
+    try:
+        for token in re.findall(r'[][]|[^][,\s]+', text):
+            if token == '[':
+                depth += 1
+                if depth == 2:
+                    rows.append([])
+            elif token == ']':
+                depth -= 1
+            elif depth != 2:
+                raise ValueError
+            else:
+                rows[-1].append(float(token))
+            if not 0 <= depth <= 2:
+                raise ValueError
+        if depth != 0:
+            raise ValueError
+    except ValueError:
+        raise FootprintError('footprint is %r but must look like [[x1, y1], [x2, y2], [x3, y3]]' % text) from None
+    return rows
 
 
 def circle_footprint(radius, corners=16):

@@ -21,6 +21,25 @@ def empty_map(cells=160):
     return Costmap(np.zeros((cells, cells), np.uint8), GridGeometry(cells, cells, 0.05, 0.0, 0.0))
 
 
+def test_arrays_are_parsed_as_the_peer_parses_them():
+    """array_parser_test of costmap_2d: numbers in any form, brackets that match, a depth of two."""
+    assert fp.parse_footprint('[[1, 2.2], [.3, -4e4], [0,0]]').tolist() == [[1.0, 2.2], [0.3, -40000.0], [0.0, 0.0]]
+    assert fp.parse_footprint('[[1 2] [3\t4], [ 5,6 ]]').tolist() == [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]
+
+
+@given(st.lists(st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)), min_size=3, max_size=20))
+def test_a_footprint_written_out_is_read_back(corners):
+    assert fp.parse_footprint(str([list(c) for c in corners])).tolist() == [list(c) for c in corners]
+
+
+@pytest.mark.parametrize('malformed', ['[1, 2.2], [.3, -4e4], [0, 0]]', '[[1, 2.2], [.3, -4e4], [0, 0]',
+                                       '[1, 2.2], [.3, -4e4], [0, 0]', '[1, 2.2, .3, -4e4]', '[[1, 2e], [3, 4], [0, 0]]',
+                                       '[[[1, 2.2]], [[.3, -4e4]], [[0, 0]]]'])
+def test_arrays_that_are_malformed_are_refused(malformed):
+    with pytest.raises(fp.FootprintError, match='footprint'):
+        fp.parse_footprint(malformed)
+
+
 def test_string_and_list_are_the_same():
     assert (fp.parse_footprint('[[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]]') == SARA).all()
 

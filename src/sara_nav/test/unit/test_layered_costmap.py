@@ -13,9 +13,11 @@ from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
 from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.layers.inflation import InflationLayer
+from sara_nav.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
 from sara_nav.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.layers.static import StaticLayer
 from sara_nav.map_io import GridMap, MapError
+from sara_nav.observations import Observation
 
 ROUND = circle_footprint(0.3)
 
@@ -42,11 +44,14 @@ def everything_anew(costmap, t, pose):
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.integers(0, 10 ** 6), st.booleans(), st.booleans(), st.permutations(['static', 'range', 'inflation']))
+@given(st.integers(0, 10 ** 6), st.booleans(), st.booleans(), st.permutations(['static', 'range', 'obstacles', 'inflation']))
 def test_computing_what_changed_gives_what_computing_everything_gives(seed, rolling, unknown_too, order):
     rng = random.Random(seed)
     kinds = {'static': StaticLayer('static', StaticLayerConfig()), 'range': RangeSensorLayer('range'),
-             'inflation': InflationLayer('inflation', InflationConfig(0.4, 3.0, unknown_too))}
+             'inflation': InflationLayer('inflation', InflationConfig(0.4, 3.0, unknown_too)),
+             'obstacles': ObstacleLayer('obstacles', ObstacleConfig(
+                 track_unknown_space=rng.random() < 0.5, combination_method=rng.choice([0, 1]),
+                 sources=(SourceConfig('scan', clearing=True, observation_persistence=rng.choice([0.0, 2.0])),)))}
     costmap = make([kinds[name] for name in order], rolling_window=rolling, track_unknown_space=rng.random() < 0.5)
     values = np.array([rng.choices([0, 100, -1], [8, 1, 1])[0] for _ in range(2400)]).reshape(40, 60)
     kinds['static'].set_map(grid_map(values, origin=(-1.0, 0.5)))
@@ -55,6 +60,9 @@ def test_computing_what_changed_gives_what_computing_everything_gives(seed, roll
         pose = Pose2D(pose.x + rng.uniform(-0.8, 0.8), pose.y + rng.uniform(-0.8, 0.8), rng.uniform(-3.0, 3.0))
         for _ in range(rng.randrange(3)):
             kinds['range'].add_range(reading(pose.x, pose.y, rng.uniform(-4.0, 4.0), rng.uniform(0.1, 3.0), step))
+        for _ in range(rng.randrange(2)):
+            points = [[pose.x + rng.uniform(-4.0, 4.0), pose.y + rng.uniform(-4.0, 4.0), 0.5] for _ in range(20)]
+            kinds['obstacles'].add_observation(Observation('scan', step, (pose.x, pose.y, 0.5), np.array(points)))
         if rng.random() < 0.3:
             kinds['static'].update_map(rng.randrange(30), rng.randrange(20), np.full((5, 6), rng.choice([0, 100, -1])))
         costmap.update(float(step), pose)

@@ -23,11 +23,11 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
 
     grid: float32 (h, w), 0.5 unknown; seen_at: float64 (h, w), when a cell was last held for occupied (s). x, y, yaw:
     sensor in the grid's frame; distance: m; half: half the field of view (rad). clear: the cone is empty up to
-    ``distance``. Probabilities keep off 0 and 1, so that no cell is ever beyond change.
+    ``distance`` and a little beyond, where an echo from there would have marked. Probabilities keep off 0 and 1, so that no cell is ever beyond change.
     """
     height, width = grid.shape
     band = max(resolution * distance, 0.71 * resolution)
-    length = distance if clear else distance + band
+    length = distance + band
     x0, y0, xn, yn = _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution)
     x0, y0, xn, yn = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
     if xn <= x0 or yn <= y0:
@@ -51,7 +51,7 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
             dx = origin_x + (column + 0.5) * resolution - x
             along, aside = c * dx + s * dy, -s * dx + c * dy
             on_axis = not clear and column == axis_column and row == axis_row
-            in_beam = along > 0.0 and abs(aside) <= 0.5 * resolution  # however narrow the cone is
+            in_beam = along > 0.0 and abs(aside) <= 0.71 * resolution  # however narrow the cone is
             if not on_axis:
                 if half < 1.5 and not in_beam and abs(aside) > slope * along:
                     continue
