@@ -33,13 +33,13 @@ def velocities(low, high, count):
 
 @njit(cache=True)
 def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acceleration, simulation, growth, shift,
-          accelerating, sum_scores):
+          accelerating, sum_scores, grace):
     """Return (raw costs (n, 7) of the critics but oscillation, speeds driven (n, 2)) of samples (n, 2) of v, w.
 
     grid: origin x, y, resolution (m). path, goal, front: of map_grid.spread, front to the point ahead of the goal.
     state: x, y, yaw, v, w in the costmap's frame. simulation: time, granularity, angular granularity. growth: speed from
     which the footprint grows, speed at which it has grown fully, by what share. shift: m, the point ahead.
-    accelerating: drive from the present speed to the sample's instead of at it.
+    accelerating: drive from the present speed to the sample's instead of at it. grace: as for rollout.score.
     """
     origin_x, origin_y, resolution = grid
     height, width = costs.shape
@@ -70,7 +70,7 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
             cosine, sine = math.cos(yaw), math.sin(yaw)
             here = np.int64(costs[cy, cx])
             above = np.int64(ceiling[cy, cx])
-            if above > highest or (sum_scores and above > 0):
+            if k * dt >= grace and (above > highest or (sum_scores and above > 0)):
                 hit = outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, cosine, sine)
                 if hit < 0:
                     raw[i, OBSTACLE] = TOUCHES
@@ -170,5 +170,5 @@ def warm():
     costs, distance = np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.int32)
     state, pair, triple = (2.0, 2.0, 0.0, 0.0, 0.0), (1.0, 1.0), (1.0, 1.0, 1.0)
     judge(costs, (0.0, 0.0, 1.0), np.zeros((4, 2)), costs, distance, distance, distance, state, np.zeros((1, 2)), pair,
-          triple, triple, 0.1, False, False)
+          triple, triple, 0.1, False, False, 0.0)
     drive(state, pair, pair, triple, False)

@@ -156,7 +156,7 @@ class DWAPlanner(SamplingPlanner):
         raw, driven = critics.judge(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
             front, state, samples, *motion, (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
-            c.forward_point_distance, not c.use_dwa, c.sum_scores)
+            c.forward_point_distance, not c.use_dwa, c.sum_scores, self._grace(world, pose))
         raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
         cost = critics.total(raw, weights)
         self._scene = world, path, goal, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale)

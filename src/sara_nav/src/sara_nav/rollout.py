@@ -49,13 +49,14 @@ def steps_of(v, w, sim_time, granularity, angular_granularity, by_time):
 
 @njit(cache=True)
 def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acceleration, simulation, weights,
-          attractor, heading):
+          attractor, heading, grace):
     """Return (cost (n,), end pose (n, 3)) of samples (n, 2) of v (m/s) and w (rad/s).
 
     grid: origin x, y (m), resolution. corners (k, 2): footprint. ceiling: of outline.cost_ceiling. path, goal: of
     map_grid.spread. cells (m, 2): the plan's. state: x, y, yaw, v, w. acceleration: of v and w. simulation: time (s),
     granularity (m), angular granularity (rad). weights: of path, goal, occupancy. attractor: (on, x, y): instead of
     the grids, the squared distance (m2) to a point. heading: (on, time at which the heading is scored).
+    grace: s from the start on in which the outline may touch something, for a robot that does so already.
     """
     origin_x, origin_y, resolution = grid
     height, width = costs.shape
@@ -68,14 +69,14 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
         return result, ends
     start = outline_cost(costs, origin_x, origin_y, resolution, corners, 1.0, state[0], state[1],
                          math.cos(state[2]), math.sin(state[2]))
-    if start < 0:
+    if start < 0 and grace == 0.0:
         return result, ends
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
         steps = steps_of(wanted_v, wanted_w, simulation[0], simulation[1], simulation[2], heading[0])
         dt = simulation[0] / steps
         x, y, yaw, v, w = state
-        occupancy, path_distance, goal_distance, turned = start, 0.0, 0.0, 0.0
+        occupancy, path_distance, goal_distance, turned = max(start, 0), 0.0, 0.0, 0.0
         cost = 0.0
         for k in range(steps):
             fx, fy = (x - origin_x) / resolution, (y - origin_y) / resolution
@@ -84,7 +85,7 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
                 break
             cx, cy = int(fx), int(fy)
             cosine, sine = math.cos(yaw), math.sin(yaw)
-            if k > 0 and ceiling[cy, cx] > occupancy:
+            if k > 0 and k * dt >= grace and ceiling[cy, cx] > occupancy:
                 hit = outline_cost(costs, origin_x, origin_y, resolution, corners, 1.0, x, y, cosine, sine)
                 if hit < 0:
                     cost = COLLIDES
@@ -139,5 +140,5 @@ def warm():
     costs, distance = np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.int32)
     state, pair = (2.0, 2.0, 0.0, 0.0, 0.0), (1.0, 1.0)
     score(costs, (0.0, 0.0, 1.0), np.zeros((4, 2)), costs, distance, distance, np.zeros((1, 2), np.int64), state,
-          np.zeros((1, 2)), pair, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (False, 0.0, 0.0), (False, 1.0))
+          np.zeros((1, 2)), pair, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (False, 0.0, 0.0), (False, 1.0), 0.0)
     roll(state, pair, pair, (1.0, 1.0, 1.0), False)

@@ -12,9 +12,12 @@ from sara_nav import map_grid, outline
 from sara_nav.geometry import Pose2D
 from sara_nav.goal_stage import DONE, GoalStage
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, REACHED, LocalCommand
+from sara_nav.rollout import towards
 
 PRUNE_DISTANCE = 1.0
 """Metres from the robot at which prune_plan keeps the plan behind it, the peers' value."""
+GRACE = 0.4
+"""Seconds a robot that touches something (so the costmap says) may take to come off it; it must not touch more meanwhile."""
 ANSWER_TIME = 0.25
 """Seconds within which the base is taken to answer: the speed it is on its way to is at most that many seconds of
 acceleration from the one measured."""
@@ -107,6 +110,12 @@ class SamplingPlanner:
             return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, free) else
                                  (BLOCKED, text)))
         self.local_plan = to_global(poses, world)
+        if self._grace(world, local) and world.worsens(self.local_plan):
+            return self._stand(BLOCKED, 'the footprint touches an obstacle, and would touch more of it')
+        if command[0] * velocity[0] > 0.0 and world.worsens(self._way(now, *velocity)):
+            # The base does not follow its samples to the letter: whatever they promise, it must be able to stop.
+            command = towards(0.0, self._last[0], self.config.acc_lim_x, dt), command[1]
+            text = 'slower: an obstacle is within the way to stop'
         self._last = command
         return LocalCommand(*command, text=text)
 
@@ -151,6 +160,10 @@ class SamplingPlanner:
         radius = scale * float(np.hypot(*np.asarray(world.footprint).T).max())
         return outline.cost_ceiling(world.costmap.costs, column, row, math.ceil(reach / g.resolution) + 1,
                                     math.ceil(radius / g.resolution) + 1)
+
+    def _grace(self, world, pose):
+        """Return GRACE when the footprint touches something at a Pose2D of the costmap's frame, else 0."""
+        return GRACE if world.footprint_cost(pose.x, pose.y, pose.yaw) in (outline.HIT_LETHAL, outline.HIT_UNKNOWN) else 0.0
 
     def _way(self, now, v, w):
         """Return poses (n, 3) along the arc (v, w) until the robot would have stopped, and a margin."""

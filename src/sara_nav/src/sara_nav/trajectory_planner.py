@@ -160,16 +160,16 @@ class TrajectoryPlanner(SamplingPlanner):
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
             cells, state, samples, acceleration, simulation, weights,
             (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
-            (c.heading_scoring, c.heading_scoring_timestep))
+            (c.heading_scoring, c.heading_scoring_timestep), self._grace(world, pose))
         best = self._best(cost, ends, samples, len(forward), step, goal, g)
         self._update_escape(pose)
         if best is None:
-            return self._back_out(pose, cost[-1], state, acceleration, simulation, world)
+            return self._back_out(pose, cost[-1], state, (acceleration, simulation), world)
         if 0.0 <= cost[-2] < cost[best]:
             return None, None, 'standing still costs less than every trajectory'
         sample = tuple(float(v) for v in samples[best])
         self._remember_turn(sample, pose)
-        return sample, rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
+        return self._within_reach(sample, velocity, dt), rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
 
     def _speeds(self, pose, velocity, plan):
         """Return (forward samples (n, 2), turns in place (m, 2), the step between two turns)."""
@@ -211,6 +211,16 @@ class TrajectoryPlanner(SamplingPlanner):
                 best, nearest = i, goal[cell[1], cell[0]]
         return best
 
+    def _within_reach(self, sample, velocity, dt):
+        """Return the command (v, w) that begins a sample as it was rolled out: no faster than the accelerations allow,
+        but a turn in place no slower than its minimum."""
+        c = self.config
+        v = rollout.towards(sample[0], float(velocity[0]), c.acc_lim_x, dt)
+        w = rollout.towards(sample[1], float(velocity[1]), c.acc_lim_theta, dt)
+        if sample[0] == 0.0 and w * sample[1] >= 0.0 and abs(w) < c.min_in_place_vel_theta:
+            w = math.copysign(c.min_in_place_vel_theta, sample[1])
+        return v, w
+
     def _remember_turn(self, sample, pose):
         """Bar turning back after two cycles of turning to one side, until the robot has moved on."""
         if sample[0] <= 0.0 and sample[1] != 0.0:
@@ -228,13 +238,13 @@ class TrajectoryPlanner(SamplingPlanner):
                 or abs(wrap(pose.yaw - self._escape_from.yaw)) > self.config.escape_reset_theta):
             self._escape_from = None
 
-    def _back_out(self, pose, cost, state, acceleration, simulation, world):
-        """Back out slowly, where that touches nothing that is not touched already."""
+    def _back_out(self, pose, cost, state, motion, world):
+        """Back out slowly, once the robot stands, where that touches nothing that is not touched already."""
         c = self.config
         if cost == rollout.NO_WAY:
             return None, None, 'no way leads from here to where the plan leaves the local costmap'
-        poses = rollout.roll(state, (c.escape_vel, 0.0), acceleration, simulation, False)
-        if world.worsens(to_global(poses, world)):
+        poses = rollout.roll(state, (c.escape_vel, 0.0), *motion, False)
+        if state[3] > abs(c.escape_vel) or world.worsens(to_global(poses, world)):
             return None, None, 'the footprint would touch an obstacle on every trajectory'
         if self._escape_from is None:
             self._escape_from = pose

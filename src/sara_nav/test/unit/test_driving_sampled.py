@@ -8,7 +8,7 @@ import pytest
 from sara_nav import costmap as cm
 from sara_nav import local_planner as lp
 from sara_nav.collision import LocalWorld
-from sara_nav.footprint import parse_footprint, radii
+from sara_nav.footprint import pad_footprint, parse_footprint, radii
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.grid import GridGeometry
 from sara_nav.grid_planner import GridPlanner
@@ -65,7 +65,7 @@ class Trail:
 
 
 def drive(planner, robot, costmap, goal, plan=None, limit=90.0, offset=Pose2D(0.0, 0.0, 0.0), delay=0.1):
-    world = LocalWorld(costmap, FOOTPRINT, offset=offset)
+    world = LocalWorld(costmap, pad_footprint(FOOTPRINT, 0.01), offset=offset)  # footprint_padding
     if plan is None:
         plan = GridPlanner().plan(costmap, robot.pose, goal)
     planner.start(plan)

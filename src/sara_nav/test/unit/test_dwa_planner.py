@@ -99,11 +99,11 @@ def test_the_first_critic_that_refuses_says_why_and_weight_zero_is_silent():
 
 
 def judge(costs, samples, path=None, goal=None, front=None, state=(2.0, 2.0, 0.0, 0.3, 0.0), shift=0.3,
-          growth=(0.25, 0.55, 0.2), accelerating=False, sum_scores=False):
+          growth=(0.25, 0.55, 0.2), accelerating=False, sum_scores=False, grace=0.0):
     zero = np.zeros(costs.shape, np.int32)
     return critics.judge(costs, (0.0, 0.0, 0.05), SARA, np.full_like(costs, 255), zero if path is None else path,
                          zero if goal is None else goal, zero if front is None else front, state,
-                         np.array(samples, float), (2.5, 3.2), (1.0, 0.025, 0.1), growth, shift, accelerating, sum_scores)
+                         np.array(samples, float), (2.5, 3.2), (1.0, 0.025, 0.1), growth, shift, accelerating, sum_scores, grace)
 
 
 def test_what_each_critic_sees():
@@ -260,3 +260,13 @@ def test_every_number_has_limits():
     assert numbers - {'max_vel_y', 'min_vel_y'} == set(DWAPlannerConfig.LIMITS)
     names = {f.name for f in dataclasses.fields(DWAPlannerConfig)}
     assert set(DWAPlannerConfig.FIXED) < names and set(DWAPlannerConfig.WITHOUT_EFFECT) < names
+
+
+@pytest.mark.parametrize('name', ['base_local_planner/TrajectoryPlannerROS', 'dwa_local_planner/DWAPlannerROS'])
+def test_a_robot_that_touches_something_drives_off_it_but_not_further_into_it(name):
+    """The peers are stuck until something clears the costmap."""
+    cls = lp.LOCAL_PLANNERS.find(name)
+    behind, ahead = world((-0.56, 0.0, -0.5, 0.05, 254)), world((0.5, 0.0, 1.2, 0.05, 254))
+    assert first(cls(), AHEAD, behind).v > 0.05
+    command = first(cls(), AHEAD, ahead)
+    assert command.v <= 0.0 and (command.state == lp.BLOCKED or command.v < 0.0 or command.w != 0.0)

@@ -90,11 +90,11 @@ def test_no_outline_costs_more_than_the_ceiling_of_its_centre(seed, yaw):
 
 def score(costs, samples, state, path=None, goal=None, corners=SQUARE, resolution=1.0, acceleration=(4.0, 4.0),
           simulation=(1.0, 1.0, 1.0), weights=(1.0, 1.0, 1.0), ceiling=None, attractor=(False, 0.0, 0.0),
-          heading=(False, 0.1), cells=((0, 0),)):
+          heading=(False, 0.1), cells=((0, 0),), grace=0.0):
     zero = np.zeros(costs.shape, np.int32)
     return rollout.score(costs, (0.0, 0.0, resolution), corners, np.full_like(costs, 255) if ceiling is None else ceiling,
                          zero if path is None else path, zero if goal is None else goal, np.array(cells, np.int64),
-                         state, np.array(samples, float), acceleration, simulation, weights, attractor, heading)
+                         state, np.array(samples, float), acceleration, simulation, weights, attractor, heading, grace)
 
 
 def test_footprint_obstacles_of_the_peers_test():
@@ -176,3 +176,15 @@ def test_off_the_map_nothing_is_possible():
     costs = np.zeros((40, 40), np.uint8)
     for state in ((-1.0, 1.0, 0.0, 0.0, 0.0), (math.nan, 1.0, 0.0, 0.0, 0.0), (0.1, 1.0, 0.0, 0.0, 0.0)):
         assert score(costs, [(0.1, 0.0)], state, corners=SARA / 2, resolution=0.05)[0][0] == rollout.COLLIDES
+
+
+def test_a_robot_that_touches_something_may_come_off_it_within_its_grace():
+    costs, state = np.zeros((60, 60), np.uint8), (1.5, 1.5, 0.0, 0.0, 0.0)
+    costs[30, 19] = 254  # under its tail
+    samples = [(0.5, 0.0), (0.0, 0.0)]
+    def scored(grace):
+        return score(costs, samples, state, corners=SARA, resolution=0.05, simulation=(1.0, 0.025, 0.1), grace=grace)[0]
+    assert scored(0.0).tolist() == [rollout.COLLIDES] * 2
+    assert scored(0.4).tolist() == [0.0, 0.0], 'standing has one step, which is within the grace'
+    costs[30, 46] = 254  # and one ahead of it
+    assert scored(0.4).tolist() == [rollout.COLLIDES, 0.0]

@@ -27,10 +27,10 @@ def world(*boxes, unknown=()):
     return LocalWorld(Costmap(costs, GridGeometry(201, 201, 0.05, -5.025, -5.025)), SARA)
 
 
-def first(planner, plan, where=None, pose=Pose2D(0.0, 0.0, 0.0), velocity=STILL):
+def first(planner, plan, where=None, pose=Pose2D(0.0, 0.0, 0.0), velocity=STILL, dt=0.05):
     planner.start(plan)
     planner._last = velocity  # what it does is what it was told
-    return planner.update(0.0, 0.05, pose, velocity, 0.0, where or world())
+    return planner.update(0.0, dt, pose, velocity, 0.0, where or world())
 
 
 def planner_with(**config):
@@ -43,8 +43,16 @@ LEFT = dense_plan([(0.0, 0.0), (0.0, 4.0)], 0.0)
 
 
 def test_the_plan_ahead_is_driven_at_once_and_fast():
-    command = first(planner_with(), AHEAD)
+    command = first(planner_with(), AHEAD, dt=1.0)
     assert command.state == lp.DRIVING and command.v == pytest.approx(0.55) and abs(command.w) < 0.06
+
+
+def test_commands_keep_the_accelerations_but_for_the_least_turn_in_place():
+    """The peer commands the sample's speed at once."""
+    command = first(planner_with(acc_lim_x=0.4), AHEAD, velocity=(0.2, 0.0))
+    assert command.v == pytest.approx(0.22)
+    assert first(planner_with(acc_lim_theta=1.0), LEFT).w == pytest.approx(0.4)
+    assert first(planner_with(acc_lim_theta=1.0), LEFT, velocity=(0.0, 0.6)).w == pytest.approx(0.65)
 
 
 @pytest.mark.parametrize('plan, senses', [(LEFT, (1,)), (LEFT * (1, -1, 1), (-1,)), (BEHIND, (-1, 1))])
@@ -77,14 +85,14 @@ def test_turning_back_is_barred_until_the_robot_has_moved():
 
 
 def test_speed_near_the_goal_is_such_that_it_is_not_overshot():
-    command = first(planner_with(), dense_plan([(0.0, 0.0), (0.5, 0.0)], 0.0))
+    command = first(planner_with(), dense_plan([(0.0, 0.0), (0.5, 0.0)], 0.0), dt=1.0)
     assert 0.25 < command.v <= 0.5 / 1.7
 
 
 def test_dwa_samples_only_what_one_period_reaches():
     command = first(planner_with(dwa=True, acc_lim_x=1.0, controller_frequency=10.0), AHEAD, velocity=(0.2, 0.0))
     assert command.v <= 0.2 + 0.1 + 1e-9
-    assert first(planner_with(), AHEAD, velocity=(0.2, 0.0)).v == pytest.approx(0.55)
+    assert first(planner_with(), AHEAD, velocity=(0.2, 0.0), dt=1.0).v == pytest.approx(0.55)
 
 
 def test_the_robot_backs_out_when_all_else_is_blocked_and_only_where_it_is_free():
@@ -125,8 +133,8 @@ def test_weights_decide_between_the_path_and_the_short_way():
 def test_occdist_scale_keeps_away_from_what_costs():
     where = world()
     where.costmap.costs[98:130, 115:140] = 120
-    near = first(planner_with(occdist_scale=0.0, path_distance_bias=0.0), AHEAD, where)
-    away = first(planner_with(occdist_scale=1.0, path_distance_bias=0.0), AHEAD, where)
+    near = first(planner_with(occdist_scale=0.0, path_distance_bias=0.0), AHEAD, where, dt=1.0)
+    away = first(planner_with(occdist_scale=1.0, path_distance_bias=0.0), AHEAD, where, dt=1.0)
     assert near.v == pytest.approx(0.55) and (away.v < 0.3 or away.w < -0.2)
 
 
@@ -142,13 +150,13 @@ def test_meter_scoring_weighs_metres_instead_of_cells():
 def test_the_simple_attractor_drives_at_the_end_of_the_plan():
     detour = dense_plan([(0.0, 0.0), (0.0, 2.0), (3.0, 2.0), (3.0, 0.0)], 0.0)
     wall = world((1.7, -5.0, 1.8, 1.3))
-    assert first(planner_with(simple_attractor=True), detour, wall).v > 0.4
-    assert first(planner_with(), detour, wall).w > 0.3
+    assert first(planner_with(simple_attractor=True), detour, wall, dt=1.0).v > 0.4
+    assert first(planner_with(), detour, wall, dt=1.0).w > 0.3
 
 
 def test_heading_scoring_turns_towards_the_plan():
     plan = dense_plan([(0.0, 0.0), (2.5, 2.5)], 0.0)
-    command = first(planner_with(heading_scoring=True, heading_scoring_timestep=0.8), plan)
+    command = first(planner_with(heading_scoring=True, heading_scoring_timestep=0.8), plan, dt=1.0)
     assert command.state == lp.DRIVING and command.w > 0.2
 
 
