@@ -3,23 +3,27 @@
 The cells give the way round obstacles; pulling it straight (line-of-sight shortcuts weighed by cost, after Ferguson
 and Stentz's idea of not being bound to the grid's eight directions) makes straight legs straight.
 """
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_nav import costmap as cm
 from sara_nav import kernels
-from sara_nav.planning import GLOBAL_PLANNERS, PlanError, dense_plan
+from sara_nav.geometry import Pose2D
+from sara_nav.navfn import NavfnConfig, NavfnROS
+from sara_nav.planning import GLOBAL_PLANNERS, PlanError, dense_plan, nearest_cell
 
 
 @dataclass(frozen=True)
 class GridPlannerConfig:
     """allow_unknown: plan through unknown cells. straighten_slack: how much dearer a straight line may be (share).
-    path_spacing: distance of the plan's points (m)."""
+    path_spacing: distance of the plan's points (m). default_tolerance: how far (m) an unreachable goal may be moved."""
 
     allow_unknown: bool = False
     straighten_slack: float = 0.05
     path_spacing: float = 0.05
+    default_tolerance: float = 0.0
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
@@ -28,6 +32,8 @@ class GridPlannerConfig:
             result.append('straighten_slack is %r but must be in 0..1' % (self.straighten_slack,))
         if not 0.005 <= self.path_spacing <= 1.0:
             result.append('path_spacing is %r but must be in 0.005..1' % (self.path_spacing,))
+        if not 0.0 <= self.default_tolerance < math.inf:
+            result.append('default_tolerance is %r but must be a finite number >= 0' % (self.default_tolerance,))
         return result
 
 
@@ -40,9 +46,37 @@ class GridPlanner:
 
     def __init__(self, config=GridPlannerConfig()):
         self.config = config
+        self.goal_used = None
+        if config.default_tolerance > 0.0:  # so that its kernels load at the start, not on the move
+            self._reach()
+
+    def _reach(self):
+        return _Reach(NavfnConfig(allow_unknown=self.config.allow_unknown))
+
+    def explore(self, costmap, start):
+        """Return which cells, bool (rows, columns), a plan from Pose2D start can lead to; start must be on the map."""
+        return self._reach().explore(costmap, start)
 
     def plan(self, costmap, start, goal):
-        """Return a plan (n, 3) from Pose2D start to Pose2D goal, both included; raises PlanError."""
+        """Return a plan (n, 3) from Pose2D start to Pose2D goal, both included; raises PlanError.
+
+        A goal that cannot be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says.
+        """
+        self.goal_used = goal
+        try:
+            return self._plan(costmap, start, goal)
+        except PlanError:
+            if not (start.is_finite() and goal.is_finite() and self.config.default_tolerance > 0.0
+                    and costmap.geometry.to_cell(start.x, start.y)):
+                raise
+            g = costmap.geometry
+            near = nearest_cell(self.explore(costmap, start), g, goal.x, goal.y, self.config.default_tolerance)
+            if near is None:
+                raise
+        self.goal_used = Pose2D(*g.to_world(*near), goal.yaw)
+        return self._plan(costmap, start, self.goal_used)
+
+    def _plan(self, costmap, start, goal):
         g = costmap.geometry
         first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
         if first is None:
@@ -67,3 +101,10 @@ class GridPlanner:
                                self.WINDOW)
         vertices = points[keep] * g.resolution + (g.origin_x, g.origin_y)
         return dense_plan(vertices, goal.yaw, self.config.path_spacing)
+
+
+class _Reach(NavfnROS):
+    """A wave over all the map, its outermost cells too: it comes where this A* comes, which squeezes past no corner."""
+
+    def _outline(self):
+        return False

@@ -1,10 +1,11 @@
 """plan_path: a plan on a map from the command line, without ROS running.
 
     rosrun sara_nav plan_path MAP.yaml --start X Y YAW --goal X Y YAW [--planner NAME] [--footprint "[[x,y],...]"]
-                                       [--json] [--png FILE]
+                                       [--json] [--png FILE] [--param NAME=VALUE ...]
 
 The costmap is the one move_base's defaults give: the map's obstacles, inflated by 0.55 m with cost_scaling_factor 10 for
-the inscribed radius of the footprint (without padding); unknown space as the planner's own default has it. Metres, radians.
+the inscribed radius of the footprint (without padding). --param sets a parameter of the inflation layer or of the planner
+(inflation_radius=0.7, allow_unknown=false, use_astar=true). Metres, radians.
 Exit status 0 with a plan, 1 when there is none, 2 when the question makes no sense.
 """
 import argparse
@@ -12,10 +13,13 @@ import json
 import sys
 import time
 
-from sara_nav.costmap import build
+import yaml
+
+from sara_nav.costmap import InflationConfig, build
 from sara_nav.footprint import FootprintError, parse_footprint, radii
 from sara_nav.geometry import Pose2D
 from sara_nav.map_io import MapError, load_map
+from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.plan_picture import draw_plan
 from sara_nav.planning import GLOBAL_PLANNERS, PlanError, UnknownPlanner, path_length
 
@@ -25,7 +29,8 @@ PLANNED, NO_PLAN, BAD_QUESTION = 0, 1, 2
 
 
 class Question(argparse.Namespace):
-    """What is asked: map, start, goal (Pose2D), planner (name), footprint (text or None), json, png (file or None)."""
+    """What is asked: map, start, goal (Pose2D), planner (name), footprint (text or None), json, png (file or None),
+    param (list of NAME=VALUE)."""
 
 
 def parse(arguments):
@@ -40,6 +45,8 @@ def parse(arguments):
     parser.add_argument('--footprint', metavar='"[[x,y],...]"', help='the robot\'s corners, m (default: %s)' % FOOTPRINT)
     parser.add_argument('--json', action='store_true', help='print {"success", "length_m", "planning_ms", "path"}')
     parser.add_argument('--png', metavar='FILE', help='draw the map and the plan')
+    parser.add_argument('--param', action='append', default=[], metavar='NAME=VALUE',
+                        help='of the planner or the inflation layer; may be given again')
     question = parser.parse_args([_spaced(a) for a in arguments], Question())
     question.start, question.goal = Pose2D(*question.start), Pose2D(*question.goal)
     return question
@@ -56,21 +63,34 @@ def _spaced(argument):
 def answer(question, clock=time.perf_counter):
     """Return (plan (n, 3) or None, seconds it took, what to say, Costmap, footprint (k, 2)).
 
-    Raises MapError, FootprintError or UnknownPlanner for a question that makes no sense.
+    Raises MapError, FootprintError, ParameterError or UnknownPlanner for a question that makes no sense.
     """
-    planner = GLOBAL_PLANNERS.find(question.planner)()
+    cls = GLOBAL_PLANNERS.find(question.planner)
+    parameters = Parameters(dict(_parameter(text) for text in question.param))
+    planner_config, inflation = parameters.config(cls.config_class, ''), parameters.config(InflationConfig, '')
+    parameters.faults += parameters.left_over()
+    parameters.check()
+    planner = cls(planner_config)
     footprint = parse_footprint(FOOTPRINT if question.footprint is None else question.footprint)
     grid_map = load_map(question.map)
     if grid_map.origin_yaw:
         raise MapError('map file %s: its origin is turned by %g rad but must not be turned' % (
             question.map, grid_map.origin_yaw))
-    costmap = build(grid_map, radii(footprint)[0])
+    costmap = build(grid_map, radii(footprint)[0], inflation=inflation)
     begin = clock()
     try:
         plan, text = planner.plan(costmap, question.start, question.goal), ''
     except PlanError as error:
         plan, text = None, str(error)
     return plan, clock() - begin, text, costmap, footprint
+
+
+def _parameter(text):
+    name, equals, value = text.partition('=')
+    try:
+        return name, yaml.safe_load(value if equals else '')
+    except yaml.YAMLError:
+        raise ParameterError('--param %s cannot be read: it must be NAME=VALUE' % text) from None
 
 
 def as_json(plan, seconds):
@@ -87,7 +107,7 @@ def main(arguments=None):
         plan, seconds, text, costmap, footprint = answer(question)
         if question.png:
             draw_plan(question.png, costmap, plan, question.start, question.goal, footprint)
-    except (MapError, FootprintError, UnknownPlanner, OSError, ValueError) as error:
+    except (MapError, FootprintError, ParameterError, UnknownPlanner, OSError, ValueError) as error:
         if question.json:
             print(as_json(None, 0.0))
         print('plan_path: %s' % error, file=sys.stderr)

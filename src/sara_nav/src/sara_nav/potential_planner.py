@@ -60,7 +60,7 @@ class PotentialPlanner:
 
     def explore(self, costmap, start):
         """Return which cells, bool (rows, columns), a plan from Pose2D start can lead to; start must be on the map."""
-        fields = self._search(costmap, *self._table(), start, costmap.geometry.to_cell(start.x, start.y), None)
+        fields = self._search(costmap, start, costmap.geometry.to_cell(start.x, start.y), None)
         return fields.inner() < potential.HIGH
 
     def plan(self, costmap, start, goal):
@@ -70,51 +70,55 @@ class PotentialPlanner:
         """
         self.goal_used = self._geometry = None
         g = costmap.geometry
-        first = g.to_cell(start.x, start.y)
-        for name, pose in (('robot\'s pose', start), ('goal', goal)):
+        for name, pose in (("robot's pose", start), ('goal', goal)):
             if not pose.is_finite():
                 raise PlanError('the %s (%r, %r, %r) is not finite' % (name, pose.x, pose.y, pose.yaw))
+        first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
         if first is None:
             raise PlanError('the robot at %s is off the map' % place_of(start))
-        tolerance = self.config.default_tolerance
-        last = g.to_cell(goal.x, goal.y)
-        table, obstacle = self._table()
-        reason = self._refusal(costmap, table, obstacle, goal, last, first)
-        if reason and not tolerance > 0.0:
-            raise PlanError(reason)
-        fields = self._search(costmap, table, obstacle, start, first, None if reason else last)
-        if not reason and fields.potential[fields.index(last)] < potential.HIGH:
+        refusal = self._refusal(costmap, goal, first, last)
+        if refusal and not self.config.default_tolerance > 0.0:
+            raise PlanError(refusal)
+        fields = self._search(costmap, start, first, None if refusal else last)
+        if not refusal and fields.potential[fields.index(last)] < potential.HIGH:
             self.goal_used = goal
         else:
-            near = nearest_cell(fields.inner() < potential.HIGH, g, goal.x, goal.y, tolerance)
-            if near is None:
-                raise PlanError('%s%s' % (
-                    reason or 'no way leads from %s to the goal %s' % (place_of(start), place_of(goal)),
-                    ', and no place within the default_tolerance of %g m can be reached' % tolerance
-                    if tolerance > 0.0 else ''))
-            self.goal_used = Pose2D(*g.to_world(*near), goal.yaw)
+            closed = self._closed(costmap, first)
+            self.goal_used = self._moved(goal, refusal or 'no way leads from %s%s to the goal %s' % (
+                place_of(start), ', which is %s,' % closed if closed else '', place_of(goal)))
         return self._oriented(self._trace(start, self.goal_used), start)
 
-    def _refusal(self, costmap, table, obstacle, goal, last, first):
-        """Return why no way can end at the goal, or ''."""
-        g = costmap.geometry
+    def _moved(self, goal, reason):
+        """Return the nearest pose within default_tolerance of a goal that the search has reached; raises PlanError."""
+        tolerance = self.config.default_tolerance
+        near = nearest_cell(self._fields.inner() < potential.HIGH, self._geometry, goal.x, goal.y, tolerance)
+        if near is not None:
+            return Pose2D(*self._geometry.to_world(*near), goal.yaw)
+        raise PlanError(reason + (', and no place within the default_tolerance of %g m can be reached' % tolerance
+                                  if tolerance > 0.0 else ''))
+
+    def _refusal(self, costmap, goal, first, last):
+        """Return why no way can end at the goal, or ''. first, last: cells of robot and goal."""
         if last is None:
             return 'the goal %s is off the map' % place_of(goal)
-        if last == first:
-            return ''
-        cost = int(costmap.costs[last[1], last[0]])
-        if table[cost] >= obstacle:
-            return 'the goal %s is %s' % (place_of(goal), {
-                255: 'in unknown space', 254: 'in an obstacle', 253: 'too near an obstacle'}.get(
-                    cost, 'on a cell of cost %d' % cost))
-        return ''
+        closed = '' if last == first else self._closed(costmap, last)
+        return 'the goal %s is %s' % (place_of(goal), closed) if closed else ''
 
-    def _search(self, costmap, table, obstacle, start, first, target):
+    def _closed(self, costmap, cell):
+        """Return what closes a cell (column, row), or ''."""
+        cost = int(costmap.costs[cell[1], cell[0]])
+        table, obstacle = self._table()
+        return '' if table[cost] < obstacle else {
+            255: 'in unknown space', 254: 'in an obstacle', 253: 'too near an obstacle'}.get(
+                cost, 'on a cell of cost %d' % cost)
+
+    def _search(self, costmap, start, first, target):
         """Send the wave out from the start until it has settled the target cell, or everywhere for None."""
         if self._fields is None or self._fields.shape != costmap.costs.shape:
             self._fields = _Fields(costmap.costs.shape)
         fields = self._fields
         self._geometry = costmap.geometry
+        table, obstacle = self._table()
         outline = self._outline() and not any(_at_edge(cell, costmap.geometry) for cell in (first, target) if cell)
         potential.prepare(costmap.costs, table, obstacle, outline, fields.steps, fields.potential, fields.pending)
         sources = dict(self._sources(fields, obstacle, start, first))
@@ -139,9 +143,12 @@ class PotentialPlanner:
     def _trace(self, start, goal, follow=gradient_path.descend):
         """Return the points (n, 2), m, from the start to a goal that the wave reached."""
         g = self._geometry
-        ends = [((p.x - g.origin_x) / g.resolution + 0.5, (p.y - g.origin_y) / g.resolution + 0.5)
-                for p in (start, goal)]
-        points = follow(self._fields.potential, self._fields.width, *ends[0], *ends[1])
+        ends = []
+        for p in (start, goal):
+            for v, low, cell in zip((p.x, p.y), (g.origin_x, g.origin_y), g.to_cell(p.x, p.y)):
+                within = (v - low) / g.resolution - cell  # kept off the cell's edge: rounding must not change the cell
+                ends.append(cell + 0.5 + min(max(within, 1e-6), 1.0 - 1e-6))
+        points = follow(self._fields.potential, self._fields.width, *ends)
         if len(points) == 0:
             raise PlanError('no way leads from %s to the goal %s' % (place_of(start), place_of(goal)))
         points = (points[::-1] - 0.5) * g.resolution + (g.origin_x, g.origin_y)
