@@ -16,6 +16,10 @@ from sara_nav.layers import obstacle, range_sensor, static
 from sara_nav.windows import Windows, area
 
 
+FARTHEST = 1e6
+"""A robot further (m) than this from the origin of its frame is not believed to be there."""
+
+
 @dataclass(frozen=True)
 class CostmapConfig:
     """Parameters of a costmap (m, Hz, s); names and defaults of costmap_2d."""
@@ -119,7 +123,7 @@ class LayeredCostmap:
         Returns the window (x0, y0, xn, yn) of cells that changed, or None.
         """
         self._note_time(t)
-        if pose is not None and not pose.is_finite():
+        if pose is not None and not (pose.is_finite() and max(abs(pose.x), abs(pose.y)) <= FARTHEST):
             self.bad_poses += 1
             pose = None
         windows = Windows(self.geometry)

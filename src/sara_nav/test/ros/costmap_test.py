@@ -23,6 +23,7 @@ class Picture:
     def __init__(self, node):
         self.grid = self.costs = None
         self.updates = []
+        self.grids = 0
         self.subscribers = [
             rospy.Subscriber('/%s/costmap/costmap' % node, OccupancyGrid, self.on_grid),
             rospy.Subscriber('/%s/costmap/costmap_updates' % node, OccupancyGridUpdate, self.on_update)]
@@ -35,6 +36,7 @@ class Picture:
     def on_grid(self, msg):
         self.costs = np.array(msg.data).reshape(msg.info.height, msg.info.width)
         self.grid = msg
+        self.grids += 1
 
     def on_update(self, msg):
         if self.grid is not None:
@@ -131,6 +133,9 @@ class CostmapTest(unittest.TestCase):
         self.assertEqual((info.width, info.height, self.rolling.grid.header.frame_id), (80, 80, 'odom'))
         self.assertAlmostEqual(info.origin.position.x, 0.0, delta=0.051)
         self.assertAlmostEqual(info.origin.position.y, -3.0, delta=0.051)
+        before = self.rolling.grids
+        self.until(lambda: self.rolling.grids > before + 3, 'always_send_full_costmap does not send the whole')
+        self.assertEqual(self.rolling.updates, [])
 
     def test_3_scans_and_clouds_mark_and_clear_in_small_windows(self):
         self.still.updates.clear()

@@ -166,9 +166,10 @@ def test_nothing_is_made_of_poses_that_are_not_numbers():
     costmap = make([RangeSensorLayer('range')], rolling_window=True)
     costmap.update(0.0, Pose2D(1.0, 1.0, 0.0))
     origin = costmap.geometry
-    for pose in (Pose2D(math.nan, 0.0, 0.0), Pose2D(0.0, math.inf, 0.0), Pose2D(0.0, 0.0, math.nan), None):
+    for pose in (Pose2D(math.nan, 0.0, 0.0), Pose2D(0.0, math.inf, 0.0), Pose2D(0.0, 0.0, math.nan),
+                 Pose2D(1e300, 0.0, 0.0), None):
         costmap.update(0.1, pose)
-    assert costmap.geometry == origin and costmap.bad_poses == 3
+    assert costmap.geometry == origin and costmap.bad_poses == 4
 
 
 def test_updates_are_due_as_update_frequency_says():

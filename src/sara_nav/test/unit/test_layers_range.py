@@ -215,7 +215,8 @@ def test_the_map_below_is_never_lowered():
 
 @pytest.mark.parametrize('wrong, kind', [
     (dict(distance=math.nan), 'nan_ranges'), (dict(at=Pose2D(math.nan, 0.0, 0.0)), 'bad_poses'),
-    (dict(at=Pose2D(0.0, 0.0, math.inf)), 'bad_poses'), (dict(stamp=math.nan), 'bad_poses'),
+    (dict(at=Pose2D(0.0, 0.0, math.inf)), 'bad_poses'), (dict(at=Pose2D(1e300, 0.0, 0.0)), 'bad_poses'),
+    (dict(max_range=1e300), 'bad_limits'), (dict(stamp=math.nan), 'bad_poses'),
     (dict(min_range=-0.1), 'bad_limits'), (dict(min_range=3.0), 'bad_limits'), (dict(max_range=math.inf), 'bad_limits'),
     (dict(max_range=math.nan), 'bad_limits'), (dict(min_range=0.0, max_range=0.0), 'bad_limits'),
     (dict(field_of_view=0.0), 'bad_limits'), (dict(field_of_view=math.nan), 'bad_limits'),
@@ -232,9 +233,21 @@ def test_readings_that_make_no_sense_are_dropped_and_counted(wrong, kind):
 def test_readings_off_the_map_and_floods_do_no_harm():
     costmap, layer = make()
     for k in range(MOST_WAITING + 10):
-        layer.add_range(reading(1.0, Pose2D(1e7 * (-1) ** k, 1e5, 1.0), 1.0))
+        layer.add_range(reading(1.0, Pose2D(9e5 * (-1) ** k, 1e5, 1.0), 1.0))
     costmap.update(1.0, None)
     assert len(lethal(costmap)[0]) == 0 and layer.counts['overflow'] == 10
+
+
+def test_switched_off_it_takes_nothing_in_and_does_nothing():
+    costmap, layer = make()
+    layer.reconfigure(RangeSensorConfig(enabled=False))
+    say(costmap, layer, *[1.0] * 5)
+    assert len(lethal(costmap)[0]) == 0
+    layer.reconfigure(RangeSensorConfig())
+    costmap.update(0.1, None)
+    assert len(lethal(costmap)[0]) == 0
+    say(costmap, layer, 1.0, t=0.2)
+    assert len(lethal(costmap)[0]) > 0
 
 
 def test_when_time_goes_back_old_stamps_hinder_nothing():

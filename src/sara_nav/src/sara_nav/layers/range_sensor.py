@@ -14,6 +14,8 @@ from sara_nav.layers import cone
 from sara_nav.layers.base import Layer, outside, shifted
 
 SENSOR_TYPES = ('VARIABLE', 'FIXED', 'ALL')
+FARTHEST = 1e6
+"""Positions (m) and angles (rad) beyond this are nonsense; cells there could not even be counted."""
 MOST_WAITING = 1000
 """Readings kept between two updates; older ones are dropped."""
 
@@ -124,7 +126,10 @@ class RangeSensorLayer(Layer):
     # -- readings in -------------------------------------------------------------------------------------------
 
     def add_range(self, reading):
-        """Take a RangeReading for the next update; one that makes no sense is dropped and counted."""
+        """Take a RangeReading for the next update; one that makes no sense is dropped and counted, and while the layer is
+        switched off nothing is kept."""
+        if not self.enabled:
+            return
         kind, text = self._fault(reading)
         if kind:
             self.drop(kind, 'a reading of %s: %s' % (reading.source, text))
@@ -135,10 +140,9 @@ class RangeSensorLayer(Layer):
         self._waiting.append(reading)
 
     def _fault(self, r):
-        if not all(map(math.isfinite, (r.stamp, r.x, r.y, r.yaw))):
-            return 'bad_poses', 'its pose or stamp holds a NaN or an infinity'
-        if not (math.isfinite(r.min_range) and math.isfinite(r.max_range) and 0.0 <= r.min_range <= r.max_range
-                and r.max_range > 0.0):
+        if not (math.isfinite(r.stamp) and all(abs(v) <= FARTHEST for v in (r.x, r.y, r.yaw))):
+            return 'bad_poses', 'its stamp is no number, or its pose none within %g' % FARTHEST
+        if not (0.0 <= r.min_range <= r.max_range <= FARTHEST and r.max_range > 0.0):
             return 'bad_limits', 'min_range %r, max_range %r' % (r.min_range, r.max_range)
         if not 0.0 < r.field_of_view <= 2.0 * math.pi + 1e-6:
             return 'bad_limits', 'field_of_view %r' % r.field_of_view

@@ -70,10 +70,6 @@ class CostmapInputs:
         self._subscribers = []
         self._waiting.clear()
 
-    def topics(self):
-        """Return the resolved names of what is listened to."""
-        return [subscriber.resolved_name for subscriber in self._subscribers]
-
     def _subscribe(self, topic, kind, callback, args, queue):
         self._subscribers.append(rospy.Subscriber(topic, kind, callback, args, queue_size=queue, tcp_nodelay=True))
 
