@@ -94,13 +94,18 @@ class GlobalPlanner(PotentialPlanner):
         def free(n):
             return fields.steps[n] < obstacle
 
-        yield own, self.config.neutral_cost * math.hypot(dx, dy)
-        if free(own + side_x):
-            yield own + side_x, self.config.neutral_cost * math.hypot(1.0 - dx, dy)
-        if free(own + side_y):
-            yield own + side_y, self.config.neutral_cost * math.hypot(dx, 1.0 - dy)
-        if free(own + side_x + side_y) and (free(own + side_x) or free(own + side_y)):
-            yield own + side_x + side_y, self.config.neutral_cost * math.hypot(1.0 - dx, 1.0 - dy)
+        def at_least(distance, lower):  # by equal cells the descent would not find to the robot's own
+            return max(neutral * distance, lower + 0.1 * neutral)
+
+        neutral = self.config.neutral_cost
+        seeds = {own: neutral * math.hypot(dx, dy)}
+        for side, distance in ((side_x, math.hypot(1.0 - dx, dy)), (side_y, math.hypot(dx, 1.0 - dy))):
+            if free(own + side):
+                seeds[own + side] = at_least(distance, seeds[own])
+        corner = own + side_x + side_y
+        if len(seeds) > 1 and free(corner):
+            seeds[corner] = at_least(math.hypot(1.0 - dx, 1.0 - dy), min(v for n, v in seeds.items() if n != own))
+        yield from seeds.items()
 
     def _trace(self, start, goal, follow=gradient_path.descend):
         return super()._trace(start, goal, gradient_path.descend_grid if self.config.use_grid_path else follow)
