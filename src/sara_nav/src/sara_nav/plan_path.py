@@ -3,15 +3,16 @@
     rosrun sara_nav plan_path MAP.yaml --start X Y YAW --goal X Y YAW [--planner NAME] [--footprint "[[x,y],...]"]
                                        [--json] [--png FILE] [--param NAME=VALUE ...]
 
-The costmap is the one move_base's defaults give: the map's obstacles, inflated by 0.55 m with cost_scaling_factor 10 for
-the inscribed radius of the footprint (without padding). --param sets a parameter of the inflation layer or of the planner
-(inflation_radius=0.7, allow_unknown=false, use_astar=true). Metres, radians.
+The costmap is the one move_base's defaults give: the map's obstacles, inflated by 0.55 m (at least by the inscribed radius
+of the footprint) with cost_scaling_factor 10; the footprint is not padded. --param sets a parameter of the inflation
+layer or of the planner (inflation_radius=0.7, allow_unknown=false, use_astar=true). Metres, radians.
 Exit status 0 with a plan, 1 when there is none, 2 when the question makes no sense.
 """
 import argparse
 import json
 import sys
 import time
+from dataclasses import replace
 
 import yaml
 
@@ -68,15 +69,22 @@ def answer(question, clock=time.perf_counter):
     cls = GLOBAL_PLANNERS.find(question.planner)
     parameters = Parameters(dict(_parameter(text) for text in question.param))
     planner_config, inflation = parameters.config(cls.config_class, ''), parameters.config(InflationConfig, '')
+    given = parameters.has('inflation_radius')
     parameters.faults += parameters.left_over()
     parameters.check()
     planner = cls(planner_config)
     footprint = parse_footprint(FOOTPRINT if question.footprint is None else question.footprint)
+    inscribed = radii(footprint)[0]
+    if not given:
+        inflation = replace(inflation, inflation_radius=max(inflation.inflation_radius, inscribed))
+    elif inflation.inflation_radius < inscribed:
+        raise ParameterError('inflation_radius is %g m but must be at least the inscribed radius of the footprint, %g m: '
+                             'plans would touch obstacles' % (inflation.inflation_radius, inscribed))
     grid_map = load_map(question.map)
     if grid_map.origin_yaw:
         raise MapError('map file %s: its origin is turned by %g rad but must not be turned' % (
             question.map, grid_map.origin_yaw))
-    costmap = build(grid_map, radii(footprint)[0], inflation=inflation)
+    costmap = build(grid_map, inscribed, inflation=inflation)
     begin = clock()
     try:
         plan, text = planner.plan(costmap, question.start, question.goal), ''

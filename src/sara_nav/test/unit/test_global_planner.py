@@ -207,7 +207,8 @@ def test_any_path_can_be_oriented(path, start, goal, mode, window):
 
 
 def test_forward_then_interpolate_turns_on_the_last_straight():
-    corner = np.vstack([np.column_stack([np.arange(20), np.zeros(20)]), np.column_stack([np.full(10, 19), np.arange(1, 11)])])
+    corner = np.vstack([np.column_stack([np.arange(20), np.zeros(20)]),
+                        np.column_stack([np.full(10, 19), np.arange(1, 11)])])
     plan = orient(corner, 2.0, math.pi, 3)
     assert (plan[:18, 2] == 0.0).all()
     turn = plan[21:, 2]
