@@ -33,8 +33,12 @@ def check(params: Dict[str, object], filter: str = 'ekf') -> Tuple[Optional[Filt
     try:
         config = FilterConfig.from_params(params, filter)
     except ConfigError as error:
-        return None, [Finding(ERROR, 'configuration', sentence) for sentence in error.faults]
-    return config, [Finding(WARN, 'parameters', sentence) for sentence in config.warnings] + check_settings(config)
+        return None, [Finding(ERROR, 'configuration', sentence) for sentence in error.faults] + _doubtful(error.warnings)
+    return config, _doubtful(config.warnings) + check_settings(config)
+
+
+def _doubtful(sentences):
+    return [Finding(WARN, 'parameters', sentence) for sentence in sentences]
 
 
 def check_settings(config: FilterConfig) -> List[Finding]:

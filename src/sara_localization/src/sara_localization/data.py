@@ -4,8 +4,7 @@ Times are float seconds, vectors and quaternions (x, y, z, w) tuples or lists, c
 """
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Optional, Sequence
+from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -13,11 +12,12 @@ from .geometry import Transform
 
 
 def _zeros(n):
-    return field(default_factory=lambda: np.zeros((n, n)))
+    square = np.zeros((n, n))
+    square.flags.writeable = False
+    return square
 
 
-@dataclass(frozen=True)
-class PoseData:
+class PoseData(NamedTuple):
     """A pose of the robot in frame_id, with the covariance of x, y, z, roll, pitch, yaw."""
 
     stamp: float
@@ -27,8 +27,7 @@ class PoseData:
     covariance: np.ndarray = _zeros(6)
 
 
-@dataclass(frozen=True)
-class TwistData:
+class TwistData(NamedTuple):
     """Velocity and rates along the axes of frame_id, with the covariance of all six."""
 
     stamp: float
@@ -38,8 +37,7 @@ class TwistData:
     covariance: np.ndarray = _zeros(6)
 
 
-@dataclass(frozen=True)
-class OdometryData:
+class OdometryData(NamedTuple):
     """A pose in frame_id and a twist along the axes of child_frame_id (nav_msgs/Odometry)."""
 
     stamp: float
@@ -61,8 +59,7 @@ class OdometryData:
         return TwistData(self.stamp, self.child_frame_id, self.linear, self.angular, self.twist_covariance)
 
 
-@dataclass(frozen=True)
-class ImuData:
+class ImuData(NamedTuple):
     """An inertial measurement; frame_id is where the sensor is mounted (sensor_msgs/Imu).
 
     A covariance whose first element is -1 says that the sensor does not measure that part.
@@ -78,8 +75,7 @@ class ImuData:
     linear_acceleration_covariance: np.ndarray = _zeros(3)
 
 
-@dataclass(frozen=True)
-class StampedTransform:
+class StampedTransform(NamedTuple):
     """parent_from_child at a time, to be broadcast."""
 
     stamp: float
@@ -88,8 +84,7 @@ class StampedTransform:
     transform: Transform
 
 
-@dataclass(frozen=True)
-class FilterOutput:
+class FilterOutput(NamedTuple):
     """The estimate after a tick.
 
     Attributes:

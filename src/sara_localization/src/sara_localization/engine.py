@@ -15,22 +15,18 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from . import kernel, measurement, sheets
+from . import kernel, measurement, placing, sheets
 from .config import FilterConfig
 from .control import Control
 from .data import FilterOutput, ImuData, OdometryData, PoseData, TwistData
 from .ekf import Ekf
 from .history import History
 from .intake import Intake, Motion
-from .measurement import MissingTransform, PoseOptions
 from .output import Output
 from .silence import Silence
-from .state import POSE, RATES, SIZE
+from .state import RATES, SIZE
 from .status import InputStatus
 from .ukf import Ukf
-
-SET_POSE_VARIANCE = 1e-6
-SMALLEST_SET_POSE_VARIANCE = 1e-9
 
 
 def make_filter(config: FilterConfig, control: Optional[Control] = None, biases=None):
@@ -109,8 +105,7 @@ class FilterEngine:
         self._queue, self._sequence = [], 0
         self.intake.forget()
         if self.history:
-            self.history.clear()
-        self._controls = []
+            self.history.forget()
         self.output.forget()
         if self.silence:
             self.silence.forget()
@@ -154,7 +149,7 @@ class FilterEngine:
             return
         self.control.set(command, stamp)
         if self.history:
-            self._controls.append((stamp, self.control.command))
+            self.history.commanded(stamp, self.control.command)
 
     def _motion(self):
         return Motion(self.filter.x[:SIZE], self.output.angular_acceleration)
@@ -175,26 +170,10 @@ class FilterEngine:
         robot_localization jumps to the origin when the frame is unknown, and lets the first measurement overwrite a pose
         set before it; here the former is refused and the latter is fused.
         """
-        covariance = np.array(data.covariance, dtype=float).reshape(6, 6)
-        if not np.isfinite(covariance).all() or not np.isfinite([*data.position, *data.orientation]).all():
-            return 'set_pose holds something that is not a number: ignored'
-        np.fill_diagonal(covariance, np.maximum(covariance.diagonal(), SMALLEST_SET_POSE_VARIANCE))
-        stamp = data.stamp if 0.0 < data.stamp <= now else now
-        frame = data.frame_id or self.config.world_frame
-        pose = PoseData(stamp, frame, data.position, data.orientation, covariance)
         try:
-            prepared, problems = measurement.pose(pose, (True,) * 6, 'set_pose', self.transforms, self.config.world_frame,
-                                                  PoseOptions(self.config.two_d_mode))
-        except MissingTransform as error:
-            return 'set_pose is ignored: %s' % error
-        bad = [p.sentence for p in problems if p.kind in ('bad_orientation', 'huge_value', 'huge_variance')]
-        if bad:
-            return 'set_pose is ignored: %s' % bad[0]
-        x, P = np.zeros(SIZE), np.eye(SIZE) * SET_POSE_VARIANCE
-        inside = [k for k, i in enumerate(prepared.indices) if i < POSE.stop]
-        indices = np.array(prepared.indices)[inside]
-        x[indices] = prepared.z[inside]
-        P[indices[:, None], indices] = prepared.R[np.ix_(inside, inside)]
+            stamp, x, P = placing.placed(data, now, self.config, self.transforms)
+        except placing.Refused as refused:
+            return str(refused)
         self.filter.set_state(x, P)
         self.filter.initialised = True
         self.filter.last_measurement_time = now
@@ -255,8 +234,8 @@ class FilterEngine:
         while queue and queue[0][0] <= now:
             entry = heapq.heappop(queue)
             stamp, sequence, name, m = entry
-            if again and self._controls:
-                self._control_of(stamp)
+            if again and self.control:
+                self.history.recall(self.control, stamp)
             taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
             if sequence not in again and m.source != measurement.STANDSTILL:
                 self.inputs[name].took(taken, kf.nis, m.informative)
@@ -276,11 +255,7 @@ class FilterEngine:
         if late or self.config.predict_to_current_time:
             kf.predict_to(now)
         if self.history:
-            limit = kf.last_measurement_time - self.history.length
-            self.history.expire(kf.last_measurement_time)
-            self.intake.history_from = limit
-            self._controls = [c for k, c in enumerate(self._controls)
-                              if c[0] >= limit or k + 1 == len(self._controls) or self._controls[k + 1][0] > limit]
+            self.intake.history_from = self.history.expire(kf.last_measurement_time)
 
     def _go_back(self, first):
         """For an oldest measurement that is late: back to before it; returns the sequence numbers of what is done again."""
@@ -303,13 +278,6 @@ class FilterEngine:
                                       'its place' % (self.filter.last_measurement_time - stamp, self.history.length))
         if sentence:
             self._report(sentence)
-
-    def _control_of(self, stamp):
-        """The command that held at a time, for a measurement that is done again."""
-        for at, command in reversed(self._controls):
-            if at <= stamp:
-                self.control.set(command, at)
-                return
 
     def _time_went_back(self, now):
         self.time_jumps += 1

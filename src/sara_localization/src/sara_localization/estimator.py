@@ -15,7 +15,7 @@ from typing import Optional
 
 import numpy as np
 
-from . import kernel
+from . import covariance, kernel
 from .control import Control
 from .geometry import wrap
 from .state import POSE, ROLL, SIZE, TWIST, YAW
@@ -85,7 +85,7 @@ class Estimator:
         self.P[:SIZE, :SIZE] = P
         self.P[:SIZE, SIZE:] = 0.0
         self.P[SIZE:, :SIZE] = 0.0
-        self._keep_positive(kernel.positive_definite(self.P))
+        self._keep_positive(covariance.positive_definite(self.P))
 
     def snapshot(self):
         """(time, x, P), to go back to with `restore`."""
@@ -114,7 +114,7 @@ class Estimator:
     def _keep_positive(self, positive: bool):
         if not positive and self.keep_positive:
             self.repairs += 1
-            kernel.repair(self.P)
+            covariance.repair(self.P)
 
     def correct(self, indices, z, R, threshold: float = math.inf, extra=None) -> bool:
         """Take in a measurement of some of the state's variables.
@@ -167,7 +167,7 @@ class Estimator:
         P = G @ self.P @ G.T + K @ R @ K.T
         self.P = 0.5 * (P + P.T)
         kernel.wrap_angles(self.x)
-        self._keep_positive(kernel.positive_definite(self.P))
+        self._keep_positive(covariance.positive_definite(self.P))
         return True
 
     def process(self, stamp: float, indices, z, R, threshold: float = math.inf, extra=None) -> bool:
@@ -209,8 +209,8 @@ class Estimator:
         # block: then it is dropped, and the filter does not start with a covariance that is none.
         if self.keep_positive:
             self.P = 0.5 * (self.P + self.P.T)
-        if self.keep_positive and not kernel.positive_definite(self.P):
+        if self.keep_positive and not covariance.positive_definite(self.P):
             others = np.setdiff1d(np.arange(self.n), measured)
             self.P[measured[:, None], others] = 0.0
             self.P[others[:, None], measured] = 0.0
-            self._keep_positive(kernel.positive_definite(self.P))
+            self._keep_positive(covariance.positive_definite(self.P))

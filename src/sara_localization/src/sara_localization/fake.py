@@ -40,9 +40,9 @@ class FakeConfig:
         values.update({name: reader.number(name, 0.0) for name in ('delta_x', 'delta_y', 'delta_yaw')})
         values['transform_tolerance'] = reader.number('transform_tolerance', cls.transform_tolerance, low=0.0)
         values['relay_set_pose'] = reader.boolean('relay_set_pose', False)
-        if reader.faults:
-            raise ConfigError(reader.faults)
         unknown = tuple('%s is no parameter of fake_localization: ignored.' % name for name in sorted(reader.left))
+        if reader.faults:
+            raise ConfigError(reader.faults, unknown)
         return cls(warnings=unknown, **values)
 
 

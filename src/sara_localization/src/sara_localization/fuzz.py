@@ -12,7 +12,7 @@ from typing import List
 
 import numpy as np
 
-from . import kernel
+from . import covariance
 from .config import FilterConfig
 from .data import ImuData, OdometryData, PoseData, TwistData
 from .engine import FilterEngine
@@ -118,7 +118,7 @@ def _judge(output, report):
         numbers += [output.transform.transform.translation, output.transform.transform.rotation]
     if not np.isfinite(np.concatenate([np.asarray(n, dtype=float) for n in numbers])).all():
         report.faults.append('an output is not finite: %s' % output.state)
-    elif not ((output.covariance == output.covariance.T).all() and kernel.positive_definite(output.covariance)):
+    elif not ((output.covariance == output.covariance.T).all() and covariance.positive_definite(output.covariance)):
         report.faults.append('a covariance is not symmetric and positive definite')
     elif np.abs(output.state[3:6]).max() > math.pi + 1e-9:
         report.faults.append('an angle is not wrapped: %s' % output.state[3:6])

@@ -1,4 +1,4 @@
-"""What has been done, so that a late measurement can be put in its place: states and measurements of the last seconds.
+"""What has been done, so that a late measurement can be put in its place: states, measurements and commands of the last seconds.
 
 The rule is robot_localization's: go back to the newest state that is older than the late measurement (to the oldest there
 is, where none is old enough) and do again all that was measured after it.
@@ -19,11 +19,17 @@ class History:
 
     def __init__(self, length: float):
         self.length = length
-        self._states, self._measurements = deque(), deque()
+        self._states, self._measurements, self._commands = deque(), deque(), []
 
     def clear(self):
+        """Nothing of what was done may be done again."""
         self._states.clear()
         self._measurements.clear()
+
+    def forget(self):
+        """As if nothing had ever come in."""
+        self.clear()
+        self._commands.clear()
 
     def done(self, entry: Tuple[int, str, Measurement]):
         """A measurement was taken; entry: what the queue held."""
@@ -49,10 +55,24 @@ class History:
                     again.append(entry)
         return snapshot, again, enough
 
-    def expire(self, now: float):
-        """Forget what is older than `length` before now."""
+    def commanded(self, stamp: float, command):
+        """A command (6,) was given at a time (s)."""
+        self._commands.append((stamp, command))
+
+    def recall(self, control, stamp: float):
+        """Give a Control the command that held at a time (s), for a measurement that is done again."""
+        for at, command in reversed(self._commands):
+            if at <= stamp:
+                control.set(command, at)
+                return
+
+    def expire(self, now: float) -> float:
+        """Forget what is older than `length` before now, but for the command that held then; returns that time (s)."""
         limit = now - self.length
         while self._measurements and self._measurements[0][-1].stamp < limit:
             self._measurements.popleft()
         while self._states and self._states[0][0] < limit:
             self._states.popleft()
+        commands = self._commands
+        self._commands = [c for k, c in enumerate(commands) if c[0] >= limit or k + 1 == len(commands) or commands[k + 1][0] > limit]
+        return limit

@@ -7,7 +7,6 @@ turning, gyro biases, and what is known of a parked robot.
 from __future__ import annotations
 
 import collections
-import dataclasses
 import math
 from typing import Dict, List, NamedTuple
 
@@ -131,7 +130,7 @@ class Intake:
         if not any(config.mask[POSE]):
             return []
         if 'pose' in config.covariances:
-            data = dataclasses.replace(data, covariance=config.covariances['pose'])
+            data = data._replace(covariance=config.covariances['pose'])
         return self._prepared(name, '_pose', data.stamp, lambda source: measurement.pose(
             data, config.mask[POSE], source, self.transforms, self.config.world_frame, self._options[name],
             self.config.base_link_frame, child, motion.state[RATES]))
@@ -141,7 +140,7 @@ class Intake:
             return []
         config = self._configs[name]
         if 'twist' in config.covariances:
-            data = dataclasses.replace(data, covariance=config.covariances['twist'])
+            data = data._replace(covariance=config.covariances['twist'])
         return self._prepared(name, '_twist', data.stamp, lambda source: measurement.twist(
             data, mask, source, self.transforms, self.config.base_link_frame, motion.state[RATES], self.config.two_d_mode,
             config.twist_threshold, config.turning_noise, self._memories[source]))
@@ -230,7 +229,7 @@ class Intake:
         if holding and yaw is not None:
             back = quaternion_from_rpy(0.0, 0.0, -gyro.yaw_offset(data.stamp))
             changes['orientation'] = multiply(back, normalised(data.orientation))
-        return dataclasses.replace(data, **changes) if changes else data
+        return data._replace(**changes) if changes else data
 
 
 def _bias_states(config: FilterConfig) -> Dict[str, Dict[int, int]]:
@@ -248,4 +247,4 @@ def _with_covariances(data, covariances, parts):
     """The data with the user's covariances in the place of its own, but for a part that says it is not measured."""
     changes = {part + '_covariance': covariances[part] for part in parts
                if part in covariances and measurement.measures(getattr(data, part + '_covariance'))}
-    return dataclasses.replace(data, **changes) if changes else data
+    return data._replace(**changes) if changes else data

@@ -18,16 +18,10 @@ from math import fabs, isfinite, pi, sqrt
 import numpy as np
 from numba import njit
 
+from .covariance import SMALLEST_VARIANCE, bound, cholesky, positive_definite
 from .motion_model import advance, jacobian
 
 TAU = 2.0 * pi
-SMALLEST_VARIANCE = 1e-9
-# A pivot of the correlation matrix below this is taken for round-off.
-_SMALLEST_PIVOT = 1e-13
-
-# Who knows a variable no better than this knows nothing; squares of it are still numbers.
-LARGEST_VARIANCE = 1e20
-
 TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 
 
@@ -48,46 +42,6 @@ def wrap_angles(x):
     for i in range(3, 6):
         if isfinite(x[i]):
             x[i] = wrapped(x[i])
-
-
-@njit(cache=True)
-def cholesky(A, L):
-    """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
-    for i in range(A.shape[0]):
-        for j in range(i + 1):
-            total = 0.5 * (A[i, j] + A[j, i])
-            for k in range(j):
-                total -= L[i, k] * L[j, k]
-            if i == j:
-                if not total > _SMALLEST_PIVOT * A[i, i]:
-                    return False
-                L[i, i] = sqrt(total)
-            else:
-                L[i, j] = total / L[j, j]
-    return True
-
-
-@njit(cache=True)
-def positive_definite(P):
-    """Whether P (n, n) is finite and positive definite by a margin of round-off, whatever the units of its rows."""
-    for i in range(P.shape[0]):
-        if not (isfinite(P[i, i]) and P[i, i] > 0.0):
-            return False
-    return cholesky(P, np.empty(P.shape))
-
-
-@njit(cache=True)
-def bound(P):
-    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether P is positive definite."""
-    n = P.shape[0]
-    for i in range(n):
-        if P[i, i] > LARGEST_VARIANCE:
-            factor = sqrt(LARGEST_VARIANCE / P[i, i])
-            for j in range(n):
-                P[i, j] *= factor
-                P[j, i] = P[i, j]
-            P[i, i] = LARGEST_VARIANCE
-    return positive_definite(P)
 
 
 @njit(cache=True)
@@ -282,26 +236,6 @@ def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
         x[i] = centre[i] + m[i]
     wrap_angles(x)
     return True
-
-
-def repair(P: np.ndarray) -> None:
-    """Make P (n, n) symmetric and positive definite in place: the eigenvalues of its correlations kept above 1e-11.
-
-    Variances that are not positive or not finite become 1e-9, correlations that are not finite 0.
-    """
-    variances = P.diagonal().copy()
-    bad = ~(np.isfinite(variances) & (variances > 0.0))
-    variances[bad] = SMALLEST_VARIANCE
-    sigma = np.sqrt(variances)
-    with np.errstate(all='ignore'):
-        C = 0.5 * (P + P.T) / np.outer(sigma, sigma)
-    C[~np.isfinite(C)] = 0.0
-    C[bad, :] = C[:, bad] = 0.0
-    C = np.clip(C, -1.0, 1.0)
-    np.fill_diagonal(C, 1.0)
-    values, vectors = np.linalg.eigh(C)
-    C = (vectors * np.maximum(values, 1e-11)) @ vectors.T
-    P[:] = 0.5 * (C + C.T) * np.outer(sigma, sigma)
 
 
 def warm(unscented: bool = True) -> None:

@@ -9,11 +9,11 @@ from .state import NAMES, SIZE
 
 
 class ConfigError(ValueError):
-    """The configuration cannot be used; `faults` holds one sentence for each reason."""
+    """The configuration cannot be used; `faults` holds one sentence for each reason, `warnings` what is doubtful besides."""
 
-    def __init__(self, faults):
+    def __init__(self, faults, warnings=()):
         super().__init__('\n'.join(faults))
-        self.faults = tuple(faults)
+        self.faults, self.warnings = tuple(faults), tuple(warnings)
 
 
 def as_number(value):

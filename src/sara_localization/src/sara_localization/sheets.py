@@ -12,8 +12,8 @@ from typing import List, NamedTuple, Optional, Tuple
 import numpy as np
 from numba import njit
 
+from .covariance import cholesky
 from .geometry import rotation_matrix
-from .kernel import cholesky
 from .state import NAMES, OFF_PLANE, SIZE
 
 OFF_PLANE_VARIANCE = 1e-6

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from . import kernel
+from . import covariance, kernel
 from .estimator import Estimator
 from .state import ANGLES
 
@@ -35,7 +35,7 @@ class Ukf(Estimator):
         alpha = max(self.alpha, math.sqrt(3.0 / (self.n + self.kappa))) if unsure else self.alpha
         if not kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure):
             self.repairs += 1
-            kernel.repair(self.P)
+            covariance.repair(self.P)
             kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure)
         self.P += self._noise(self.x) * dt
-        self._keep_positive(kernel.bound(self.P))
+        self._keep_positive(covariance.bound(self.P))

@@ -141,3 +141,22 @@ def test_the_filter_is_one_of_two():
     assert FilterConfig.from_params({'odom0': '/o', 'odom0_config': [True] * 15, 'alpha': 0.5}, 'ukf').alpha == 0.5
     with pytest.raises(ConfigError, match='ekf, ukf'):
         FilterConfig.from_params({}, 'pf')
+
+
+def test_what_is_doubtful_is_told_beside_the_faults():
+    """A misspelt name leaves a fault and a warning: only the two together show what happened."""
+    from sara_localization import check_config
+    params = {'odom0': '/odom', 'odom0_confg': [True] * 15, 'twist0': '/t', 'twist0_config': [True] * 15}
+    with pytest.raises(ConfigError) as caught:
+        FilterConfig.from_params(params)
+    assert len(caught.value.faults) == 1 and 'odom0_config is missing' in caught.value.faults[0]
+    assert any('is odom0_config meant?' in warning for warning in caught.value.warnings)
+    config, findings = check_config.check(params)
+    assert config is None
+    assert [f.level for f in check_config.sorted_findings(findings)] == [2, 1, 1]
+
+
+def test_a_list_that_is_missing_gives_no_false_warnings():
+    with pytest.raises(ConfigError) as caught:
+        FilterConfig.from_params({'imu0': '/imu', 'imu0_gyro_bias': 'state', 'imu0_differential': True})
+    assert caught.value.warnings == () and len(caught.value.faults) == 1

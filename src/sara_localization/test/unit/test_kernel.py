@@ -8,7 +8,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import kernel
+from sara_localization import covariance, kernel
 from sara_localization.ekf import Ekf
 from sara_localization.geometry import wrap
 from sara_localization.motion_model import advance, jacobian
@@ -131,19 +131,19 @@ def test_repair_gives_a_covariance_and_leaves_a_sound_one_alone(seed, exponent):
     rng = np.random.default_rng(seed)
     sound = random_covariance(rng, 15, 10.0 ** exponent)
     repaired = sound.copy()
-    kernel.repair(repaired)
+    covariance.repair(repaired)
     assert scaled_difference(repaired, sound) < 1e-12
     broken = rng.normal(size=(15, 15)) * 10.0 ** exponent
     broken[rng.integers(15), rng.integers(15)] = rng.choice([np.nan, np.inf, -1.0, 0.0])
-    kernel.repair(broken)
-    assert (broken == broken.T).all() and kernel.positive_definite(broken)
+    covariance.repair(broken)
+    assert (broken == broken.T).all() and covariance.positive_definite(broken)
 
 
 def test_positive_definite_is_independent_of_units():
     P = np.diag(10.0 ** np.linspace(-20, 20, 15))
-    assert kernel.positive_definite(P)
+    assert covariance.positive_definite(P)
     P[0, 1] = P[1, 0] = 1.01 * math.sqrt(P[0, 0] * P[1, 1])
-    assert not kernel.positive_definite(P)
+    assert not covariance.positive_definite(P)
 
 
 # filterpy

@@ -94,8 +94,7 @@ def test_ukf_with_the_peers_defects_put_in_is_the_peers_node(name, tolerance, mo
 def test_s1_the_peer_is_right_by_mistake(monkeypatch):
     """With the 2 % taken off the wheels, its defects no longer help: ours is as good, the two errors are within 5 %."""
     run, b = Run(RIGHT_BY_MISTAKE), bag('s1_eight_50_100')
-    import dataclasses
-    true = [(at, topic, kind, dataclasses.replace(data, linear=data.linear / 1.02) if kind == 'odom' else data)
+    true = [(at, topic, kind, data._replace(linear=data.linear / 1.02) if kind == 'odom' else data)
             for at, topic, kind, data in b.messages]
     found = []
     for filter_class in (engine_module.Ukf, PeerUkf):

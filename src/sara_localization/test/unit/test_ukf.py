@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import kernel
+from sara_localization import covariance
 from sara_localization.ekf import Ekf
 from sara_localization.state import OFF_PLANE, VX, VYAW, X, Y, YAW
 from sara_localization.ukf import UNSURE_ANGLE, Ukf
@@ -46,7 +46,7 @@ def test_covariance_is_symmetric_and_positive_definite_at_every_step(seed, make)
         R = rng.choice([0, 1, 2])
         R = A @ A.T if R == 0 else np.diag(rng.choice([0.0, -1.0, 1e-18, 1e-9, 1.0, 1e12], len(indices))) if R == 1 else A
         kf.process(now, indices, rng.normal(size=len(indices)) * 10.0 ** rng.uniform(-3, 4), R)
-        assert (kf.P == kf.P.T).all() and kernel.positive_definite(kf.P)
+        assert (kf.P == kf.P.T).all() and covariance.positive_definite(kf.P)
         assert np.isfinite(kf.x).all() and np.abs(kf.x[3:6]).max() <= math.pi
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Optional
 
 import numpy as np
 import rospy
@@ -88,8 +89,9 @@ def fill_pose(pose_, transform_: Transform):
     q.x, q.y, q.z, q.w = transform_.rotation
 
 
-def odometry_message(output: FilterOutput) -> Odometry:
-    msg = Odometry()
+def odometry_message(output: FilterOutput, msg: Optional[Odometry] = None) -> Odometry:
+    """msg: one to write into, for who publishes many (rospy has put it into bytes when publish() returns)."""
+    msg = Odometry() if msg is None else msg
     msg.header.stamp = ros_time(output.stamp)
     msg.header.frame_id, msg.child_frame_id = output.frame_id, output.child_frame_id
     fill_pose(msg.pose.pose, output.pose)
@@ -114,8 +116,9 @@ def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
     return msg
 
 
-def transform_message(stamped: StampedTransform) -> TransformStamped:
-    msg = TransformStamped()
+def transform_message(stamped: StampedTransform, msg: Optional[TransformStamped] = None) -> TransformStamped:
+    """msg: as in odometry_message."""
+    msg = TransformStamped() if msg is None else msg
     msg.header.stamp = ros_time(stamped.stamp)
     msg.header.frame_id, msg.child_frame_id = stamped.parent, stamped.child
     t, r = msg.transform.translation, msg.transform.rotation

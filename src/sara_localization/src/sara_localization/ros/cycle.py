@@ -14,28 +14,32 @@ class Cycle:
     """Calls `work()` every `period` (s) until the node is shut down; cycles that were missed are not made up for."""
 
     def __init__(self, period: float, work):
-        self._period, self._work = rospy.Duration.from_sec(period), work
+        self._period, self._work = rospy.Duration.from_sec(period).to_nsec(), work
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def _run(self):
-        due = None
+        due = None                          # ns
         while not rospy.is_shutdown():
             try:
                 if due is None:
                     rospy.sleep(0.0)        # until there is time
-                    due = rospy.Time.now()
-                remaining = due - rospy.Time.now()
+                    due = _now()
+                remaining = due - _now()
                 if remaining > self._period:
-                    due = rospy.Time.now()  # the clock went back
-                elif remaining > rospy.Duration(0):
-                    rospy.sleep(remaining)
+                    due = _now()            # the clock went back
+                elif remaining > 0:
+                    rospy.sleep(rospy.Duration(*divmod(remaining, 10 ** 9)))
             except rospy.ROSTimeMovedBackwardsException:
-                due = rospy.Time.now()
+                due = _now()
             except rospy.ROSInterruptException:
                 return
             self._work()
             due += self._period
-            now = rospy.Time.now()
+            now = _now()
             if due < now:
                 due = now + self._period
+
+
+def _now() -> int:
+    return rospy.get_rostime().to_nsec()

@@ -137,6 +137,8 @@ def main():
     except ConfigError as error:
         for fault in error.faults:
             rospy.logfatal(fault)
+        for warning in error.warnings:
+            rospy.logwarn(warning)
         sys.exit(1)
     for warning in config.warnings:
         rospy.logwarn(warning)

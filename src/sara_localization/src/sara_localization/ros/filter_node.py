@@ -8,11 +8,11 @@ import time
 from collections import deque
 
 import rospy
-import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, Twist, TwistStamped
+from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, EmptyResponse
+from tf2_msgs.msg import TFMessage
 
 from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
 
@@ -61,7 +61,8 @@ class FilterNode:
         if self.config.publish_acceleration:
             self.acceleration_pub = rospy.Publisher('accel/filtered', AccelWithCovarianceStamped, queue_size=20, tcp_nodelay=True)
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
-        self.broadcaster = tf2_ros.TransformBroadcaster()
+        self.transform_pub = rospy.Publisher('/tf', TFMessage, queue_size=100)
+        self.odometry_msg, self.transform_msg = Odometry(), TFMessage([TransformStamped()])
         self.services = [rospy.Service('set_pose', SetPose, self.set_pose_service),
                          rospy.Service('~enable', Empty, self.enable),
                          rospy.Service('~toggle', ToggleFilterProcessing, self.toggle),
@@ -177,9 +178,11 @@ class FilterNode:
 
     def _publish(self, output):
         if output.transform is not None:
-            self.broadcaster.sendTransform(conversions.transform_message(output.transform))
+            transform = conversions.transform_message(output.transform, self.transform_msg.transforms[0])
+            self.transforms.enter(transform)
+            self.transform_pub.publish(self.transform_msg)
         if output.published:
-            self.odometry_pub.publish(conversions.odometry_message(output))
+            self.odometry_pub.publish(conversions.odometry_message(output, self.odometry_msg))
             self.frequency_diagnostics.tick()
             if self.acceleration_pub:
                 self.acceleration_pub.publish(conversions.acceleration_message(output))
@@ -262,8 +265,8 @@ def run(kind: str):
     rospy.init_node(kind + '_navigation_node')
     config, findings = check_config.check(parameters(), kind)
     for finding in check_config.sorted_findings(findings):
-        say = rospy.logfatal if config is None else rospy.logerr if finding.level == ERROR else rospy.logwarn
-        say(finding.sentence)
+        error = rospy.logfatal if config is None else rospy.logerr
+        (error if finding.level == ERROR else rospy.logwarn)(finding.sentence)
     if config is None:
         sys.exit(1)
     if rospy.get_param('/use_sim_time', False):

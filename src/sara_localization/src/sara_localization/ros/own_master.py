@@ -10,6 +10,8 @@ from contextlib import contextmanager
 
 import rosgraph
 
+PATIENCE = 20.0     # s
+
 
 @contextmanager
 def own_master():
@@ -24,14 +26,18 @@ def own_master():
                 time.sleep(0.1)
             yield port
         finally:
-            master.send_signal(signal.SIGINT)
+            master.terminate()      # SIGINT is ignored by what a shell started in the background, and by its children
 
 
 @contextmanager
 def running(*command, **popen):
-    """A process for the length of a block: interrupted, and waited for."""
+    """A process for the length of a block: interrupted, and waited for; ended where it does not mind."""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, **popen) as process:
         try:
             yield process
         finally:
             process.send_signal(signal.SIGINT)
+            try:
+                process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.terminate()

@@ -5,6 +5,7 @@ import time
 
 import rospy
 import tf2_ros
+from tf2_msgs.msg import TFMessage
 
 from ..geometry import IDENTITY
 from . import conversions
@@ -13,14 +14,49 @@ from . import conversions
 PATIENCE = 1.0
 
 
+class _Unread(TFMessage):
+    """A TFMessage that stays bytes until it is known whether anybody wants to read it."""
+
+    def __init__(self):     # pylint: disable=super-init-not-called
+        self.bytes = b''
+
+    def deserialize(self, str):
+        self.bytes = str
+        return self
+
+    def read(self):
+        """The transforms."""
+        return TFMessage().deserialize(self.bytes).transforms
+
+
 class Tf2Transforms:
-    """lookup(target, source, stamp) from a tf2 listener; waits `timeout` s for one that is not there yet."""
+    """lookup(target, source, stamp) from tf2's buffer; waits `timeout` s for a transform that is not there yet.
+
+    What this node broadcasts it enters itself (`enter`): coming back on /tf it is left unread.
+    """
 
     def __init__(self, timeout: float = 0.0):
         self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer, tcp_nodelay=True)
         self.timeout = rospy.Duration.from_sec(timeout)
-        self._in_vain = {}
+        self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
+        self._subscribers = [rospy.Subscriber(topic, _Unread, self._hear, enter, tcp_nodelay=True)
+                             for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))]
+
+    def enter(self, transform):
+        """A TransformStamped of this node's own."""
+        self.buffer.set_transform(transform, self._name)
+
+    def _hear(self, msg, enter):
+        who = msg._connection_header.get('callerid', 'default_authority')  # pylint: disable=protected-access
+        if who == self._name:
+            return
+        now = rospy.Time.now()
+        if now < self._heard:
+            rospy.logwarn('time went back by %.3f s: what was known of moving frames is forgotten', (self._heard - now).to_sec())
+            self.buffer.clear()
+        self._heard = now
+        for transform in msg.read():
+            enter(transform, who)
 
     def lookup(self, target, source, stamp):
         """target_from_source at the stamp (s), the latest one where that fails, or None."""
