@@ -96,6 +96,11 @@ def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
     return np.where(distance == 0.0, LETHAL, costs).astype(np.uint8)
 
 
+def reach_of(radius, resolution, shape):
+    """Return how many cells a radius (m) reaches on a grid of this shape: ceil(radius/resolution), never beyond its diagonal."""
+    return math.ceil(min(radius / resolution, math.hypot(*shape)))
+
+
 def cost_table(reach, resolution, inscribed_radius, cost_scaling_factor):
     """Return the costs (uint8, reach^2 + 1) by squared distance in cells."""
     return cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius, cost_scaling_factor)
@@ -107,7 +112,7 @@ def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     An unknown cell becomes known when ``inflate_unknown`` is set and the obstacle's cost there is not 0, or
     when that cost is 253.
     """
-    reach = math.ceil(config.inflation_radius / resolution)
+    reach = reach_of(config.inflation_radius, resolution, costs.shape)
     result = np.array(costs, np.uint8)
     if reach:
         distances.spread(np.array(costs, np.uint8), result, 0, 0, result.shape[1], result.shape[0], reach,

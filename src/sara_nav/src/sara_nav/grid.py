@@ -40,12 +40,10 @@ class GridGeometry:
 
     def to_cell(self, x, y):
         """Return (column, row) of the cell that holds the point (m), or None when it is off the grid."""
-        if not (math.isfinite(x) and math.isfinite(y)):
-            return None
-        column = math.floor((x - self.origin_x) / self.resolution)
-        row = math.floor((y - self.origin_y) / self.resolution)
-        if 0 <= column < self.width and 0 <= row < self.height:
-            return column, row
+        column = (x - self.origin_x) / self.resolution
+        row = (y - self.origin_y) / self.resolution
+        if 0.0 <= column < self.width and 0.0 <= row < self.height:  # false for NaN and infinities
+            return int(column), int(row)
         return None
 
     def to_cell_unbounded(self, x, y):

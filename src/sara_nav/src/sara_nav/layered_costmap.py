@@ -45,8 +45,8 @@ class CostmapConfig:
                                 ('publish_frequency', 0.0, 100.0), ('origin_x', -1e6, 1e6), ('origin_y', -1e6, 1e6)):
             if not low <= getattr(self, name) <= high:
                 result.append('%s is %r but must be in %g..%g' % (name, getattr(self, name), low, high))
-        if not 0.0 < self.resolution <= 50.0:
-            result.append('resolution is %r but must be above 0 and at most 50' % self.resolution)
+        if not 1e-4 <= self.resolution <= 50.0:
+            result.append('resolution is %r but must be in 0.0001..50' % self.resolution)
         else:
             cells = [side / self.resolution for side in (self.width, self.height)]
             for name, count in zip(('width', 'height'), cells):
@@ -239,8 +239,8 @@ class LayeredCostmap:
         Cells that the rectangle's edges run through count as outside. Returns the names of the layers cleared; the
         costs follow with the next update.
         """
-        if not all(map(math.isfinite, (x0, y0, x1, y1))):
-            raise ValueError('the area (%r, %r) to (%r, %r) must be finite' % (x0, y0, x1, y1))
+        if not all(abs(v) <= 10.0 * FARTHEST for v in (x0, y0, x1, y1)):
+            raise ValueError('the area (%r, %r) to (%r, %r) must be finite and near' % (x0, y0, x1, y1))
         low = self.geometry.to_cell_unbounded(x0, y0)
         high = self.geometry.to_cell_unbounded(x1, y1)
         return [name for name, layer in self.layers.items()

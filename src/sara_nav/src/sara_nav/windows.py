@@ -1,5 +1,4 @@
 """Which cells of a grid changed: a few rectangles, so that only they are computed anew."""
-import math
 
 WASTE = 1.25
 """Two rectangles are made one when that has at most this many times the cells of both."""
@@ -40,16 +39,6 @@ class Windows:
     def add_all(self):
         """Enter the whole grid."""
         self._all = [(0, 0, self.geometry.width, self.geometry.height)]
-
-    def add_world(self, low_x, low_y, high_x, high_y):
-        """Enter every cell that a rectangle in the grid's frame (m) reaches into; bounds that are not finite are
-        those of the grid."""
-        g = self.geometry
-
-        def cell(value, origin, instead):
-            return math.floor((value - origin) / g.resolution) if math.isfinite(value) else instead
-        self.add(cell(low_x, g.origin_x, 0), cell(low_y, g.origin_y, 0), cell(high_x, g.origin_x, g.width) + 1,
-                 cell(high_y, g.origin_y, g.height) + 1)
 
     def grow(self, cells):
         """Widen every rectangle by so many cells on each side."""

@@ -44,7 +44,8 @@ def test_the_nearest_cell_is_on_the_grid_and_is_the_cell_where_there_is_one(x, y
 
 def test_the_nearest_cell_of_infinity():
     assert EASY.to_nearest_cell(math.inf, -math.inf) == (1, 0)
-    assert EASY.to_cell(math.nan, 1.0) is None and EASY.to_cell(1.0, math.inf) is None
+    for x, y in ((math.nan, 1.0), (1.0, math.nan), (1.0, math.inf), (-math.inf, 1.0), (1e308, 1.0), (1.0, -1e308)):
+        assert EASY.to_cell(x, y) is None and HARD.to_cell(x, y) is None
 
 
 def test_a_grid_moved_by_whole_cells():

@@ -3,12 +3,10 @@
 An obstacle reaches ``inflation_radius`` far, so what changed is widened by that much and nothing else is computed. The
 peer spreads obstacles by a wave that is not exact in rare cells; this one is.
 """
-import math
-
 import numpy as np
 
 from sara_nav import distances
-from sara_nav.costmap import INSCRIBED, LETHAL, InflationConfig, cost_table
+from sara_nav.costmap import INSCRIBED, LETHAL, InflationConfig, cost_table, reach_of
 from sara_nav.layers.base import Layer, shifted
 
 
@@ -39,7 +37,10 @@ class InflationLayer(Layer):
     @property
     def reach(self):
         """How far an obstacle reaches (cells)."""
-        return math.ceil(self.config.inflation_radius / self.parent.geometry.resolution) if self.enabled else 0
+        if not self.enabled:
+            return 0
+        geometry = self.parent.geometry
+        return reach_of(self.config.inflation_radius, geometry.resolution, geometry.shape)
 
     def footprint_changed(self):
         self._table = cost_table(self.reach, self.parent.geometry.resolution, self.parent.inscribed_radius,

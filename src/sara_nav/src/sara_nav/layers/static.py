@@ -13,6 +13,9 @@ from sara_nav.geometry import Pose2D
 from sara_nav.layers.base import GridLayer, combine, outside
 from sara_nav.map_io import GridMap, MapError
 
+FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
+"""Sensible resolutions and places of a map (m)."""
+
 
 class StaticLayer(GridLayer):
     """The map's obstacles and unknown space; overwrites the layers below but with ``use_maximum``."""
@@ -50,6 +53,11 @@ class StaticLayer(GridLayer):
         if abs(grid_map.origin_yaw) > 1e-6:
             self.drop('turned_maps', 'a map whose origin is turned')
             raise MapError('the map\'s origin is turned by %.3f rad but must not be' % grid_map.origin_yaw)
+        g = grid_map.geometry
+        if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
+            self.drop('bad_maps', 'a map of no sensible resolution or origin')
+            raise MapError('the map\'s resolution is %r and its origin (%r, %r) but they must be in %g..%g and within %g' % (
+                g.resolution, g.origin_x, g.origin_y, FINEST, COARSEST, FARTHEST))
         if grid_map.data.shape != grid_map.geometry.shape:
             self.drop('bad_maps', 'a map whose size is not what it says')
             raise MapError('the map says %d x %d cells but holds %s' % (
