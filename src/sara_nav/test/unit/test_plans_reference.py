@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sara_nav import bench_planners
 from sara_nav.costmap import Costmap
 from sara_nav.geometry import Pose2D
 from sara_nav.global_planner import GlobalPlanner, GlobalPlannerConfig
@@ -133,3 +134,12 @@ def test_the_peer_s_test_of_a_pinch_point_and_of_an_easy_plan():
             plan = NavfnROS().plan(costmap, first, last)
             assert plan[0, :2].tolist() == [first.x, first.y] and plan[-1, :2].tolist() == [last.x, last.y]
             assert measure(costmap, plan, NAVFN)[1] in (0, 255)
+
+
+def test_the_bench_times_each_planner_beside_its_peer():
+    ticks = iter(range(10 ** 6))
+    rows = list(bench_planners.bench_rows([OURS, '/nowhere'], maps=('own_comb',), queries=3, clock=lambda: next(ticks)))
+    assert [row.planner for row in rows] == list(bench_planners.CASES)
+    for row in rows:
+        assert (row.map, row.median, row.p99, row.plans) == ('own_comb', 1e3, 1e3, 3)  # each took one tick of a second
+        assert row.peer is None if row.planner == 'GridPlanner' else 0.1 < row.peer < 10.0
