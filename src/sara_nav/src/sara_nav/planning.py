@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from sara_nav.geometry import Pose2D
 
 
 class PlanError(Exception):
@@ -64,10 +63,6 @@ GLOBAL_PLANNERS = Registry(
                                         'to the nearest place that can be reached'})
 
 
-FURTHEST = 1e5
-"""No tolerance moves a goal further than this (m)."""
-
-
 def place_of(pose):
     """Return '(x, y)' for messages."""
     return '(%.2f, %.2f)' % (pose.x, pose.y)
@@ -94,61 +89,6 @@ def nearest_cell(free, geometry, x, y, tolerance):
     if squared[best] > tolerance ** 2:
         return None
     return int(columns[best] + left), int(rows[best] + bottom)
-
-
-def squares_about(goal, geometry, tolerance):
-    """Return the points (n, 2), m, on the map about a Pose2D goal that move_base's make_plan tries, in its order.
-
-    They lie on growing squares, steps of three cells apart, up to tolerance (m) away in x and in y; a tolerance below
-    three cells is itself the step.
-    """
-    g = geometry
-    tolerance = min(tolerance, FURTHEST)
-    if not (goal.is_finite() and tolerance > 0.0):
-        return np.empty((0, 2))
-    step = min(3.0 * g.resolution, tolerance)
-    reach = math.floor(tolerance / step + 1e-9)
-    offsets = []
-    for middle, low, cells in ((goal.x, g.origin_x, g.width), (goal.y, g.origin_y, g.height)):
-        first = max(-reach, (low - middle) / step - 1.0)
-        last = min(reach, (low + cells * g.resolution - middle) / step + 1.0)
-        offsets.append(np.arange(math.ceil(first), math.floor(last) + 1) if first <= last else np.empty(0, int))
-    x, y = (values.ravel() for values in np.meshgrid(*offsets))
-    order = np.lexsort((x, y, abs(x), abs(y), np.maximum(abs(x), abs(y))))
-    order = order[(x[order] != 0) | (y[order] != 0)]
-    points = np.column_stack([goal.x + x[order] * step, goal.y + y[order] * step])
-    return points[[g.to_cell(*point) is not None for point in points]]
-
-
-def plan_within(planner, costmap, start, goal, tolerance, before_each=lambda: None):
-    """Return (plan, goal used) to a Pose2D goal or, where that fails, to the first of the squares_about it that works.
-
-    tolerance: m, 0 for the goal alone. Of a planner that can ``explore`` only places it reaches are tried. The goal
-    used is the planner's own ``goal_used`` where it says. before_each is called before each search and may raise, to
-    give up. Raises the PlanError of the goal itself.
-    """
-    before_each()
-    try:
-        return planner.plan(costmap, start, goal), _goal_used(planner, goal)
-    except PlanError as error:
-        refusal = error
-    points = squares_about(goal, costmap.geometry, tolerance)
-    if len(points) and hasattr(planner, 'explore') and costmap.geometry.to_cell(start.x, start.y) is not None:
-        cells = np.array([costmap.geometry.to_cell(*point) for point in points])
-        points = points[planner.explore(costmap, start)[cells[:, 1], cells[:, 0]]]
-    for x, y in points:
-        before_each()
-        other = Pose2D(float(x), float(y), goal.yaw)
-        try:
-            return planner.plan(costmap, start, other), _goal_used(planner, other)
-        except PlanError:
-            pass
-    raise refusal
-
-
-def _goal_used(planner, goal):
-    used = getattr(planner, 'goal_used', None)
-    return goal if used is None else used
 
 
 def plan_from_points(points, goal_yaw):

@@ -16,7 +16,7 @@ from sara_nav.grid_planner import GridPlanner, GridPlannerConfig
 from sara_nav.navfn import NavfnConfig, NavfnROS
 from sara_nav.path_tracker import Leg, split_legs
 from sara_nav.planning import (GLOBAL_PLANNERS, PlanError, UnknownPlanner, dense_plan, nearest_cell, path_length,
-                               plan_from_points, plan_within, simplify, squares_about)
+                               plan_from_points, simplify)
 
 grids = hnp.arrays(np.uint8, (9, 11), elements=st.sampled_from([0, 0, 0, 0, 60, 200, 252, 253, 254, 255]))
 cells = st.tuples(st.integers(0, 10), st.integers(0, 8))
@@ -149,63 +149,6 @@ def test_the_nearest_cell_is_the_nearest(free, x, y, tolerance):
 def test_no_cell_is_near_nowhere(x, tolerance):
     assert nearest_cell(np.ones((3, 3), bool), GridGeometry(3, 3, 0.1, 0.0, 0.0), x, 0.0, tolerance) is None
     assert nearest_cell(np.ones((3, 3), bool), GridGeometry(3, 3, 0.1, 0.0, 0.0), 0.16, 0.14, math.inf) == (1, 1)
-
-
-def squares_step_by_step(goal, resolution, tolerance):
-    """make_plan's loops as interfaces of the peer have them: rings, rows out from the goal, below and left first."""
-    step = min(3.0 * resolution, tolerance)
-    ring = 1
-    while ring * step <= tolerance + 1e-9 * step:
-        for row in range(ring + 1):
-            for column in range(ring + 1):
-                if row == ring or column == ring:
-                    for y in sorted({-row, row}):
-                        for x in sorted({-column, column}):
-                            yield goal.x + x * step, goal.y + y * step
-        ring += 1
-
-
-@given(st.floats(-1.0, 3.0), st.floats(-1.0, 3.0), st.floats(0.01, 2.0))
-def test_other_goals_come_in_growing_squares(x, y, tolerance):
-    g = GridGeometry(20, 16, 0.1, 0.1, -0.2)
-    expected = [p for p in squares_step_by_step(Pose2D(x, y, 0.0), 0.1, tolerance) if g.to_cell(*p)]
-    found = squares_about(Pose2D(x, y, 0.0), g, tolerance)
-    assert found == pytest.approx(np.array(expected).reshape(-1, 2))
-
-
-@pytest.mark.parametrize('x, tolerance', [(math.nan, 1.0), (1.0, math.nan), (1.0, 0.0), (1.0, -1.0), (1e300, 1e300)])
-def test_there_are_no_squares_about_nowhere(x, tolerance):
-    assert squares_about(Pose2D(x, 1.0, 0.0), GridGeometry(20, 16, 0.1, 0.0, 0.0), tolerance).shape == (0, 2)
-
-
-def test_an_endless_tolerance_ends_with_the_map():
-    assert len(squares_about(Pose2D(1.0, 1.0, 0.0), GridGeometry(20, 16, 0.1, 0.0, 0.0), math.inf)) == 6 * 5 - 1 + 5
-
-
-PLANNERS = [GridPlanner, NavfnROS]
-
-
-@pytest.mark.parametrize('cls', PLANNERS)
-def test_a_plan_within_a_tolerance_goes_to_the_first_square_that_works(cls):
-    costmap = room()
-    costmap.costs[40:60, 40:60] = 254
-    start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(2.5, 2.5, 0.7)
-    with pytest.raises(PlanError, match=r'goal \(2.50, 2.50\) is in an obstacle'):
-        plan_within(cls(), costmap, start, goal, 0.3)
-    plan, used = plan_within(cls(), costmap, start, goal, 1.0)
-    assert (used.x, used.y) == pytest.approx((1.9, 2.5)) and used.yaw == 0.7  # beside the goal, left, comes first
-    assert plan[-1] == pytest.approx((used.x, used.y, 0.7))
-    assert plan_within(cls(), costmap, start, Pose2D(4.0, 4.0, 0.1), 1.0)[1] == Pose2D(4.0, 4.0, 0.1)
-
-
-def test_a_search_for_a_plan_can_be_given_up_and_tries_no_hopeless_goal():
-    costmap = room()
-    costmap.costs[20:80, [20, 79]] = costmap.costs[[20, 79], 20:80] = 254  # free inside, but closed
-    tries = []
-    plan, used = plan_within(NavfnROS(), costmap, Pose2D(0.5, 0.5, 0.0), Pose2D(2.5, 2.5, 0.0), 2.0, lambda: tries.append(1))
-    assert len(tries) == 2 and used == Pose2D(pytest.approx(1.0), 2.5, 0.0)
-    with pytest.raises(ZeroDivisionError):
-        plan_within(NavfnROS(), costmap, Pose2D(0.5, 0.5, 0.0), Pose2D(2.5, 2.5, 0.0), 2.0, lambda: 1 / 0)
 
 
 def test_the_grid_planner_moves_a_goal_within_its_tolerance_and_says_where_to():
