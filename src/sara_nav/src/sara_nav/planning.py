@@ -9,7 +9,6 @@ import math
 import numpy as np
 
 
-
 class PlanError(Exception):
     """There is no way; the message says why."""
 
