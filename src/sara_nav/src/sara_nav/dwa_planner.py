@@ -138,8 +138,8 @@ class DWAPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not)."""
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look."""
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         none = np.empty((0, 2), np.int64)
         left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
@@ -149,7 +149,7 @@ class DWAPlanner(SamplingPlanner):
         weights = self._weights(g.resolution, left)
         samples = self._speeds(velocity, left)
         state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
-        motion = (c.acc_lim_x, c.acc_lim_theta), (c.sim_time, c.sim_granularity, c.angular_sim_granularity)
+        motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
         fastest = max(self._fastest, 1e-3)
         ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), self._fastest, -c.min_vel_x),
                                 1.0 + c.max_scaling_factor)
@@ -163,6 +163,7 @@ class DWAPlanner(SamplingPlanner):
         self._judged = state, samples, motion, cost
         possible = cost >= 0.0
         if not possible.any():
+            self._flags = OscillationFlags()  # to be barred from the only way out is worse than to swing
             return None, None, _why_none(cost)
         best = int(np.where(possible, cost, np.inf).argmin())
         v, w = (float(s) for s in driven[best])

@@ -16,6 +16,8 @@ from sara_nav.rollout import towards
 
 PRUNE_DISTANCE = 1.0
 """Metres from the robot at which prune_plan keeps the plan behind it, the peers' value."""
+PROGRESS_WINDOW = 2.0
+"""Metres of plan ahead among which the point nearest to the robot is looked for."""
 GRACE = 0.4
 """Seconds a robot that touches something (so the costmap says) may take to come off it; it must not touch more meanwhile."""
 ANSWER_TIME = 0.25
@@ -38,7 +40,7 @@ class SamplingPlanner:
         self.local_plan = None
         self._stage = GoalStage()
         self._plan = np.empty((0, 3))
-        self._dense = None
+        self._dense, self._reached = None, 0
         self._last = (0.0, 0.0)
         self._scene = None
 
@@ -105,14 +107,14 @@ class SamplingPlanner:
         if len(cells) == 0:
             return self._stand(OFF_PATH, 'no point of the plan lies in known cells of the local costmap')
         local = Pose2D(*(float(v) for v in world.to_local(np.array([[now.x, now.y, now.yaw]]))[0]))
-        command, poses, text = self._sample(dt, local, self._answering(velocity), plan, cells, world)
+        command, poses, text = self._choose(dt, local, self._answering(velocity), plan, cells, world, now)
         if command is None:
             return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, free) else
                                  (BLOCKED, text)))
         self.local_plan = to_global(poses, world)
         if self._grace(world, local) and world.worsens(self.local_plan):
             return self._stand(BLOCKED, 'the footprint touches an obstacle, and would touch more of it')
-        if command[0] * velocity[0] > 0.0 and world.worsens(self._way(now, *velocity)):
+        if command[0] * velocity[0] > 1e-4 and world.worsens(self._way(now, *velocity)):
             # The base does not follow its samples to the letter: whatever they promise, it must be able to stop.
             command = towards(0.0, self._last[0], self.config.acc_lim_x, dt), command[1]
             text = 'slower: an obstacle is within the way to stop'
@@ -126,30 +128,49 @@ class SamplingPlanner:
         self.local_plan = None
         return LocalCommand(0.0, 0.0, state, text)
 
+    def _choose(self, dt, pose, velocity, plan, cells, world, now):
+        """Return what ``_sample`` finds, looking less far ahead where nothing is possible that far: in a tight place the
+        robot then still moves by inches. Failing that, what ``_last_resort`` has."""
+        first = None
+        for share in (1.0, 0.5, 0.25):
+            command, poses, text = self._sample(dt, pose, velocity, plan, cells, world, share * self.config.sim_time)
+            if command is not None and (share == 1.0 or not world.worsens(self._way(now, *command))):
+                return command, poses, text
+            first = first or text
+        return self._last_resort(pose, velocity, world, first)
+
+    def _last_resort(self, pose, velocity, world, why):
+        """Return the command, its poses and a text when no sample is possible, for the reason ``why``."""
+        return None, None, why
+
     def _answering(self, velocity):
         """Return the speed (v, w) the base is on its way to: the last command, as far as it can have answered."""
         return tuple(seen + min(max(last - seen, -a * ANSWER_TIME), a * ANSWER_TIME) for seen, last, a in zip(
             velocity, self._last, (self.config.acc_lim_x, self.config.acc_lim_theta)))
 
     def _plan_near(self, now, world):
-        """Return the plan (n, 3) around the robot in the costmap's frame, pruned when asked; None when empty."""
+        """Return the plan (n, 3) around the robot in the costmap's frame; None when it is nowhere near.
+
+        It reaches from the plan's point nearest to the robot as far as half the local costmap goes, ahead and, without
+        prune_plan, behind. The peer begins with the first point of all that lies within: where the way comes near to an
+        earlier part of itself, that leads back.
+        """
         g = world.costmap.geometry
         if self._dense is None:
-            self._dense = map_grid.adjust_plan_resolution(self._plan, g.resolution)
+            self._dense, self._reached = map_grid.adjust_plan_resolution(self._plan, g.resolution), 0
         distance = np.hypot(*(self._dense[:, :2] - (now.x, now.y)).T)
+        ahead = self._reached + math.ceil(PROGRESS_WINDOW / g.resolution)
+        self._reached += int(distance[self._reached:ahead].argmin())
+        if distance[self._reached] >= PRUNE_DISTANCE:
+            self._reached = int(distance.argmin())
         near = distance <= 0.5 * g.resolution * max(g.width, g.height)
-        if not near.any():
+        behind = distance < PRUNE_DISTANCE if self.config.prune_plan else near
+        if not behind[self._reached]:
             return None
-        first = int(near.argmax())
-        if self.config.prune_plan:
-            close = distance[first:] < PRUNE_DISTANCE
-            if not close.any():
-                return None
-            first += int(close.argmax())
-            self._dense = self._dense[first:]
-            near, first = near[first:], 0
-        later = ~near[first:]
-        end = first + (int(later.argmax()) + 1 if later.any() else len(later))
+        before = ~behind[self._reached::-1]
+        first = self._reached - (int(before.argmax()) - 1 if before.any() else self._reached)
+        later = ~near[self._reached:]
+        end = self._reached + (int(later.argmax()) + 1 if later.any() else len(later))
         return world.to_local(self._dense[first:end])
 
     def _ceiling(self, world, pose, reach, scale=1.0):
@@ -168,9 +189,9 @@ class SamplingPlanner:
     def _way(self, now, v, w):
         """Return poses (n, 3) along the arc (v, w) until the robot would have stopped, and a margin."""
         c = self.config
-        way = abs(v) * 0.2 + v * v / (2.0 * c.acc_lim_x) + (0.03 if v else 0.0)
+        way = abs(v) * 0.2 + v * v / (2.0 * c.acc_lim_x) + 0.03
         angle = abs(w) * 0.2 + w * w / (2.0 * c.acc_lim_theta)
-        duration = way / abs(v) if v else angle / abs(w)
+        duration = way / abs(v) if abs(v) > 0.01 else angle / max(abs(w), 0.01)
         steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.03))
         poses = [now.advance(v, w, duration * i / steps) for i in range(steps + 1)]
         return np.array([(p.x, p.y, p.yaw) for p in poses])

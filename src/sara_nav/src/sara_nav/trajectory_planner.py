@@ -139,40 +139,42 @@ class TrajectoryPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not)."""
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look."""
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         under = outline.footprint_cells(pose, world.footprint, g, True)
         path = map_grid.spread(costs, cells, under)
         goal = map_grid.spread(costs, cells[-1:], np.empty((0, 2), np.int64))
         scale = g.resolution if c.meter_scoring else 1.0
         state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
-        acceleration, simulation = (c.acc_lim_x, c.acc_lim_theta), (c.sim_time, c.sim_granularity,
-                                                                    c.angular_sim_granularity)
+        acceleration = c.acc_lim_x, c.acc_lim_theta
+        simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
         weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
         self._scene = world, path, goal, weights, under
-        forward, turning, step = self._speeds(pose, velocity, plan)
+        forward, turning = self._speeds(pose, velocity, plan)
         if self._escape_from is not None:
             forward = forward[:0]
-        samples = np.vstack([forward, turning, [[0.0, 0.0], [c.escape_vel, 0.0]]])
-        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x, -c.escape_vel))
+        samples = np.vstack([forward, turning, [[0.0, 0.0]]])
+        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x))
         cost, ends = rollout.score(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
             cells, state, samples, acceleration, simulation, weights,
             (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
             (c.heading_scoring, c.heading_scoring_timestep), self._grace(world, pose))
-        best = self._best(cost, ends, samples, len(forward), step, goal, g)
+        best = self._best(cost, ends, samples, len(forward), goal, g)
         self._update_escape(pose)
         if best is None:
-            return self._back_out(pose, cost[-1], state, (acceleration, simulation), world)
-        if 0.0 <= cost[-2] < cost[best]:
+            return None, None, ('no way leads from here to where the plan leaves the local costmap'
+                                if cost[-1] == rollout.NO_WAY else
+                                'the footprint would touch an obstacle on every trajectory')
+        if samples[best, 0] != 0.0 and 0.0 <= cost[-1] < cost[best]:
             return None, None, 'standing still costs less than every trajectory'
         sample = tuple(float(v) for v in samples[best])
         self._remember_turn(sample, pose)
         return self._within_reach(sample, velocity, dt), rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
 
     def _speeds(self, pose, velocity, plan):
-        """Return (forward samples (n, 2), turns in place (m, 2), the step between two turns)."""
+        """Return (forward samples (n, 2), turns in place (m, 2))."""
         c = self.config
         ahead = min(c.max_vel_x, math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y) / c.sim_time)
         reach = 1.0 / c.controller_frequency if c.dwa else c.sim_time
@@ -189,27 +191,34 @@ class TrajectoryPlanner(SamplingPlanner):
         turns = turns[np.abs(turns) > step] if len(turns) > 2 else turns[turns != 0.0]
         turns = np.where(turns > 0.0, np.maximum(turns, c.min_in_place_vel_theta),
                          np.minimum(turns, -c.min_in_place_vel_theta))
-        return forward, np.column_stack([np.zeros(len(turns)), turns]), step
+        return forward, np.column_stack([np.zeros(len(turns)), turns])
 
-    def _best(self, cost, ends, samples, forward, step, goal, geometry):
-        """Return the index of the sample to drive, None when none is possible.
+    def _best(self, cost, ends, samples, forward, goal, geometry):
+        """Return the index of the sample to drive, None when none is possible; the last sample is standing still.
 
         Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
-        after which the point heading_lookahead ahead is nearest to the goal.
+        after which the point heading_lookahead ahead is nearest to the goal. Where nothing forward is cheaper than
+        standing, turns may cost more (beside a wall they do), if only they bring that point nearer.
         """
         possible = cost[:forward] >= 0.0
         best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
-        nearest, dearest = np.inf, np.inf if best is None else cost[best]
-        for i in range(forward, len(samples) - 2):
+        gains = best is not None and not 0.0 <= cost[-1] <= cost[best]
+        dearest = cost[best] if gains else np.inf
+        nearest = np.inf if gains else self._ahead(ends[-1], goal, geometry)
+        for i in range(forward, len(samples) - 1):
             side = 1 if samples[i, 1] > 0.0 else -1
             if not 0.0 <= cost[i] <= dearest or self._only[-side]:
                 continue
-            x, y, yaw = ends[i]
-            cell = geometry.to_cell(x + self.config.heading_lookahead * math.cos(yaw),
-                                    y + self.config.heading_lookahead * math.sin(yaw))
-            if cell is not None and goal[cell[1], cell[0]] < nearest:
-                best, nearest = i, goal[cell[1], cell[0]]
+            ahead = self._ahead(ends[i], goal, geometry)
+            if ahead < nearest:
+                best, nearest = i, ahead
         return best
+
+    def _ahead(self, pose, goal, geometry):
+        """Return the distance to the goal (cells) of the point heading_lookahead ahead of pose (3,); infinite off the map."""
+        cell = geometry.to_cell(pose[0] + self.config.heading_lookahead * math.cos(pose[2]),
+                                pose[1] + self.config.heading_lookahead * math.sin(pose[2]))
+        return np.inf if cell is None else goal[cell[1], cell[0]]
 
     def _within_reach(self, sample, velocity, dt):
         """Return the command (v, w) that begins a sample as it was rolled out: no faster than the accelerations allow,
@@ -238,14 +247,19 @@ class TrajectoryPlanner(SamplingPlanner):
                 or abs(wrap(pose.yaw - self._escape_from.yaw)) > self.config.escape_reset_theta):
             self._escape_from = None
 
-    def _back_out(self, pose, cost, state, motion, world):
-        """Back out slowly, once the robot stands, where that touches nothing that is not touched already."""
+    def _last_resort(self, pose, velocity, world, why):
+        """Back out slowly, once the robot stands, where that touches nothing that is not touched already.
+
+        Only when trajectories are blocked: not when standing still is best or no way leads to the goal.
+        """
         c = self.config
-        if cost == rollout.NO_WAY:
-            return None, None, 'no way leads from here to where the plan leaves the local costmap'
-        poses = rollout.roll(state, (c.escape_vel, 0.0), *motion, False)
-        if state[3] > abs(c.escape_vel) or world.worsens(to_global(poses, world)):
-            return None, None, 'the footprint would touch an obstacle on every trajectory'
+        if 'footprint' not in why or velocity[0] > abs(c.escape_vel):
+            return None, None, why
+        poses = rollout.roll((pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1])), (c.escape_vel, 0.0),
+                             (c.acc_lim_x, c.acc_lim_theta), (c.sim_time, c.sim_granularity, c.angular_sim_granularity),
+                             False)
+        if world.worsens(to_global(poses, world)):
+            return None, None, why
         if self._escape_from is None:
             self._escape_from = pose
         return (c.escape_vel, 0.0), poses, 'backing out with escape_vel: every other trajectory is blocked'
