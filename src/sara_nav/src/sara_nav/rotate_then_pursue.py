@@ -1,6 +1,7 @@
 """A local planner for a chair: turn in place the short way, drive the leg by pursuit, stop gently, turn to the goal.
 
-Pursuit is Coulter's pure pursuit (1992) with the speed regulated by curvature and by the way that is left. The
+Pursuit is Coulter's pure pursuit (1992) with the speed regulated by curvature and by the way that is left: it is planned
+within the limits of acceleration and jerk, so that what smooths commands further on has nothing to change. The
 state is predicted forward over the age of the pose and the lag of the drive before anything is computed from it;
 without that, a chair whose pose comes late turns too far and has to turn back.
 """
@@ -12,7 +13,10 @@ import numpy as np
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.local_command import BLOCKED, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
 from sara_nav.path_tracker import Leg, split_legs
+from sara_nav.smooth_speed import SpeedLimits, next_speed
 
+CREEP = 0.02
+"""The slowest speed (m/s) at which a leg is driven to its end."""
 # Phases of one goal, in their order.
 TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
 
@@ -38,6 +42,7 @@ class RotateThenPursueConfig:
     acc_lim_x: float = 0.4
     dec_lim_x: float = 0.8
     comfort_dec_x: float = 0.4
+    jerk_lim_x: float = 0.8
     acc_lim_theta: float = 0.8
     comfort_dec_theta: float = 0.3
     xy_goal_tolerance: float = 0.05
@@ -95,6 +100,8 @@ class RotateThenPursue:
         self.goal = None
         self._p = _Progress()
         self._last = (0.0, 0.0)
+        self._acceleration = 0.0   # of the speed along the leg, m/s2
+        self._speed_limits = SpeedLimits(config.acc_lim_x, config.comfort_dec_x, config.jerk_lim_x)
 
     @property
     def phase(self):
@@ -150,6 +157,8 @@ class RotateThenPursue:
                 self._last = (0.0, 0.0)
                 return LocalCommand(0.0, 0.0, OFF_PATH, 'the robot is %.2f m off its path' % leg.offset)
             wanted = self._follow(leg, now, dt)
+        if p.phase != FOLLOW:
+            self._acceleration = 0.0
         return self._checked(now, self._limited(wanted, dt), checker)
 
     # -- phases ------------------------------------------------------------------------------------------------
@@ -208,7 +217,6 @@ class RotateThenPursue:
             else:
                 p.phase, p.still_since = SETTLE, None
             return 0.0, 0.0
-        speed = min(c.max_vel_x, approach_speed(left, c.comfort_dec_x) + 0.02)
         lookahead = min(max(c.lookahead_time * abs(self._last[0]), c.min_lookahead), c.max_lookahead)
         x, y = leg.point_ahead(lookahead)
         heading = now.yaw + (math.pi if leg.backward else 0.0)
@@ -217,9 +225,10 @@ class RotateThenPursue:
             p.phase, p.turn_sign = TURN, 0.0
             return 0.0, 0.0
         curvature = 2.0 * math.sin(bearing) / max(math.hypot(x - now.x, y - now.y), 0.1)
-        if abs(curvature) * speed > c.max_vel_theta:
-            speed = c.max_vel_theta / abs(curvature)
-        speed = min(speed, abs(self._last[0]) + c.acc_lim_x * dt)
+        highest, before = min(c.max_vel_x, c.max_vel_theta / max(abs(curvature), 1e-6)), abs(self._last[0])
+        speed, self._acceleration = next_speed(before, self._acceleration, left, highest, self._speed_limits, dt)
+        # A bend that comes suddenly is braked for harder; and no way is so short that it takes for ever.
+        speed = max(min(speed, max(highest, before - c.dec_lim_x * dt)), CREEP)
         return (-speed if leg.backward else speed), speed * curvature
 
     def _settled(self, pose):
@@ -268,6 +277,7 @@ class RotateThenPursue:
         for scale in (1.0, 0.5, 0.2):
             if (v == 0.0 and w == 0.0) or not checker.worsens(self._stopping_way(now, scale * v, scale * w)):
                 self._last = (scale * v, scale * w)
+                self._acceleration *= scale == 1.0
                 return LocalCommand(*self._last)
         self._last = (0.0, 0.0)
         return LocalCommand(0.0, 0.0, BLOCKED, 'an obstacle is in the way of the footprint while it is to %s' % (
