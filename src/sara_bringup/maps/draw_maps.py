@@ -81,23 +81,23 @@ def school():
     return drawing
 
 
-FLAT_ROOMS = ((0.0, 4.0, 11.0, 5.6),                                                                    # corridor, 1.6 m wide
-              (0.0, 5.7, 6.4, 9.0), (6.5, 5.7, 11.0, 9.0),                                            # living room, bedroom
+FLAT_ROOMS = ((0.0, 4.0, 11.0, 5.8),                                                                    # corridor, 1.8 m wide
+              (0.0, 5.9, 6.4, 9.4), (6.5, 5.9, 11.0, 9.4),                                            # living room, bedroom
               (0.0, 0.0, 4.4, 3.9), (4.5, 0.0, 7.2, 3.9), (7.3, 0.0, 11.0, 3.9))                      # kitchen, bathroom, child's room
-FLAT_DOORS = ((2.6, 5.6, 3.5, 5.7), (8.0, 5.6, 8.8, 5.7),                                             # 0.90, 0.80 m
+FLAT_DOORS = ((2.6, 5.8, 3.5, 5.9), (8.0, 5.8, 8.8, 5.9),                                             # 0.90, 0.80 m
               (1.5, 3.9, 2.4, 4.0), (5.55, 3.9, 6.35, 4.0), (8.6, 3.9, 9.4, 4.0))                     # 0.90, 0.80, 0.80 m
-FLAT_THINGS = ((1.0, 8.1, 3.2, 9.0), (0.0, 6.2, 0.35, 8.0), (4.8, 7.4, 6.0, 8.3),                     # sofa, shelf, dining table
-               (5.2, 6.95, 5.6, 7.35), (4.35, 7.65, 4.75, 8.05),                                      # two chairs
-               (9.0, 7.0, 11.0, 8.6), (6.5, 6.9, 7.1, 9.0),                                           # double bed, wardrobe
-               (0.0, 0.0, 4.4, 0.6), (0.0, 0.6, 0.6, 2.4), (3.0, 1.9, 3.9, 2.7),                      # the kitchen's worktops and table
-               (4.5, 0.0, 5.2, 1.7), (6.75, 0.6, 7.2, 1.1), (6.75, 2.0, 7.2, 2.5),                    # bath, toilet, basin
+FLAT_THINGS = ((1.0, 8.5, 3.2, 9.4), (0.0, 6.5, 0.35, 8.3), (4.8, 7.8, 6.0, 8.7),                     # sofa, shelf, dining table
+               (5.2, 7.35, 5.6, 7.75), (4.35, 8.05, 4.75, 8.45),                                      # two chairs
+               (9.2, 7.4, 11.0, 9.0), (6.5, 7.3, 7.1, 9.4),                                           # double bed, wardrobe
+               (0.0, 0.0, 4.4, 0.6), (0.0, 0.6, 0.6, 2.0), (3.3, 1.6, 4.1, 2.4),                      # the kitchen's worktops and table
+               (4.5, 0.0, 5.2, 1.7), (6.75, 0.6, 7.2, 1.1), (6.75, 1.7, 7.2, 2.2),                    # bath, toilet, basin
                (10.0, 0.0, 11.0, 2.0), (7.3, 0.5, 7.9, 1.7), (10.6, 4.0, 11.0, 4.8))                  # bed, desk; a chest in the corridor
 
 
 def flat():
-    """11 x 9 m inside: a corridor, five furnished rooms, five doors."""
-    drawing = Drawing((-1.0, -1.0), (13.0, 11.0))
-    drawing.build((-0.1, -0.1, 11.1, 9.1), FLAT_ROOMS + FLAT_DOORS, FLAT_THINGS)
+    """11 x 9.4 m inside: a corridor, five furnished rooms, five doors."""
+    drawing = Drawing((-1.0, -1.0), (13.0, 11.4))
+    drawing.build((-0.1, -0.1, 11.1, 9.5), FLAT_ROOMS + FLAT_DOORS, FLAT_THINGS)
     return drawing
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from sara_bringup import hazards, odometry_trial, sensor_report
+from sara_bringup import hazards, journeys, odometry_trial, sensor_report
 from sara_bringup.experiment import EXPERIMENTS, run
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file
@@ -119,6 +119,30 @@ def _sensors_summary(results):
     return _lines(figures), figures
 
 
+def all_journeys(_seeds):
+    """Each local planner from ten starts to ten goals on each map, whatever the number of chairs."""
+    return Part({f"journey_{name}_{planner}_{number}": lambda name=name, planner=planner, number=number: journeys.drive(name, planner, number).to_json()
+                 for name in journeys.MAPS for planner in journeys.PLANNERS for number in range(journeys.PAIRS)}, _journeys_summary)
+
+
+def _journeys_summary(results):
+    lines = [f"{'map':8} {'planner':22} {'reached':>7} {'contacts':>8} {'worst m off':>11} {'deg':>5} {'m/s':>5} {'longer by':>9} {'turned rad/m':>12}"]
+    figures = {}
+    for name in journeys.MAPS:
+        for planner in journeys.PLANNERS:
+            of = [result for result in results if (result["map"], result["planner"]) == (name, planner)]
+            there = [result for result in of if result["reached"]] or of
+            row = {"cases": len(of), "reached": sum(result["reached"] for result in of), "contacts": sum(result["contacts"] for result in of),
+                   "worst_position_m": max(result["position_error"] for result in there), "worst_yaw_deg": max(abs(math.degrees(result["yaw_error"])) for result in there),
+                   "mean_speed": float(np.mean([result["driven"] / max(result["seconds"], 1.0) for result in there])),
+                   "longer_than_planned": float(np.mean([result["driven"] / result["way"] for result in there])) - 1.0,
+                   "turned_per_m": float(np.mean([result["turned"] / result["way"] for result in there]))}
+            figures[f"{name}_{planner}"] = row
+            lines.append("{:8} {:22} {reached:4}/{cases:<2} {contacts:8} {worst_position_m:11.3f} {worst_yaw_deg:5.1f} {mean_speed:5.2f} {longer_than_planned:9.1%} "
+                         "{turned_per_m:12.2f}".format(name, planner, **row))
+    return lines, figures
+
+
 def filter_fuzz(_seeds):
     """A million random messages through EKF and UKF, whatever the number of chairs."""
     def case(seed):
@@ -154,8 +178,8 @@ def _lines(figures):
             for name, value in figures.items()]
 
 
-PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle, "odometry": odometry, "sensors": sensors, "nees": nees,
-         "filter_fuzz": filter_fuzz}
+PARTS = {"square": square, "hazards": hazard_times, "obstacle": obstacle, "odometry": odometry, "sensors": sensors,
+         "journeys": all_journeys, "nees": nees, "filter_fuzz": filter_fuzz}
 
 
 def main():

@@ -1,0 +1,154 @@
+"""Journeys: each local planner drives from ten starts to ten goals on each map, in lockstep, localized by the true pose.
+
+So planners are judged apart from localization, and from the ultrasonic sensors: the safety gate's distance zones, which let no contact
+happen whatever is commanded, are off, and so are the range layers, whose cones of 60 degrees close a door of 0.80 m. The chair is to
+come to the goal within the planner's own tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for
+every planner.
+"""
+import math
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import ndimage
+
+from sara_bringup.lockstep import Lockstep, LockstepError, merged
+from sara_bringup.paths import parameters, share
+from sara_nav import map_io
+from sara_nav.costmap import InflationConfig, build
+from sara_nav.geometry import Pose2D, wrap
+from sara_nav.navfn import NavfnROS
+from sara_nav.move_base import SUCCEEDED
+from sara_nav.planning import PlanError
+from sara_sim.chair import STEP_S
+
+MAPS = {"school": 8.0, "flat": 3.0, "hall": 8.0}   # name: m, the shortest way from a start to its goal that is drawn
+PAIRS = 10
+TURNING_RADIUS = 0.76   # m: nearer to a wall, the safety gate does not let the chair turn in place (docs/safety.md)
+CLEARANCE = 0.05        # m, more than that at a start and at a goal
+RUN_UP = 1.0            # m of the way before a goal and after a start where the chair can still turn: nobody asks it to stop in a door
+INSCRIBED_RADIUS = 0.30 # m, of the footprint with its padding
+PACE, PATIENCE_S = 0.15, 60.0   # a journey may take its way at so many m/s, and so long besides
+SETTLE_S = 1.0
+
+
+@dataclass(frozen=True)
+class Planner:
+    """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml. `short`: its section there."""
+
+    short: str
+    file: str
+
+    @property
+    def navigation(self):
+        """The tree of parameters that is laid over sara_nav.yaml's."""
+        return parameters("sara_bringup", self.file)
+
+    @property
+    def tolerances(self):
+        """(xy_goal_tolerance m, yaw_goal_tolerance rad), as they are set."""
+        own = {**parameters("sara_nav", "sara_nav.yaml").get(self.short, {}), **self.navigation.get(self.short, {})}
+        return own["xy_goal_tolerance"], own["yaw_goal_tolerance"]
+
+
+PLANNERS = {planner.short: planner for planner in (
+    Planner("RotateThenPursue", "rotate_then_pursue.yaml"), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a journey. `way`: m from start to goal along the plan; `driven`: m; errors of the true pose, m and rad; `turned`: rad, all turns added up."""
+
+    map: str
+    planner: str
+    number: int
+    start: tuple
+    goal: tuple
+    way: float
+    reached: bool
+    text: str
+    seconds: float
+    driven: float
+    turned: float
+    position_error: float
+    yaw_error: float
+    contacts: int
+
+    @property
+    def faults(self):
+        """What is not as it should be, one sentence each."""
+        xy, yaw = PLANNERS[self.planner].tolerances
+        result = [] if self.reached else [f"not reached: {self.text}"]
+        if self.reached and not self.position_error <= xy:
+            result.append(f"{self.position_error:.3f} m from the goal, xy_goal_tolerance is {xy:g}")
+        if self.reached and not abs(self.yaw_error) <= yaw:
+            result.append(f"{self.yaw_error:+.3f} rad from the goal's yaw, yaw_goal_tolerance is {yaw:g}")
+        return result + ([f"{self.contacts} contacts"] if self.contacts else [])
+
+    def to_json(self):
+        """All as plain data."""
+        return {**asdict(self), "faults": self.faults}
+
+
+NO_RANGES = {costmap: {"ultrasonic": {"enabled": False}} for costmap in ("global_costmap", "local_costmap")}
+
+
+def map_file(name):
+    """Path of a map's YAML file."""
+    return share() / "maps" / f"{name}.yaml"
+
+
+@lru_cache(maxsize=None)
+def journeys(name):
+    """The PAIRS (start, goal, way) of a map: poses (x, y, yaw) about which the chair can turn, m from one to the other along navfn's plan."""
+    grid = map_io.load_map(str(map_file(name)))
+    size, random = grid.geometry.resolution, np.random.default_rng([sum(name.encode()), 2026])
+    free = size * ndimage.distance_transform_edt(grid.data == map_io.FREE)
+    room = np.argwhere(free > TURNING_RADIUS + CLEARANCE)
+    costmap = build(grid, INSCRIBED_RADIUS, inflation=InflationConfig(0.75, 4.0))
+    planner, found = NavfnROS(), []
+    while len(found) < PAIRS:
+        start, goal = (Pose2D(*grid.geometry.to_world(int(column), int(row)), float(random.uniform(-math.pi, math.pi)))
+                       for row, column in room[random.integers(len(room), size=2)])
+        try:
+            plan = planner.plan(costmap, start, goal)
+        except PlanError:
+            continue
+        along = np.concatenate([[0.0], np.hypot(*np.diff(plan[:, :2], axis=0).T).cumsum()])
+        way = float(along[-1])
+        ends = plan[(along < RUN_UP) | (along > way - RUN_UP)]
+        cells = [grid.geometry.to_cell(x, y) for x, y, _ in ends.tolist()]
+        if way >= MAPS[name] and min(free[row, column] for column, row in cells) > TURNING_RADIUS:
+            found.append(((start.x, start.y, start.yaw), (goal.x, goal.y, goal.yaw), way))
+    return tuple(found)
+
+
+def drive(name, planner, number, watch=None, zones=False):
+    """Drive journey `number` of a map with a planner; the chair is drawn by the number. Returns the Outcome.
+
+    `watch`, if given, is called with the Lockstep after each step. `zones`: whether the safety gate's distance zones act.
+    """
+    start, goal, way = journeys(name)[number]
+    lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=merged(PLANNERS[planner].navigation, NO_RANGES))
+    if not zones:
+        lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
+    try:
+        lockstep.start_up()
+    except LockstepError as error:
+        return Outcome(name, planner, number, start, goal, way, False, str(error), 0.0, 0.0, 0.0, math.nan, math.nan, 0)
+    began, last = lockstep.time, lockstep.chair.pose
+    driven = turned = 0.0
+    end, settled = began + PATIENCE_S + way / PACE, None
+    lockstep.move_base.set_goal(Pose2D(*goal), began)
+    while settled is None or lockstep.time < settled:
+        if settled is None and lockstep.result is not None:
+            arrived, settled = lockstep.time, lockstep.time + SETTLE_S
+        if settled is None and lockstep.time > end:
+            lockstep.move_base.cancel(lockstep.time, f"not there after {end - began:.0f} s")
+        lockstep.step()
+        pose = lockstep.chair.pose
+        driven, turned, last = driven + math.dist(pose[:2], last[:2]), turned + abs(wrap(pose[2] - last[2])), pose
+        if watch is not None:
+            watch(lockstep)
+    return Outcome(name, planner, number, start, goal, way, lockstep.result.status == SUCCEEDED, lockstep.result.text, arrived - began, driven, turned,
+                   math.dist(last[:2], goal[:2]), wrap(last[2] - goal[2]), lockstep.chair.contacts)
