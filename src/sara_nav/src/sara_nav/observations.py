@@ -35,9 +35,9 @@ def scan_points(ranges, angle_min, angle_increment, range_min, range_max, inf_is
     distance = np.array(ranges, dtype=np.float64).reshape(-1)
     if inf_is_valid:
         distance[distance == np.inf] = range_max - INF_MARGIN
-    angle = angle_min + angle_increment * np.arange(len(distance))
-    with np.errstate(invalid='ignore'):
-        good = (distance >= range_min) & (distance < range_max)
+    with np.errstate(invalid='ignore', over='ignore'):
+        angle = np.fmod(angle_min + angle_increment * np.arange(len(distance)), 2.0 * math.pi)
+        good = (distance >= range_min) & (distance < range_max) & np.isfinite(angle)
     distance, angle = distance[good], angle[good]
     return np.column_stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(len(distance))])
 

@@ -38,7 +38,7 @@ def make(rolling):
                                         origin_y=-1.5), layers, np.array([[0.4, 0.2], [0.4, -0.2], [-0.4, 0.0]]))
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=120)
 @given(st.booleans(), st.lists(step, max_size=6))
 def test_nothing_breaks_a_costmap(rolling, steps):
     costmap = make(rolling)

@@ -175,7 +175,7 @@ class CostmapInputs:
                                  source.inf_is_valid)
         elif isinstance(msg, PointCloud2):
             points = cloud_points(msg.data, msg.width, msg.height, msg.point_step, msg.row_step,
-                                  {field.name: (field.offset, field.datatype) for field in msg.fields if field.count == 1},
+                                  {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1},
                                   msg.is_bigendian)
         else:
             points = np.array([[p.x, p.y, p.z] for p in msg.points], float).reshape(-1, 3)
