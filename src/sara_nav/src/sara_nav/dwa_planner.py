@@ -148,27 +148,28 @@ class DWAPlanner(SamplingPlanner):
         front = map_grid.spread(costs, self._front_cell(pose, plan, cells, world), none)
         weights = self._weights(g.resolution, left)
         samples = self._speeds(velocity, left)
-        state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
+        state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
+        driven_samples = self._driven(samples)
         motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
         fastest = max(self._fastest, 1e-3)
         ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), self._fastest, -c.min_vel_x),
                                 1.0 + c.max_scaling_factor)
         raw, driven = critics.judge(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
-            front, state, samples, *motion, (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
+            front, state, driven_samples, *motion, (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
             c.forward_point_distance, not c.use_dwa, c.sum_scores, self._grace(world, pose))
         raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
         cost = critics.total(raw, weights)
         self._scene = world, path, goal, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale)
-        self._judged = state, samples, motion, cost
+        self._judged = state, driven_samples, motion, cost
         possible = cost >= 0.0
         if not possible.any():
             self._flags = OscillationFlags()  # to be barred from the only way out is worse than to swing
             return None, None, _why_none(cost)
         best = int(np.where(possible, cost, np.inf).argmin())
-        v, w = (float(s) for s in driven[best])
+        v, w = float(driven[best, 0]), float(driven[best, 1]) / self._gain.value
         self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
-        return (v, w), critics.drive(state, tuple(samples[best]), *motion, not c.use_dwa), ''
+        return (v, w), critics.drive(state, tuple(driven_samples[best]), *motion, not c.use_dwa), ''
 
     def _front_cell(self, pose, plan, cells, world):
         """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""

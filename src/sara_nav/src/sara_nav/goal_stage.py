@@ -67,16 +67,15 @@ class GoalStage:
         return 'the goal cannot be approached to within xy_goal_tolerance (%.3f m off after %d tries)' % (
             pose.distance(goal), MAX_APPROACHES)
 
-    def update(self, t, dt, pose, velocity, last, goal, limits, straight_is_free):
+    def update(self, t, dt, pose, velocity, last, goal, limits, ways):
         """Return (v m/s, w rad/s) to command, or None while the path is to be followed; see ``phase`` for the stage.
 
-        pose: Pose2D now. velocity, last: measured and last commanded (v, w). straight_is_free(pose, goal): whether
-        the robot can turn to the goal and drive up to it.
+        pose: Pose2D now. velocity, last: measured and last commanded (v, w). ways: Ways from here.
         """
         self._zero_since = (None if last != (0.0, 0.0) else t if self._zero_since is None else self._zero_since)
         near = pose.distance(goal)
         if self.phase == FOLLOW:
-            self._follow(t, pose, near, goal, limits, straight_is_free)
+            self._follow(t, pose, near, goal, limits, ways)
         if self.phase in (FACE, APPROACH):
             command = self._approach(t, dt, pose, velocity, last, near, goal, limits)
             if command is not None:
@@ -91,27 +90,29 @@ class GoalStage:
             return self._rotate(t, dt, pose, velocity, last, near, goal, limits)
         return None if self.phase == FOLLOW else (0.0, 0.0)
 
-    def take_over(self, pose, goal, limits, straight_is_free):
+    def take_over(self, pose, goal, limits, ways):
         """Return whether the goal can be approached straight, now that sampling finds nothing; begin so if it can."""
-        if pose.distance(goal) > limits.horizon or not straight_is_free(pose, goal):
+        if pose.distance(goal) > limits.horizon or not ways.straight_is_free(pose, goal):
             return False
         self._to(FACE)
         return True
 
     # -- stages ------------------------------------------------------------------------------------------------
 
-    def _follow(self, t, pose, near, goal, limits, straight_is_free):
+    def _follow(self, t, pose, near, goal, limits, ways):
         if near <= limits.xy_goal_tolerance:
-            self.phase = STOP
+            # At the rim of the tolerance there may be no room to turn where in its middle there is.
+            nearer = not ways.turn_is_free(pose, goal.yaw) and ways.straight_is_free(pose, goal)
+            self._to(FACE if nearer else STOP)
             return
         if near > limits.horizon:
             self._best, self._best_at = math.inf, None
-        elif near <= limits.blind and self.take_over(pose, goal, limits, straight_is_free):
+        elif near <= limits.blind and self.take_over(pose, goal, limits, ways):
             return
         elif near < self._best - 0.02:
             self._best, self._best_at = near, t
         elif t - self._best_at >= STALL_TIME:
-            self.take_over(pose, goal, limits, straight_is_free)
+            self.take_over(pose, goal, limits, ways)
 
     def _to(self, phase):
         if phase == FACE:

@@ -3,7 +3,6 @@
 As base_local_planner and dwa_local_planner do: the plan is cut to what lies within the local costmap, what is left
 behind is dropped (prune_plan), and near the goal sampling gives way to stop-and-rotate (goal_stage.py).
 """
-import functools
 import math
 
 import numpy as np
@@ -13,6 +12,8 @@ from sara_nav.geometry import Pose2D
 from sara_nav.goal_stage import DONE, GoalStage
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, REACHED, LocalCommand
 from sara_nav.rollout import towards
+from sara_nav.turn_gain import TurnGain
+from sara_nav.ways import Ways
 
 PRUNE_DISTANCE = 1.0
 """Metres from the robot at which prune_plan keeps the plan behind it, the peers' value."""
@@ -39,6 +40,7 @@ class SamplingPlanner:
         self.goal = None
         self.local_plan = None
         self._stage = GoalStage()
+        self._gain = TurnGain()
         self._plan = np.empty((0, 3))
         self._dense, self._reached = None, 0
         self._last = (0.0, 0.0)
@@ -85,9 +87,10 @@ class SamplingPlanner:
         measured (v, w). world: LocalWorld (costmap, footprint, to_local, offset, worsens).
         """
         now = pose.advance(velocity[0], velocity[1], pose_age)
+        self._gain.update(dt, self._last[1], velocity[1])
         limits = self._limits(2.0 * world.costmap.geometry.resolution)
-        free = functools.partial(self._straight_is_free, world)
-        command = self._stage.update(t, dt, now, velocity, self._last, self.goal, limits, free)
+        c, ways = self.config, Ways(world)
+        command = self._stage.update(t, dt, now, velocity, self._last, self.goal, limits, ways)
         failed = self._stage.failed(now, self.goal)
         if failed:
             return self._stand(FAILED, failed)
@@ -95,28 +98,29 @@ class SamplingPlanner:
             return self._stand(REACHED)
         if command is not None:
             self.local_plan = None
-            if command != (0.0, 0.0) and world.worsens(self._way(now, *command)):
+            if command != (0.0, 0.0) and not ways.stop_is_free(now, *command, c.acc_lim_x, c.acc_lim_theta):
                 return self._stand(BLOCKED, 'an obstacle is in the way of the footprint while it is to %s' % self.phase)
             self._last = command
             return LocalCommand(*command)
         plan = self._plan_near(now, world)
         if plan is None:
             return self._stand(OFF_PATH, 'the plan is nowhere within %s of the robot' % (
-                '%.1f m (prune_plan)' % PRUNE_DISTANCE if self.config.prune_plan else 'half the local costmap'))
+                '%.1f m (prune_plan)' % PRUNE_DISTANCE if c.prune_plan else 'half the local costmap'))
         cells = map_grid.plan_cells(plan, world.costmap)
         if len(cells) == 0:
             return self._stand(OFF_PATH, 'no point of the plan lies in known cells of the local costmap')
         local = Pose2D(*(float(v) for v in world.to_local(np.array([[now.x, now.y, now.yaw]]))[0]))
-        command, poses, text = self._choose(dt, local, self._answering(velocity), plan, cells, world, now)
+        command, poses, text = self._choose(dt, local, self._answering(velocity), plan, cells, world,
+                                            lambda v, w: ways.stop_is_free(now, v, w, c.acc_lim_x, c.acc_lim_theta))
         if command is None:
-            return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, free) else
+            return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, ways) else
                                  (BLOCKED, text)))
         self.local_plan = to_global(poses, world)
         if self._grace(world, local) and world.worsens(self.local_plan):
             return self._stand(BLOCKED, 'the footprint touches an obstacle, and would touch more of it')
-        if command[0] * velocity[0] > 1e-4 and world.worsens(self._way(now, *velocity)):
+        if command[0] * velocity[0] > 1e-4 and not ways.stop_is_free(now, *velocity, c.acc_lim_x, c.acc_lim_theta):
             # The base does not follow its samples to the letter: whatever they promise, it must be able to stop.
-            command = towards(0.0, self._last[0], self.config.acc_lim_x, dt), command[1]
+            command = towards(0.0, self._last[0], c.acc_lim_x, dt), command[1]
             text = 'slower: an obstacle is within the way to stop'
         self._last = command
         return LocalCommand(*command, text=text)
@@ -128,13 +132,13 @@ class SamplingPlanner:
         self.local_plan = None
         return LocalCommand(0.0, 0.0, state, text)
 
-    def _choose(self, dt, pose, velocity, plan, cells, world, now):
+    def _choose(self, dt, pose, velocity, plan, cells, world, can_stop):
         """Return what ``_sample`` finds, looking less far ahead where nothing is possible that far: in a tight place the
         robot then still moves by inches. Failing that, what ``_last_resort`` has."""
         first = None
         for share in (1.0, 0.5, 0.25):
             command, poses, text = self._sample(dt, pose, velocity, plan, cells, world, share * self.config.sim_time)
-            if command is not None and (share == 1.0 or not world.worsens(self._way(now, *command))):
+            if command is not None and (share == 1.0 or can_stop(*command)):
                 return command, poses, text
             first = first or text
         return self._last_resort(pose, velocity, world, first)
@@ -144,9 +148,15 @@ class SamplingPlanner:
         return None, None, why
 
     def _answering(self, velocity):
-        """Return the speed (v, w) the base is on its way to: the last command, as far as it can have answered."""
+        """Return the speed (v, w), as commanded, that the base is on its way to: the last command, as far as it can have
+        answered; a turn rate measured is ``self._gain`` of what was commanded."""
+        seen_as_commanded = velocity[0], velocity[1] / self._gain.value
         return tuple(seen + min(max(last - seen, -a * ANSWER_TIME), a * ANSWER_TIME) for seen, last, a in zip(
-            velocity, self._last, (self.config.acc_lim_x, self.config.acc_lim_theta)))
+            seen_as_commanded, self._last, (self.config.acc_lim_x, self.config.acc_lim_theta)))
+
+    def _driven(self, commands):
+        """Return what the base makes of commands (v, w), (n, 2) or (2,): it turns ``self._gain`` of the rate."""
+        return np.asarray(commands, float) * (1.0, self._gain.value)
 
     def _plan_near(self, now, world):
         """Return the plan (n, 3) around the robot in the costmap's frame; None when it is nowhere near.
@@ -185,27 +195,6 @@ class SamplingPlanner:
     def _grace(self, world, pose):
         """Return GRACE when the footprint touches something at a Pose2D of the costmap's frame, else 0."""
         return GRACE if world.footprint_cost(pose.x, pose.y, pose.yaw) in (outline.HIT_LETHAL, outline.HIT_UNKNOWN) else 0.0
-
-    def _way(self, now, v, w):
-        """Return poses (n, 3) along the arc (v, w) until the robot would have stopped, and a margin."""
-        c = self.config
-        way = abs(v) * 0.2 + v * v / (2.0 * c.acc_lim_x) + 0.03
-        angle = abs(w) * 0.2 + w * w / (2.0 * c.acc_lim_theta)
-        duration = way / abs(v) if abs(v) > 0.01 else angle / max(abs(w), 0.01)
-        steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.03))
-        poses = [now.advance(v, w, duration * i / steps) for i in range(steps + 1)]
-        return np.array([(p.x, p.y, p.yaw) for p in poses])
-
-    def _straight_is_free(self, world, pose, goal):
-        bearing = math.atan2(goal.y - pose.y, goal.x - pose.x)
-        turn = (bearing - pose.yaw + math.pi) % (2.0 * math.pi) - math.pi
-        n = max(2, math.ceil(abs(turn) / 0.05))
-        m = max(2, math.ceil(pose.distance(goal) / 0.03))
-        there = np.arange(m + 1)[:, None] / m
-        poses = np.vstack([
-            np.column_stack([np.full(n + 1, pose.x), np.full(n + 1, pose.y), pose.yaw + turn * np.arange(n + 1) / n]),
-            np.column_stack([(1 - there) * (pose.x, pose.y) + there * (goal.x, goal.y), np.full(m + 1, bearing)])])
-        return not world.worsens(poses)
 
 
 def to_global(poses, world):

@@ -146,7 +146,7 @@ class TrajectoryPlanner(SamplingPlanner):
         path = map_grid.spread(costs, cells, under)
         goal = map_grid.spread(costs, cells[-1:], np.empty((0, 2), np.int64))
         scale = g.resolution if c.meter_scoring else 1.0
-        state = (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
+        state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
         acceleration = c.acc_lim_x, c.acc_lim_theta
         simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
         weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
@@ -158,7 +158,7 @@ class TrajectoryPlanner(SamplingPlanner):
         ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x))
         cost, ends = rollout.score(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
-            cells, state, samples, acceleration, simulation, weights,
+            cells, state, self._driven(samples), acceleration, simulation, weights,
             (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
             (c.heading_scoring, c.heading_scoring_timestep), self._grace(world, pose))
         best = self._best(cost, ends, samples, len(forward), goal, g)
@@ -171,7 +171,8 @@ class TrajectoryPlanner(SamplingPlanner):
             return None, None, 'standing still costs less than every trajectory'
         sample = tuple(float(v) for v in samples[best])
         self._remember_turn(sample, pose)
-        return self._within_reach(sample, velocity, dt), rollout.roll(state, sample, acceleration, simulation, c.heading_scoring), ''
+        return self._within_reach(sample, velocity, dt), rollout.roll(
+            state, tuple(self._driven(sample)), acceleration, simulation, c.heading_scoring), ''
 
     def _speeds(self, pose, velocity, plan):
         """Return (forward samples (n, 2), turns in place (m, 2))."""

@@ -1,0 +1,42 @@
+"""Whether simple motions are free: to turn, to drive straight to a point, to brake. Free: the footprint touches nothing on
+the way that it does not touch already."""
+import math
+
+import numpy as np
+
+from sara_nav.geometry import wrap
+
+
+class Ways:
+    """Motions in one LocalWorld; poses are in the global frame."""
+
+    def __init__(self, world):
+        self.world = world
+
+    def turn_is_free(self, pose, yaw):
+        """True when the robot can turn in place, the short way, from a Pose2D to ``yaw`` (rad)."""
+        return not self.world.worsens(_turn(pose, yaw))
+
+    def straight_is_free(self, pose, goal):
+        """True when the robot can turn in place towards a goal (Pose2D) and drive straight to it."""
+        bearing = math.atan2(goal.y - pose.y, goal.x - pose.x)
+        n = max(2, math.ceil(pose.distance(goal) / 0.03))
+        there = np.arange(n + 1)[:, None] / n
+        drive = np.column_stack([(1.0 - there) * (pose.x, pose.y) + there * (goal.x, goal.y), np.full(n + 1, bearing)])
+        return not self.world.worsens(np.vstack([_turn(pose, bearing), drive]))
+
+    def stop_is_free(self, pose, v, w, acc_v, acc_w):
+        """True when the robot, moving at v (m/s) and w (rad/s), can brake at these accelerations, and a margin."""
+        way = abs(v) * 0.2 + v * v / (2.0 * acc_v) + 0.03
+        angle = abs(w) * 0.2 + w * w / (2.0 * acc_w)
+        duration = way / abs(v) if abs(v) > 0.01 else angle / max(abs(w), 0.01)
+        steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.03))
+        poses = [pose.advance(v, w, duration * i / steps) for i in range(steps + 1)]
+        return not self.world.worsens(np.array([(p.x, p.y, p.yaw) for p in poses]))
+
+
+def _turn(pose, yaw):
+    """Return the poses (n, 3) of a turn in place, the short way, with steps of 0.05 rad at most."""
+    turn = wrap(yaw - pose.yaw)
+    n = max(2, math.ceil(abs(turn) / 0.05))
+    return np.column_stack([np.full(n + 1, pose.x), np.full(n + 1, pose.y), pose.yaw + turn * np.arange(n + 1) / n])
