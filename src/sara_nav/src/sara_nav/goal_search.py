@@ -3,6 +3,8 @@
 The search is the C++ move_base's: growing squares in steps of three cells up to the tolerance, rows from the goal outwards,
 below the goal before above it and left before right.
 """
+import math
+
 import numpy as np
 
 from sara_nav import costmap as cm
@@ -11,24 +13,33 @@ from sara_nav.geometry import Pose2D
 from sara_nav.planning import PlanError
 
 
+MOST_TRIES = 300
+MOST_STEPS = 1e6
+
+
 class GivenUp(Exception):
     """The search was told to stop."""
 
 
-def offsets(tolerance, resolution):
-    """Yield (dx, dy) (m) of the places tried after the goal itself; nothing for a tolerance of 0."""
-    step = 3.0 * resolution
-    if 0.0 < tolerance < step:
+def places(goal, tolerance, geometry):
+    """Return the places (n, 2) on the map (m) that are tried after the goal itself, in their order.
+
+    Steps of three cells each way from the goal, or of ``tolerance`` (m) where that is less; none for a tolerance of 0.
+    """
+    step = 3.0 * geometry.resolution
+    if not 0.0 < tolerance:
+        return np.empty((0, 2))
+    if tolerance < step:
         step = tolerance
-    rings = int(tolerance / step + 1e-6)
-    for ring in range(1, rings + 1):
-        for row in range(ring + 1):
-            for column in range(ring + 1):
-                if max(row, column) < ring:
-                    continue
-                for y in ((-row, row) if row else (0,)):
-                    for x in ((-column, column) if column else (0,)):
-                        yield x * step, y * step
+    farthest = min(tolerance / step + 1e-6, MOST_STEPS)
+    columns, rows = (np.arange(max(math.ceil((low - at) / step), -farthest) // 1, min(
+        (low + size - at) / step, farthest) // 1 + 1) if abs(low - at) / step < 2.0 * MOST_STEPS else np.empty(0)
+        for at, low, size in zip((goal.x, goal.y), (geometry.origin_x, geometry.origin_y), geometry.size))
+    column, row = (k.ravel() for k in np.meshgrid(columns, rows))
+    ring = np.maximum(abs(column), abs(row))
+    order = np.lexsort((column, row, abs(column), abs(row), ring))
+    order = order[(ring[order] > 0) & (ring[order] <= farthest)]
+    return np.column_stack([goal.x + step * column[order], goal.y + step * row[order]])
 
 
 def cleared(costmap, pose, radius):
@@ -47,26 +58,39 @@ def search_plan(planner, costmap, start, goal, tolerance, add_unreachable_goal=T
     """Return (plan (n, 3), text): to the goal, or to a place within ``tolerance`` (m) of it; (None, why) without any.
 
     A plan to another place ends with the asked goal as well when ``add_unreachable_goal``. Raises GivenUp once ``give_up()``
-    says so, asked before each try.
+    says so, asked before each try. Places that the planner knows that it cannot reach are not tried (``explore``); without
+    that knowledge at most MOST_TRIES are.
     """
-    problem = ''
-    places = [(0.0, 0.0)]
-    if tolerance > 0.0:
-        places += offsets(tolerance, costmap.geometry.resolution)
-    for dx, dy in places:
+    try:
+        return planner.plan(costmap, start, goal), ''
+    except PlanError as error:
+        problem = str(error)
+    tries = 0
+    for place in _places(planner, costmap, start, goal, tolerance):
         if give_up():
             raise GivenUp
-        place = Pose2D(goal.x + dx, goal.y + dy, goal.yaw)
-        if (dx or dy) and (costmap.cost_at(place.x, place.y) or cm.FREE) in (cm.INSCRIBED, cm.LETHAL):
-            continue  # no planner leads there
+        tries += 1
+        if tries > MOST_TRIES:
+            return None, '%s; none of %d places about it can be reached either' % (problem, MOST_TRIES)
         try:
             plan = planner.plan(costmap, start, place)
-        except PlanError as error:
-            problem = problem or str(error)
+        except PlanError:
             continue
-        if not (dx or dy):
-            return plan, ''
         if add_unreachable_goal:
             plan = np.vstack([plan, [[goal.x, goal.y, goal.yaw]]])
         return plan, 'no plan leads to the goal (%s); this one leads to (%.2f, %.2f)' % (problem, place.x, place.y)
     return None, problem
+
+
+def _places(planner, costmap, start, goal, tolerance):
+    """Yield the Pose2Ds about the goal that a plan may lead to."""
+    g = costmap.geometry
+    if tolerance <= 0.0 or g.to_cell(start.x, start.y) is None:
+        return
+    reachable = planner.explore(costmap, start) if hasattr(planner, 'explore') else None
+    for x, y in places(goal, tolerance, g).tolist():
+        cell = g.to_cell(x, y)
+        if cell is None or costmap.costs[cell[1], cell[0]] in (cm.INSCRIBED, cm.LETHAL):
+            continue  # no planner leads there
+        if reachable is None or reachable[cell[1], cell[0]]:
+            yield Pose2D(x, y, goal.yaw)

@@ -14,7 +14,7 @@ from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, I
                                        SUCCEEDED, Counters, MoveBaseConfig, StepResult)
 from sara_nav.planning import PlanError
 from sara_nav.recovery import Situation
-from sara_nav.robot_state import RobotState
+from sara_nav.robot_state import RobotState, sound, within_limits
 
 REPLAN_PERIOD = 1.0
 """Seconds between two tries to plan while there is no valid plan or the way is blocked."""
@@ -130,7 +130,12 @@ class MoveBase:
         if local_planner is not None:
             self.local_planner.stop()
             self.local_planner = local_planner
-        if self._goal is not None and (global_planner or local_planner or recoveries is not None):
+        if global_planner or local_planner or recoveries is not None:
+            self.restart()
+
+    def restart(self):
+        """Go on to the goal as if it had just been given, because a planner or a behaviour is another one."""
+        if self._goal is not None:
             self._goal = Goal(self._goal.pose, self._goal.set_at, pose_at=self._goal.pose_at)
 
     def make_plan(self, t, start, goal, tolerance=0.0, give_up=lambda: False):
@@ -160,7 +165,9 @@ class MoveBase:
             dt = 0.0
         velocity = self._state.velocity(velocity, self._command, dt)
         age = self._state.pose_age(t, pose, pose_time, self.config.transform_tolerance)
-        known = pose is not None and pose.is_finite() and (local_pose is None or local_pose.is_finite())
+        if local_pose is not None and not sound(local_pose):
+            age = None
+        known = pose is not None and sound(pose) and (local_pose is None or sound(local_pose))
         if self.costmaps_run:
             self.costmaps.update(t, pose if known else None, local_pose if known else None)
         if self._ended is None and self._goal is not None:
@@ -273,7 +280,8 @@ class MoveBase:
             if not (math.isfinite(command.v) and math.isfinite(command.w)):
                 return self._end(ABORTED, 'Goal aborted: the local planner commanded %r, %r.' % (command.v, command.w))
             text = command.text if plan is None else goal.moved or command.text
-            return self._result((command.v, command.w), ACTIVE, text, goal.phase, plan, goal)
+            driven = within_limits(command.v, command.w, self.local_planner.config)
+            return self._result(driven, ACTIVE, text, goal.phase, plan, goal)
         self.counters.blocked_steps += 1
         if command.state == OFF_PATH:
             goal.phase = PLANNING

@@ -1,6 +1,30 @@
 """What is known of the robot between two control steps: how much time passed, how fast it is, how old its pose."""
 import math
 
+FARTHEST = 1e6
+"""A position beyond this (m) is no place of a robot."""
+
+FASTEST = 100.0
+"""A speed beyond this (m/s, rad/s) is none of a robot."""
+
+
+def sound(pose):
+    """True when a Pose2D is a place where a robot can be."""
+    return pose.is_finite() and abs(pose.x) <= FARTHEST and abs(pose.y) <= FARTHEST
+
+
+def within_limits(v, w, config):
+    """Return a command (m/s, rad/s) slowed on its arc to what a local planner's parameters allow, where they have limits.
+
+    A planner that brakes a robot from the speed that was measured may else command a speed nobody allowed, when that
+    measurement is wrong.
+    """
+    fastest = max(abs(getattr(config, name, 0.0)) for name in ('max_vel_x', 'min_vel_x', 'escape_vel'))
+    quickest = max(abs(getattr(config, name, 0.0)) for name in ('max_vel_theta', 'min_vel_theta'))
+    shares = [limit / abs(speed) for limit, speed in ((fastest, v), (quickest, w)) if limit > 0.0 and abs(speed) > limit]
+    share = min(shares, default=1.0)
+    return share * v, share * w
+
 
 class RobotState:
     """Judges what move_base is told of the robot; what is not sound is counted and not used.
@@ -31,7 +55,7 @@ class RobotState:
         self._model = tuple(m + share * (c - m) for m, c in zip(self._model, command))
         if measured is None:
             return self._model
-        if not (math.isfinite(measured[0]) and math.isfinite(measured[1])):
+        if not all(abs(speed) <= FASTEST for speed in measured):  # true for NaN, too
             self._counters.bad_velocities += 1
             return self._model
         return measured
@@ -40,7 +64,7 @@ class RobotState:
         """Return how old the pose is (s), or None when it cannot be driven on: none, unsound or older than tolerance (s)."""
         if pose is None:
             return None
-        if not pose.is_finite() or (pose_time is not None and not math.isfinite(pose_time)):
+        if not sound(pose) or (pose_time is not None and not math.isfinite(pose_time)):
             self._counters.bad_poses += 1
             return None
         age = 0.0 if pose_time is None else t - pose_time

@@ -17,7 +17,10 @@ from sara_nav.layers.static import StaticLayer
 from sara_nav.map_io import GridMap
 from sara_nav.move_base import MoveBase
 from sara_nav.move_base_config import MoveBaseConfig
+from sara_nav.navfn import NavfnConfig, NavfnROS
+from sara_nav.robot_state import within_limits
 from sara_nav.rotate_then_pursue import RotateThenPursue
+from sara_nav.trajectory_planner import TrajectoryPlannerConfig
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HOME = Pose2D(1.0, 1.0, 0.0)
@@ -41,8 +44,8 @@ def costmap(grid_map, **config):
     return result
 
 
-def make(grid_map=room(), recoveries=(), planner=None, **config):
-    return MoveBase(MoveBaseConfig(**config), costmap(grid_map), costmap(grid_map), planner or GridPlanner(),
+def make(grid_map=room(), recoveries=(), planner=None, local=None, **config):
+    return MoveBase(MoveBaseConfig(**config), costmap(grid_map), costmap(grid_map, **local or {}), planner or GridPlanner(),
                     RotateThenPursue(), recoveries)
 
 
@@ -271,3 +274,169 @@ def test_whatever_comes_the_command_is_sound(script):
         assert abs(result.command[0]) <= 0.5 + 1e-9 and abs(result.command[1]) <= 0.4 + 1e-9
         assert result.status == 'active' or result.command == ZERO
         t += 0.05
+
+
+# -- what the machine makes of what it is told ---------------------------------------------------------------------------
+
+@given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+def test_commands_beyond_the_limits_are_slowed_on_their_arc(v, w):
+    bounded = within_limits(v, w, TrajectoryPlannerConfig())
+    assert abs(bounded[0]) <= 0.55 + 1e-12 and abs(bounded[1]) <= 1.0 + 1e-12
+    assert bounded[0] * w == pytest.approx(bounded[1] * v)
+    if abs(v) <= 0.55 and abs(w) <= 1.0:
+        assert bounded == (v, w)
+
+
+def test_poses_far_from_all_maps_and_speeds_of_no_robot_are_not_believed():
+    robot = driving()
+    result = robot.move_base.step(robot.t, Pose2D(1e300, 0.0, 0.0), ZERO, robot.t)
+    assert result.command == ZERO and robot.move_base.counters.bad_poses == 1
+    robot.move_base.step(robot.t + 0.05, robot.pose, (1e300, 0.0), robot.t)
+    assert robot.move_base.counters.bad_velocities == 1
+
+
+class Silent:
+    """A layer that has nothing to say."""
+
+    text = ''
+
+    def stale(self, t):
+        return self.text
+
+
+def quiet(machine):
+    """Have the machine's local costmap depend on a sensor; return it."""
+    layer = machine.local_costmap.layers['static']
+    sensor = Silent()
+    stale = layer.stale
+    layer.stale = lambda t: stale(t) or sensor.text
+    return sensor
+
+
+def test_a_silent_sensor_stops_the_robot_with_the_sentence_why_and_lets_it_go_on():
+    robot = driving()
+    sensor = quiet(robot.move_base)
+    sensor.text = 'range sensor on /SDI_range silent for 1.2 s'
+    result = robot.go(1)
+    assert (result.status, result.command) == ('active', ZERO)
+    assert 'Sensor data is out of date' in result.text and '/SDI_range' in result.text and result.stale == sensor.text
+    sensor.text = ''
+    assert robot.go(600, until='succeeded').status == 'succeeded'
+
+
+def test_a_sensor_that_stays_silent_ends_the_goal_after_controller_patience():
+    robot = Perfect(make(controller_patience=2.0))
+    robot.move_base.set_goal(GOAL, 0.0)
+    robot.go(20)
+    quiet(robot.move_base).text = 'silent'
+    begin = robot.t
+    result = robot.go(100, until='aborted')
+    assert result.status == 'aborted' and result.command == ZERO and 'controller_patience' in result.text
+    assert 2.0 <= robot.t - begin <= 2.2
+
+
+def test_costmaps_stand_still_without_a_goal_when_asked_to_and_wake_with_one():
+    machine = make(shutdown_costmaps=True)
+    for cycle in range(20):
+        machine.step(0.05 * cycle, HOME)
+    assert machine.global_costmap.updated_at is None and machine.local_costmap.updated_at is None
+    robot = Perfect(machine)
+    robot.t = 1.0
+    assert machine.set_goal(GOAL, 1.0) == ''
+    assert robot.go(600, until='succeeded').status == 'succeeded'
+    updated = machine.local_costmap.updated_at
+    robot.go(20)
+    assert machine.local_costmap.updated_at == updated
+
+
+def test_costmaps_are_updated_at_their_own_rates():
+    machine = make()
+    updates = {'global': 0, 'local': 0}
+    for cycle in range(100):
+        machine.step(0.05 * cycle, HOME)
+        for name in machine.costmaps.changed:
+            updates[name] += 1
+    assert 25 <= updates['global'] <= 26 and updates['local'] == updates['global']
+
+
+def test_a_goal_in_an_obstacle_is_moved_within_default_tolerance_and_that_is_said():
+    blocked = room()
+    blocked.data[50:54, 118:122] = 100  # about (4.95, 1.6)
+    goal = Pose2D(5.0, 1.6, 0.0)
+    assert 'overlap' in make(blocked, planner=NavfnROS()).set_goal(goal, 0.0)
+    machine = make(blocked, planner=NavfnROS(NavfnConfig(default_tolerance=1.0)))
+    robot = Perfect(machine)
+    assert machine.set_goal(goal, 0.0) == ''
+    first = robot.go(1)
+    assert first.goal_used is not None and 0.2 < first.goal_used.distance(goal) <= 1.0
+    assert 'cannot be reached: driving to (%.2f, %.2f)' % (first.goal_used.x, first.goal_used.y) in first.text
+    assert machine.goal == goal
+
+
+def test_the_end_says_so_when_it_is_another_place():
+    open_room = room()
+    goal = Pose2D(5.0, 1.0, 0.0)
+
+    class Elsewhere(NavfnROS):
+        def plan(self, costmap_, start, wanted):
+            plan = super().plan(costmap_, start, Pose2D(4.5, 1.0, 0.0))
+            return plan
+
+    robot = Perfect(make(open_room, planner=Elsewhere()))
+    robot.move_base.set_goal(goal, 0.0)
+    last = robot.go(600, until='succeeded')
+    assert (last.status, last.text) == ('succeeded', 'Goal reached: (4.50, 1.00), 0.50 m from the one asked for.')
+
+
+def test_a_local_costmap_in_another_frame_drives_the_same_way():
+    """odom is turned and shifted against map; the robot's way in map must not change."""
+    odom = Pose2D(2.0, -1.0, 0.7)  # the map's origin in odom
+    ways = []
+    for offset in (None, odom):
+        robot = Perfect(make(local=None if offset is None else dict(global_frame='odom', rolling_window=True, width=4.0, height=4.0)))
+        if offset is not None:
+            robot.move_base.local_costmap.layers['static'].set_frame(offset.inverse())
+        robot.move_base.set_goal(Pose2D(4.0, 3.0, 1.0), 0.0)
+        for _ in range(600):
+            local = offset and offset.compose(robot.pose)
+            result = robot.move_base.step(robot.t, robot.pose, robot.command, robot.t, local)
+            robot.command = result.command
+            robot.pose = robot.pose.advance(*robot.command, 0.05)
+            robot.t += 0.05
+            if result.status == 'succeeded':
+                break
+        assert result.status == 'succeeded'
+        ways.append((robot.t, robot.pose.x, robot.pose.y, robot.pose.yaw))
+    assert ways[1][1:] == pytest.approx(ways[0][1:], abs=0.02)
+
+
+def test_make_plan_is_refused_while_a_goal_is_driven_to_and_without_a_map():
+    machine = make()
+    plan, text = machine.make_plan(0.0, HOME, GOAL)
+    assert text == '' and plan[-1].tolist() == [5.0, 1.0, 0.0]
+    machine.set_goal(GOAL, 0.0)
+    with pytest.raises(ValueError, match='must be in an inactive state'):
+        machine.make_plan(0.0, HOME, GOAL)
+    with pytest.raises(ValueError, match='no map'):
+        make(None).make_plan(0.0, HOME, GOAL)
+    with pytest.raises(ValueError, match='NaN'):
+        make().make_plan(0.0, Pose2D(math.nan, 0.0, 0.0), GOAL)
+
+
+def test_make_plan_takes_the_place_about_the_robot_for_free_and_leaves_the_costmap_alone():
+    boxed = room()
+    boxed.data[30:50, 34:46] = 100  # the robot's own place is marked
+    assert make(boxed, clearing_radius=1.2, make_plan_clear_costmap=False).make_plan(0.0, HOME, GOAL)[0] is None
+    machine = make(boxed, clearing_radius=1.2)
+    machine.step(0.0, HOME)
+    before = machine.global_costmap.costmap.costs.copy()
+    assert machine.make_plan(0.0, HOME, GOAL)[0] is not None
+    assert (machine.global_costmap.costmap.costs == before).all()
+
+
+def test_another_planner_takes_over_while_driving():
+    robot = driving()
+    robot.move_base.reconfigure(MoveBaseConfig(base_global_planner='navfn/NavfnROS'), global_planner=NavfnROS())
+    result = robot.go(1)
+    assert result.plan is not None and robot.move_base.global_planner.plugin_name == 'navfn/NavfnROS'
+    assert robot.go(600, until='succeeded').status == 'succeeded'

@@ -39,8 +39,13 @@ class Tuning:
                                            lambda new: self._on_planner(planner, new), names)
 
     def _on_planner(self, planner, config):
+        """Take another configuration of a planner: as it can (``reconfigure``), or else by beginning anew with it."""
         with self._node.lock:
-            planner.config = config
+            if hasattr(planner, 'reconfigure'):
+                planner.reconfigure(config)
+            else:
+                planner.__init__(config)
+                self._node.machine.restart()
         return ''
 
     def _on_move_base(self, config):
