@@ -16,7 +16,7 @@ from sara_nav.path_tracker import Leg, split_legs
 from sara_nav.smooth_speed import SpeedLimits, next_speed
 
 CREEP = 0.02
-"""The slowest speed (m/s) at which a leg is driven to its end."""
+"""The slowest speed (m/s) of the end of a leg, which would else be neared for ever."""
 # Phases of one goal, in their order.
 TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
 
@@ -227,8 +227,9 @@ class RotateThenPursue:
         curvature = 2.0 * math.sin(bearing) / max(math.hypot(x - now.x, y - now.y), 0.1)
         highest, before = min(c.max_vel_x, c.max_vel_theta / max(abs(curvature), 1e-6)), abs(self._last[0])
         speed, self._acceleration = next_speed(before, self._acceleration, left, highest, self._speed_limits, dt)
-        # A bend that comes suddenly is braked for harder; and no way is so short that it takes for ever.
-        speed = max(min(speed, max(highest, before - c.dec_lim_x * dt)), CREEP)
+        speed = min(speed, max(highest, before - c.dec_lim_x * dt))  # a bend that comes suddenly is braked for harder
+        if self._acceleration <= 0.0:
+            speed = max(speed, CREEP)
         return (-speed if leg.backward else speed), speed * curvature
 
     def _settled(self, pose):

@@ -5,10 +5,15 @@ import random
 import numpy as np
 import pytest
 
-from sara_nav import costmap as cm
-from sara_nav.footprint import parse_footprint, radii
+from sara_nav.collision import LocalWorld
+from sara_nav.costmap import InflationConfig
+from sara_nav.footprint import parse_footprint
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.grid import GridGeometry
+from sara_nav.grid_planner import GridPlanner
+from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.layers.inflation import InflationLayer
+from sara_nav.layers.static import StaticLayer
 from sara_nav.local_planner import RotateThenPursue, RotateThenPursueConfig
 from sara_nav.map_io import GridMap
 from sara_nav.move_base import MoveBase, MoveBaseConfig
@@ -74,10 +79,21 @@ def room(cells=160):
     return data
 
 
+def costmap(data):
+    result = LayeredCostmap(CostmapConfig(), [StaticLayer('static'), InflationLayer('inflation', InflationConfig(0.75, 4.0))], FOOTPRINT)
+    result.layers['static'].set_map(GridMap(data, GridGeometry(160, 160, 0.05, -1.0, -1.0)))
+    result.update(0.0, None)
+    return result
+
+
 def make(data=None, frequency=20.0, **config):
-    grid_map = GridMap(room() if data is None else data, GridGeometry(160, 160, 0.05, -1.0, -1.0))
-    costmap = cm.build(grid_map, radii(FOOTPRINT)[0], inflation=cm.InflationConfig(0.75, 4.0))
-    return MoveBase(MoveBaseConfig(controller_frequency=frequency, **config), FOOTPRINT, costmap)
+    data = room() if data is None else data
+    return MoveBase(MoveBaseConfig(controller_frequency=frequency, **config), costmap(data), costmap(data), GridPlanner(),
+                    RotateThenPursue())
+
+
+def world(move_base):
+    return LocalWorld(move_base.local_costmap.costmap, FOOTPRINT)
 
 
 def drive(move_base, chair, goal, limit=60.0):
@@ -166,6 +182,20 @@ def test_the_stop_at_the_goal_is_gentle():
     assert braking.max() < 1.3 * move_base.local_planner.config.comfort_dec_x
 
 
+@pytest.mark.parametrize('length', [0.3, 0.6, 4.0])
+def test_a_leg_is_driven_within_acceleration_and_jerk_and_not_overrun(length):
+    move_base, chair = make(), SimChair(Pose2D(1.0, 1.0, 0.0), pose_period=0.02)
+    result, _, trail = drive(move_base, chair, Pose2D(1.0 + length, 1.0, 0.0))
+    assert result.status == 'succeeded' and chair.pose.distance(Pose2D(1.0 + length, 1.0, 0.0)) < 0.05
+    c = move_base.local_planner.config
+    v = np.array([command[0] for _, command in trail])
+    assert v.min() >= 0.0, 'it came back'
+    acceleration = np.diff(v) / 0.05
+    assert -c.dec_lim_x - 1e-6 <= acceleration.min() and acceleration.max() <= c.acc_lim_x + 1e-6
+    under_way = acceleration[:np.flatnonzero(v > 0.05)[-1]]  # at the very end it creeps
+    assert np.abs(np.diff(under_way)).max() <= c.jerk_lim_x * 0.05 + 1e-6
+
+
 def test_round_a_pillar_without_touching_it():
     data = room()
     data[55:65, 75:85] = 100  # x 2.75..3.25, y 1.75..2.25
@@ -174,7 +204,7 @@ def test_round_a_pillar_without_touching_it():
     assert result.status == 'succeeded'
     assert chair.pose.distance(Pose2D(5.0, 2.0, 0.0)) < 0.06
     poses = [(p.x, p.y, p.yaw) for p, _ in trail]
-    assert move_base.checker.touched(poses).max() == 0
+    assert world(move_base).touched(poses).max() == 0
 
 
 def test_an_obstacle_on_the_way_stops_the_chair_and_then_the_goal():
@@ -185,8 +215,7 @@ def test_an_obstacle_on_the_way_stops_the_chair_and_then_the_goal():
     move_base.step(0.0, *chair.seen())
     data = room()
     data[20:60, 80:82] = 100  # a wall at x = 3 that the plan does not know of
-    walled = make(data)
-    move_base.checker = walled.checker
+    move_base.local_costmap.layers['static'].set_map(GridMap(data, GridGeometry(160, 160, 0.05, -1.0, -1.0)))
     move_base.global_planner.plan = lambda *_: np.array([[1.0, 1.0, 0.0], [5.0, 1.0, 0.0]])
     while chair.t < 40.0:
         pose, velocity, stamp = chair.seen()
@@ -198,7 +227,7 @@ def test_an_obstacle_on_the_way_stops_the_chair_and_then_the_goal():
             chair.advance()
     assert result.status == 'aborted' and 'controller_patience' in result.text and result.command == (0.0, 0.0)
     assert 3.0 - 0.54 - 0.3 < chair.pose.x < 3.0 - 0.54
-    assert not walled.checker.collides(chair.pose)
+    assert not world(move_base).collides(chair.pose)
     assert planner is move_base.local_planner
 
 
@@ -215,7 +244,7 @@ def test_a_better_plan_does_not_start_over():
     planner.start(plan)
     move_base = make()
     for i in range(5):
-        planner.update(0.05 * i, 0.05, Pose2D(0.0, 0.0, 0.0), (0.0, 0.0), 0.0, move_base.checker)
+        planner.update(0.05 * i, 0.05, Pose2D(0.0, 0.0, 0.0), (0.0, 0.0), 0.0, world(move_base))
     assert planner.phase == 'follow path'
     planner.replan(plan)
     assert planner.phase == 'follow path'
