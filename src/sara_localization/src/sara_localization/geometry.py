@@ -7,9 +7,8 @@ Quaternions are (x, y, z, w) and of unit length; roll, pitch, yaw are the fixed-
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -85,12 +84,13 @@ def rotation_matrix(q) -> np.ndarray:
                      [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
 
 
-@dataclass(frozen=True)
-class Transform:
-    """A rigid transform: rotate by `rotation` (x, y, z, w), then add `translation` (m)."""
-
+class _Rigid(NamedTuple):
     translation: Vector = (0.0, 0.0, 0.0)
     rotation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+class Transform(_Rigid):
+    """A rigid transform: rotate by `rotation` (x, y, z, w), then add `translation` (m)."""
 
     @classmethod
     def from_xyz_rpy(cls, x=0.0, y=0.0, z=0.0, roll=0.0, pitch=0.0, yaw=0.0) -> 'Transform':

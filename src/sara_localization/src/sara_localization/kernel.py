@@ -238,6 +238,17 @@ def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
     return True
 
 
+@njit(cache=True)
+def differentiated(rates, P, before, dt):
+    """(3,) the change of the rates (3,) since `before` per second over dt, and its covariance (3, 3), of x[9:12] and P (n, n)."""
+    change, covariance, scale = np.empty(3), np.empty((3, 3)), 2.0 / (dt * dt)
+    for i in range(3):
+        change[i] = (rates[i] - before[i]) / dt
+        for j in range(3):
+            covariance[i, j] = P[9 + i, 9 + j] * scale
+    return change, covariance
+
+
 def warm(unscented: bool = True) -> None:
     """Compile (or load from the cache) what an EKF needs, and an unscented filter if asked for, so that nothing compiles on the move."""
     x, P = np.zeros(15), np.eye(15)
@@ -251,5 +262,6 @@ def warm(unscented: bool = True) -> None:
     innovation(x, indices, extra, z)
     take(x, P, indices, extra, z, R, np.inf)
     all_finite(x, P)
+    differentiated(np.zeros(3), P, np.zeros(3), 0.02)
     if unscented:
         unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)

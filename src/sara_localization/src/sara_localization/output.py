@@ -5,6 +5,7 @@ from typing import Optional
 
 import numpy as np
 
+from . import kernel
 from .config import FilterConfig
 from .data import FilterOutput, StampedTransform
 from .geometry import Transform
@@ -44,8 +45,7 @@ class Output:
             dt = period
         rates = kf.x[RATES].copy()
         if dt > 0.0:
-            self.angular_acceleration = (rates - self._rates) / dt
-            self.angular_acceleration_covariance = kf.P[RATES, RATES] * (2.0 / (dt * dt))
+            self.angular_acceleration, self.angular_acceleration_covariance = kernel.differentiated(rates, kf.P, self._rates, dt)
         self._rates, self._rates_time = rates, now
 
     def of(self, kf) -> FilterOutput:

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """Wiring: every kind of input, diagnostics under robot_localization's keys, services, commands, fake_localization."""
+import io
 import math
+import random
 import sys
 import threading
 import unittest
 
+import numpy as np
 import rospy
 import rostest
 import tf2_ros
@@ -15,6 +18,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 
 from sara_localization.geometry import quaternion_from_rpy, rpy_from_quaternion
+from sara_localization.ros import conversions, wire
 from sara_localization.srv import SetPose, ToggleFilterProcessing
 
 IDENTITY_6 = [1.0 if k % 7 == 0 else 0.0 for k in range(36)]
@@ -213,6 +217,34 @@ class LocalizationNodesTest(unittest.TestCase):
         wait_until(lambda: at(-1.0, 2.0, 0.0), 'set_pose does not show')
         wait_until(lambda: relayed, 'set_pose is not relayed to initialpose')
         wait_until(lambda: DiagnosticStatus.OK in self.levels.get('fake/fake_localization: fake_localization', ()), 'not well')
+
+    def test_5_what_is_read_from_the_bytes_is_what_the_message_holds(self):
+        numbers = random.Random(5)
+        for message, from_bytes, from_message in ((Imu, wire.imu, conversions.imu), (Odometry, wire.odometry, conversions.odometry)):
+            for frame in ('', 'base_link', 'Räder/links'):
+                msg, buffer = filled(message(), numbers), io.BytesIO()
+                msg.header.stamp, msg.header.frame_id = rospy.Time(1700000000, 123456789), frame
+                msg.serialize(buffer)
+                unread = wire.unread(message)().deserialize(buffer.getvalue())
+                read, known = from_bytes(unread.bytes), from_message(msg)
+                self.assertEqual(read.stamp.nanoseconds, known.stamp.nanoseconds)
+                for field, a, b in zip(known._fields, read, known):
+                    np.testing.assert_array_equal(a, b, field)
+
+
+def filled(msg, numbers):
+    """The message with a different number in every field of it."""
+    for name, kind in zip(msg.__slots__, msg._slot_types):
+        value = getattr(msg, name)
+        if kind == 'float64':
+            setattr(msg, name, numbers.random())
+        elif kind.startswith('float64['):
+            setattr(msg, name, [numbers.random() for _ in value])
+        elif hasattr(value, '_slot_types'):
+            filled(value, numbers)
+        elif kind == 'string':
+            setattr(msg, name, 'frame %g' % numbers.random())
+    return msg
 
 
 if __name__ == '__main__':

@@ -20,7 +20,7 @@ from .. import check_config
 from ..config import FilterConfig
 from ..diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
 from ..engine import FilterEngine
-from . import conversions
+from . import conversions, wire
 from .cycle import Cycle
 from .inputs import KINDS, published_topics, why_silent
 from .tf2_transforms import Tf2Transforms
@@ -30,6 +30,9 @@ WAITING_LOG_PERIOD = 5.0
 CLOCK_PATIENCE = 3.0
 # Messages that may wait for a cycle: more than come in a second.
 MOST_ARRIVED = 10000
+# rospy reads what has come on a connection at once and keeps the last queue_size of it. robot_localization's node takes every message
+# as it comes, so that a queue of 1, its default, loses none there; on a busy computer it would here.
+SHORTEST_QUEUE = 100
 
 
 class FilterNode:
@@ -80,13 +83,14 @@ class FilterNode:
         kind = KINDS[i.kind]
         add = getattr(self.engine, kind.method)
 
-        def take(msg):
-            add(i.name, kind.convert(msg))
+        def take(data):
+            add(i.name, kind.read(data))
 
         def receive(msg):
-            self.arrived.append((take, msg))
+            self.arrived.append((take, msg.bytes))
 
-        return rospy.Subscriber(i.topic, kind.message, receive, queue_size=i.queue_size or None, tcp_nodelay=True)
+        return rospy.Subscriber(i.topic, wire.unread(kind.message), receive, queue_size=max(i.queue_size, SHORTEST_QUEUE) if i.queue_size else None,
+                                tcp_nodelay=True)
 
     def _take_arrived(self):
         """Give what has arrived to the engine, in the order of its arrival; the lock is held.
@@ -95,8 +99,8 @@ class FilterNode:
         it anyway: one wake-up with warm caches costs a third of four.
         """
         while self.arrived:
-            take, msg = self.arrived.popleft()
-            take(msg)
+            take, data = self.arrived.popleft()
+            take(data)
 
     def _report(self, sentence):
         if not (self.silent_tf_failure and 'no transform' in sentence):

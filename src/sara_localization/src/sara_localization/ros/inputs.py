@@ -9,14 +9,15 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStam
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from . import conversions
+from . import conversions, wire
 
 
 class Kind(NamedTuple):
-    """message: its class; convert: message to data.py; method: the FilterEngine's."""
+    """message: its class; convert: message to data.py; read: its bytes to data.py; method: the FilterEngine's."""
 
     message: type
     convert: Callable
+    read: Callable
     method: str
 
     @property
@@ -25,10 +26,18 @@ class Kind(NamedTuple):
         return self.message._type  # pylint: disable=protected-access
 
 
-KINDS = {'odom': Kind(Odometry, conversions.odometry, 'add_odometry'),
-         'imu': Kind(Imu, conversions.imu, 'add_imu'),
-         'pose': Kind(PoseWithCovarianceStamped, conversions.pose, 'add_pose'),
-         'twist': Kind(TwistWithCovarianceStamped, conversions.twist, 'add_twist')}
+def _pose(data: bytes):
+    return conversions.pose(PoseWithCovarianceStamped().deserialize(data))
+
+
+def _twist(data: bytes):
+    return conversions.twist(TwistWithCovarianceStamped().deserialize(data))
+
+
+KINDS = {'odom': Kind(Odometry, conversions.odometry, wire.odometry, 'add_odometry'),
+         'imu': Kind(Imu, conversions.imu, wire.imu, 'add_imu'),
+         'pose': Kind(PoseWithCovarianceStamped, conversions.pose, _pose, 'add_pose'),
+         'twist': Kind(TwistWithCovarianceStamped, conversions.twist, _twist, 'add_twist')}
 
 
 def resolved(topic: str) -> str:

@@ -8,25 +8,10 @@ import tf2_ros
 from tf2_msgs.msg import TFMessage
 
 from ..geometry import IDENTITY
-from . import conversions
+from . import conversions, wire
 
 # After a wait in vain for a transform it is not waited for again for so long (s): messages would pile up behind each other.
 PATIENCE = 1.0
-
-
-class _Unread(TFMessage):
-    """A TFMessage that stays bytes until it is known whether anybody wants to read it."""
-
-    def __init__(self):     # pylint: disable=super-init-not-called
-        self.bytes = b''
-
-    def deserialize(self, str):
-        self.bytes = str
-        return self
-
-    def read(self):
-        """The transforms."""
-        return TFMessage().deserialize(self.bytes).transforms
 
 
 class Tf2Transforms:
@@ -39,7 +24,7 @@ class Tf2Transforms:
         self.buffer = tf2_ros.Buffer()
         self.timeout = rospy.Duration.from_sec(timeout)
         self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
-        self._subscribers = [rospy.Subscriber(topic, _Unread, self._hear, enter, tcp_nodelay=True)
+        self._subscribers = [rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
                              for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))]
 
     def enter(self, transform):
@@ -55,7 +40,7 @@ class Tf2Transforms:
             rospy.logwarn('time went back by %.3f s: what was known of moving frames is forgotten', (self._heard - now).to_sec())
             self.buffer.clear()
         self._heard = now
-        for transform in msg.read():
+        for transform in TFMessage().deserialize(msg.bytes).transforms:
             enter(transform, who)
 
     def lookup(self, target, source, stamp):
