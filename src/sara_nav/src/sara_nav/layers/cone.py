@@ -33,6 +33,8 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
     if xn <= x0 or yn <= y0:
         return (0, 0, 0, 0), (0, 0, 0, 0)
     low, high = 0.5 * min(clear_below, 0.2), 1.0 - 0.25 * (1.0 - mark_above)
+    # A cell that is surely free stays so before the echo, wherever it is in the cone: most cells are, and need no more.
+    surely_free, before_echo = np.float32(low), length if clear else max(distance - 2.0 * band, 0.0)
     changed = (width, height, 0, 0)
     c, s = math.cos(yaw), math.sin(yaw)
     axis_column = int(math.floor((x + distance * c - origin_x) / resolution))
@@ -55,7 +57,8 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
             if not on_axis:
                 if half < 1.5 and not in_beam and abs(aside) > slope * along:
                     continue
-                if along * along + aside * aside >= length * length:
+                squared = along * along + aside * aside
+                if squared >= length * length or (squared < before_echo * before_echo and grid[row, column] <= surely_free):
                     continue
             if inflate_cone < 1.0 and not (_turn(ax, ay, bx, by, column, row) >= slack
                                            and _turn(bx, by, ox, oy, column, row) >= slack
