@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 sys.path.append(str(Path(__file__).resolve().parent))
 import sara_localization.engine as engine_module                          # noqa: E402
 from peer_ukf import PeerUkf                                              # noqa: E402
 from recorded import RUNS, RecordedBag, Run, play, yaw_of                 # noqa: E402
+from sara_localization.motion_model import advance                        # noqa: E402
+from sara_localization.ukf import Ukf                                     # noqa: E402
 
 # Runs that a mended defect touches: late messages of one topic are put in their place, not dropped, with lagged data on.
 MENDED = ('s4_out_of_order__lag', 's4_out_of_order__lag_short')
@@ -89,6 +92,61 @@ def test_ukf_with_the_peers_defects_put_in_is_the_peers_node(name, tolerance, mo
     run = Run(name)
     _, ours, _, _ = outputs_of(run)
     assert np.abs(np.array([o.pose.translation for o in ours]) - run.pose[:, :3]).max() < tolerance
+
+
+class TextbookUkf(Ukf):
+    """filterpy's filter in the place of ours: its points, its unscented transforms, its correction."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+
+        def fx(point, dt):
+            point = point.copy()
+            advance(point, dt)
+            return point
+
+        self.book = UnscentedKalmanFilter(15, 15, 0.1, lambda s: s, fx, MerweScaledSigmaPoints(15, self.alpha, self.beta, self.kappa))
+
+    def _propagate(self, dt, time):
+        self.book.x, self.book.P, self.book.Q = self.x, self.P, self.process_noise * dt
+        self.book.predict(dt)
+        self.x, self.P = self.book.x, 0.5 * (self.book.P + self.book.P.T)
+        self.x[3:6] = wrapped(self.x[3:6])
+
+    def correct(self, indices, z, R, threshold=np.inf, extra=None):
+        indices, book = list(indices), self.book
+        angles = [k for k, i in enumerate(indices) if 3 <= i <= 5]
+
+        def residual(a, b):
+            y = np.subtract(a, b)
+            y[angles] = wrapped(y[angles])
+            return y
+
+        book.x, book.P, book.residual_z = self.x, self.P, residual
+        book.sigmas_f = book.points_fn.sigma_points(self.x, self.P)
+        book.update(np.array(z), R=np.array(R), hx=lambda s: s[indices])
+        self.x, self.P = book.x, 0.5 * (book.P + book.P.T)
+        self.x[3:6] = wrapped(self.x[3:6])
+        return True
+
+
+def wrapped(angles):
+    return angles - 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
+
+
+def test_s1_the_textbook_filter_is_as_far_off_as_ours_and_the_ekf_farther(monkeypatch):
+    """Nothing that is left open between a textbook's UKF and the peer's brings the one within 5 % of the other: R does."""
+    run = Run(RIGHT_BY_MISTAKE)
+    _, ours, _, _ = outputs_of(run)
+    monkeypatch.setattr(engine_module, 'Ukf', TextbookUkf)
+    _, textbook, _, _ = outputs_of(run)
+    run.filter = 'ekf'
+    _, linear, _, _ = outputs_of(run)
+    apart = [np.subtract(a.pose.translation, b.pose.translation) for a, b in zip(ours, textbook)]
+    assert np.abs(apart).max() < 1e-4
+    mine, peer = errors(run, ours)
+    assert errors(run, textbook)[0] == pytest.approx(mine, rel=1e-3)
+    assert peer < mine < errors(run, linear)[0]
 
 
 def test_s1_the_peer_is_right_by_mistake(monkeypatch):
