@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sara_nav import gradient_path, orientation
-from sara_nav.navfn import tolerance_faults
+from sara_nav.navfn import tolerance_faults, window_warnings
 from sara_nav.planning import GLOBAL_PLANNERS, plan_from_points
 from sara_nav.potential_planner import PotentialPlanner
 
@@ -59,6 +59,10 @@ class GlobalPlannerConfig:
         if not self.use_dijkstra:
             result.append('use_dijkstra is False but must be True: for A*, use navfn/NavfnROS with use_astar')
         return result
+
+    def warnings(self):
+        """Return a list of sentences, one for each value that has no effect."""
+        return window_warnings(self)
 
 
 @GLOBAL_PLANNERS.register('global_planner/GlobalPlanner')

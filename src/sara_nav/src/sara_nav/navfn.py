@@ -46,6 +46,16 @@ class NavfnConfig:
         """Return a list of sentences, one for each bad value."""
         return tolerance_faults(self)
 
+    def warnings(self):
+        """Return a list of sentences, one for each value that has no effect."""
+        return window_warnings(self)
+
+
+def window_warnings(config):
+    """Return what to say of a planner window, which neither classic planner has ever heeded."""
+    return ['%s is %r, which has no effect: the whole map is planned on' % (name, getattr(config, name))
+            for name in ('planner_window_x', 'planner_window_y') if getattr(config, name)]
+
 
 def tolerance_faults(config):
     """Return the faults of the numbers that both classic planners have."""

@@ -72,6 +72,8 @@ def answer(question, clock=time.perf_counter):
     given = parameters.has('inflation_radius')
     parameters.faults += parameters.left_over()
     parameters.check()
+    for warning in getattr(planner_config, 'warnings', list)():
+        print('plan_path: %s' % warning, file=sys.stderr)
     planner = cls(planner_config)
     footprint = parse_footprint(FOOTPRINT if question.footprint is None else question.footprint)
     inscribed = radii(footprint)[0]

@@ -70,7 +70,7 @@ def spread(steps, potential, pending, current, following, over, count, width, ta
     the lowest neighbour plus the cost. Returns the number of updates.
     """
     w, one = np.uint64(width), np.uint64(1)
-    threshold = np.float32(obstacle)
+    threshold = float(obstacle)
     updates = 0
     waiting = 0
     while count > 0:
@@ -113,7 +113,7 @@ def spread(steps, potential, pending, current, following, over, count, width, ta
         if count == 0:  # all below the threshold is settled
             if target >= 0 and potential[target] < threshold:
                 break
-            threshold += np.float32(increment)
+            threshold += increment
             current, over = over, current
             count, waiting = waiting, 0
     return updates

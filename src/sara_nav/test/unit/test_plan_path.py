@@ -96,6 +96,12 @@ def test_a_question_that_makes_no_sense_is_said(capsys, more, reason):
     assert status == 2 and json.loads(out)['success'] is False and reason in err
 
 
+@pytest.mark.parametrize('name', ['navfn/NavfnROS', 'global_planner/GlobalPlanner'])
+def test_what_has_no_effect_is_said(capsys, name):
+    status, _, err = ask(capsys, ROOM, *ENDS, '--planner', name, '--param', 'planner_window_x=4.0')
+    assert status == 0 and err == 'plan_path: planner_window_x is 4.0, which has no effect: the whole map is planned on\n'
+
+
 def test_maps_that_cannot_be_used_are_said(capsys, tmp_path):
     assert ask(capsys, tmp_path / 'none.yaml', *ENDS)[0] == 2
     turned = tmp_path / 'turned.yaml'
