@@ -173,11 +173,12 @@ class DWAPlanner(SamplingPlanner):
 
     def _front_cell(self, pose, plan, cells, world):
         """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""
+        end = map_grid.plan_cells(plan[-1:], world.costmap)
+        if len(end) == 0 or (end[-1] != cells[-1]).any():
+            return cells[-1:]  # the plan leaves the map before
         ahead = math.atan2(plan[-1, 1] - pose.y, plan[-1, 0] - pose.x)
-        longer = plan[:, :2].copy()
-        longer[-1] += self.config.forward_point_distance * np.array([math.cos(ahead), math.sin(ahead)])
-        beyond = map_grid.plan_cells(longer, world.costmap)
-        return beyond[-1:] if len(beyond) else cells[-1:]
+        beyond = plan[-1, :2] + self.config.forward_point_distance * np.array([math.cos(ahead), math.sin(ahead)])
+        return map_grid.plan_cells([plan[-1, :2], beyond], world.costmap)[-1:]
 
     def _weights(self, resolution, left):
         """Return the weights (7,) of the critics; alignment has no say near the goal (cheat_factor)."""

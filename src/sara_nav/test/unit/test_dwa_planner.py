@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav import critics
+from sara_nav import bench_local, critics
 from sara_nav import local_planner as lp
 from sara_nav.collision import LocalWorld
 from sara_nav.costmap import Costmap
@@ -15,6 +15,7 @@ from sara_nav.critics import OscillationFlags
 from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
+from sara_nav.map_grid import plan_cells
 from sara_nav.planning import dense_plan
 
 SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -270,3 +271,23 @@ def test_a_robot_that_touches_something_drives_off_it_but_not_further_into_it(na
     assert first(cls(), AHEAD, behind).v > 0.05
     command = first(cls(), AHEAD, ahead)
     assert command.v <= 0.0 and (command.state == lp.BLOCKED or command.v < 0.0 or command.w != 0.0)
+
+
+def test_the_point_ahead_of_the_goal_lies_beyond_it_seen_from_the_robot():
+    planner, where = planner_with(forward_point_distance=0.5), world()
+    def front(plan, pose):
+        cells = plan_cells(plan, where.costmap)
+        return planner._front_cell(pose, plan, cells, where)[0].tolist(), cells[-1].tolist()
+    ahead, end = front(AHEAD, Pose2D(1.0, 0.0, 0.0))
+    assert ahead == [end[0] + 10, end[1]]
+    ahead, end = front(dense_plan([(0.0, 0.0), (0.0, 2.0)], 0.0), Pose2D(0.0, -1.0, 0.0))
+    assert ahead == [end[0], end[1] + 10]
+    ahead, end = front(dense_plan([(0.0, 0.0), (9.0, 0.0)], 0.0), Pose2D(0.0, 0.0, 0.0))
+    assert ahead == end, 'the plan leaves the map'
+
+
+def test_the_bench_times_every_local_planner():
+    result = bench_local.bench(cycles=5)
+    assert set(result) == set(bench_local.CASES)
+    assert {name for name, _ in bench_local.CASES.values()} == set(lp.LOCAL_PLANNERS.names())
+    assert all(0.0 < median <= p99 and rate > 0.0 for median, p99, rate in result.values())
