@@ -67,6 +67,36 @@ def test_astar_is_as_cheap_as_dijkstra(costs, start, goal, unknown):
     assert total == pytest.approx(expected)
 
 
+inside = st.tuples(st.floats(0.01, 10.99), st.floats(0.01, 8.99))
+
+
+@settings(max_examples=300)
+@given(grids, inside, inside, st.booleans())
+def test_a_straight_line_costs_what_its_cells_do(costs, start, goal, unknown):
+    ours = kernels.line_cost(costs, *start, *goal, unknown)
+    samples = (np.arange(5000) + 0.5)[:, None] / 5000 * (np.subtract(goal, start)) + start
+    along = [weight(costs[int(y), int(x)], unknown) for x, y in samples]
+    if ours < math.inf:
+        assert ours == pytest.approx(np.mean(along) * math.dist(start, goal), abs=0.03)
+    else:
+        near = {(int(x + e), int(y + f)) for x, y in samples for e in (-2e-3, 2e-3) for f in (-2e-3, 2e-3)}
+        assert any(weight(costs[y, x], unknown) == math.inf for x, y in near if 0 <= x < 11 and 0 <= y < 9)
+
+
+@settings(max_examples=300)
+@given(grids, inside, inside, st.booleans())
+def test_a_straightened_plan_meets_no_wall(costs, start, goal, unknown):
+    costmap = Costmap(costs, GridGeometry(11, 9, 1.0, 0.0, 0.0))
+    try:
+        plan = GridPlanner(GridPlannerConfig(allow_unknown=unknown)).plan(costmap, Pose2D(*start, 0.0), Pose2D(*goal, 0.0))
+    except PlanError:
+        return
+    own = int(start[0]), int(start[1])
+    for x, y, _ in plan:
+        assert any(weight(costs[int(y + f), int(x + e)], unknown) < math.inf or (int(x + e), int(y + f)) == own
+                   for e in (-1e-9, 1e-9) for f in (-1e-9, 1e-9))
+
+
 def room():
     costs = np.zeros((100, 100), np.uint8)
     costs[[0, -1]] = 254
