@@ -1,4 +1,6 @@
 """The two costmaps that move_base drives with: one to plan on, one to steer and look for collisions on."""
+import math
+
 from sara_nav.collision import LocalWorld
 from sara_nav.geometry import Pose2D
 
@@ -50,9 +52,18 @@ class CostmapPair:
                     return problem
         return ''
 
-    def collides(self, pose, unknown_blocks):
-        """True when the footprint at a Pose2D overlaps an obstacle of the global costmap or leaves the map."""
-        return LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks).collides(pose)
+    def refusal(self, pose, must_fit, unknown_blocks):
+        """Return why a goal (Pose2D) cannot be taken, '' when it can. must_fit: the footprint may overlap nothing there."""
+        if self.missing():
+            return 'Goal refused: there is %s.' % self.missing()
+        if not pose.is_finite():
+            return 'Goal refused: it holds a NaN or an infinity.'
+        if self.world.geometry.to_cell(pose.x, pose.y) is None:
+            return 'Goal refused: (%.2f, %.2f) is off the map.' % (pose.x, pose.y)
+        if must_fit and LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks).collides(pose):
+            return ('Goal refused: at (%.2f, %.2f, %.0f deg) the footprint would overlap an obstacle, unknown space '
+                    'or the edge of the map.' % (pose.x, pose.y, math.degrees(pose.yaw)))
+        return ''
 
     def around(self, pose, local_pose, unknown_blocks):
         """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""

@@ -56,6 +56,21 @@ class Goal:
         self.recovery, self.phase, self.problem = None, PLANNING, ''
         self.planning_since, self.last_plan_try, self.oscillation_since = None, -math.inf, t
 
+    def plan_failed(self, t, config):
+        """One more try to plan failed, for ``problem``; return why that was the last, or ''."""
+        self.tries += 1
+        if 0 <= config.max_planning_retries < self.tries:
+            return 'No plan was found in %d tries (max_planning_retries is %d): %s' % (
+                self.tries, config.max_planning_retries, self.problem)
+        if t - self.planning_since >= config.planner_patience - 1e-6:
+            return 'No plan was found within planner_patience (%.1f s): %s' % (config.planner_patience, self.problem)
+        return ''
+
+    def stale_for(self, t):
+        """A sensor is out of date; return for how long (s) so far."""
+        self.stale_since = t if self.stale_since is None else self.stale_since
+        return t - self.stale_since
+
     def lead_to(self, used):
         """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than before."""
         if used is not None and used.distance(self.pose) < 1e-6:

@@ -73,17 +73,8 @@ class MoveBase:
         which it may move the goal.
         """
         self.costmaps.ensure(t)
-        if self.costmaps.missing():
-            return 'Goal refused: there is %s.' % self.costmaps.missing()
-        if not pose.is_finite():
-            return 'Goal refused: it holds a NaN or an infinity.'
-        if self.global_costmap.costmap.geometry.to_cell(pose.x, pose.y) is None:
-            return 'Goal refused: (%.2f, %.2f) is off the map.' % (pose.x, pose.y)
         tolerance = getattr(self.global_planner.config, 'default_tolerance', 0.0)
-        if tolerance <= 0.0 and self.costmaps.collides(pose, self.unknown_blocks):
-            return ('Goal refused: at (%.2f, %.2f, %.0f deg) the footprint would overlap an obstacle, unknown space '
-                    'or the edge of the map.' % (pose.x, pose.y, math.degrees(pose.yaw)))
-        return ''
+        return self.costmaps.refusal(pose, tolerance <= 0.0, self.unknown_blocks)
 
     def set_goal(self, pose, t):
         """Take a goal (Pose2D) at time t (s); one being driven to is preempted without a stop between.
@@ -214,10 +205,8 @@ class MoveBase:
 
     def _out_of_date(self, goal, t, stale):
         self.counters.stale_sensors += 1
-        if goal.stale_since is None:
-            goal.stale_since = t
         text = "Sensor data is out of date, we're not going to allow commanding of the base for safety: %s" % stale
-        if t - goal.stale_since >= self.config.controller_patience:
+        if goal.stale_for(t) >= self.config.controller_patience:
             return self._end(ABORTED, 'Goal aborted: %s for controller_patience (%.1f s).' % (
                 text, self.config.controller_patience))
         return self._stand(goal, text, stale)
@@ -236,7 +225,11 @@ class MoveBase:
         try:
             plan = self.global_planner.plan(self.global_costmap.costmap, pose, goal.pose)
         except PlanError as error:
-            self._plan_failed(goal, t, waiting, str(error))
+            self.counters.failed_plans += 1
+            goal.problem = str(error)
+            why = goal.plan_failed(t, self.config) if waiting else ''
+            if why:
+                self._exhausted(goal, BY_PLANNING, why)
             return None
         self.counters.plans += 1
         if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None:
@@ -248,20 +241,6 @@ class MoveBase:
         goal.found(BY_PLANNING)
         goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
         return plan
-
-    def _plan_failed(self, goal, t, waiting, problem):
-        c = self.config
-        self.counters.failed_plans += 1
-        goal.problem = problem
-        if not waiting:
-            return
-        goal.tries += 1
-        if 0 <= c.max_planning_retries < goal.tries:
-            self._exhausted(goal, BY_PLANNING, 'No plan was found in %d tries (max_planning_retries is %d): %s' % (
-                goal.tries, c.max_planning_retries, problem))
-        elif t - goal.planning_since >= c.planner_patience - 1e-6:
-            self._exhausted(goal, BY_PLANNING, 'No plan was found within planner_patience (%.1f s): %s' % (
-                c.planner_patience, problem))
 
     def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
         c = self.config

@@ -139,7 +139,10 @@ class Parameters:
         for path in sorted(set(self._values) - self._known):
             entry = NOT_BUILT.get(path) or next(
                 (e for group, e in NOT_BUILT.items() if group.endswith('/') and path.startswith(group)), None)
-            if entry is None:
+            if path.split('/')[-1] == 'restore_defaults':  # left by dynamic_reconfigure
+                if self._values[path] is not False:
+                    result.append('parameter %s has no effect at start' % path)
+            elif entry is None:
                 near = difflib.get_close_matches(path, sorted(self._known | set(NOT_BUILT)), 1)
                 result.append('parameter %s is not known and has no effect%s' % (
                     path, ' (is %s meant?)' % near[0] if near else ''))

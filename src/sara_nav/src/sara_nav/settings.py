@@ -69,10 +69,6 @@ class Settings:
         """The robot's frame."""
         return self.global_costmap.config.robot_base_frame
 
-    def make_costmap(self, grid_map):
-        """Return what ``make_move_base`` takes: the map, for the costmaps are built with the machine."""
-        return grid_map
-
     def make_move_base(self, grid_map=None):
         """Return the MoveBase these settings describe. grid_map: GridMap for the static layers; None: it comes later."""
         return MoveBase(self.move_base, self.global_costmap.make(grid_map), self.local_costmap.make(grid_map),
@@ -123,8 +119,10 @@ def read_planner(parameters, registry, name):
     if 'controller_frequency' in known:
         config = replace(config, controller_frequency=parameters.search(
             prefix, 'controller_frequency', config.controller_frequency))
-    if parameters.take(prefix + 'restore_defaults', False):
-        parameters.warnings.append('parameter %srestore_defaults has no effect at start' % prefix)
+    frame = parameters.take(LOCAL + 'global_frame', 'map')
+    if parameters.has(prefix + 'global_frame_id') and parameters.take(prefix + 'global_frame_id', frame) != frame:
+        parameters.warnings.append('parameter %sglobal_frame_id has no effect: clouds are in local_costmap/global_frame, %s' % (
+            prefix, frame))
     return cls(config) if not config.faults() else None
 
 
@@ -141,8 +139,6 @@ def _move_base(parameters):
     if not parameters.has('clearing_radius'):
         config = replace(config, clearing_radius=parameters.take(LOCAL + 'circumscribed_radius', 0.46))
     parameters.take(LOCAL + 'inscribed_radius', 0.325)  # the peer reads it and uses it nowhere
-    if parameters.take('restore_defaults', False):
-        parameters.warnings.append('parameter restore_defaults has no effect at start')
     return config
 
 

@@ -111,6 +111,8 @@ def test_all_faults_are_said_at_once():
       'clear': {'layer_names': ['obstacles']}}, "clear/layer_names holds 'obstacles' but no affected costmap has that layer"),
     ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
     ({'restore_defaults': True}, 'restore_defaults has no effect'),
+    ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},
+     'DWAPlannerROS/global_frame_id has no effect'),
     ({'controler_frequency': 10.0}, 'controler_frequency is not known .* controller_frequency meant')])
 def test_what_has_no_effect_is_said(tree, text):
     warnings = read(tree).warnings
@@ -119,7 +121,8 @@ def test_what_has_no_effect_is_said(tree, text):
 
 @pytest.mark.parametrize('tree', [{'oscillation_timeout': 10.0}, {'recovery_behaviors': []}, {'shutdown_costmaps': True},
                                   {'global_costmap': {'rolling_window': True}}, {'max_planning_retries': 3},
-                                  {'local_costmap': {'inscribed_radius': 0.3}}])
+                                  {'local_costmap': {'inscribed_radius': 0.3}},
+                                  {'restore_defaults': False, 'global_costmap': {'restore_defaults': False}}])
 def test_what_has_an_effect_is_not_warned_of(tree):
     assert read(tree).warnings == ()
 

@@ -6,16 +6,14 @@ from collections import deque
 
 import actionlib
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult,
                                 RecoveryStatus)
-from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from sara_nav import kernels, local_planner
 from sara_nav import move_base as mb
-from sara_nav.goal_input import GoalError, global_pose
+from sara_nav.goal_input import GoalError
 from sara_nav.move_base_config import StepResult
 from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.ros import conversions as conv
@@ -23,12 +21,10 @@ from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics, TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.cycle_watch import CycleWatch
 from sara_nav.ros.publishers import PlannerTopics
+from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
 from sara_nav.settings import read_settings
-
-ODOM_TIMEOUT = 0.5
-"""Seconds after which a measured velocity is no longer believed."""
 
 
 def read_parameters():
@@ -61,20 +57,18 @@ class MoveBaseNode:
         self.lock = threading.RLock()
         self.server = None
         self._abort_reasons = deque(maxlen=10)
-        self._odom = None
-        self._pose_problem = ''
-        self.counts = {'bad_odometry': 0, 'refused_goals': 0}
+        self.counts = {'refused_goals': 0}
         self._last_end = ''
         self._diagnostics_at = -1.0
         warm(self.machine)
         self.diagnostics = Diagnostics('navigation')
         self.watch = CycleWatch()
         self.tf = TransformListener()
+        self.robot = RobotInputs(settings, self.tf)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.current_goal = rospy.Publisher('~current_goal', PoseStamped, queue_size=1)
         self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
-        self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, settings.global_frame)
-        self._odom_subscriber = rospy.Subscriber('odom', Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
+        self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
         self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
                        'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock)}
@@ -82,15 +76,6 @@ class MoveBaseNode:
         rospy.on_shutdown(self._on_shutdown)
 
     # -- messages in -------------------------------------------------------------------------------------------
-
-    def _on_odom(self, msg):
-        twist = msg.twist.twist
-        velocity = twist.linear.x, twist.angular.z
-        if not all(abs(v) < 100.0 for v in velocity):  # false for NaN too
-            self.counts['bad_odometry'] += 1
-            rospy.logwarn_once('odometry with velocity %s is dropped: not a sound speed', velocity)
-            return
-        self._odom = velocity, msg.header.stamp.to_sec()
 
     def _on_abort(self, msg):
         self._abort_reasons.append(msg.data)
@@ -141,11 +126,10 @@ class MoveBaseNode:
 
     def _time_went_back(self):
         rospy.logwarn('time went back: transforms and the goal are forgotten')
-        self.tf.buffer.clear()
+        self.robot.forget()
         self.watch.forget()
         for shell in self.shells.values():
             shell.time_went_back()
-        self._odom = None
         self._diagnostics_at = -1.0
         with self.lock:
             self.machine.abort('Goal aborted: time went back.')
@@ -159,9 +143,13 @@ class MoveBaseNode:
         if global_planner or local_planner:
             warm(self.machine)
             self.topics.close()
-            self.topics = PlannerTopics(self.machine.global_planner, self.machine.local_planner, self.settings.global_frame)
+            self.topics = self._planner_topics()
         if global_planner:
             self.services.offer(global_planner)
+
+    def _planner_topics(self):
+        return PlannerTopics(self.machine.global_planner, self.machine.local_planner, self.settings.global_frame,
+                             self.settings.local_frame)
 
     def is_wanted(self):
         """True when a goal has come: whatever else is under way makes room."""
@@ -190,11 +178,8 @@ class MoveBaseNode:
         self._take_in(now)
         self._take_abort()
         self._take_requests(t)
-        pose, pose_time = self.robot_pose()
-        local_pose = self.local_pose()
-        if local_pose is None and self.settings.local_frame != self.settings.global_frame:
-            pose = None
-        result = self.watch.works(lambda: machine.step(t, pose, self._velocity(t), pose_time, local_pose))
+        pose, pose_time, local_pose = self.robot.poses()
+        result = self.watch.works(lambda: machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose))
         for kind, window in machine.costmaps.changed.items():
             self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)
@@ -206,7 +191,7 @@ class MoveBaseNode:
                 g = machine.local_costmap.geometry
                 self.topics.publish_cycle(pose, 0.5 * max(g.width, g.height) * g.resolution, now)
             if result.text:
-                rospy.logwarn_throttle(2.0, '%s%s', result.text, self._pose_problem and ': ' + self._pose_problem)
+                rospy.logwarn_throttle(2.0, '%s%s', result.text, self.robot.problem and ': ' + self.robot.problem)
         elif result.status != mb.IDLE:
             self._finish(result)
         self._report(result, t)
@@ -237,7 +222,7 @@ class MoveBaseNode:
 
     def _accept(self, goal, t):
         try:
-            pose = self.global_pose(goal.target_pose)
+            pose = self.robot.global_pose(goal.target_pose)
         except GoalError as error:
             text = '%s.' % error
             self.machine.abort(text)
@@ -267,61 +252,19 @@ class MoveBaseNode:
             rospy.logerr('%s', result.text)
             self.server.set_aborted(MoveBaseResult(), result.text)
 
-    # -- poses -------------------------------------------------------------------------------------------------
-
-    def global_pose(self, stamped):
-        """Return the Pose2D of a geometry_msgs/PoseStamped in the global frame; raises GoalError."""
-        p, q = stamped.pose.position, stamped.pose.orientation
-        return global_pose(stamped.header.frame_id, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), self.settings.global_frame,
-                           self._find_frame)
-
-    def _find_frame(self, frame):
-        try:
-            return conv.pose_from_transform(self.tf.latest(self.settings.global_frame, frame).transform)
-        except tf2_ros.TransformException as error:
-            raise LookupError(str(error)) from None
-
-    def robot_pose(self):
-        """Return (Pose2D, stamp s) of the robot in the global frame, or (None, None)."""
-        try:
-            msg = self.tf.latest(self.settings.global_frame, self.settings.robot_base_frame)
-            pose = conv.pose_from_transform(msg.transform)
-        except (ValueError, tf2_ros.TransformException) as error:
-            self._pose_problem = str(error)
-            return None, None
-        self._pose_problem = ''
-        return pose, (None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec())
-
-    def local_pose(self):
-        """Return the Pose2D of the robot in the local costmap's frame, None where that is the global one or is not known."""
-        if self.settings.local_frame == self.settings.global_frame:
-            return None
-        try:
-            return conv.pose_from_transform(self.tf.latest(self.settings.local_frame, self.settings.robot_base_frame).transform)
-        except (ValueError, tf2_ros.TransformException) as error:
-            self._pose_problem = str(error)
-            return None
-
-    def _velocity(self, t):
-        odom = self._odom
-        if odom is None or not -ODOM_TIMEOUT < t - odom[1] < ODOM_TIMEOUT:
-            return None
-        return odom[0]
-
     # -- reporting ---------------------------------------------------------------------------------------------
 
     def _report(self, result, t):
         stale = '; '.join(filter(None, (shell.current(t) for shell in self.shells.values())))
-        if self._pose_problem:
+        if self.robot.problem:
             text = 'waiting for the transform %s -> %s: %s' % (
-                self.settings.global_frame, self.settings.robot_base_frame, self._pose_problem)
+                self.settings.global_frame, self.settings.robot_base_frame, self.robot.problem)
             (rospy.logwarn_throttle if self.machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self._publish_diagnostics(ERROR if self.machine.active else WARN, text)
         elif stale:
             self._publish_diagnostics(ERROR if self.machine.active else WARN, stale)
-        elif self._odom is None:
-            text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % (
-                self._odom_subscriber.resolved_name)
+        elif not self.robot.has_odometry:
+            text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % self.robot.odom_topic
             rospy.loginfo_throttle(10.0, '%s', text)
             self._publish_diagnostics(WARN, text)
         elif self.machine.active:
@@ -335,7 +278,7 @@ class MoveBaseNode:
         if self._diagnostics_at >= 0.0 and 0.0 <= now - self._diagnostics_at < 1.0:
             return
         self._diagnostics_at = now
-        values = dict(vars(self.machine.counters), **self.counts, **self.watch.values())
+        values = dict(vars(self.machine.counters), **self.counts, **self.robot.counts, **self.watch.values())
         for shell in self.shells.values():
             values.update(shell.values())
         values['last_end'] = self._last_end
@@ -344,6 +287,8 @@ class MoveBaseNode:
     def _on_shutdown(self):
         if self.machine.active:
             self.cmd_vel.publish(Twist())
+            if self.server.is_active():
+                self.server.set_aborted(MoveBaseResult(), 'Aborting on the goal because the node has been killed')
 
 
 def main():

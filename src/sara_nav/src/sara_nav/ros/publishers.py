@@ -18,10 +18,12 @@ def short_name(planner):
 
 
 class PlannerTopics:
-    """The topics of one pair of planners. frame: the global frame, which all of it is published in."""
+    """The topics of one pair of planners. frame: the global frame, that of plans and potentials; local_frame: the local
+    costmap's, that of clouds."""
 
-    def __init__(self, global_planner, local_planner, frame):
-        self._global, self._local, self._frame = global_planner, local_planner, frame
+    def __init__(self, global_planner, local_planner, frame, local_frame):
+        self._global, self._local = global_planner, local_planner
+        self._frame, self._local_frame = frame, local_frame
         here, there = '~%s/' % short_name(global_planner), '~%s/' % short_name(local_planner)
         self._plan = rospy.Publisher(here + 'plan', Path, queue_size=1, latch=True)
         self._global_plan = rospy.Publisher(there + 'global_plan', Path, queue_size=1)
@@ -30,8 +32,9 @@ class PlannerTopics:
         if hasattr(local_planner, 'local_plan'):
             self._local_plan = rospy.Publisher(there + 'local_plan', Path, queue_size=1)
         self._clouds = [(rospy.Publisher(there + name, PointCloud2, queue_size=1), name, columns)
-                        for name, columns in (('cost_cloud', COSTS), ('trajectory_cloud', TRAJECTORIES))
-                        if hasattr(local_planner, name)]
+                        for name, columns, asked in (('cost_cloud', COSTS, 'publish_cost_grid_pc'),
+                                                     ('trajectory_cloud', TRAJECTORIES, 'publish_traj_pc'))
+                        if hasattr(type(local_planner), name) and getattr(local_planner.config, asked, True)]
         config = global_planner.config
         if getattr(config, 'visualize_potential', False):
             self._potential = rospy.Publisher(here + 'potential', PointCloud2, queue_size=1)
@@ -62,7 +65,7 @@ class PlannerTopics:
         for publisher, name, columns in self._clouds:
             points = getattr(self._local, name) if _heard(publisher) else None
             if points is not None:
-                publisher.publish(conv.cloud_to_msg(points, columns[:points.shape[1]], self._frame, stamp))
+                publisher.publish(conv.cloud_to_msg(points, columns[:points.shape[1]], self._local_frame, stamp))
 
     def _publish_potential(self, potential, geometry, stamp):
         reached = potential < UNREACHED

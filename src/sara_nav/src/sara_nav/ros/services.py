@@ -31,12 +31,12 @@ class Services:
         """Return start and goal (Pose2D, global frame) of a request; a start without a frame is the robot's pose."""
         node = self._node
         if request.start.header.frame_id:
-            start = node.global_pose(request.start)
+            start = node.robot.global_pose(request.start)
         else:
-            start = node.robot_pose()[0]
+            start = node.robot.poses()[0]
             if start is None:
                 raise GoalError('move_base cannot make a plan for you because it could not get the start pose of the robot')
-        return start, node.global_pose(request.goal)
+        return start, node.robot.global_pose(request.goal)
 
     def _on_make_plan(self, request):
         node = self._node
@@ -78,7 +78,7 @@ class Services:
 
     def _on_clear(self, _request):
         node = self._node
-        pose, local_pose = node.robot_pose()[0], node.local_pose()
+        pose, _, local_pose = node.robot.poses()
         with node.lock:
             node.machine.costmaps.reset(rospy.get_time(), pose, local_pose)
         rospy.loginfo('both costmaps are cleared')

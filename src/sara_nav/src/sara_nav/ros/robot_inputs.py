@@ -1,0 +1,80 @@
+"""What move_base hears of the robot: its pose in both frames from TF, its velocity from odometry, poses from clients."""
+import rospy
+import tf2_ros
+from nav_msgs.msg import Odometry
+
+from sara_nav.goal_input import global_pose
+from sara_nav.robot_state import FASTEST
+from sara_nav.ros import conversions as conv
+
+ODOM_TIMEOUT = 0.5
+"""Seconds after which a measured velocity is no longer believed."""
+
+
+class RobotInputs:
+    """Looks the robot up. settings: Settings; tf: TransformListener. ``problem``: why there is no pose, or ''."""
+
+    def __init__(self, settings, tf):
+        self._global, self._local, self._base = settings.global_frame, settings.local_frame, settings.robot_base_frame
+        self._tf = tf
+        self._odom = None
+        self.problem = ''
+        self.counts = {'bad_odometry': 0}
+        topic = getattr(settings.local_planner.config, 'odom_topic', 'odom')
+        self._subscriber = rospy.Subscriber(topic, Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
+
+    @property
+    def odom_topic(self):
+        """Where odometry is listened to."""
+        return self._subscriber.resolved_name
+
+    @property
+    def has_odometry(self):
+        """True once odometry came."""
+        return self._odom is not None
+
+    def _on_odom(self, msg):
+        twist = msg.twist.twist
+        velocity = twist.linear.x, twist.angular.z
+        if not all(abs(v) <= FASTEST for v in velocity):  # true for NaN, too
+            self.counts['bad_odometry'] += 1
+            rospy.logwarn_once('odometry with velocity %s is dropped: not a sound speed', velocity)
+            return
+        self._odom = velocity, msg.header.stamp.to_sec()
+
+    def velocity(self, t):
+        """Return the measured (v m/s, w rad/s), or None when it is too old at t (s)."""
+        odom = self._odom
+        if odom is None or not -ODOM_TIMEOUT < t - odom[1] < ODOM_TIMEOUT:
+            return None
+        return odom[0]
+
+    def forget(self):
+        """Time went back: what was heard before means nothing."""
+        self._tf.buffer.clear()
+        self._odom = None
+
+    def poses(self):
+        """Return (pose, stamp s or None, local pose): Pose2D in the global frame, and in the local costmap's where that is
+        another; all None when one of them is not known."""
+        try:
+            msg = self._tf.latest(self._global, self._base)
+            pose, local = conv.pose_from_transform(msg.transform), None
+            if self._local != self._global:
+                local = conv.pose_from_transform(self._tf.latest(self._local, self._base).transform)
+        except (ValueError, tf2_ros.TransformException) as error:
+            self.problem = str(error)
+            return None, None, None
+        self.problem = ''
+        return pose, (None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec()), local
+
+    def global_pose(self, stamped):
+        """Return the Pose2D of a geometry_msgs/PoseStamped in the global frame; raises GoalError."""
+        p, q = stamped.pose.position, stamped.pose.orientation
+        return global_pose(stamped.header.frame_id, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), self._global, self._find)
+
+    def _find(self, frame):
+        try:
+            return conv.pose_from_transform(self._tf.latest(self._global, frame).transform)
+        except tf2_ros.TransformException as error:
+            raise LookupError(str(error)) from None
