@@ -2,7 +2,7 @@
 
 FilterConfig.from_params takes the private parameters of a node, or a YAML file of them, as a dictionary. Everything that is
 wrong is told at once in a ConfigError, one sentence each. What would be ignored is told by name in `warnings` (of either): a name that
-is none, and a parameter of robot_localization that has no effect here. Extensions are off unless asked for.
+is none, and a parameter that has no effect as things are. Extensions are off unless asked for.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DEFAULT_INITIAL_VARIANCE = 1e-9
 FILTERS = ('ekf', 'ukf')
 TWIST_NAMES = 'vx vy vz vroll vpitch vyaw'
 
-NO_EFFECT = {'debug': False, 'debug_out_file': None}
+DEBUG_FILE = 'robot_localization_debug.txt'
 ONLY_WITH = {'use_control': ('control_config', 'control_timeout', 'acceleration_limits', 'deceleration_limits',
                              'acceleration_gains', 'deceleration_gains')}
 
@@ -68,6 +68,8 @@ class FilterConfig:
     standstill: StandstillConfig = StandstillConfig()
     publish_nis: bool = False
     hold_after: float = 0.0
+    debug: bool = False
+    debug_out_file: str = DEBUG_FILE
     warnings: Tuple[str, ...] = ()
 
     @property
@@ -125,10 +127,6 @@ class _Reader(InputReader):
                     kappa=self.number('kappa', 0.0, low=0.0))
 
     def leftovers(self):
-        for name, nothing in NO_EFFECT.items():
-            value = self.take(name, nothing)
-            if value != nothing:
-                self.warnings.append('%s: %r has no effect here; see /diagnostics.' % (name, value))
         for name in sorted(self.left):
             match = INPUT.match(name)
             sentence = '%s is no parameter of this filter: ignored.' % name
@@ -183,13 +181,14 @@ class _Reader(InputReader):
                               ('publish_acceleration', False), ('permit_corrected_publication', False),
                               ('reset_on_time_jump', False), ('predict_to_current_time', False),
                               ('smooth_lagged_data', False), ('dynamic_process_noise_covariance', False),
-                              ('disabled_at_startup', False), ('publish_nis', False)):
+                              ('disabled_at_startup', False), ('publish_nis', False), ('debug', False)):
             values[name] = self.boolean(name, default)
         if values['smooth_lagged_data'] and values['history_length'] == 0.0:
             self.warnings.append('smooth_lagged_data has no effect while history_length is 0: give it the longest delay of an '
                                  'input in seconds.')
         elif values['history_length'] and not values['smooth_lagged_data']:
             self.warnings.append('history_length has no effect: it belongs to smooth_lagged_data, which is off.')
+        values['debug_out_file'] = self.file('debug_out_file', DEBUG_FILE)
         values.update(self.unscented())
         values.update(self.frames())
         self.leftovers()

@@ -15,7 +15,7 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from . import kernel, measurement, placing, sheets
+from . import kernel, measurement, placing, sheets, trace
 from .config import FilterConfig
 from .control import Control
 from .data import FilterOutput, ImuData, OdometryData, PoseData, TwistData
@@ -65,6 +65,7 @@ class FilterEngine:
         self.time_jumps = self.not_finite = self.before_history = 0
         self.output = Output(config, transforms, self._report)
         self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
+        self.trace = trace.opened(config, self._report)
         self._last_tick = None
         self._forget()
 
@@ -201,6 +202,8 @@ class FilterEngine:
             self._integrate(now)
         else:
             self._idle(now)
+        if self.trace:
+            self.trace.tick(now, self.filter)
         if not self.filter.initialised:
             return None
         if not kernel.all_finite(self.filter.x, self.filter.P):
@@ -237,6 +240,8 @@ class FilterEngine:
             if again and self.control:
                 self.history.recall(self.control, stamp)
             taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
+            if self.trace:
+                self.trace.measurement(m, taken, kf.nis)
             if sequence not in again and m.source != measurement.STANDSTILL:
                 self.inputs[name].took(taken, kf.nis, m.informative)
                 if self.silence and taken:

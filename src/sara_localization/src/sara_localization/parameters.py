@@ -91,6 +91,14 @@ class ParameterReader:
         value = value.lstrip('/')
         return value if not prefix or value.startswith(prefix + '/') else '%s/%s' % (prefix, value)
 
+    def file(self, name, default):
+        """The name of a file."""
+        value = self.take(name, default)
+        if not isinstance(value, str) or not value:
+            self.faults.append('%s must be the name of a file, not %r.' % (name, value))
+            return default
+        return value
+
     def numbers(self, name, size, default, low=None):
         """A tuple of `size` finite numbers."""
         value = self.take(name)

@@ -120,9 +120,9 @@ def test_nonsense_in_any_parameter_of_the_peer_is_refused_by_name(kind):
     findings = found(params, kind)
     told = ' '.join(f.sentence for f in findings if f.level == ERROR)
     # These take any value, and have no effect that could go wrong; use_control holds a value here.
-    free = {each + '0_nodelay' for each in INPUTS} | {'debug', 'debug_out_file', 'use_control'}
+    free = {each + '0_nodelay' for each in INPUTS} | {'use_control'}
     assert {name for name in peer_parameters() if name not in told} <= free
-    assert all(f.level == ERROR or f.sentence.startswith('debug') for f in findings)
+    assert all(f.level == ERROR for f in findings)
 
 
 @pytest.mark.parametrize('kind', ['ekf', 'ukf'])
@@ -143,7 +143,7 @@ def test_no_parameter_of_the_peer_is_taken_for_a_misspelt_one(kind):
         elif name.endswith('_covariance') and name != 'dynamic_process_noise_covariance':
             params[name] = [0.1] * 15
     params.update(initial_state=[0.0] * 15, two_d_mode=True, use_control=True, control_config=[True] + [False] * 5, tf_prefix='robot',
-                  smooth_lagged_data=True, print_diagnostics=True)
+                  debug_out_file='trace.txt', smooth_lagged_data=True, print_diagnostics=True)
     config, findings = check_config.check(params, kind)
     assert config is not None, findings
     assert not [f for f in findings if 'is no parameter' in f.sentence or 'ignored' in f.sentence], findings

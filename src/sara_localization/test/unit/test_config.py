@@ -57,7 +57,7 @@ def test_what_is_off_may_be_set_to_its_default():
 
 
 @pytest.mark.parametrize('name, hint', [('frequencey', 'frequency'), ('odom2', 'without a gap'),
-                                        ('imu0_config', 'no imu0'), ('debug', 'no effect')])
+                                        ('imu0_config', 'no imu0')])
 def test_what_is_ignored_is_told(name, hint):
     (warning,) = read(**{name: True}).warnings
     assert name in warning and hint in warning

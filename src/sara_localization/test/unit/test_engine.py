@@ -201,3 +201,26 @@ def test_turning_the_start_turns_the_path():
         c, s = math.cos(yaw), math.sin(yaw)
         paths.append((c * x + s * y, c * y - s * x))
     np.testing.assert_allclose(*paths, atol=1e-9)
+
+
+def test_debug_writes_what_happened_step_by_step(tmp_path):
+    file = tmp_path / 'trace.txt'
+    drive = Drive(debug=True, debug_out_file=str(file), odom0_twist_rejection_threshold=4.0)
+    drive.v = 0.5
+    drive.run(2.0)
+    drive.engine.add_odometry('odom0', drive.odometry(drive.now + 0.01, linear=(50.0, 0.0, 0.0)))
+    drive.run(0.1)
+    lines = file.read_text().splitlines()
+    ticks = [line for line in lines if line.startswith('tick')]
+    assert len(ticks) == 105 and ticks[-1] == 'tick %.3f s' % drive.now
+    assert sum(line.startswith('  took odom0_twist') for line in lines) >= 19
+    assert sum(line.startswith('  took imu0_pose') for line in lines) == 10
+    (left,) = [line for line in lines if line.startswith('  left')]
+    assert 'rejected by the gate' in left and 'vx 50 (' in left
+    assert lines[-1].startswith('  state of') and ' vx 0.5' in lines[-1]
+
+
+def test_a_debug_file_that_cannot_be_written_is_told_and_the_filter_runs(tmp_path):
+    drive = Drive(debug=True, debug_out_file=str(tmp_path / 'nowhere' / 'trace.txt'))
+    drive.run(1.0)
+    assert drive.last is not None and any('debug_out_file' in sentence for sentence in drive.said)
