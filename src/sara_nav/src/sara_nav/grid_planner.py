@@ -12,7 +12,7 @@ from sara_nav import costmap as cm
 from sara_nav import kernels
 from sara_nav.geometry import Pose2D
 from sara_nav.navfn import NavfnConfig, NavfnROS
-from sara_nav.planning import GLOBAL_PLANNERS, PlanError, dense_plan, nearest_cell
+from sara_nav.planning import GLOBAL_PLANNERS, PlanError, dense_plan, nearest_cell, require_finite
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class GridPlanner:
 
         A goal that cannot be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says.
         """
+        require_finite(start, goal)
         self.goal_used = goal
         try:
             return self._plan(costmap, start, goal)
         except PlanError:
-            if not (start.is_finite() and goal.is_finite() and self.config.default_tolerance > 0.0
-                    and costmap.geometry.to_cell(start.x, start.y)):
+            if not (self.config.default_tolerance > 0.0 and costmap.geometry.to_cell(start.x, start.y)):
                 raise
             g = costmap.geometry
             near = nearest_cell(self.explore(costmap, start), g, goal.x, goal.y, self.config.default_tolerance)

@@ -67,6 +67,13 @@ def place_of(pose):
     return '(%.2f, %.2f)' % (pose.x, pose.y)
 
 
+def require_finite(start, goal):
+    """Raise the PlanError of a start or a goal (Pose2D) that holds a NaN or an infinity."""
+    for name, pose in (("robot's pose", start), ('goal', goal)):
+        if not pose.is_finite():
+            raise PlanError('the %s (%r, %r, %r) is not finite' % (name, pose.x, pose.y, pose.yaw))
+
+
 def nearest_cell(free, geometry, x, y, tolerance):
     """Return (column, row) of the free cell whose centre is nearest to the point (m), or None.
 

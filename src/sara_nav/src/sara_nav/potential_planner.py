@@ -8,7 +8,7 @@ import numpy as np
 
 from sara_nav import gradient_path, potential, potential_astar
 from sara_nav.geometry import Pose2D
-from sara_nav.planning import PlanError, nearest_cell, place_of, plan_from_points
+from sara_nav.planning import PlanError, nearest_cell, place_of, plan_from_points, require_finite
 
 
 class _Fields:
@@ -70,9 +70,7 @@ class PotentialPlanner:
         """
         self.goal_used = self._geometry = None
         g = costmap.geometry
-        for name, pose in (("robot's pose", start), ('goal', goal)):
-            if not pose.is_finite():
-                raise PlanError('the %s (%r, %r, %r) is not finite' % (name, pose.x, pose.y, pose.yaw))
+        require_finite(start, goal)
         first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
         if first is None:
             raise PlanError('the robot at %s is off the map' % place_of(start))

@@ -130,6 +130,7 @@ def test_round_a_wall_no_point_is_in_it_and_it_is_short():
 
 @pytest.mark.parametrize('start, goal, reason', [
     ((1.0, 1.0), (9.0, 1.0), 'off the map'), ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
+    ((1.0, math.nan), (2.5, 2.5), "robot's pose .* not finite"), ((1.0, 1.0), (math.inf, 2.5), 'goal .* not finite'),
     ((1.0, 1.0), (2.5, 2.5), 'obstacle'), ((1.0, 1.0), (4.5, 4.5), 'no way'), ((1.0, 1.0), (3.5, 1.0), 'unknown')])
 def test_no_plan_says_why(start, goal, reason):
     costmap = room()
