@@ -22,6 +22,7 @@ test: build ## every test: units without ROS, then the rostests
 
 bench: build ## how fast it is, against a yardstick timed in the same run
 	@$(ENV) rosrun sara_bringup bench
+	@$(ENV) rosrun sara_bringup bench_nav --out out/bench_nav.json
 	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
 	@$(ENV) rosrun sara_localization bench_filter
 

@@ -1,0 +1,33 @@
+"""The bench of navigation: ratios are what they say, and every peer's figure it looks for is there."""
+import pytest
+
+from sara_bringup import bench_navigation
+from sara_bringup.bench_navigation import Row
+from sara_bringup.ranges import mountings
+from sara_nav import bench_local
+
+
+def test_a_ratio_compares_multiples_of_each_machines_yardstick():
+    row = Row("r", 10.0, 5.0)
+    assert row.ratio(100.0, 100.0) == pytest.approx(2.0)
+    assert row.ratio(200.0, 100.0) == pytest.approx(1.0)      # a machine half as fast
+    assert Row("r", 10.0).ratio(1.0, 1.0) is None and Row("r", None, 5.0).ratio(1.0, 1.0) is None
+
+
+def test_lines_say_what_there_is():
+    assert bench_navigation.line(Row("with a peer", 1.0, 2.0, "text"), 1.0, 1.0).split() == ["with", "a", "peer", "1.000", "2.000", "0.50", "text"]
+    assert bench_navigation.line(Row("without", 1.0), 1.0, 1.0).split() == ["without", "1.000"]
+    assert bench_navigation.line(Row("absent", text="the map is not there"), 1.0, 1.0).split(maxsplit=1) == ["absent", "the map is not there"]
+
+
+def test_every_figure_of_the_peers_is_there():
+    figures = bench_navigation.peers()
+    assert set(bench_navigation.LOCAL_CASES) <= set(bench_local.CASES) and set(bench_navigation.LOCAL_CASES.values()) <= set(figures["local_planner"])
+    rows = list(bench_navigation.inflation(figures, side=60))
+    assert len(rows) == 4 and all(row.ours > 0.0 and row.peer > 0.0 for row in rows)
+
+
+def test_nine_ranges_reach_both_costmaps():
+    assert len(mountings()) == 9
+    rows = list(bench_navigation.nine_ranges(updates=5))
+    assert [row.name.split()[3] for row in rows] == ["local", "global"] and all(row.ours > 0.0 for row in rows)
