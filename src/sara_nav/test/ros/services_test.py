@@ -89,7 +89,8 @@ class ServicesTest(unittest.TestCase):
 
         def obstacles():
             grid = grids[-1]
-            column = int((2.54 - grid.info.origin.position.x) / grid.info.resolution)
+            self.assertEqual(grid.header.frame_id, 'odom')
+            column = int((2.54 - FakeRobot.SHIFT - grid.info.origin.position.x) / grid.info.resolution)
             row = int((1.0 - grid.info.origin.position.y) / grid.info.resolution)
             return sum(grid.data[r * grid.info.width + column + c] == 100 for r in range(row - 3, row + 4) for c in range(-3, 4))
 

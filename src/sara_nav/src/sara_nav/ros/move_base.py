@@ -157,8 +157,9 @@ class MoveBaseNode:
 
     def _take_in(self, now):
         """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once."""
+        listen = self.machine.costmaps_run or self.server is None  # before there is a server, a first map is waited for
         for shell in self.shells.values():
-            (shell.inputs.start if self.machine.costmaps_run else shell.inputs.stop)()
+            (shell.inputs.start if listen else shell.inputs.stop)()
             shell.take_in(now)
         maps = self._map_arrays()
         if any(new is not old for new, old in zip(maps, self._maps)):
