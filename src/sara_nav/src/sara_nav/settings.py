@@ -119,6 +119,8 @@ def read_planner(parameters, registry, name):
     if 'controller_frequency' in known:
         config = replace(config, controller_frequency=parameters.search(
             prefix, 'controller_frequency', config.controller_frequency))
+    if parameters.ignore(prefix + 'point_grid/'):
+        parameters.warnings.append('the parameters under %spoint_grid/ have no effect, as in the C++ planner' % prefix)
     frame = parameters.take(LOCAL + 'global_frame', 'map')
     if parameters.has(prefix + 'global_frame_id') and parameters.take(prefix + 'global_frame_id', frame) != frame:
         parameters.warnings.append('parameter %sglobal_frame_id has no effect: clouds are in local_costmap/global_frame, %s' % (

@@ -111,6 +111,7 @@ def test_all_faults_are_said_at_once():
       'clear': {'layer_names': ['obstacles']}}, "clear/layer_names holds 'obstacles' but no affected costmap has that layer"),
     ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
     ({'restore_defaults': True}, 'restore_defaults has no effect'),
+    ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ have no effect'),
     ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},
      'DWAPlannerROS/global_frame_id has no effect'),
     ({'controler_frequency': 10.0}, 'controler_frequency is not known .* controller_frequency meant')])
