@@ -1,30 +1,19 @@
-"""How long navigation takes, beside the C++ peers: planners, inflation, a costmap's update with nine ranges, a control cycle.
+"""How long navigation takes, beside the C++ peers: each planner on each map, inflation, a costmap's update with nine ranges, a control cycle.
 
 Each row has our time, the peer's, and the ratio (ours / our yardstick) / (the peer's / the yardstick on its machine), which is what
 different machines can be compared by. Where the peers were not timed the row ends with our time.
 """
 import json
-import math
-import time
+import os
 from dataclasses import dataclass
+from pathlib import Path
 
-import numpy as np
-
-from sara_bringup.paths import parameters, share
-from sara_bringup.ranges import mountings
-from sara_nav import bench_local, map_io
-from sara_nav.costmap import InflationConfig, inflate
-from sara_nav.footprint import radii
-from sara_nav.geometry import Pose2D
-from sara_nav.layered_costmap import warm
-from sara_nav.layers.range_sensor import RangeReading, RangeSensorLayer
-from sara_nav.parameters import Parameters
-from sara_nav.settings import read_settings
+from sara_bringup.paths import share
+from sara_nav import bench_costmap, bench_local, bench_planners
 
 LOCAL_CASES = {"TrajectoryPlannerROS": "trajectory_planner_20x20_1.7s", "TrajectoryPlannerROS 8x20": "trajectory_planner_8x20_1.7s",
                "TrajectoryPlannerROS 8x20, 4 s": "trajectory_planner_8x20_4.0s", "TrajectoryPlannerROS 8x20, dwa": "trajectory_planner_dwa_8x20_1.7s"}
 """Ours: the peer's, of the same samples and the same horizon."""
-FIELD_OF_VIEW, SHORTEST, LONGEST = math.radians(60.0), 0.16, 6.0
 
 
 @dataclass(frozen=True)
@@ -46,62 +35,30 @@ def peers():
     return json.loads((share() / "data" / "peers_speed.json").read_text())
 
 
-def median_ms(work, runs):
-    """Median and 99th percentile of the milliseconds of the process's own time that `work(run)` takes."""
-    taken = []
-    for run in range(runs):
-        start = time.process_time()
-        work(run)
-        taken.append(1e3 * (time.process_time() - start))
-    return float(np.median(taken)), float(np.percentile(taken, 99))
+def plan_folders():
+    """Where the peers' plans are looked for: the data of sara_nav's tests, and `shared/data` beside the project (or SARA_SHARED_DATA)."""
+    package = share("sara_nav").resolve()
+    shared = os.environ.get("SARA_SHARED_DATA", package.parents[1].parent / "shared" / "data")
+    return [Path(shared) / "reference" / "plans", package / "test" / "data" / "plans"]
 
 
-def inflation(figures, side=1000, share_lethal=0.05):
-    """The peers' four cases: scattered cells and rectangles, 5 % of 1000 x 1000 cells of 0.05 m, two radii; SARA's rectangle, k = 5."""
-    random = np.random.default_rng(1)
-    scattered = np.where(random.random((side, side)) < share_lethal, np.uint8(254), np.uint8(0))
-    rectangles = np.zeros((side, side), np.uint8)
-    while rectangles.mean() < share_lethal * 254:
-        (x, y), (width, height) = random.integers(0, side, 2), random.integers(5, 60, 2)
-        rectangles[y:y + height, x:x + width] = 254
-    inscribed = radii(bench_local.FOOTPRINT)[0]
-    for kind, costs in (("scattered_cells", scattered), ("rectangles", rectangles)):
-        for radius in (0.55, 0.70):
-            config = InflationConfig(radius, 5.0)
-            inflate(costs, 0.05, inscribed, config)
-            ours, _ = median_ms(lambda _: inflate(costs, 0.05, inscribed, config), 7)
-            yield Row(f"inflation {side} x {side}, {kind.replace('_', ' ')}, {radius:.2f} m", ours,
-                      figures["inflation_1000x1000_ms"][f"{kind}_5pct_radius_{radius:.2f}"])
+def planners(figures):
+    """Each planner on each map of the peers' figures."""
+    folders = plan_folders()
+    for name, entry in figures["plan_ms_median"].items():
+        found = False
+        for row in bench_planners.bench_rows(folders, [name]):
+            found = True
+            peer = entry.get(bench_planners.CASES[row.planner][2])
+            yield Row(f"plan on {name}: {row.planner}", row.median, peer, f"p99 {row.p99:.2f} ms; {entry['cells'][0]} x {entry['cells'][1]} cells, {row.plans} plans")
+        if not found:
+            yield Row(f"plan on {name}", text=f"not timed: {name}.npz is in none of {', '.join(map(str, folders))}")
 
 
-def nine_ranges(updates=200):
-    """The chair drives along the school's corridor at 0.5 m/s; before each update, at 5 Hz, each of the nine sensors tells of an echo."""
-    places = mountings()
-    tree = parameters("sara_nav", "sara_nav.yaml")
-    for name in ("global_costmap", "local_costmap"):
-        for layer in tree[name].values():
-            if isinstance(layer, dict) and "topics" in layer:
-                layer["topics"] = [f"/{sensor}_range" for sensor in sorted(places)]
-    settings, school = read_settings(Parameters(tree)), map_io.load_map(str(share() / "maps" / "school.yaml"))
-    warm()
-    for name in ("local", "global"):
-        costmap = getattr(settings, f"{name}_costmap").make(school)
-        layers = [layer for layer in costmap.layers.values() if isinstance(layer, RangeSensorLayer)]
-        random = np.random.default_rng(2)
-        costmap.update(0.0, Pose2D(2.0, 7.1, 0.0))
-
-        def update(run):
-            stamp, base = 0.2 * (run + 1), Pose2D(2.0 + 0.1 * run, 7.1, 0.0)
-            for sensor, (x, y, yaw) in places.items():
-                reading = RangeReading(f"/{sensor}_range", stamp, base.x + x, base.y + y, yaw, float(random.uniform(0.3, 3.0)), SHORTEST, LONGEST,
-                                       FIELD_OF_VIEW)
-                for layer in layers:
-                    layer.add_range(reading)
-            costmap.update(stamp, base)
-
-        ours, p99 = median_ms(update, updates)
-        size = costmap.geometry
-        yield Row(f"update of the {name} costmap, nine ranges", ours, None, f"p99 {p99:.2f} ms; {size.width} x {size.height} cells")
+def costmaps():
+    """Inflation, and updates of a local costmap."""
+    for case, (median, p99) in bench_costmap.bench().items():
+        yield Row(case if case.startswith("update") else f"{case}, 1000 x 1000", median, bench_costmap.PEER_MS.get(case), f"p99 {p99:.2f} ms")
 
 
 def control_cycles(figures):
@@ -115,8 +72,8 @@ def control_cycles(figures):
 def rows():
     """All rows, one by one, as they are measured."""
     figures = peers()
-    yield from inflation(figures)
-    yield from nine_ranges()
+    yield from planners(figures)
+    yield from costmaps()
     yield from control_cycles(figures)
 
 

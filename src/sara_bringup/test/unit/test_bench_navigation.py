@@ -3,8 +3,7 @@ import pytest
 
 from sara_bringup import bench_navigation
 from sara_bringup.bench_navigation import Row
-from sara_bringup.ranges import mountings
-from sara_nav import bench_local
+from sara_nav import bench_costmap, bench_local, bench_planners
 
 
 def test_a_ratio_compares_multiples_of_each_machines_yardstick():
@@ -23,11 +22,13 @@ def test_lines_say_what_there_is():
 def test_every_figure_of_the_peers_is_there():
     figures = bench_navigation.peers()
     assert set(bench_navigation.LOCAL_CASES) <= set(bench_local.CASES) and set(bench_navigation.LOCAL_CASES.values()) <= set(figures["local_planner"])
-    rows = list(bench_navigation.inflation(figures, side=60))
-    assert len(rows) == 4 and all(row.ours > 0.0 and row.peer > 0.0 for row in rows)
+    columns = {peer for _, _, peer in bench_planners.CASES.values() if peer}
+    assert all(columns <= set(entry) for entry in figures["plan_ms_median"].values())
+    assert sorted(bench_costmap.PEER_MS.values()) == sorted(figures["inflation_1000x1000_ms"].values())
 
 
-def test_nine_ranges_reach_both_costmaps():
-    assert len(mountings()) == 9
-    rows = list(bench_navigation.nine_ranges(updates=5))
-    assert [row.name.split()[3] for row in rows] == ["local", "global"] and all(row.ours > 0.0 for row in rows)
+def test_a_map_that_is_not_there_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(bench_navigation, "plan_folders", lambda: [tmp_path])
+    rows = list(bench_navigation.planners(bench_navigation.peers()))
+    assert [row.name for row in rows] == [f"plan on {name}" for name in ("depot", "warehouse", "willow", "own_office", "own_comb", "100by100_15")]
+    assert all(row.ours is None and str(tmp_path) in row.text for row in rows)
