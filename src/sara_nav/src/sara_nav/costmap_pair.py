@@ -8,14 +8,11 @@ SAME = Pose2D(0.0, 0.0, 0.0)
 
 
 class CostmapPair:
-    """The LayeredCostmaps ``world`` (to plan on) and ``local``, updated when they are due.
-
-    ``changed``: the windows (x0, y0, xn, yn) or None that the last ``update`` changed, by 'global' and 'local'.
-    """
+    """The LayeredCostmaps ``world`` (to plan on) and ``local``, updated when they are due."""
 
     def __init__(self, world, local):
         self.world, self.local = world, local
-        self.changed = {}
+        self._changed = {}
         self._at_once = False
 
     def wake(self):
@@ -26,15 +23,30 @@ class CostmapPair:
         """Build at t (s) what was never built: then the robot's pose does not matter yet."""
         for costmap in (self.world, self.local):
             if costmap.updated_at is None:
-                costmap.update(t, None)
+                self.refresh(costmap, t, None)
 
     def update(self, t, pose, local_pose):
         """Build what is due at t (s) around the robot's pose (Pose2D or None) in either costmap's frame."""
-        self.changed = {}
-        for name, costmap, at in (('global', self.world, pose), ('local', self.local, local_pose or pose)):
+        for costmap, at in ((self.world, pose), (self.local, local_pose or pose)):
             if self._at_once or costmap.due(t):
-                self.changed[name] = costmap.update(t, at)
+                self.refresh(costmap, t, at)
         self._at_once = False
+
+    def refresh(self, costmap, t, pose):
+        """Build one of the two at t (s), due or not, around the robot's pose (Pose2D or None) in its frame."""
+        name = 'global' if costmap is self.world else 'local'
+        old, new = self._changed.get(name), costmap.update(t, pose)
+        if old is not None and new is not None:
+            new = (min(old[0], new[0]), min(old[1], new[1]), max(old[2], new[2]), max(old[3], new[3]))
+        self._changed[name] = new if new is not None else old
+
+    def take_changed(self):
+        """Return the windows (x0, y0, xn, yn) of cells that changed since the last call, by 'global' and 'local'.
+
+        A costmap that was not updated is not among them; one that was without changing has None.
+        """
+        changed, self._changed = self._changed, {}
+        return changed
 
     def reset(self, t, pose, local_pose):
         """Forget what sensors have seen, and build both anew."""

@@ -106,6 +106,11 @@ class MoveBase:
         if self._goal is not None:
             self._end(ABORTED, text)
 
+    def take_end(self):
+        """Return (status, text) of an end that no step has told yet, or None; no step will tell it any more."""
+        end, self._ended = self._ended, None
+        return end
+
     def replan(self):
         """Build both costmaps and plan anew in the next step, because the map is another one."""
         self.costmaps.wake()
@@ -168,10 +173,8 @@ class MoveBase:
             plan = result.plan if result else None
         else:
             plan = None
-        if self._ended is not None:
-            (status, text), self._ended = self._ended, None
-            return self._result(ZERO, status, text, plan=plan)
-        return self._result(ZERO, IDLE)
+        end = self.take_end()
+        return self._result(ZERO, *end, plan=plan) if end else self._result(ZERO, IDLE)
 
     # -- a cycle with a goal: each returns a StepResult, or has ended the goal -----------------------------------
 
@@ -275,7 +278,7 @@ class MoveBase:
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
         situation = Situation(t, dt, pose, local_pose, velocity, self.costmaps.around(pose, local_pose, self.unknown_blocks),
-                              self.global_costmap, self.local_costmap)
+                              self.costmaps)
         if begins:
             self.local_planner.stop()
             self.counters.recoveries += 1

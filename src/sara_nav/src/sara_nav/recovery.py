@@ -53,7 +53,7 @@ RECOVERIES = RecoveryRegister()
 @dataclass(frozen=True)
 class Situation:
     """What a behaviour is given: now (s) and since the last step, the robot's pose in the global frame and in the local
-    costmap's, its velocity (v, w), the LocalWorld to look for collisions in, and both LayeredCostmaps."""
+    costmap's, its velocity (v, w), the LocalWorld to look for collisions in, and the CostmapPair."""
 
     t: float
     dt: float
@@ -61,8 +61,7 @@ class Situation:
     local_pose: Pose2D
     velocity: tuple
     world: object
-    global_costmap: object
-    local_costmap: object
+    costmaps: object
 
 
 @dataclass(frozen=True)
@@ -131,14 +130,15 @@ class ClearCostmapRecovery:
     def update(self, situation):
         """Clear; the text says what."""
         c, said = self.config, []
-        affected = self._affected(situation.global_costmap, situation.local_costmap, situation.pose, situation.local_pose)
+        both = situation.costmaps
+        affected = self._affected(both.world, both.local, situation.pose, situation.local_pose)
         for costmap, kind, pose in affected:
             names = self.layers(costmap)
             half = 0.5 * c.reset_distance
             if names:
                 costmap.clear_area(pose.x - half, pose.y - half, pose.x + half, pose.y + half, c.invert_area_to_clear, names)
                 if c.force_updating:
-                    costmap.update(situation.t, pose)
+                    both.refresh(costmap, situation.t, pose)
             said.append('%s: %s' % (kind, ', '.join(names) or 'nothing'))
         return RecoveryStep(text='%s: cleared what lies %s a square of %.2f m about the robot (%s)' % (
             self.name, 'inside' if c.invert_area_to_clear else 'outside', c.reset_distance, '; '.join(said)))

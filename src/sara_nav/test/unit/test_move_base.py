@@ -354,7 +354,7 @@ def test_costmaps_are_updated_at_their_own_rates():
     updates = {'global': 0, 'local': 0}
     for cycle in range(100):
         machine.step(0.05 * cycle, HOME)
-        for name in machine.costmaps.changed:
+        for name in machine.costmaps.take_changed():
             updates[name] += 1
     assert 25 <= updates['global'] <= 26 and updates['local'] == updates['global']
 

@@ -244,8 +244,7 @@ def lethal(costmap_):
 
 def situation(machine, pose=HOME, **changes):
     values = dict(t=1.0, dt=0.05, pose=pose, local_pose=pose, velocity=ZERO,
-                  world=machine.costmaps.around(pose, None, True), global_costmap=machine.global_costmap,
-                  local_costmap=machine.local_costmap)
+                  world=machine.costmaps.around(pose, None, True), costmaps=machine.costmaps)
     values.update(changes)
     return Situation(**values)
 

@@ -13,13 +13,13 @@ from std_msgs.msg import String
 
 from sara_nav import kernels, local_planner
 from sara_nav import move_base as mb
+from sara_nav.cycle_watch import CycleWatch
 from sara_nav.goal_input import GoalError
 from sara_nav.move_base_config import StepResult
 from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics, TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
-from sara_nav.ros.cycle_watch import CycleWatch
 from sara_nav.ros.publishers import PlannerTopics
 from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
@@ -175,13 +175,17 @@ class MoveBaseNode:
         now = rospy.Time.now()
         t = now.to_sec()
         machine = self.machine
-        self.watch.begins(t, machine.config.controller_frequency, machine.active)
+        late = self.watch.begins(t, machine.config.controller_frequency, machine.active)
+        if late:
+            rospy.logwarn_throttle(5.0, '%s', late)
         self._take_in(now)
         self._take_abort()
         self._take_requests(t)
         pose, pose_time, local_pose = self.robot.poses()
-        result = self.watch.works(lambda: machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose))
-        for kind, window in machine.costmaps.changed.items():
+        began = time.perf_counter()
+        result = machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose)
+        self.watch.worked(time.perf_counter() - began)
+        for kind, window in machine.costmaps.take_changed().items():
             self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)
         if result.status == mb.ACTIVE:
@@ -231,7 +235,7 @@ class MoveBaseNode:
             text = self.machine.set_goal(pose, t)
         if text:
             self.counts['refused_goals'] += 1
-            self.machine.step(t, None)  # takes the machine's own word about the end; it is said here
+            self.machine.take_end()  # it is said here
             self._finish(StepResult((0.0, 0.0), mb.ABORTED, text))
             return
         rospy.loginfo('goal (%.2f, %.2f, %.2f rad)', pose.x, pose.y, pose.yaw)

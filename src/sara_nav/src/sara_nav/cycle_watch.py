@@ -1,11 +1,11 @@
-"""How well move_base keeps its control cycle: cycles that came late, and how long the work of one takes."""
-import time
-
-import rospy
+"""How well a control cycle is kept: cycles that came late, and how long the work of one takes."""
 
 
 class CycleWatch:
-    """Call ``begins`` when a cycle begins and ``works`` with its work; read ``values`` once in a while."""
+    """Told when each cycle begins and how long its work took; all times in s.
+
+    ``missed``: how many cycles came more than half a period late since the start.
+    """
 
     def __init__(self):
         self.missed = 0
@@ -14,26 +14,22 @@ class CycleWatch:
         self._cycles = 0
 
     def begins(self, t, frequency, matters):
-        """A cycle begins at t (s of the node's clock). matters: False while nothing is driven, when none is missed."""
+        """A cycle begins at t; return '' or the sentence that it came late. matters: False while nothing is driven."""
         last, self._last = self._last, t
         if last is None or not matters:
-            return
+            return ''
         taken = t - last
         self._worst = max(self._worst, taken)
-        if taken > 1.5 / frequency:
-            self.missed += 1
-            rospy.logwarn_throttle(5.0, 'Control loop missed its desired rate of %.4fHz... the loop actually took %.4f seconds',
-                                   frequency, taken)
+        if taken <= 1.5 / frequency:
+            return ''
+        self.missed += 1
+        return 'Control loop missed its desired rate of %.4fHz... the loop actually took %.4f seconds' % (frequency, taken)
 
-    def works(self, work):
-        """Call ``work`` and return what it returns; its duration (wall time) is noted."""
-        began = time.perf_counter()
-        result = work()
-        taken = time.perf_counter() - began
+    def worked(self, taken):
+        """The work of a cycle took so long."""
         self._longest_work = max(self._longest_work, taken)
         self._work += taken
         self._cycles += 1
-        return result
 
     def forget(self):
         """Time went back: the next cycle is the first."""
