@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import potential
+from sara_nav import gradient_path, potential, potential_astar
 from sara_nav.costmap import Costmap
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
@@ -129,6 +129,49 @@ def test_astar_costs_little_more_than_dijkstra(blocks, unknown):
         assert found[1] <= 1.1 * found[0]  # 3 % is asked of real maps; here a block of five cells is all the detail
 
 
+@settings(max_examples=60)
+@given(hnp.arrays(np.uint8, (8, 8), elements=st.sampled_from([0, 0, 0, 40, 120, 230, 254])))
+def test_the_wave_stops_when_the_goal_is_settled(blocks):
+    costs = np.kron(blocks, np.ones((5, 5), np.uint8))
+    costs[2, 2] = costs[-3, -3] = 0
+    costmap = make(costs)
+    ends = Pose2D(*costmap.geometry.to_world(2, 2), 0.0), Pose2D(*costmap.geometry.to_world(37, 37), 0.0)
+    whole, stopped = NavfnROS(), NavfnROS()
+    if whole.explore(costmap, ends[0])[37, 37]:
+        stopped.plan(costmap, *ends)
+        assert stopped.potential[37, 37] == whole.potential[37, 37]
+        short = Pose2D(*costmap.geometry.to_world(3, 2), 0.0)
+        if whole.explore(costmap, ends[0])[2, 3]:
+            stopped.plan(costmap, ends[0], short)
+            assert (stopped.potential < potential.HIGH).sum() < 200  # of 1600
+
+
+@settings(max_examples=200)
+@given(st.integers(0, 10 ** 9), st.integers(2, 14), st.integers(2, 14), st.booleans())
+def test_down_any_potential_the_path_ends_at_the_source(seed, columns, rows, grid):
+    """The cells numbered as a random walk through a maze finds them: each has a lower neighbour, slopes point anywhere."""
+    random = np.random.default_rng(seed)
+    field = np.full((rows + 2, columns + 2), potential.HIGH, np.float32)
+    source, goal = ((int(random.integers(1, columns + 1)), int(random.integers(1, rows + 1))) for _ in range(2))
+    stack, number = [source], 0
+    field[source[1], source[0]] = 0.0
+    while stack:
+        x, y = stack[-1]
+        near = [(a, b) for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
+                if 1 <= a <= columns and 1 <= b <= rows and field[b, a] >= potential.HIGH]
+        if not near:
+            stack.pop()
+            continue
+        a, b = near[random.integers(len(near))]
+        number += 1
+        field[b, a] = number + random.random() * 0.5
+        stack.append((a, b))
+    follow = gradient_path.descend_grid if grid else gradient_path.descend
+    path = follow(field.ravel(), columns + 2, *map(float, source), *map(float, goal))
+    assert path[0].tolist() == list(goal) and path[-1].tolist() == list(source)
+    assert (np.hypot(*np.diff(path, axis=0).T) < 2.2).all()
+
+
 @pytest.mark.parametrize('astar', [False, True])
 def test_a_way_much_longer_than_the_map_is_wide_is_whole(astar):
     """The peer gives up after 4 x width half cells; this comb's way is 40 times as long as the map is wide."""
@@ -226,7 +269,6 @@ def test_what_is_explored_is_what_can_be_planned_to():
 
 
 def test_nothing_compiles_while_planning():
-    from sara_nav import gradient_path, potential_astar
     for astar in (False, True):
         NavfnROS(NavfnConfig(use_astar=astar)).plan(room(), Pose2D(1.0, 1.0, 0.0), Pose2D(2.0, 2.0, 0.0))
     for kernel in (potential.prepare, potential.spread, potential_astar.spread_astar, gradient_path.descend):
