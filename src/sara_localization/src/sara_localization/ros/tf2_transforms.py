@@ -5,6 +5,7 @@ import time
 
 import rospy
 import tf2_ros
+from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
 from ..geometry import IDENTITY
@@ -17,7 +18,7 @@ PATIENCE = 1.0
 class Tf2Transforms:
     """lookup(target, source, stamp) from tf2's buffer; waits `timeout` s for a transform that is not there yet.
 
-    What this node broadcasts it enters itself (`enter`): coming back on /tf it is left unread.
+    What this node broadcasts it enters itself (`enter`), at once; it does not listen to itself on /tf.
     """
 
     def __init__(self, timeout: float = 0.0):
@@ -26,6 +27,7 @@ class Tf2Transforms:
         self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
         self._subscribers = [rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
                              for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))]
+        self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
 
     def enter(self, transform):
         """A TransformStamped of this node's own."""
@@ -68,3 +70,16 @@ class Tf2Transforms:
     def clear(self):
         """Forget all that moved, as after a jump of the clock."""
         self.buffer.clear()
+
+
+class _Itself(Transport):
+    """What stands in rospy's list for a connection of the node to itself, so that it makes none: over it a message of the node's own costs
+    more than a cycle of the filter."""
+
+    def __init__(self, topic):
+        super().__init__(INBOUND, topic)
+        self.endpoint_id = rospy.get_node_uri()
+
+    def get_transport_info(self):
+        """For rosnode info."""
+        return 'none: what the node sends it does not hear'
