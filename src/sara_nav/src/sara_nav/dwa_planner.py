@@ -15,7 +15,7 @@ from sara_nav.critics import OscillationFlags
 from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults
 from sara_nav.local_command import LOCAL_PLANNERS
-from sara_nav.sampling_planner import SamplingPlanner, cost_cloud
+from sara_nav.sampling_planner import TRIES, SamplingPlanner, cost_cloud
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,10 @@ class DWAPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look."""
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look.
+
+        can_stop(v, w): whether the robot could stop from a command without touching anything."""
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         none = np.empty((0, 2), np.int64)
         left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
@@ -166,10 +168,13 @@ class DWAPlanner(SamplingPlanner):
         if not possible.any():
             self._flags = OscillationFlags()  # to be barred from the only way out is worse than to swing
             return None, None, _why_none(cost)
-        best = int(np.where(possible, cost, np.inf).argmin())
-        v, w = float(driven[best, 0]), float(driven[best, 1]) / self._gain.value
-        self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
-        return (v, w), critics.drive(state, tuple(driven_samples[best]), *motion, not c.use_dwa), ''
+        cheapest = np.flatnonzero(possible)[np.argsort(cost[possible], kind='stable')]
+        for best in cheapest[:TRIES]:
+            v, w = float(driven[best, 0]), float(driven[best, 1]) / self._gain.value
+            if can_stop(v, w):
+                self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
+                return (v, w), critics.drive(state, tuple(driven_samples[best]), *motion, not c.use_dwa), ''
+        return None, None, 'the footprint would touch an obstacle before the robot could stop'
 
     def _front_cell(self, pose, plan, cells, world):
         """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""

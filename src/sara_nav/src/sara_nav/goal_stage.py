@@ -14,6 +14,8 @@ FOLLOW, FACE, APPROACH, STOP, ROTATE, DONE = ('follow path', 'face goal', 'appro
                                               'done')
 STALL_TIME = 3.0
 """Seconds without getting nearer, inside the horizon, after which the goal is approached straight."""
+RIM_TIME = 0.5
+"""Seconds for which a robot at the rim of the tolerance may go on towards its middle."""
 MAX_APPROACHES = 8
 
 
@@ -57,6 +59,7 @@ class GoalStage:
         self.approaches = 0
         self._best = math.inf
         self._best_at = None
+        self._inside = None
         self._zero_since = None
         self._turn.begin()
 
@@ -100,19 +103,31 @@ class GoalStage:
     # -- stages ------------------------------------------------------------------------------------------------
 
     def _follow(self, t, pose, near, goal, limits, ways):
-        if near <= limits.xy_goal_tolerance:
+        if self._well_inside(t, near, limits):
             # At the rim of the tolerance there may be no room to turn where in its middle there is.
             nearer = not ways.turn_is_free(pose, goal.yaw) and ways.straight_is_free(pose, goal)
             self._to(FACE if nearer else STOP)
             return
         if near > limits.horizon:
             self._best, self._best_at = math.inf, None
-        elif near <= limits.blind and self.take_over(pose, goal, limits, ways):
+        elif limits.xy_goal_tolerance < near <= limits.blind and self.take_over(pose, goal, limits, ways):
             return
         elif near < self._best - 0.02:
             self._best, self._best_at = near, t
         elif t - self._best_at >= STALL_TIME:
             self.take_over(pose, goal, limits, ways)
+
+    def _well_inside(self, t, near, limits):
+        """True when it is time to stop: inside the tolerance with a margin, or inside and not getting further in.
+
+        A robot that stops at the very rim finds itself outside when its pose shakes.
+        """
+        if near > limits.xy_goal_tolerance:
+            self._inside = None
+            return False
+        if self._inside is None:
+            self._inside = t
+        return near <= 0.85 * limits.xy_goal_tolerance or t - self._inside >= RIM_TIME
 
     def _to(self, phase):
         if phase == FACE:

@@ -8,8 +8,9 @@ import math
 import numpy as np
 
 from sara_nav import map_grid, outline
-from sara_nav.geometry import Pose2D
+from sara_nav.geometry import Pose2D, wrap
 from sara_nav.goal_stage import DONE, GoalStage
+from sara_nav.in_place_turn import InPlaceTurn
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, REACHED, LocalCommand
 from sara_nav.rollout import towards
 from sara_nav.turn_gain import TurnGain
@@ -21,6 +22,12 @@ PROGRESS_WINDOW = 2.0
 """Metres of plan ahead among which the point nearest to the robot is looked for."""
 GRACE = 0.4
 """Seconds a robot that touches something (so the costmap says) may take to come off it; it must not touch more meanwhile."""
+FACING = 0.2
+"""Radians off the plan's direction within which turning in place is no help."""
+STUCK_TIME, STUCK_WAY = 4.0, 0.1
+"""A robot that has not got on by so many metres in so many seconds turns to its plan first."""
+TRIES = 12
+"""How many of the cheapest samples are asked whether the robot could stop from them, until one could."""
 ANSWER_TIME = 0.25
 """Seconds within which the base is taken to answer: the speed it is on its way to is at most that many seconds of
 acceleration from the one measured."""
@@ -41,6 +48,8 @@ class SamplingPlanner:
         self.local_plan = None
         self._stage = GoalStage()
         self._gain = TurnGain()
+        self._turn = InPlaceTurn()
+        self._facing, self._got_to = False, None
         self._plan = np.empty((0, 3))
         self._dense, self._reached = None, 0
         self._last = (0.0, 0.0)
@@ -61,6 +70,7 @@ class SamplingPlanner:
     def start(self, plan):
         """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
         self._stage.begin()
+        self._facing, self._got_to = False, None
         self._take(plan)
 
     def replan(self, plan):
@@ -110,18 +120,21 @@ class SamplingPlanner:
         if len(cells) == 0:
             return self._stand(OFF_PATH, 'no point of the plan lies in known cells of the local costmap')
         local = Pose2D(*(float(v) for v in world.to_local(np.array([[now.x, now.y, now.yaw]]))[0]))
+        turn = self._face_plan(t, dt, now, local, velocity, plan, limits, ways)
+        if turn is not None:
+            self._last, self.local_plan = turn, None
+            return LocalCommand(*turn)
         command, poses, text = self._choose(dt, local, self._answering(velocity), plan, cells, world,
-                                            lambda v, w: ways.stop_is_free(now, v, w, c.acc_lim_x, c.acc_lim_theta))
+                                            lambda v, w: ways.stop_is_free(now, *self._driven((v, w)), c.acc_lim_x,
+                                                                           c.acc_lim_theta))
         if command is None:
             return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, ways) else
                                  (BLOCKED, text)))
         self.local_plan = to_global(poses, world)
         if self._grace(world, local) and world.worsens(self.local_plan):
             return self._stand(BLOCKED, 'the footprint touches an obstacle, and would touch more of it')
-        if command[0] * velocity[0] > 1e-4 and not ways.stop_is_free(now, *velocity, c.acc_lim_x, c.acc_lim_theta):
-            # The base does not follow its samples to the letter: whatever they promise, it must be able to stop.
-            command = towards(0.0, self._last[0], c.acc_lim_x, dt), command[1]
-            text = 'slower: an obstacle is within the way to stop'
+        command, slower = self._able_to_stop(dt, command, velocity, now, ways)
+        text = slower or text
         self._last = command
         return LocalCommand(*command, text=text)
 
@@ -132,13 +145,45 @@ class SamplingPlanner:
         self.local_plan = None
         return LocalCommand(0.0, 0.0, state, text)
 
+    def _face_plan(self, t, dt, now, local, velocity, plan, limits, ways):
+        """Return the command (0, w) that turns a robot to its plan that swings about without getting on, else None.
+
+        Distances in cells count a way askew as longer, so that with the plan behind no turn of sim_time may look better
+        than none, and samples are chosen now to one side, now to the other.
+        """
+        if self._got_to is None or now.distance(self._got_to[0]) > STUCK_WAY:
+            self._got_to = now, t
+            self._facing = False
+        off = wrap(towards_plan(plan, local) - local.yaw)
+        if not self._facing:
+            if t - self._got_to[1] < STUCK_TIME or abs(off) <= 2.0 * FACING or abs(velocity[0]) > limits.crawl:
+                return None
+            self._facing = True
+            self._turn.begin()
+        rate = self._turn.rate(t, dt, off, velocity[1], self._last[1], limits.turn, FACING)
+        if rate is None or (rate and not ways.stop_is_free(now, 0.0, rate, limits.acc_lim_x, limits.acc_lim_theta)):
+            self._facing, self._got_to = False, None
+            return None
+        return 0.0, rate
+
+    def _able_to_stop(self, dt, command, velocity, now, ways):
+        """Return the command, or a slower one and why: the base does not follow its samples to the letter, so whatever they
+        promise, it must be able to stop from what it does now."""
+        c, (v, w) = self.config, command
+        if v * velocity[0] > 1e-4 and not ways.stop_is_free(now, *velocity, c.acc_lim_x, c.acc_lim_theta):
+            v = towards(0.0, self._last[0], c.acc_lim_x, dt)
+        if w * velocity[1] > 1e-3 and not ways.stop_is_free(now, 0.0, velocity[1], c.acc_lim_x, c.acc_lim_theta):
+            w = towards(0.0, self._last[1], c.acc_lim_theta, dt)
+        return (v, w), '' if (v, w) == command else 'slower: an obstacle is within the way to stop'
+
     def _choose(self, dt, pose, velocity, plan, cells, world, can_stop):
         """Return what ``_sample`` finds, looking less far ahead where nothing is possible that far: in a tight place the
         robot then still moves by inches. Failing that, what ``_last_resort`` has."""
         first = None
         for share in (1.0, 0.5, 0.25):
-            command, poses, text = self._sample(dt, pose, velocity, plan, cells, world, share * self.config.sim_time)
-            if command is not None and (share == 1.0 or can_stop(*command)):
+            command, poses, text = self._sample(dt, pose, velocity, plan, cells, world, share * self.config.sim_time,
+                                                can_stop)
+            if command is not None:
                 return command, poses, text
             first = first or text
         return self._last_resort(pose, velocity, world, first)
@@ -215,3 +260,11 @@ def cost_cloud(world, path, goal, weights, left_out=()):
     parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
     return np.column_stack([g.origin_x + (columns + 0.5) * g.resolution, g.origin_y + (rows + 0.5) * g.resolution,
                             np.zeros(len(rows)), *parts, sum(w * p for w, p in zip(weights, parts))])
+
+def towards_plan(plan, pose):
+    """Return the bearing (rad) of the plan's point half a metre from a Pose2D, ahead of the one nearest to it."""
+    distance = np.hypot(*(plan[:, :2] - (pose.x, pose.y)).T)
+    nearest = int(distance.argmin())
+    far = distance[nearest:] >= 0.5
+    x, y = plan[nearest + int(far.argmax()) if far.any() else -1, :2]
+    return math.atan2(y - pose.y, x - pose.x)

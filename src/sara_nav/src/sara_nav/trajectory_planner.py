@@ -17,7 +17,7 @@ from sara_nav.geometry import wrap
 from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults
 from sara_nav.local_command import LOCAL_PLANNERS
-from sara_nav.sampling_planner import SamplingPlanner, cost_cloud, to_global
+from sara_nav.sampling_planner import FACING, TRIES, SamplingPlanner, cost_cloud, to_global, towards_plan
 
 STOPPED = 0.01
 """Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
@@ -139,8 +139,10 @@ class TrajectoryPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look."""
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to look.
+
+        can_stop(v, w): whether the robot could stop from a command without touching anything."""
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         under = outline.footprint_cells(pose, world.footprint, g, True)
         path = map_grid.spread(costs, cells, under)
@@ -161,18 +163,24 @@ class TrajectoryPlanner(SamplingPlanner):
             cells, state, self._driven(samples), acceleration, simulation, weights,
             (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
             (c.heading_scoring, c.heading_scoring_timestep), self._grace(world, pose))
-        best = self._best(cost, ends, samples, len(forward), goal, g)
         self._update_escape(pose)
-        if best is None:
-            return None, None, ('no way leads from here to where the plan leaves the local costmap'
-                                if cost[-1] == rollout.NO_WAY else
-                                'the footprint would touch an obstacle on every trajectory')
-        if samples[best, 0] != 0.0 and 0.0 <= cost[-1] < cost[best]:
-            return None, None, 'standing still costs less than every trajectory'
-        sample = tuple(float(v) for v in samples[best])
-        self._remember_turn(sample, pose)
-        return self._within_reach(sample, velocity, dt), rollout.roll(
-            state, tuple(self._driven(sample)), acceleration, simulation, c.heading_scoring), ''
+        bearing = towards_plan(plan, pose)
+        for _ in range(TRIES):
+            best = self._best(cost, ends, samples, len(forward), goal, g, bearing)
+            if best is None:
+                return None, None, ('no way leads from here to where the plan leaves the local costmap'
+                                    if cost[-1] == rollout.NO_WAY else
+                                    'the footprint would touch an obstacle on every trajectory'
+                                    if (cost[:-1] < 0.0).all() else
+                                    'standing still costs no more than any trajectory')
+            sample = tuple(float(v) for v in samples[best])
+            command = self._within_reach(sample, velocity, dt)
+            if can_stop(*command):
+                self._remember_turn(sample, pose)
+                return command, rollout.roll(state, tuple(self._driven(sample)), acceleration, simulation,
+                                             c.heading_scoring), ''
+            cost[best] = rollout.COLLIDES
+        return None, None, 'the footprint would touch an obstacle before the robot could stop'
 
     def _speeds(self, pose, velocity, plan):
         """Return (forward samples (n, 2), turns in place (m, 2))."""
@@ -194,26 +202,28 @@ class TrajectoryPlanner(SamplingPlanner):
                          np.minimum(turns, -c.min_in_place_vel_theta))
         return forward, np.column_stack([np.zeros(len(turns)), turns])
 
-    def _best(self, cost, ends, samples, forward, goal, geometry):
-        """Return the index of the sample to drive, None when none is possible; the last sample is standing still.
+    def _best(self, cost, ends, samples, forward, goal, geometry, bearing):
+        """Return the index of the sample to drive, None when none is worth it; the last sample is standing still.
 
         Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
         after which the point heading_lookahead ahead is nearest to the goal. Where nothing forward is cheaper than
-        standing, turns may cost more (beside a wall they do), if only they bring that point nearer.
+        standing, the turn that comes nearest to facing the plan (bearing, rad), at any cost: beside a wall turns
+        cost more than standing, and cells count a way askew as longer.
         """
         possible = cost[:forward] >= 0.0
         best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
-        gains = best is not None and not 0.0 <= cost[-1] <= cost[best]
-        dearest = cost[best] if gains else np.inf
-        nearest = np.inf if gains else self._ahead(ends[-1], goal, geometry)
-        for i in range(forward, len(samples) - 1):
-            side = 1 if samples[i, 1] > 0.0 else -1
-            if not 0.0 <= cost[i] <= dearest or self._only[-side]:
-                continue
-            ahead = self._ahead(ends[i], goal, geometry)
-            if ahead < nearest:
-                best, nearest = i, ahead
-        return best
+        turns = [i for i in range(forward, len(samples) - 1)
+                 if cost[i] >= 0.0 and not self._only[-1 if samples[i, 1] > 0.0 else 1]]
+        if best is not None and not 0.0 <= cost[-1] <= cost[best]:
+            turns = [i for i in turns if cost[i] <= cost[best]]
+            ahead = [self._ahead(ends[i], goal, geometry) for i in turns]
+            return turns[int(np.argmin(ahead))] if turns and np.isfinite(min(ahead)) else best
+        off = wrap(bearing - ends[-1, 2])
+        if abs(off) <= FACING:
+            return None
+        left = {i: abs(off - wrap(ends[i, 2] - ends[-1, 2])) if samples[i, 1] * off > 0.0 else math.pi + abs(
+            samples[i, 1]) for i in turns}
+        return min(left, key=left.get) if left else None
 
     def _ahead(self, pose, goal, geometry):
         """Return the distance to the goal (cells) of the point heading_lookahead ahead of pose (3,); infinite off the map."""

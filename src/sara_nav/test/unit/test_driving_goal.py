@@ -123,12 +123,23 @@ def test_stages_follow_one_another_and_stops_keep_the_accelerations():
     stage, last, seen = GoalStage(), (0.5, 0.4), []
     goal = Pose2D(0.0, 0.0, 1.0)
     for i in range(20):
-        command = stage.update(0.05 * i, 0.05, Pose2D(-0.09, 0.0, 0.0), last, last, goal, LIMITS, FREE)
+        command = stage.update(0.05 * i, 0.05, Pose2D(-0.08, 0.0, 0.0), last, last, goal, LIMITS, FREE)
         if stage.phase == STOP:
             assert last[0] - command[0] <= 2.5 * 0.05 + 1e-9 and last[1] - command[1] <= 3.2 * 0.05 + 1e-9
         last = command
         seen.append(stage.phase)
     assert list(dict.fromkeys(seen)) == [STOP, ROTATE] and last[0] == 0.0 and last[1] >= 0.4
+
+
+def test_it_does_not_stop_at_the_rim_of_the_tolerance_while_it_gets_further_in():
+    stage, goal = GoalStage(), Pose2D(0.0, 0.0, 0.0)
+    def phase(t, x):
+        stage.update(t, 0.05, Pose2D(x, 0.0, 0.0), (0.1, 0.0), (0.1, 0.0), goal, LIMITS, FREE)
+        return stage.phase
+    assert phase(0.0, -0.12) == FOLLOW and phase(0.1, -0.098) == FOLLOW and phase(0.5, -0.09) == FOLLOW
+    assert phase(0.7, -0.09) == STOP, 'after half a second'
+    stage.begin()
+    assert phase(1.0, -0.098) == FOLLOW and phase(1.1, -0.084) == STOP, 'well inside'
 
 
 def test_only_a_free_way_is_approached_and_only_from_within_the_horizon():
@@ -143,7 +154,7 @@ def test_only_a_free_way_is_approached_and_only_from_within_the_horizon():
 def test_without_room_to_turn_at_the_rim_of_the_tolerance_it_drives_to_its_middle():
     goal, t, last = Pose2D(0.0, 0.0, 2.0), 0.0, (0.0, 0.0)
     room = Room(turn=lambda pose: pose.distance(goal) < 0.03)
-    stage, base = GoalStage(), Base(Pose2D(-0.09, 0.0, 0.3), 0.1, 0.1, 1.0)
+    stage, base = GoalStage(), Base(Pose2D(-0.08, 0.0, 0.3), 0.1, 0.1, 1.0)
     while stage.phase != DONE and t < 30.0:
         pose, speed = base.seen(0.1)
         last = stage.update(t, 0.05, pose, speed, last, goal, LIMITS, room) or (0.0, 0.0)

@@ -253,3 +253,26 @@ def test_a_way_that_comes_near_to_where_it_began_is_not_taken_back(name, prune):
         command = planner.update(0.05 * i, 0.05, Pose2D(x, 0.0, 0.0), (0.3, 0.0), 0.0, rolled)
         if x > -2.0:
             assert command.state == lp.DRIVING and command.v > 0.1 and abs(command.w) < 0.3
+
+
+@pytest.mark.parametrize('name', ['base_local_planner/TrajectoryPlannerROS', 'dwa_local_planner/DWAPlannerROS'])
+def test_a_robot_that_does_not_get_on_turns_to_its_plan(name):
+    """Whatever samples say: after four seconds in one place with the plan behind it turns there, one way, till it faces it."""
+    cls = lp.LOCAL_PLANNERS.find(name)
+    planner = cls()
+    planner.start(BEHIND)
+    pose, rates, last = Pose2D(0.0, 0.0, 0.0), [], (0.0, 0.0)
+    for i in range(300):
+        if i < 82:
+            planner._choose = lambda *_: ((0.0, 0.1 * (-1) ** (i // 10)), np.zeros((1, 3)), '')  # swings about
+        elif i == 82:
+            del planner._choose
+        command = planner.update(0.05 * i, 0.05, pose, last, 0.0, world())
+        last = (command.v, command.w)
+        pose = pose.advance(0.0, command.w, 0.05)
+        if i > 82 and abs(pose.yaw) < 2.7:
+            rates.append(command.w)
+        if command.v > 0.1:
+            break
+    assert abs(pose.yaw) > 2.5 and command.v > 0.1
+    assert len(rates) > 10 and (min(rates) > 0.0 or max(rates) < 0.0)
