@@ -81,7 +81,7 @@ class Parameters:
         if prefix + old not in self._values:
             return
         value = self._values.pop(prefix + old)
-        if prefix + new in self._values:
+        if self._values.get(prefix + new, value) != value:
             self.warnings.append('parameter %s%s has no effect: it is the old name of %s, which is set too' % (
                 prefix, old, new))
             return

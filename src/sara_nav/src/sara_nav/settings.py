@@ -79,6 +79,8 @@ def read_settings(parameters):
     """Return the Settings of a Parameters tree; raises ParameterError naming everything that is wrong."""
     config = _move_base(parameters)
     above = {name: parameters.above.get(name) for name in ('footprint', 'robot_radius')}
+    for name in above:
+        parameters.search(GLOBAL, name, None)  # one that a nearer one hides is not unknown
     # The peer's global costmap is empty when nothing says that there is a map; planning on that helps nobody.
     global_costmap = read_costmap(parameters, GLOBAL, static_map=True, **above)
     local_costmap = read_costmap(parameters, LOCAL, **above)

@@ -167,12 +167,28 @@ class ServicesTest(unittest.TestCase):
         tuner.close()
         client = Client('move_base', timeout=20.0)
         client.update_configuration({'base_local_planner': 'dwa_local_planner/DWAPlannerROS',
-                                     'base_global_planner': 'sara_nav/GridPlanner'})
+                                     'base_global_planner': 'global_planner/GlobalPlanner'})
         tuner = Client('move_base/DWAPlannerROS', timeout=20.0)
         self.assertEqual(tuner.get_configuration()['sim_time'], 1.7)
         tuner.close()
-        plan = rospy.ServiceProxy('move_base/GridPlanner/make_plan', GetPlan)
+        plan = rospy.ServiceProxy('move_base/GlobalPlanner/make_plan', GetPlan)
         self.assertGreater(len(plan(GetPlanRequest(goal=stamped(5.0, 3.0, 1.0))).plan.poses), 50)
+        got = {}
+        kinds = {'GlobalPlanner/potential': OccupancyGrid, 'DWAPlannerROS/trajectory_cloud': PointCloud2,
+                 'DWAPlannerROS/cost_cloud': PointCloud2}
+        subscribers = [rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
+                       for name, kind in kinds.items()]
+        rospy.sleep(1.0)
+        self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
+        self.wait(lambda: len(got) == len(kinds), 'not all is published: %s' % set(got))
+        self.client.cancel_goal()
+        self.assertTrue(self.robot.stands_within(0.5))
+        potential = got['GlobalPlanner/potential']
+        self.assertEqual((len(potential.data), max(potential.data), min(potential.data)), (160 * 160, 100, -1))
+        self.assertEqual(got['DWAPlannerROS/trajectory_cloud'].header.frame_id, 'odom')
+        self.assertEqual([f.name for f in got['DWAPlannerROS/trajectory_cloud'].fields], ['x', 'y', 'z', 'theta', 'cost'])
+        for subscriber in subscribers:
+            subscriber.unregister()
         client.update_configuration({'restore_defaults': True})
         client.close()
 
