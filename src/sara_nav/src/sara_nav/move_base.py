@@ -288,6 +288,7 @@ class MoveBase:
         announced = (goal.recovery_index, len(self.recoveries), goal.recovery.name) if begins else None
         if step.done:
             goal.recovered(t)
+            self.costmaps.wake()  # what was cleared is to be clear before it is planned on
         return self._result(ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced)
 
     # -- inside ------------------------------------------------------------------------------------------------
