@@ -65,7 +65,7 @@ def connected(free, start):
     return found
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(grids, st.data(), st.booleans())
 def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknown):
     costmap = make(costs)

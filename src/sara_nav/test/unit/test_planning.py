@@ -70,7 +70,7 @@ def test_astar_is_as_cheap_as_dijkstra(costs, start, goal, unknown):
 inside = st.tuples(st.floats(0.01, 10.99), st.floats(0.01, 8.99))
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(grids, inside, inside, st.booleans())
 def test_a_straight_line_costs_what_its_cells_do(costs, start, goal, unknown):
     ours = kernels.line_cost(costs, *start, *goal, unknown)
