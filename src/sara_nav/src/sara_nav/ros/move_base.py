@@ -73,7 +73,7 @@ class MoveBaseNode:
         self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
                        'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock)}
         self._maps = self._map_arrays()
-        rospy.on_shutdown(self._on_shutdown)
+        rospy.on_shutdown(self.stop)
 
     # -- messages in -------------------------------------------------------------------------------------------
 
@@ -289,11 +289,13 @@ class MoveBaseNode:
         values['last_end'] = self._last_end
         self.diagnostics.publish(level, text, values)
 
-    def _on_shutdown(self):
+    def stop(self):
+        """The node ends: the last word to the wheels is zero, and to the client that the goal is given up."""
         if self.machine.active:
             self.cmd_vel.publish(Twist())
             if self.server.is_active():
                 self.server.set_aborted(MoveBaseResult(), 'Aborting on the goal because the node has been killed')
+            rospy.rostime.wallsleep(0.1)  # the messages are to get out
 
 
 def main():
@@ -306,4 +308,9 @@ def main():
         sys.exit(1)
     for warning in settings.warnings:
         rospy.logwarn('%s', warning)
-    MoveBaseNode(settings).run()
+    node = MoveBaseNode(settings)
+    try:
+        node.run()
+    except Exception:  # a fault of ours: the node ends, but not with the robot under way
+        node.stop()
+        raise

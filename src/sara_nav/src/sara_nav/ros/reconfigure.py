@@ -73,12 +73,6 @@ class Reconfigure:
             rospy.set_param(at + name, value)
         self._server = Server(self._description, self._on_wanted, namespace)
 
-    def put(self, config):
-        """Tell clients of a configuration that came into force by other means; hold no lock that the callback takes."""
-        with self._lock:
-            self.config = config
-        self._server.update_configuration({})
-
     def close(self):
         """Take the server down."""
         self._server.set_service.shutdown()
