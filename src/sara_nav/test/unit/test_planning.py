@@ -74,12 +74,13 @@ inside = st.tuples(st.floats(0.01, 10.99), st.floats(0.01, 8.99))
 @given(grids, inside, inside, st.booleans())
 def test_a_straight_line_costs_what_its_cells_do(costs, start, goal, unknown):
     ours = kernels.line_cost(costs, *start, *goal, unknown)
-    samples = (np.arange(5000) + 0.5)[:, None] / 5000 * (np.subtract(goal, start)) + start
-    along = [weight(costs[int(y), int(x)], unknown) for x, y in samples]
+    samples = (np.arange(1000) + 0.5)[:, None] / 1000 * (np.subtract(goal, start)) + start
+    table = np.array([weight(c, unknown) for c in range(256)])
     if ours < math.inf:
-        assert ours == pytest.approx(np.mean(along) * math.dist(start, goal), abs=0.03)
+        along = table[costs[samples[:, 1].astype(int), samples[:, 0].astype(int)]]
+        assert ours == pytest.approx(along.mean() * math.dist(start, goal), abs=0.1)
     else:
-        near = {(int(x + e), int(y + f)) for x, y in samples for e in (-2e-3, 2e-3) for f in (-2e-3, 2e-3)}
+        near = {(int(x + e), int(y + f)) for x, y in samples for e in (-8e-3, 8e-3) for f in (-8e-3, 8e-3)}
         assert any(weight(costs[y, x], unknown) == math.inf for x, y in near if 0 <= x < 11 and 0 <= y < 9)
 
 
