@@ -5,12 +5,11 @@ import math
 import numpy as np
 from numba import njit
 
+from sara_nav import outline
 from sara_nav.footprint import cover
 from sara_nav.geometry import Pose2D
 
 LETHAL, UNKNOWN = 254, 255
-ON_LETHAL, ON_UNKNOWN, OFF_THE_MAP = -1.0, -2.0, -3.0
-"""What ``footprint_cost`` says in place of a cost."""
 
 
 class LocalWorld:
@@ -59,8 +58,8 @@ class LocalWorld:
         first along the outline.
         """
         g = self.geometry
-        return outline_cost(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution),
-                            self.footprint, float(x), float(y), float(yaw))
+        return float(outline.outline_cost(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self.footprint, 1.0,
+                                          float(x), float(y), math.cos(yaw), math.sin(yaw)))
 
 
 CollisionChecker = LocalWorld
@@ -96,65 +95,8 @@ def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks
     return result
 
 
-@njit(cache=True)
-def outline_cost(costs, origin_x, origin_y, resolution, corners, x, y, yaw):
-    """Return the highest cost on a footprint's outline (float), or ON_LETHAL, ON_UNKNOWN, OFF_THE_MAP."""
-    height, width = costs.shape
-    n = len(corners)
-    cells = np.empty((n + 1, 2), np.int64)
-    c, s = math.cos(yaw), math.sin(yaw)
-    for i in range(n + 1):
-        px = x if i == n else x + (corners[i, 0] * c - corners[i, 1] * s)
-        py = y if i == n else y + (corners[i, 0] * s + corners[i, 1] * c)
-        u, v = (px - origin_x) / resolution, (py - origin_y) / resolution
-        if not (0.0 <= u < width and 0.0 <= v < height):
-            cells[i, 0] = -1
-        else:
-            cells[i, 0], cells[i, 1] = int(u), int(v)
-    if cells[n, 0] < 0:
-        return OFF_THE_MAP
-    highest = 0.0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        if cells[i, 0] < 0 or cells[j, 0] < 0:
-            return OFF_THE_MAP
-        cost = _line_cost(costs, cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1])
-        if cost < 0.0:
-            return cost
-        highest = max(highest, cost)
-    return highest
-
-
-@njit(cache=True)
-def _line_cost(costs, x, y, x1, y1):
-    """Return the highest cost on the cells of a line (Bresenham 1965), or the first that is no cost."""
-    dx, dy = abs(x1 - x), abs(y1 - y)
-    step_x, step_y = (1 if x1 >= x else -1), (1 if y1 >= y else -1)
-    steps, minor = max(dx, dy), min(dx, dy)
-    rest = steps // 2
-    highest = 0.0
-    for _ in range(steps + 1):
-        cost = costs[y, x]
-        if cost == UNKNOWN:
-            return ON_UNKNOWN
-        if cost == LETHAL:
-            return ON_LETHAL
-        highest = max(highest, float(cost))
-        rest += minor
-        aside = rest >= steps
-        if aside:
-            rest -= steps
-        if dx >= dy:
-            x += step_x
-            y += step_y if aside else 0
-        else:
-            y += step_y
-            x += step_x if aside else 0
-    return highest
-
-
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)
-    outline_cost(costs, 0.0, 0.0, 1.0, np.zeros((3, 2)), 0.0, 0.0, 0.0)
+    outline.warm()
