@@ -7,6 +7,9 @@ FARTHEST = 1e6
 FASTEST = 100.0
 """A speed beyond this (m/s, rad/s) is none of a robot."""
 
+SHORTEST = 1e-3
+"""What passes between two steps at least (s)."""
+
 
 def sound(pose):
     """True when a Pose2D is a place where a robot can be."""
@@ -41,13 +44,14 @@ class RobotState:
         self._model = (0.0, 0.0)
 
     def elapsed(self, t, period):
-        """Return the seconds since the last step, at most three periods; None when time went back."""
+        """Return the seconds since the last step, from a millisecond (a clock that stands) to three periods; None when time
+        went back."""
         last, self._last_t = self._last_t, t
         if last is None:
             return period
         if t < last - 1e-6:
             return None
-        return min(max(t - last, 0.0), 3.0 * period)
+        return min(max(t - last, SHORTEST), 3.0 * period)
 
     def velocity(self, measured, command, dt):
         """Return the measured velocity (v, w) when it is sound, else one reckoned from the commands with a lag."""

@@ -295,6 +295,20 @@ def test_poses_far_from_all_maps_and_speeds_of_no_robot_are_not_believed():
     assert robot.move_base.counters.bad_velocities == 1
 
 
+def test_a_clock_that_stands_is_no_fault():
+    """A late cycle and the next may fall on the same time of a simulated clock; in every phase of a drive."""
+    for steps in range(1, 320, 6):
+        robot = Perfect(make())
+        robot.move_base.set_goal(Pose2D(2.0, 2.0, 3.0), 0.0)
+        if robot.go(steps).status != 'active':
+            break
+        robot.t -= 0.05
+        for _ in range(3):
+            result = robot.go(1)
+            robot.t -= 0.05
+            assert abs(result.command[0]) <= 0.5 + 1e-9
+
+
 class Silent:
     """A layer that has nothing to say."""
 

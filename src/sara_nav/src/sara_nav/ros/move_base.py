@@ -59,6 +59,7 @@ class MoveBaseNode:
         self._abort_reasons = deque(maxlen=10)
         self.counts = {'refused_goals': 0}
         self._last_end = ''
+        self._stopped = False
         self._diagnostics_at = -1.0
         warm(self.machine)
         self.diagnostics = Diagnostics('navigation')
@@ -114,14 +115,18 @@ class MoveBaseNode:
             if frequency != self.machine.config.controller_frequency:
                 frequency = self.machine.config.controller_frequency
                 rate = rospy.Rate(frequency)
-            with self.lock:
-                self._cycle()
             try:
+                with self.lock:
+                    if self._stopped:
+                        break
+                    self._cycle()
                 rate.sleep()
             except rospy.ROSTimeMovedBackwardsException:
                 self._time_went_back()
                 frequency = None
-            except rospy.ROSInterruptException:
+            except rospy.ROSException:
+                if not rospy.is_shutdown():
+                    raise
                 break
 
     def _time_went_back(self):
@@ -291,7 +296,10 @@ class MoveBaseNode:
 
     def stop(self):
         """The node ends: the last word to the wheels is zero, and to the client that the goal is given up."""
-        if self.machine.active:
+        with self.lock:  # after this no cycle commands anything
+            self._stopped = True
+            if not self.machine.active:
+                return
             self.cmd_vel.publish(Twist())
             if self.server.is_active():
                 self.server.set_aborted(MoveBaseResult(), 'Aborting on the goal because the node has been killed')
