@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Recovery on the wires: behaviours are announced, turn the robot, end with the goal; a silent sensor stops it."""
+import contextlib
 import math
 import os
 import sys
 import threading
 import time
 import unittest
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import numpy as np
@@ -129,6 +131,17 @@ class RecoveryTest(unittest.TestCase):
         self.sensor.silent = False
         self.assertTrue(self.client.wait_for_result(rospy.Duration(40.0)))
         self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED)
+
+    def test_z_killed_on_the_way_its_last_word_is_zero(self):
+        self.go(3.0)
+        self.wait(lambda: self.robot.v > 0.2, 'the robot does not drive')
+        with contextlib.suppress(ConnectionError):  # it may be gone before it has answered
+            ServerProxy(rospy.get_master().lookupNode('/move_base')[2]).shutdown('/recovery_test', 'a test')
+        self.assertTrue(self.robot.stands_within(0.5))
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(5.0)))
+        self.assertEqual(self.client.get_goal_status_text(), 'Aborting on the goal because the node has been killed')
+        rospy.sleep(0.5)
+        self.assertEqual(self.robot.command, (0.0, 0.0))
 
 
 if __name__ == '__main__':
