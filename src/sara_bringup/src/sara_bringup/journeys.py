@@ -1,9 +1,9 @@
 """Journeys: each local planner drives from ten starts to ten goals on each map, in lockstep, localized by the true pose.
 
-So planners are judged apart from localization, and from the ultrasonic sensors: the safety gate's distance zones, which let no contact
-happen whatever is commanded, are off, and so are the range layers, whose cones of 60 degrees close a door of 0.80 m. The chair is to
-come to the goal within the planner's own tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for
-every planner.
+So planners are judged apart from localization and from what the ultrasonic sensors see: the range layers are off, whose cones of 60
+degrees close a door of 0.80 m, and for the classic planners so are the safety gate's distance zones, which let no contact happen
+whatever is commanded and stop a chair for good that enters a door aslant. The chair is to come to the goal within the planner's own
+tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for every planner.
 """
 import math
 from dataclasses import asdict, dataclass
@@ -17,10 +17,9 @@ from sara_bringup.paths import parameters, share
 from sara_nav import map_io
 from sara_nav.costmap import InflationConfig, build
 from sara_nav.geometry import Pose2D, wrap
-from sara_nav.navfn import NavfnROS
 from sara_nav.move_base import SUCCEEDED
+from sara_nav.navfn import NavfnROS
 from sara_nav.planning import PlanError
-from sara_sim.chair import STEP_S
 
 MAPS = {"school": 8.0, "flat": 3.0, "hall": 8.0}   # name: m, the shortest way from a start to its goal that is drawn
 PAIRS = 10
@@ -34,10 +33,12 @@ SETTLE_S = 1.0
 
 @dataclass(frozen=True)
 class Planner:
-    """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml. `short`: its section there."""
+    """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml. `short`: its section there.
+    `zones`: whether it is driven with the safety gate's distance zones."""
 
     short: str
     file: str
+    zones: bool = False
 
     @property
     def navigation(self):
@@ -52,7 +53,7 @@ class Planner:
 
 
 PLANNERS = {planner.short: planner for planner in (
-    Planner("RotateThenPursue", "rotate_then_pursue.yaml"), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
+    Planner("RotateThenPursue", "rotate_then_pursue.yaml", zones=True), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
 
 
 @dataclass(frozen=True)
@@ -123,14 +124,15 @@ def journeys(name):
     return tuple(found)
 
 
-def drive(name, planner, number, watch=None, zones=False):
+def drive(name, planner, number, watch=None, zones=None):
     """Drive journey `number` of a map with a planner; the chair is drawn by the number. Returns the Outcome.
 
-    `watch`, if given, is called with the Lockstep after each step. `zones`: whether the safety gate's distance zones act.
+    `watch`, if given, is called with the Lockstep after each step. `zones`: whether the safety gate's distance zones act,
+    None: as it is set for the planner.
     """
     start, goal, way = journeys(name)[number]
     lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=merged(PLANNERS[planner].navigation, NO_RANGES))
-    if not zones:
+    if not (PLANNERS[planner].zones if zones is None else zones):
         lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
     try:
         lockstep.start_up()
