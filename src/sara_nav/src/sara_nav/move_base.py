@@ -251,7 +251,8 @@ class MoveBase:
             self._exhausted(goal, BY_OSCILLATION, 'It moved less than %.2f m (oscillation_distance) in %.1f s '
                             '(oscillation_timeout)' % (c.oscillation_distance, c.oscillation_timeout))
             return None if self._ended else self._stand(goal, goal.why, plan=plan)
-        command = self.local_planner.update(t, dt, pose, velocity, age, self.costmaps.around(pose, local_pose, self.unknown_blocks))
+        world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
+        command = self.local_planner.update(t, dt, pose, velocity, age, world)
         if command.state == REACHED:
             return self._end(SUCCEEDED, goal.reached())
         if command.state == FAILED:
@@ -277,8 +278,8 @@ class MoveBase:
     def _recover(self, goal, t, dt, pose, local_pose, velocity):
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
-        situation = Situation(t, dt, pose, local_pose, velocity, self.costmaps.around(pose, local_pose, self.unknown_blocks),
-                              self.costmaps)
+        world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
+        situation = Situation(t, dt, pose, local_pose, velocity, world, self.costmaps)
         if begins:
             self.local_planner.stop()
             self.counters.recoveries += 1

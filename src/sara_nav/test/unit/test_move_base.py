@@ -407,7 +407,8 @@ def test_a_local_costmap_in_another_frame_drives_the_same_way():
     odom = Pose2D(2.0, -1.0, 0.7)  # the map's origin in odom
     ways = []
     for offset in (None, odom):
-        robot = Perfect(make(local=None if offset is None else dict(global_frame='odom', rolling_window=True, width=4.0, height=4.0)))
+        rolling = dict(global_frame='odom', rolling_window=True, width=4.0, height=4.0)
+        robot = Perfect(make(local=offset and rolling))
         if offset is not None:
             robot.move_base.local_costmap.layers['static'].set_frame(offset.inverse())
         robot.move_base.set_goal(Pose2D(4.0, 3.0, 1.0), 0.0)

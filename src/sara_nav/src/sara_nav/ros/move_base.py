@@ -18,9 +18,10 @@ from sara_nav.goal_input import GoalError
 from sara_nav.move_base_config import StepResult
 from sara_nav.parameters import ParameterError, Parameters
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics, TransformListener
+from sara_nav.ros.common import WARN, TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.publishers import PlannerTopics
+from sara_nav.ros.report import Report
 from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
@@ -58,12 +59,11 @@ class MoveBaseNode:
         self.server = None
         self._abort_reasons = deque(maxlen=10)
         self.counts = {'refused_goals': 0}
-        self._last_end = ''
+        self.last_end = ''
         self._stopped = False
-        self._diagnostics_at = -1.0
         warm(self.machine)
-        self.diagnostics = Diagnostics('navigation')
         self.watch = CycleWatch()
+        self.report = Report(self)
         self.tf = TransformListener()
         self.robot = RobotInputs(settings, self.tf)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
@@ -96,7 +96,7 @@ class MoveBaseNode:
             if not missing:
                 break
             rospy.loginfo_throttle(5.0, 'waiting: %s', missing)
-            self._publish_diagnostics(WARN, 'waiting: %s' % missing)
+            self.report.publish(WARN, 'waiting: %s' % missing)
             time.sleep(0.05)
         if rospy.is_shutdown():
             return
@@ -135,7 +135,7 @@ class MoveBaseNode:
         self.watch.forget()
         for shell in self.shells.values():
             shell.time_went_back()
-        self._diagnostics_at = -1.0
+        self.report.forget()
         with self.lock:
             self.machine.abort('Goal aborted: time went back.')
 
@@ -204,7 +204,7 @@ class MoveBaseNode:
                 rospy.logwarn_throttle(2.0, '%s%s', result.text, self.robot.problem and ': ' + self.robot.problem)
         elif result.status != mb.IDLE:
             self._finish(result)
-        self._report(result, t)
+        self.report.cycle(result, t)
 
     def _announce(self, result, pose, now):
         """Publish what begins in this step: a recovery behaviour, a plan, another goal than the one that was asked for."""
@@ -249,7 +249,7 @@ class MoveBaseNode:
     def _finish(self, result):
         """Stand still and tell the client how it ended."""
         self.cmd_vel.publish(conv.twist_to_msg(*result.command))
-        self._last_end = result.text
+        self.last_end = result.text
         if not self.server.is_active():
             return
         if result.status == mb.SUCCEEDED:
@@ -261,38 +261,6 @@ class MoveBaseNode:
         else:
             rospy.logerr('%s', result.text)
             self.server.set_aborted(MoveBaseResult(), result.text)
-
-    # -- reporting ---------------------------------------------------------------------------------------------
-
-    def _report(self, result, t):
-        stale = '; '.join(filter(None, (shell.current(t) for shell in self.shells.values())))
-        if self.robot.problem:
-            text = 'waiting for the transform %s -> %s: %s' % (
-                self.settings.global_frame, self.settings.robot_base_frame, self.robot.problem)
-            (rospy.logwarn_throttle if self.machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
-            self._publish_diagnostics(ERROR if self.machine.active else WARN, text)
-        elif stale:
-            self._publish_diagnostics(ERROR if self.machine.active else WARN, stale)
-        elif not self.robot.has_odometry:
-            text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % self.robot.odom_topic
-            rospy.loginfo_throttle(10.0, '%s', text)
-            self._publish_diagnostics(WARN, text)
-        elif self.machine.active:
-            self._publish_diagnostics(WARN if result.text else OK, result.text or '%s (%s)' % (
-                result.phase, self.machine.local_planner.phase))
-        else:
-            self._publish_diagnostics(OK, 'waiting for a goal on move_base or move_base_simple/goal')
-
-    def _publish_diagnostics(self, level, text):
-        now = rospy.Time.now().to_sec()
-        if self._diagnostics_at >= 0.0 and 0.0 <= now - self._diagnostics_at < 1.0:
-            return
-        self._diagnostics_at = now
-        values = dict(vars(self.machine.counters), **self.counts, **self.robot.counts, **self.watch.values())
-        for shell in self.shells.values():
-            values.update(shell.values())
-        values['last_end'] = self._last_end
-        self.diagnostics.publish(level, text, values)
 
     def stop(self):
         """The node ends: the last word to the wheels is zero, and to the client that the goal is given up."""

@@ -1,0 +1,50 @@
+"""What move_base says of itself: one sentence and its counts on /diagnostics, once a second."""
+import rospy
+
+from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics
+
+
+class Report:
+    """Reports on a MoveBaseNode."""
+
+    def __init__(self, node):
+        self._node = node
+        self._diagnostics = Diagnostics('navigation')
+        self._at = None
+
+    def forget(self):
+        """Time went back: the next report is due."""
+        self._at = None
+
+    def cycle(self, result, t):
+        """Report on a control cycle at t (s) and its StepResult; what is missed is logged, too."""
+        node, machine = self._node, self._node.machine
+        stale = '; '.join(filter(None, (shell.current(t) for shell in node.shells.values())))
+        if node.robot.problem:
+            text = 'waiting for the transform %s -> %s: %s' % (
+                node.settings.global_frame, node.settings.robot_base_frame, node.robot.problem)
+            (rospy.logwarn_throttle if machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
+            self.publish(ERROR if machine.active else WARN, text)
+        elif stale:
+            self.publish(ERROR if machine.active else WARN, stale)
+        elif not node.robot.has_odometry:
+            text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % node.robot.odom_topic
+            rospy.loginfo_throttle(10.0, '%s', text)
+            self.publish(WARN, text)
+        elif machine.active:
+            self.publish(WARN if result.text else OK, result.text or '%s (%s)' % (result.phase, machine.local_planner.phase))
+        else:
+            self.publish(OK, 'waiting for a goal on move_base or move_base_simple/goal')
+
+    def publish(self, level, text):
+        """Publish a level and a sentence, with all counts, unless that was done less than a second ago."""
+        now = rospy.Time.now().to_sec()
+        if self._at is not None and 0.0 <= now - self._at < 1.0:
+            return
+        self._at = now
+        node = self._node
+        values = dict(vars(node.machine.counters), **node.counts, **node.robot.counts, **node.watch.values())
+        for shell in node.shells.values():
+            values.update(shell.values())
+        values['last_end'] = node.last_end
+        self._diagnostics.publish(level, text, values)
