@@ -31,6 +31,8 @@ class LocalWorld:
         """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
         poses = np.array(poses, dtype=np.float64, ndmin=2)
         o = self.offset
+        if o.x == o.y == o.yaw == 0.0:
+            return poses
         c, s = math.cos(o.yaw), math.sin(o.yaw)
         with np.errstate(invalid='ignore'):
             return np.column_stack([o.x + c * poses[:, 0] - s * poses[:, 1], o.y + s * poses[:, 0] + c * poses[:, 1],

@@ -8,12 +8,11 @@ without that, a chair whose pose comes late turns too far and has to turn back.
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.local_command import BLOCKED, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
 from sara_nav.path_tracker import Leg, split_legs
 from sara_nav.smooth_speed import SpeedLimits, next_speed
+from sara_nav.ways import arc
 
 CREEP = 0.02
 """The slowest speed (m/s) of the end of a leg, which would else be neared for ever."""
@@ -292,8 +291,4 @@ class RotateThenPursue:
         angle = abs(w) * reaction + w * w / (2.0 * c.acc_lim_theta) + (0.02 if w else 0.0)
         duration = max(way / abs(v) if v else 0.0, angle / abs(w) if w and not v else 0.0)
         steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.04))
-        poses = np.empty((steps + 1, 3))
-        for i in range(steps + 1):
-            q = now.advance(v, w, duration * i / steps)
-            poses[i] = q.x, q.y, q.yaw
-        return poses
+        return arc(now, v, w, duration, steps)

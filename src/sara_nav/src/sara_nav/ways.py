@@ -31,8 +31,20 @@ class Ways:
         angle = abs(w) * 0.2 + w * w / (2.0 * acc_w)
         duration = way / abs(v) if abs(v) > 0.01 else angle / max(abs(w), 0.01)
         steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.03))
-        poses = [pose.advance(v, w, duration * i / steps) for i in range(steps + 1)]
-        return not self.world.worsens(np.array([(p.x, p.y, p.yaw) for p in poses]))
+        return not self.world.worsens(arc(pose, v, w, duration, steps))
+
+
+def arc(pose, v, w, duration, steps):
+    """Return the poses (steps + 1, 3) from a Pose2D on along v (m/s) and w (rad/s), evenly over ``duration`` (s); yaw not wrapped."""
+    t = np.arange(steps + 1) * (duration / steps)
+    turn = w * t
+    chord = v * t * np.sinc(turn / (2.0 * math.pi))
+    heading = pose.yaw + 0.5 * turn
+    poses = np.empty((steps + 1, 3))
+    poses[:, 0] = pose.x + chord * np.cos(heading)
+    poses[:, 1] = pose.y + chord * np.sin(heading)
+    poses[:, 2] = pose.yaw + turn
+    return poses
 
 
 def _turn(pose, yaw):

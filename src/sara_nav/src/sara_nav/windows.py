@@ -24,6 +24,8 @@ class Windows:
 
     def add(self, x0, y0, xn, yn):
         """Enter a rectangle; what lies off the grid is cut away."""
+        if xn <= x0 or yn <= y0:
+            return
         new = (max(0, int(x0)), max(0, int(y0)), min(self.geometry.width, int(xn)),
                min(self.geometry.height, int(yn)))
         if new[2] <= new[0] or new[3] <= new[1]:
