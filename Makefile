@@ -29,6 +29,7 @@ bench: build ## how fast it is, against a yardstick timed in the same run
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json
 	@$(ENV) rosrun canserial fuzz --count 1000000 --seed 0
+	@$(ENV) rosrun sara_nav fuzz --count 100000 --seed 0
 	@tools/run_tests.sh random
 
 mutants: build ## mutation testing of the safety gate

@@ -47,9 +47,13 @@ def _square_summary(results):
     corners = [corner for result in results for corner in result["corners"]]
     position = [math.dist(corner["true"][:2], corner["asked"][:2]) for corner in corners]
     yaw = [abs(math.remainder(corner["true"][2] - corner["asked"][2], 360.0)) for corner in corners]
+    fused, wheels = [[math.dist(result["corners"][-1][source][:2], result["corners"][-1]["true"][:2]) for result in results]
+                     for source in ("estimated", "odometry")]
     figures = {"corner_position_m": _spread(position), "corner_yaw_deg": _spread(yaw),
                "fused_yaw_deg": _spread([result["yaw_error_max_deg"] for result in results]),
                "odometry_heading_error": _spread([result["odometry_heading_error"] for result in results]),
+               "final_fused_position_error_m": _spread(fused), "final_odometry_position_error_m": _spread(wheels),
+               "fused_times_better_median": float(np.median(wheels) / np.median(fused)),
                "contacts": sum(result["contacts"] for result in results)}
     return _lines(figures), figures
 

@@ -112,17 +112,24 @@ def read_planner(parameters, registry, name):
         parameters.faults.append(str(error))
         return None
     prefix = name.split('/')[-1] + '/'
+    both_ways = parameters.has(prefix + 'max_rotational_vel') and not parameters.has(prefix + 'min_vel_theta')
     for old, new in OLD_NAMES.get(prefix, {}).items():
         parameters.rename(prefix, old, new)
     known = {entry.name for entry in fields(cls.config_class)}
     if 'y_vels' in known:
         parameters.adapt(prefix + 'y_vels', _listed)
     config = parameters.config(cls.config_class, prefix)
+    if both_ways and 'min_vel_theta' in known:
+        config = replace(config, min_vel_theta=-config.max_vel_theta)
     if 'controller_frequency' in known:
         config = replace(config, controller_frequency=parameters.search(
             prefix, 'controller_frequency', config.controller_frequency))
-    if parameters.ignore(prefix + 'point_grid/'):
-        parameters.warnings.append('the parameters under %spoint_grid/ have no effect, as in the C++ planner' % prefix)
+    for name, why in getattr(cls.config_class, 'WITHOUT_EFFECT', {}).items():
+        unread = parameters.ignore(prefix + name) if name.endswith('/') else parameters.has(prefix + name)
+        if unread and (name.endswith('/') or getattr(config, name) != getattr(cls.config_class(), name)):
+            parameters.warnings.append('parameter %s%s has no effect, as in the C++ planner: %s' % (prefix, name, why))
+    if hasattr(config, 'warnings'):
+        parameters.warnings += [prefix + text for text in config.warnings()]
     frame = parameters.take(LOCAL + 'global_frame', 'map')
     if parameters.has(prefix + 'global_frame_id') and parameters.take(prefix + 'global_frame_id', frame) != frame:
         parameters.warnings.append('parameter %sglobal_frame_id has no effect: clouds are in local_costmap/global_frame, %s' % (

@@ -200,3 +200,25 @@ def test_a_configuration_of_the_peers_loads_as_it_is():
     # Old names are said, and static_map beside plugins; nothing else is there to say.
     assert all('should be called' in w or 'static_map has no effect: plugins is given' in w for w in settings.warnings)
     assert len(settings.warnings) == 5
+
+
+@pytest.mark.parametrize('tree, path, said', [
+    ({'NavfnROS': {'planner_window_x': 5.0}}, 'NavfnROS/planner_window_x', 'the whole map is planned on'),
+    ({'TrajectoryPlannerROS': {'stop_time_buffer': 0.5}}, 'TrajectoryPlannerROS/stop_time_buffer', 'as in the C++ planner'),
+    ({'TrajectoryPlannerROS': {'point_grid': {'max_sensor_range': 3.0}}}, 'TrajectoryPlannerROS/point_grid/', 'as in the C++ planner'),
+    ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'acc_lim_trans': 1.0}}, 'DWAPlannerROS/acc_lim_trans',
+     'as in the C++ planner')])
+def test_what_has_no_effect_in_a_planner_is_said(tree, path, said):
+    warnings = [text for text in read_settings(Parameters(tree)).warnings if path in text]
+    assert len(warnings) == 1 and said in warnings[0]
+
+
+def test_defaults_that_have_no_effect_are_not_worth_a_word():
+    assert not [text for text in read_settings(Parameters({'TrajectoryPlannerROS': {'stop_time_buffer': 0.2}})).warnings if 'stop_time' in text]
+
+
+def test_the_old_limit_of_turns_holds_both_ways():
+    config = read_settings(Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5}})).local_planner.config
+    assert (config.min_vel_theta, config.max_vel_theta) == (-0.5, 0.5)
+    config = read_settings(Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5, 'min_vel_theta': -0.3}})).local_planner.config
+    assert (config.min_vel_theta, config.max_vel_theta) == (-0.3, 0.5)
