@@ -84,9 +84,9 @@ def read_settings(parameters):
     # The peer's global costmap is empty when nothing says that there is a map; planning on that helps nobody.
     global_costmap = read_costmap(parameters, GLOBAL, static_map=True, **above)
     local_costmap = read_costmap(parameters, LOCAL, **above)
-    recoveries = _recoveries(parameters, config)
     planners = [read_planner(parameters, registry, name) for registry, name in (
         (GLOBAL_PLANNERS, config.base_global_planner), (LOCAL_PLANNERS, config.base_local_planner))]
+    recoveries = _recoveries(parameters, config)
     for registry, planner in ((GLOBAL_PLANNERS, planners[0]), (LOCAL_PLANNERS, planners[1])):
         for other in registry.names():
             group = other.split('/')[-1] + '/'

@@ -111,7 +111,7 @@ def test_all_faults_are_said_at_once():
       'clear': {'layer_names': ['obstacles']}}, "clear/layer_names holds 'obstacles' but no affected costmap has that layer"),
     ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
     ({'restore_defaults': True}, 'restore_defaults has no effect'),
-    ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ have no effect'),
+    ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ has no effect'),
     ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},
      'DWAPlannerROS/global_frame_id has no effect'),
     ({'controler_frequency': 10.0}, 'controler_frequency is not known .* controller_frequency meant')])
@@ -205,7 +205,6 @@ def test_a_configuration_of_the_peers_loads_as_it_is():
 @pytest.mark.parametrize('tree, path, said', [
     ({'NavfnROS': {'planner_window_x': 5.0}}, 'NavfnROS/planner_window_x', 'the whole map is planned on'),
     ({'TrajectoryPlannerROS': {'stop_time_buffer': 0.5}}, 'TrajectoryPlannerROS/stop_time_buffer', 'as in the C++ planner'),
-    ({'TrajectoryPlannerROS': {'point_grid': {'max_sensor_range': 3.0}}}, 'TrajectoryPlannerROS/point_grid/', 'as in the C++ planner'),
     ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'acc_lim_trans': 1.0}}, 'DWAPlannerROS/acc_lim_trans',
      'as in the C++ planner')])
 def test_what_has_no_effect_in_a_planner_is_said(tree, path, said):
