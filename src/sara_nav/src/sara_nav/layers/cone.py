@@ -34,7 +34,7 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
         return (0, 0, 0, 0), (0, 0, 0, 0)
     low, high = 0.5 * min(clear_below, 0.2), 1.0 - 0.25 * (1.0 - mark_above)
     # A cell that is surely free stays so before the echo, wherever it is in the cone: most cells are, and need no more.
-    surely_free, before_echo = np.float32(low), length if clear else max(distance - 2.0 * band, 0.0)
+    surely_free, quiet = np.float32(low), (length if clear else max(distance - 2.0 * band, 0.0)) ** 2
     changed = (width, height, 0, 0)
     c, s = math.cos(yaw), math.sin(yaw)
     axis_column = int(math.floor((x + distance * c - origin_x) / resolution))
@@ -51,14 +51,15 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
         dy = origin_y + (row + 0.5) * resolution - y
         for column in range(x0, xn):
             dx = origin_x + (column + 0.5) * resolution - x
+            if grid[row, column] <= surely_free and dx * dx + dy * dy < quiet:
+                continue
             along, aside = c * dx + s * dy, -s * dx + c * dy
             on_axis = not clear and column == axis_column and row == axis_row
             in_beam = along > 0.0 and abs(aside) <= 0.71 * resolution  # however narrow the cone is
             if not on_axis:
                 if half < 1.5 and not in_beam and abs(aside) > slope * along:
                     continue
-                squared = along * along + aside * aside
-                if squared >= length * length or (squared < before_echo * before_echo and grid[row, column] <= surely_free):
+                if along * along + aside * aside >= length * length:
                     continue
             if inflate_cone < 1.0 and not (_turn(ax, ay, bx, by, column, row) >= slack
                                            and _turn(bx, by, ox, oy, column, row) >= slack
