@@ -16,6 +16,22 @@ FREE_EVIDENCE = 0.3
 
 
 @njit(cache=True)
+def apply_all(grid, seen_at, origin_x, origin_y, resolution, phi, inflate_cone, clear_below, mark_above, t, readings):
+    """Take readings, in their order, as ``apply`` does; returns their windows, int64 (n, 8): cone and change of each.
+
+    readings: float64 (n, 6), x, y, yaw, distance, half, and 1.0 for clear.
+    """
+    result = np.empty((len(readings), 8), np.int64)
+    for i in range(len(readings)):
+        r = readings[i]
+        cone, changed = apply(grid, seen_at, origin_x, origin_y, resolution, r[0], r[1], r[2], r[3], r[4], phi, inflate_cone,
+                              r[5] != 0.0, clear_below, mark_above, t)
+        for k in range(4):
+            result[i, k], result[i, 4 + k] = cone[k], changed[k]
+    return result
+
+
+@njit(cache=True)
 def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, clear_below,
           mark_above, t):
     """Take one reading into the probabilities; returns two windows (x0, y0, xn, yn): that of the cone, and that of the
@@ -163,6 +179,6 @@ def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     grid, seen_at = np.full((3, 3), 0.5, np.float32), np.zeros((3, 3))
-    apply(grid, seen_at, 0.0, 0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5, 1.2, 1.0, False, 0.2, 0.8, 0.0)
+    apply_all(grid, seen_at, 0.0, 0.0, 1.0, 1.2, 1.0, 0.2, 0.8, 0.0, np.array([[0.5, 0.5, 0.0, 1.0, 0.5, 0.0]]))
     forget(grid, seen_at, 0, 0, 3, 3, 1.0)
     write(grid, np.zeros((3, 3), np.uint8), 0, 0, 3, 3, 0.2, 0.8)

@@ -179,16 +179,17 @@ class RangeSensorLayer(Layer):
             self._started = t
         g, c = self.parent.geometry, self.config
         waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
+        readings = []
         for r in waiting:
             self._heard[r.source] = t
             meaning = self._meaning(r)
-            if meaning is None:
-                continue
-            window, changed = cone.apply(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), g.resolution,
-                                float(r.x), float(r.y), float(r.yaw), float(meaning[0]), 0.5 * r.field_of_view, c.phi,
-                                c.inflate_cone, meaning[1], c.clear_threshold, c.mark_threshold, float(t))
-            windows.add(*changed)
-            self._widen(window)
+            if meaning is not None:
+                readings.append((r.x, r.y, r.yaw, meaning[0], 0.5 * r.field_of_view, meaning[1]))
+        if readings:
+            for window in cone.apply_all(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi, c.inflate_cone,
+                                         c.clear_threshold, c.mark_threshold, float(t), np.array(readings, dtype=np.float64)).tolist():
+                windows.add(*window[4:])
+                self._widen(window[:4])
         if c.use_decay and self._marks is not None:
             changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
             windows.add(*changed)
