@@ -4,6 +4,7 @@ import math
 import pytest
 
 from sara_bringup.hazards import GOAL, HAZARDS, WATCHED_S, driving, happen, obstacle_ahead, run
+from sara_nav.geometry import Pose2D
 from sara_sim.faults import FAULTS
 
 RIDE_S = 25.0
@@ -111,13 +112,20 @@ def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
     assert abs(lockstep.chair.velocity[0]) < 0.01 and lockstep.wheels.mux.dropped["navigation"] > 10
 
 
-def test_an_obstacle_that_a_broken_sonar_invents_blocks_and_is_named():
-    lockstep = ride("sonar_stuck", sensor="SDI", range=0.2)
+def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_words():
+    lockstep = driving(0)
+    lockstep.chair.faults.add("sonar_stuck", sensor="SDI", range=0.2)
+    run(lockstep, 5.0)
     assert lockstep.wheels.decision.reason.value == "something is close in front"
-    assert abs(lockstep.chair.velocity[0]) < 0.01 and error(lockstep) > 0.5
+    while lockstep.result is None and lockstep.time < 150.0:
+        lockstep.step()
+    assert lockstep.result.status == "aborted" and "oscillation" in lockstep.result.text and lockstep.chair.contacts == 0
     lockstep.chair.faults.clear()
-    run(lockstep, 15.0)
-    assert error(lockstep) < 0.1   # an obstacle that goes away is no loss: the goal is still its own
+    assert wandered(lockstep) < 0.01   # the obstacle is gone; it stands until it is told to go
+    lockstep.result = None
+    lockstep.move_base.set_goal(Pose2D(*GOAL), lockstep.time)
+    run(lockstep, 60.0)
+    assert lockstep.result.status == "succeeded" and error(lockstep) < 0.1
 
 
 def test_corrupted_frames_never_make_it_race():

@@ -208,7 +208,8 @@ class TrajectoryPlanner(SamplingPlanner):
         Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
         after which the point heading_lookahead ahead is nearest to the goal. Where nothing forward is cheaper than
         standing, the turn that comes nearest to facing the plan (bearing, rad), at any cost: beside a wall turns
-        cost more than standing, and cells count a way askew as longer.
+        cost more than standing, and cells count a way askew as longer. A robot that faces its plan already drives on, at whatever cost: where
+        the plan bends away, every way may for a moment cost more than standing.
         """
         possible = cost[:forward] >= 0.0
         best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
@@ -220,7 +221,7 @@ class TrajectoryPlanner(SamplingPlanner):
             return turns[int(np.argmin(ahead))] if turns and np.isfinite(min(ahead)) else best
         off = wrap(bearing - ends[-1, 2])
         if abs(off) <= FACING:
-            return None
+            return best
         left = {i: abs(off - wrap(ends[i, 2] - ends[-1, 2])) if samples[i, 1] * off > 0.0 else math.pi + abs(
             samples[i, 1]) for i in turns}
         return min(left, key=left.get) if left else None
