@@ -18,16 +18,16 @@ class UnknownPlanner(ValueError):
 
 
 class Registry:
-    """Planners by the name users write into ``base_global_planner`` or ``base_local_planner``.
+    """Planners, layers, behaviours by the name users write into ``parameter``.
 
-    modules: those that register planners, imported when the first name is asked for. refused: {name: what to use
-    instead} of planners users may know that are not here.
+    modules: those that register some, imported when the first name is asked for. refused: {name: what to use
+    instead} of those users may know that are not here.
     """
 
     def __init__(self, parameter, modules=(), refused=None):
         self.parameter = parameter
         self._modules = tuple(modules)
-        self._refused = dict(refused or {})
+        self.refused = dict(refused or {})
         self._classes = {}
 
     def register(self, name):
@@ -51,8 +51,8 @@ class Registry:
             return self._classes[name]
         except (KeyError, TypeError):
             pass
-        if isinstance(name, str) and name in self._refused:
-            raise UnknownPlanner('%s is %r, which is not here: use %s' % (self.parameter, name, self._refused[name]))
+        if isinstance(name, str) and name in self.refused:
+            raise UnknownPlanner('%s is %r, which is not here: use %s' % (self.parameter, name, self.refused[name]))
         raise UnknownPlanner('%s is %r but must be one of: %s' % (self.parameter, name, ', '.join(names)))
 
 

@@ -10,44 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from sara_nav.geometry import Pose2D, wrap
-from sara_nav.planning import UnknownPlanner
+from sara_nav.planning import Registry
 
-INSTEAD = {'move_slow_and_clear/MoveSlowAndClear':
-           'clear_costmap_recovery/ClearCostmapRecovery clears, and the local planner\'s max_vel_x sets how slow it is'}
-"""Behaviours of the C++ stack that are not here, and what to use."""
 NOT_CLEARED = ('costmap_2d::StaticLayer', 'costmap_2d::InflationLayer')
 """Layers that hold nothing a sensor has seen."""
 
 
-class RecoveryRegister:
-    """Behaviours by the name users write into ``recovery_behaviors``."""
-
-    parameter = 'recovery_behaviors'
-
-    def __init__(self):
-        self._classes = {}
-
-    def register(self, name):
-        """Return a class decorator that enters a behaviour under ``name``."""
-        def enter(cls):
-            self._classes[name] = cls
-            cls.plugin_name = name
-            return cls
-        return enter
+class RecoveryRegistry(Registry):
+    """Behaviours by the name users write into ``recovery_behaviors``, with or without its package."""
 
     def find(self, name):
-        """Return the class of that name, with or without its package; raises UnknownPlanner."""
-        for full, cls in self._classes.items():
-            if name in (full, full.split('/')[-1]):
-                return cls
-        for full, instead in INSTEAD.items():
-            if name in (full, full.split('/')[-1]):
-                raise UnknownPlanner('%s holds %r, which is not here: %s' % (self.parameter, name, instead))
-        raise UnknownPlanner('%s holds %r but there are only: %s' % (
-            self.parameter, name, ', '.join(sorted(self._classes))))
+        """Return the class of that name; raises UnknownPlanner, whose text says what there is."""
+        full = [known for known in (*self.names(), *self.refused) if name == known.split('/')[-1]]
+        return super().find(full[0] if full else name)
 
 
-RECOVERIES = RecoveryRegister()
+RECOVERIES = RecoveryRegistry('recovery_behaviors', refused={
+    'move_slow_and_clear/MoveSlowAndClear': 'clear_costmap_recovery/ClearCostmapRecovery to clear, and the local planner\'s max_vel_x to be slow'})
 
 
 @dataclass(frozen=True)

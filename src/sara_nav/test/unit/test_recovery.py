@@ -388,9 +388,9 @@ def test_it_waits_until_the_robot_stands():
 def test_names():
     assert RECOVERIES.find('clear_costmap_recovery/ClearCostmapRecovery') is ClearCostmapRecovery
     assert RECOVERIES.find('RotateRecovery') is RotateRecovery
-    with pytest.raises(UnknownPlanner, match='ClearCostmapRecovery clears'):
+    with pytest.raises(UnknownPlanner, match='use clear_costmap_recovery.ClearCostmapRecovery'):
         RECOVERIES.find('move_slow_and_clear/MoveSlowAndClear')
-    with pytest.raises(UnknownPlanner, match='there are only: clear_costmap'):
+    with pytest.raises(UnknownPlanner, match='must be one of: clear_costmap'):
         RECOVERIES.find('my/Own')
 
 

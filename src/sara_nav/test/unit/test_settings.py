@@ -95,7 +95,7 @@ def test_all_faults_are_said_at_once():
               'local_costmap': {'map_type': 'voxel'},
               'global_costmap': {'footprint': 'round', 'inflation_layer': {'inflation_radius': -1.0}}})
     for text in ("controller_frequency is 'fast' but must be a number", 'planner_patience is -3', "'teb/Teb'",
-                 'straighten_slack is 7', "footprint is 'round'", 'inflation_radius is -1', 'max_vel_x sets how slow',
+                 'straighten_slack is 7', "footprint is 'round'", 'inflation_radius is -1', 'max_vel_x to be slow',
                  'two behaviours called a', "holds 'spin'", "holds {'name': 'b'}", 'a/reset_distance is -1', "'voxel'"):
         assert text in str(error.value)
 

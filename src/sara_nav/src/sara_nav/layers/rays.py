@@ -1,4 +1,4 @@
-"""Marking and clearing cells by what a sensor saw, with Bresenham's lines (1965); compiled by numba.
+"""Marking and clearing cells by what a sensor saw, along the lines of outline.py; compiled by numba.
 
 Each kernel returns the window (x0, y0, xn, yn) of the cells whose cost it changed, empty when it changed none.
 """
@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
+
+from sara_nav.outline import line_cells
 
 FREE, LETHAL = 0, 254
 
@@ -34,29 +36,17 @@ def clear_rays(costs, origin_x, origin_y, resolution, sensor_x, sensor_y, points
 
 
 @njit(cache=True)
-def _free_line(costs, x, y, x1, y1, reach, window):
+def _free_line(costs, x0, y0, x1, y1, reach, window):
     low_x, low_y, high_x, high_y = window
-    dx, dy = abs(x1 - x), abs(y1 - y)
-    step_x, step_y = (1 if x1 > x else -1), (1 if y1 > y else -1)
-    steps, minor = max(dx, dy), min(dx, dy)
-    rest = steps // 2
-    length = math.sqrt(float(dx * dx + dy * dy))
-    last = steps if length <= reach else int(reach / length * steps)
-    for k in range(last + 1):
+    cells = line_cells(x0, y0, x1, y1)
+    length = math.hypot(x1 - x0, y1 - y0)
+    last = len(cells) if length <= reach else int(reach / length * (len(cells) - 1)) + 1
+    for k in range(last):
+        x, y = cells[k]
         if costs[y, x] != FREE:
             costs[y, x] = FREE
             low_x, high_x = min(low_x, x), max(high_x, x + 1)
             low_y, high_y = min(low_y, y), max(high_y, y + 1)
-        rest += minor
-        aside = rest >= steps
-        if aside:
-            rest -= steps
-        if dx >= dy:
-            x += step_x
-            y += step_y if aside else 0
-        else:
-            y += step_y
-            x += step_x if aside else 0
     return low_x, low_y, high_x, high_y
 
 
@@ -91,25 +81,12 @@ def free_polygon(costs, cells):
     bottom = np.full(right - left + 1, height, np.int64)
     top = np.full(right - left + 1, -1, np.int64)
     for i in range(len(cells)):
-        x, y = cells[i]
-        x1, y1 = cells[(i + 1) % len(cells)]
-        dx, dy = abs(x1 - x), abs(y1 - y)
-        step_x, step_y = (1 if x1 > x else -1), (1 if y1 > y else -1)
-        steps, minor = max(dx, dy), min(dx, dy)
-        rest = steps // 2
-        for k in range(steps + 1):
+        j = (i + 1) % len(cells)
+        line = line_cells(cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1])
+        for k in range(len(line)):
+            x, y = line[k]
             if left <= x <= right:
                 bottom[x - left], top[x - left] = min(bottom[x - left], y), max(top[x - left], y)
-            rest += minor
-            aside = rest >= steps
-            if aside:
-                rest -= steps
-            if dx >= dy:
-                x += step_x
-                y += step_y if aside else 0
-            else:
-                y += step_y
-                x += step_x if aside else 0
     for x in range(left, right + 1):
         for y in range(max(0, bottom[x - left]), min(height - 1, top[x - left]) + 1):
             if costs[y, x] != FREE:
