@@ -192,7 +192,7 @@ def main():
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all without it")
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--out", type=Path, default=Path("out/campaign"), help="resumed if it holds results of an earlier call")
-    parser.add_argument("--json", type=Path, help="where the figures of all parts go")
+    parser.add_argument("--json", type=Path, help="where the figures go, each part with its commit; parts that are not run keep theirs")
     arguments = parser.parse_args()
     unknown = [name for name in arguments.parts if name not in PARTS]
     if unknown:
@@ -200,7 +200,7 @@ def main():
     if arguments.seeds < 1:
         parser.error(f"--seeds is {arguments.seeds}, allowed are whole numbers of 1 or more")
     arguments.out.mkdir(parents=True, exist_ok=True)
-    summary, failed = {"commit": _commit(), "seeds": arguments.seeds, "parts": {}}, []
+    commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
         part = PARTS[name](arguments.seeds)
         results = [_result(arguments.out / f"{case}.json", work) for case, work in tqdm(part.cases.items(), unit="case", desc=name)]
@@ -208,10 +208,11 @@ def main():
         bad = [(case, result["faults"]) for case, result in zip(part.cases, results) if result["faults"]]
         print(f"\n{name}: {len(results) - len(bad)} of {len(results)} passed")
         print("\n".join(lines + [f"NOT MET: {case}: {'; '.join(faults)}" for case, faults in bad]), flush=True)
-        summary["parts"][name] = {"cases": len(results), "failed": [case for case, _ in bad], **figures}
+        figures_of[name] = {"commit": commit, "seeds": arguments.seeds, "cases": len(results), "failed": [case for case, _ in bad], **figures}
         failed += bad
     if arguments.json:
-        arguments.json.write_text(json.dumps(summary, indent=1) + "\n")
+        before = json.loads(arguments.json.read_text()) if arguments.json.exists() else {}
+        arguments.json.write_text(json.dumps({name: figures_of.get(name, before.get(name)) for name in PARTS if name in figures_of or name in before}, indent=1) + "\n")
     sys.exit(1 if failed else 0)
 
 

@@ -1,8 +1,8 @@
 """Journeys: each local planner drives from ten starts to ten goals on each map, in lockstep, localized by the true pose.
 
-So planners are judged apart from localization and from what the ultrasonic sensors see: the range layers are off, whose cones of 60
-degrees close a door of 0.80 m, and for the classic planners so are the safety gate's distance zones, which let no contact happen
-whatever is commanded and stop a chair for good that enters a door aslant. The chair is to come to the goal within the planner's own
+So planners are judged apart from localization. SARA's own drives as it does on the chair. For the classic planners the range layer is off, whose
+cones of 60 degrees close doors of 0.80 m to them, and so are the safety gate's distance zones, which stop a chair for good that enters
+a door aslant. The chair is to come to the goal within the planner's own
 tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for every planner.
 """
 import math
@@ -34,11 +34,11 @@ SETTLE_S = 1.0
 @dataclass(frozen=True)
 class Planner:
     """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml. `short`: its section there.
-    `zones`: whether it is driven with the safety gate's distance zones."""
+    `sonars`: whether it is driven with the range layer and the safety gate's distance zones."""
 
     short: str
     file: str
-    zones: bool = False
+    sonars: bool = False
 
     @property
     def navigation(self):
@@ -53,7 +53,7 @@ class Planner:
 
 
 PLANNERS = {planner.short: planner for planner in (
-    Planner("RotateThenPursue", "rotate_then_pursue.yaml", zones=True), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
+    Planner("RotateThenPursue", "rotate_then_pursue.yaml", sonars=True), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Outcome:
         return {**asdict(self), "faults": self.faults}
 
 
-NO_RANGES = {costmap: {"ultrasonic": {"enabled": False}} for costmap in ("global_costmap", "local_costmap")}
+NO_RANGES = {"local_costmap": {"ultrasonic": {"enabled": False}}}
 
 
 def map_file(name):
@@ -124,15 +124,17 @@ def journeys(name):
     return tuple(found)
 
 
-def drive(name, planner, number, watch=None, zones=None):
+def drive(name, planner, number, watch=None, sonars=None):
     """Drive journey `number` of a map with a planner; the chair is drawn by the number. Returns the Outcome.
 
-    `watch`, if given, is called with the Lockstep after each step. `zones`: whether the safety gate's distance zones act,
+    `watch`, if given, is called with the Lockstep after each step. `sonars`: whether range layer and distance zones act,
     None: as it is set for the planner.
     """
     start, goal, way = journeys(name)[number]
-    lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=merged(PLANNERS[planner].navigation, NO_RANGES))
-    if not (PLANNERS[planner].zones if zones is None else zones):
+    sonars = PLANNERS[planner].sonars if sonars is None else sonars
+    navigation = PLANNERS[planner].navigation
+    lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=navigation if sonars else merged(navigation, NO_RANGES))
+    if not sonars:
         lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
     try:
         lockstep.start_up()

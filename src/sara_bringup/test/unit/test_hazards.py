@@ -114,7 +114,7 @@ def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
 
 def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_words():
     lockstep = driving(0)
-    lockstep.chair.faults.add("sonar_stuck", sensor="SDI", range=0.2)
+    lockstep.chair.faults.add("sonar_stuck", sensor="SDI", range=0.1)   # nearer than it can measure: that is touching
     run(lockstep, 5.0)
     assert lockstep.wheels.decision.reason.value == "something is close in front"
     while lockstep.result is None and lockstep.time < 150.0:

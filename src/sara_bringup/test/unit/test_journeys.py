@@ -70,5 +70,5 @@ def test_a_watcher_sees_every_step_and_zones_can_act():
         if len(seen) == 50:
             raise StopIteration
     with pytest.raises(StopIteration):
-        journeys.drive("hall", "RotateThenPursue", 1, watch, zones=True)
+        journeys.drive("hall", "RotateThenPursue", 1, watch, sonars=True)
     assert np.allclose(np.diff(seen), 0.01)

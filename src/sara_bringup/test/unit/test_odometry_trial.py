@@ -28,7 +28,19 @@ def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, cap
     assert len(runs) == 1
     assert ("NOT MET: a_case: too late" in capsys.readouterr().out) == bool(faults)
     summary = json.loads((tmp_path / "all.json").read_text())
-    assert summary["parts"]["one"] == {"cases": 1, "failed": ["a_case"] if faults else [], "number": 1}
+    assert set(summary) == {"one"} and summary["one"].pop("commit")
+    assert summary["one"] == {"seeds": 50, "cases": 1, "failed": ["a_case"] if faults else [], "number": 1}
+
+
+def test_parts_that_are_not_run_keep_their_figures(tmp_path, monkeypatch):
+    part = campaign.Part({"a_case": lambda: {"faults": []}}, lambda results: ([], {}))
+    monkeypatch.setattr(campaign, "PARTS", {"one": lambda seeds: part, "two": lambda seeds: part})
+    (tmp_path / "all.json").write_text(json.dumps({"one": {"commit": "old"}, "two": {"commit": "old"}, "gone": {}}))
+    monkeypatch.setattr(sys, "argv", ["campaign", "two", "--out", str(tmp_path), "--json", str(tmp_path / "all.json")])
+    with pytest.raises(SystemExit):
+        campaign.main()
+    summary = json.loads((tmp_path / "all.json").read_text())
+    assert set(summary) == {"one", "two"} and summary["one"]["commit"] == "old" and summary["two"]["commit"] != "old"
 
 
 def test_an_unknown_part_is_named(monkeypatch, capsys):

@@ -20,8 +20,10 @@ def test_the_urdf_says_where_the_sensors_sit():
 
 @pytest.mark.parametrize("frame", ["map", "odom"])
 def test_a_post_that_the_map_does_not_show_is_marked_where_it_stands(frame):
-    navigation = {"local_costmap": {"global_frame": frame, "plugins": [{"name": "ultrasonic", "type": "range_sensor_layer::RangeSensorLayer"}]}}
-    lockstep = Lockstep(HALL, (3.0, 4.0, 0.0), 0, localization="fake", navigation=navigation if frame == "odom" else {})
+    layer = {"plugins": [{"name": "ultrasonic", "type": "range_sensor_layer::RangeSensorLayer"}],
+             "ultrasonic": {"topics": [f"/{name}_range" for name in ("SDI", "SDD", "STI", "STD")], "pixel_decay": 3.0}}
+    navigation = {"local_costmap": {"global_frame": frame, **layer}, "global_costmap": layer}
+    lockstep = Lockstep(HALL, (3.0, 4.0, 0.0), 0, localization="fake", navigation=navigation)
     lockstep.chair.world.obstacles.add(Obstacle("post", at=(5.0, 4.18), radius=0.15))
     while lockstep.time < 25.0:
         lockstep.step()
