@@ -64,9 +64,6 @@ class LocalWorld:
                                           float(x), float(y), math.cos(yaw), math.sin(yaw)))
 
 
-CollisionChecker = LocalWorld
-
-
 @functools.lru_cache(maxsize=16)
 def _covering(footprint, spacing):
     """Return ``cover`` of a footprint's bytes, remembered, as worlds are made many times a second."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from sara_nav import distances
 from sara_nav.grid import GridGeometry
+from sara_nav.limits import range_faults
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 
@@ -50,12 +51,7 @@ class InflationConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = []
-        for name, high in (('inflation_radius', 50.0), ('cost_scaling_factor', 100.0)):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and 0.0 <= value <= high):
-                result.append('%s is %r but must be in 0..%g' % (name, value, high))
-        return result
+        return range_faults(self, {'inflation_radius': (0.0, 50.0), 'cost_scaling_factor': (0.0, 100.0)})
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from sara_nav.costmap import FREE, UNKNOWN, Costmap
 from sara_nav.footprint import radii
 from sara_nav.grid import GridGeometry
 from sara_nav.layers import obstacle, range_sensor, static
+from sara_nav.limits import range_faults
 from sara_nav.windows import Windows, area
 
 
@@ -40,11 +41,8 @@ class CostmapConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = []
-        for name, low, high in (('transform_tolerance', 0.0, 10.0), ('update_frequency', 0.0, 100.0),
-                                ('publish_frequency', 0.0, 100.0), ('origin_x', -1e6, 1e6), ('origin_y', -1e6, 1e6)):
-            if not low <= getattr(self, name) <= high:
-                result.append('%s is %r but must be in %g..%g' % (name, getattr(self, name), low, high))
+        result = range_faults(self, {'transform_tolerance': (0.0, 10.0), 'update_frequency': (0.0, 100.0),
+                                     'publish_frequency': (0.0, 100.0), 'origin_x': (-1e6, 1e6), 'origin_y': (-1e6, 1e6)})
         if not 1e-4 <= self.resolution <= 50.0:
             result.append('resolution is %r but must be in 0.0001..50' % self.resolution)
         else:

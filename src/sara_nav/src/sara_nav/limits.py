@@ -12,3 +12,9 @@ def number_faults(config, limits):
             result.append('%s is %r but must be a number %s %g and <= %g' % (
                 name, value, '>' if excluded and excluded[0] else '>=', low, high))
     return result
+
+
+def range_faults(config, limits):
+    """Return sentences about the fields of ``config`` that are outside limits {name: (low, high)}, both included."""
+    return ['%s is %r but must be in %g..%g' % (name, getattr(config, name), low, high)
+            for name, (low, high) in limits.items() if not low <= getattr(config, name) <= high]

@@ -2,10 +2,11 @@
 
 Names, units and defaults of the parameters are those of the C++ move_base.
 """
-import math
 from dataclasses import dataclass
 
 import numpy as np
+
+from sara_nav.limits import range_faults
 
 IDLE, ACTIVE, SUCCEEDED, PREEMPTED, ABORTED = 'idle', 'active', 'succeeded', 'preempted', 'aborted'
 PLANNING, CONTROLLING, CLEARING = 'planning', 'controlling', 'clearing'
@@ -48,12 +49,7 @@ class MoveBaseConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = []
-        for name, (low, high) in LIMITS.items():
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                result.append('%s is %r but must be in %g..%g' % (name, value, low, high))
-        return result
+        return range_faults(self, LIMITS)
 
 
 @dataclass(frozen=True)

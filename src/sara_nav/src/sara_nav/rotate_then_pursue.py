@@ -127,7 +127,7 @@ class RotateThenPursue:
         """Return the LocalCommand for time t (s).
 
         dt: since the last command (s). pose: Pose2D as it was pose_age seconds ago. velocity: measured (v, w).
-        checker: CollisionChecker of the map.
+        checker: LocalWorld of the local costmap.
         """
         p, c = self._p, self.config
         now = pose.advance(velocity[0], velocity[1], pose_age + c.drive_latency)

@@ -60,7 +60,7 @@ class SamplingPlanner:
         """Name of the stage: follow path, face goal, approach goal, stop, turn to goal, done."""
         return self._stage.phase
 
-    def configure(self, config):
+    def reconfigure(self, config):
         """Go on with another configuration (dynamic_reconfigure); raises ValueError when it is faulty."""
         faults = config.faults()
         if faults:

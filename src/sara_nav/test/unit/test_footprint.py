@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_nav import footprint as fp
-from sara_nav.collision import CollisionChecker
+from sara_nav.collision import LocalWorld
 from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
@@ -77,7 +77,7 @@ def test_any_obstacle_well_inside_is_found_and_none_well_outside(x, y, yaw, dx, 
     at = Pose2D(x, y, yaw).compose(Pose2D(dx, dy, 0.0))
     column, row = costmap.geometry.to_cell(at.x, at.y)
     costmap.costs[row, column] = LETHAL
-    found = CollisionChecker(costmap, SARA).collides(Pose2D(x, y, yaw))
+    found = LocalWorld(costmap, SARA).collides(Pose2D(x, y, yaw))
     if abs(dx) <= 0.54 and abs(dy) <= 0.29:
         assert found
     elif abs(dx) > 0.54 + 0.075 or abs(dy) > 0.29 + 0.075:
@@ -87,7 +87,7 @@ def test_any_obstacle_well_inside_is_found_and_none_well_outside(x, y, yaw, dx, 
 def test_agrees_with_the_peers_footprint_cost():
     """The peer looks at the outline alone: whatever it finds we find, but for grazes of under half a cell."""
     costs, theirs = REFERENCE['fpcost_grid'], REFERENCE['fpcost']
-    checker = CollisionChecker(Costmap(costs, GridGeometry(160, 160, 0.05, 0.0, 0.0)), SARA)
+    checker = LocalWorld(Costmap(costs, GridGeometry(160, 160, 0.05, 0.0, 0.0)), SARA)
     ours = checker.touched(REFERENCE['fpcost_poses']) > 0
     assert ((theirs < 0) & ~ours).sum() <= 0.005 * len(theirs)
     assert (ours[theirs < 0]).mean() > 0.99
@@ -96,16 +96,16 @@ def test_agrees_with_the_peers_footprint_cost():
 
 def test_off_the_map_is_a_collision_and_unknown_as_asked():
     costmap = empty_map()
-    assert CollisionChecker(costmap, SARA).collides(Pose2D(0.3, 4.0, 0.0))
+    assert LocalWorld(costmap, SARA).collides(Pose2D(0.3, 4.0, 0.0))
     costmap.costs[80, 80] = UNKNOWN
-    assert CollisionChecker(costmap, SARA, unknown_blocks=True).collides(Pose2D(4.0, 4.0, 0.0))
-    assert not CollisionChecker(costmap, SARA, unknown_blocks=False).collides(Pose2D(4.0, 4.0, 0.0))
+    assert LocalWorld(costmap, SARA, unknown_blocks=True).collides(Pose2D(4.0, 4.0, 0.0))
+    assert not LocalWorld(costmap, SARA, unknown_blocks=False).collides(Pose2D(4.0, 4.0, 0.0))
 
 
 def test_one_in_contact_may_leave_but_not_press_on():
     costmap = empty_map()
     costmap.costs[60:100, 91] = LETHAL  # a wall at x = 4.55..4.60
-    checker = CollisionChecker(costmap, SARA)
+    checker = LocalWorld(costmap, SARA)
     start = 4.03
     assert checker.collides(Pose2D(start, 4.0, 0.0))
     assert not checker.worsens([[start - 0.02 * i, 4.0, 0.0] for i in range(10)])

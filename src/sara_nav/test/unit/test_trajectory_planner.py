@@ -219,7 +219,7 @@ def test_bad_values_are_named_and_refused(config, text):
         TrajectoryPlanner(bad)
     planner = TrajectoryPlanner()
     with pytest.raises(ValueError):
-        planner.configure(bad)
+        planner.reconfigure(bad)
     assert planner.config == TrajectoryPlannerConfig()
 
 

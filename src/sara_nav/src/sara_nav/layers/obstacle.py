@@ -11,6 +11,7 @@ import numpy as np
 from sara_nav.costmap import FREE, UNKNOWN
 from sara_nav.layers import rays
 from sara_nav.layers.base import GridLayer, combine
+from sara_nav.limits import range_faults
 from sara_nav.observations import Observation
 
 DATA_TYPES = ('PointCloud', 'PointCloud2', 'LaserScan')
@@ -69,9 +70,7 @@ class ObstacleConfig:
         if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
             result.append('combination_method is %r but must be 0 (overwrite), 1 (maximum) or 99 (nothing)' % (
                 self.combination_method,))
-        for name, high in (('max_obstacle_height', 50.0), ('transform_tolerance', 10.0)):
-            if not 0.0 <= getattr(self, name) <= high:
-                result.append('%s is %r but must be in 0..%g' % (name, getattr(self, name), high))
+        result += range_faults(self, {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0)})
         if len({source.name for source in self.sources}) < len(self.sources):
             result.append('observation_sources names a source twice: %s' % ' '.join(s.name for s in self.sources))
         return result

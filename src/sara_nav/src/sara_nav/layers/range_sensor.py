@@ -12,6 +12,7 @@ import numpy as np
 
 from sara_nav.layers import cone
 from sara_nav.layers.base import Layer, outside, shifted
+from sara_nav.limits import range_faults
 
 SENSOR_TYPES = ('VARIABLE', 'FIXED', 'ALL')
 FARTHEST = 1e6
@@ -63,12 +64,9 @@ class RangeSensorConfig:
         if self.input_sensor_type.upper() not in SENSOR_TYPES:
             result.append('input_sensor_type is %r but must be one of %s' % (self.input_sensor_type,
                                                                              ', '.join(SENSOR_TYPES)))
-        for name, low, high in (('pixel_decay', 0.0, 1e6), ('transform_tolerance', 0.0, 10.0), ('phi', 0.0, 1e3),
-                                ('inflate_cone', 0.0, 1.0), ('no_readings_timeout', 0.0, 1e6),
-                                ('clear_threshold', 0.0, 1.0), ('mark_threshold', 0.0, 1.0)):
-            value = getattr(self, name)
-            if not low <= value <= high:
-                result.append('%s is %r but must be in %g..%g' % (name, value, low, high))
+        result += range_faults(self, {'pixel_decay': (0.0, 1e6), 'transform_tolerance': (0.0, 10.0), 'phi': (0.0, 1e3),
+                                      'inflate_cone': (0.0, 1.0), 'no_readings_timeout': (0.0, 1e6),
+                                      'clear_threshold': (0.0, 1.0), 'mark_threshold': (0.0, 1.0)})
         if not result and self.clear_threshold > self.mark_threshold:
             result.append('clear_threshold is %g but must not be above mark_threshold (%g)' % (
                 self.clear_threshold, self.mark_threshold))
