@@ -1,5 +1,7 @@
 """global_planner/GlobalPlanner: every parameter does what it says, and refusals say why."""
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,20 +10,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from sara_nav import potential
-from sara_nav.costmap import Costmap
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.global_planner import GlobalPlanner, GlobalPlannerConfig
-from sara_nav.grid import GridGeometry
 from sara_nav.orientation import orient
 from sara_nav.planning import GLOBAL_PLANNERS, PlanError, path_length
 
+sys.path.append(str(Path(__file__).resolve().parent))
+from costmap_cases import connected, make  # noqa: E402  pylint: disable=wrong-import-position
+
 grids = hnp.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 14)),
                    elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 251, 252, 253, 254, 255]))
-
-
-def make(costs, resolution=0.1, x=-0.3, y=2.0):
-    costs = np.ascontiguousarray(costs)
-    return Costmap(costs, GridGeometry(costs.shape[1], costs.shape[0], resolution, x, y))
 
 
 def free_room(side=60):
@@ -35,18 +33,6 @@ def planner(**values):
 
 
 START, GOAL = Pose2D(0.52, 0.51, 0.4), Pose2D(2.48, 2.07, -1.2)
-
-
-def connected(free, start):
-    """Cells reachable over sides: a flood written out plainly, as the oracle."""
-    found, todo = {start}, [start]
-    while todo:
-        x, y = todo.pop()
-        for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
-            if (a, b) not in found and 0 <= a < free.shape[1] and 0 <= b < free.shape[0] and free[b, a]:
-                found.add((a, b))
-                todo.append((a, b))
-    return found
 
 
 @settings(max_examples=150)

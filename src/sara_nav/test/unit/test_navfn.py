@@ -1,5 +1,6 @@
 """navfn/NavfnROS: the peer's potential, whole and free plans down it, and refusals that say why."""
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,21 +10,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from sara_nav import gradient_path, potential, potential_astar
-from sara_nav.costmap import Costmap
 from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
 from sara_nav.navfn import NavfnConfig, NavfnROS, step_costs
 from sara_nav.planning import GLOBAL_PLANNERS, PlanError
+
+sys.path.append(str(Path(__file__).resolve().parent))
+from costmap_cases import connected, make  # noqa: E402  pylint: disable=wrong-import-position
 
 PLANS = Path(__file__).parents[1] / 'data' / 'plans'
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 grids = hnp.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 14)),
                    elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 252, 253, 254, 255]))
-
-
-def make(costs, resolution=0.1, x=-0.3, y=2.0):
-    costs = np.ascontiguousarray(costs)
-    return Costmap(costs, GridGeometry(costs.shape[1], costs.shape[0], resolution, x, y))
 
 
 def full_potential(costs, source, allow_unknown):
@@ -51,18 +48,6 @@ def passable(costs, unknown, start):
     free = (costs < INSCRIBED) | ((costs == UNKNOWN) & unknown)
     free[start[1], start[0]] = True
     return free
-
-
-def connected(free, start):
-    """Cells reachable over sides: a flood written out plainly, as the oracle."""
-    found, todo = {start}, [start]
-    while todo:
-        x, y = todo.pop()
-        for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
-            if (a, b) not in found and 0 <= a < free.shape[1] and 0 <= b < free.shape[0] and free[b, a]:
-                found.add((a, b))
-                todo.append((a, b))
-    return found
 
 
 @settings(max_examples=200)
