@@ -7,13 +7,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sara_bringup.judge import Goal, Track
 from sara_bringup.planar import compose
 from sara_nav.geometry import wrap
 
 
 @dataclass(frozen=True)
 class Corner:
-    """What was asked and what came: poses (x, y, yaw) in the map frame, m and rad; `reached` is move_base's word."""
+    """What was asked and what came: poses (x, y, yaw) in the map frame, m and rad; `reached` is move_base's word.
+
+    `given`, `ended`, `judged`: s, when the goal was given, when it ended, and when the poses were taken; NaN where nobody noted it.
+    """
 
     asked: tuple
     true: tuple
@@ -21,6 +25,9 @@ class Corner:
     odometry: tuple
     reached: bool
     text: str = ""
+    given: float = math.nan
+    ended: float = math.nan
+    judged: float = math.nan
 
     def position_error(self):
         """Distance of the true from the asked position, m (NaN without the truth)."""
@@ -47,15 +54,29 @@ class Drive:
         """Keep the poses at time `t` (s); `true` may be None where nobody knows it."""
         self.samples.append((t, true or (math.nan,) * 3, fused, compose(self.start, odometry)))
 
-    def add_corner(self, asked, reached, text=""):
-        """Judge a corner by the newest sample."""
-        _, true, fused, odometry = self.samples[-1]
-        self.corners.append(Corner(asked, true, fused, odometry, reached, text))
+    def add_corner(self, asked, reached, text="", given=math.nan, ended=math.nan):
+        """Judge a corner by the newest sample; `given`, `ended`: s, of the goal."""
+        t, true, fused, odometry = self.samples[-1]
+        self.corners.append(Corner(asked, true, fused, odometry, reached, text, given, ended, t))
 
     def arrays(self):
         """t (n,), and true, fused, odometry paths (n, 3)."""
         t = np.array([sample[0] for sample in self.samples])
         return (t, *(np.array([sample[k] for sample in self.samples]).reshape(-1, 3) for k in (1, 2, 3)))
+
+    def track(self):
+        """The drive as a judge.Track: straight legs from the start and from corner to corner; the true path where it is known all the way, else the fused one.
+
+        Raises ValueError where times of the goals, or all poses, are missing.
+        """
+        t, true, fused, _ = self.arrays()
+        source = "true" if np.isfinite(true).all() else "fused"
+        froms = [self.start] + [corner.asked for corner in self.corners[:-1]]
+        if any(math.isnan(corner.given + corner.ended) for corner in self.corners):
+            raise ValueError("when the goals were given and ended is not known")
+        goals = tuple(Goal(tuple(corner.asked), corner.given, corner.ended, corner.reached, corner.text, corner.judged, tuple(begin[:2]),
+                           math.dist(begin[:2], corner.asked[:2])) for begin, corner in zip(froms, self.corners))
+        return Track(t, true if source == "true" else fused, source, goals, contacts=self.contacts)
 
     def sim_time(self):
         """Length of the drive, s."""

@@ -165,16 +165,17 @@ def drive(lockstep, mission, record, progress=None):
             record.add_sample(lockstep.time, lockstep.chair.pose, lockstep.fused, lockstep.odometry)
 
     for number, pose in enumerate(mission.goals, 1):
-        lockstep.result = None
-        lockstep.move_base.set_goal(Pose2D(*pose), lockstep.time)
-        end = lockstep.time + mission.leg_timeout_s
+        lockstep.result, given = None, lockstep.time
+        lockstep.move_base.set_goal(Pose2D(*pose), given)
+        end = given + mission.leg_timeout_s
         while lockstep.result is None:
             if lockstep.time > end:
                 lockstep.move_base.cancel(lockstep.time, f"not there after {mission.leg_timeout_s:.0f} s")
             step()
+        ended = lockstep.time
         for _ in range(settle):
             step()
-        record.add_corner(pose, lockstep.result.status == move_base.SUCCEEDED, lockstep.result.text)
+        record.add_corner(pose, lockstep.result.status == move_base.SUCCEEDED, lockstep.result.text, given, ended)
         corner = record.corners[-1]
         if progress:
             progress(f"corner {number} of {len(mission.goals)}: {'reached' if corner.reached else 'NOT reached: ' + corner.text}, true pose "

@@ -4,11 +4,11 @@ Derivatives are those of cubics fitted to a moving window (Savitzky and Golay, A
 RATE_WINDOW_S for speed and turn rate. A window this long takes the grain off poses that come every 10 or 20 ms; a step of jerk shorter than it is blurred.
 Along and across are meant of the heading, which is the tangent of a chair that does not slip sideways, and known at rest too.
 """
+import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 WINDOW_S, RATE_WINDOW_S = 0.5, 0.2   # s
 ORDER = 3
@@ -98,7 +98,18 @@ def _derivative(values, dt, order, window):
         size = len(values) - 1 + len(values) % 2
     if size <= ORDER:
         return np.gradient(values, dt) if order == 1 and len(values) > 1 else np.zeros(len(values))
-    return savgol_filter(values, size, ORDER, deriv=order, delta=dt)
+    fit, half = _fit(size), size // 2
+    middle = np.convolve(values, math.factorial(order) * fit[order][::-1], "valid")
+    # The first and the last half window are read off the first and the last cubic.
+    ends = [np.polynomial.polynomial.polyval(at, np.polynomial.polynomial.polyder(fit @ piece, order))
+            for at, piece in ((np.arange(-half, 0), values[:size]), (np.arange(1, half + 1), values[-size:]))]
+    return np.concatenate([ends[0], middle, ends[1]]) / dt ** order
+
+
+@lru_cache(maxsize=None)
+def _fit(size):
+    """(ORDER + 1, size): a window's values to the coefficients of the cubic that fits them best, its middle at 0."""
+    return np.linalg.pinv(np.vander(np.arange(size) - size // 2, ORDER + 1, increasing=True).astype(float))
 
 
 def reversals(w, threshold):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_bringup import motion
 from sara_bringup.judge import Goal, Track, judge, table
 from sara_bringup.motion import Motion, reversals
 
@@ -147,8 +148,16 @@ def test_commands_are_judged_for_themselves():
 def test_uneven_times_are_made_even():
     t, pose = circle(0.4, 0.3)
     keep = np.sort(np.random.default_rng(1).choice(np.arange(1, len(t) - 1), len(t) // 2, replace=False))
-    motion = Motion.of(t[keep], pose[keep])
-    assert np.allclose(np.diff(motion.t), motion.dt) and np.median(motion.v) == pytest.approx(0.4, rel=0.01) and np.median(motion.w) == pytest.approx(0.3, rel=0.01)
+    even = Motion.of(t[keep], pose[keep])
+    assert np.allclose(np.diff(even.t), even.dt) and np.median(even.v) == pytest.approx(0.4, rel=0.01) and np.median(even.w) == pytest.approx(0.3, rel=0.01)
+
+
+@pytest.mark.parametrize("order", (1, 2, 3))
+def test_derivatives_are_those_of_savitzky_and_golay(order):
+    from scipy.signal import savgol_filter
+    values = np.random.default_rng(3).normal(size=200)
+    size = 2 * round(0.25 / DT) + 1
+    assert np.allclose(motion._derivative(values, DT, order, 0.5), savgol_filter(values, size, 3, deriv=order, delta=DT), rtol=1e-6, atol=1e-6 / DT ** order)
 
 
 def test_a_track_that_cannot_be_is_refused():

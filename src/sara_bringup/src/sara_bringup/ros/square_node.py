@@ -67,9 +67,10 @@ class Recorder:
         with self.lock:
             self.recording = False
 
-    def corner(self, asked, reached, text):
+    def corner(self, *corner):
+        """As Drive.add_corner."""
         with self.lock:
-            self.drive.add_corner(asked, reached, text)
+            self.drive.add_corner(*corner)
 
 
 def _goal(pose):
@@ -121,9 +122,11 @@ def drive_mission(mission, drive):
     recorder.recording = True
     for number, pose in enumerate(mission.goals, 1):
         rospy.loginfo("corner %d of %d: to (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals), pose[0], pose[1], math.degrees(pose[2]))
+        given = rospy.get_time()
         reached, text = _drive_to(client, pose, number, mission, recorder)
+        ended = rospy.get_time()
         rospy.sleep(SETTLE_S)
-        recorder.corner(pose, reached, text)
+        recorder.corner(pose, reached, text, given, ended)
         rospy.loginfo("corner %d of %d: %s", number, len(mission.goals), "reached" if reached else f"NOT reached: {text}")
     recorder.stop()
 
