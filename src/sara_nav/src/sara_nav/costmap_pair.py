@@ -14,6 +14,7 @@ class CostmapPair:
         self.world, self.local = world, local
         self._changed = {}
         self._at_once = False
+        self.world_changes = 0   # how often the costmap that is planned on became another one
 
     def wake(self):
         """Have the next ``update`` build both, due or not."""
@@ -36,6 +37,7 @@ class CostmapPair:
         """Build one of the two at t (s), due or not, around the robot's pose (Pose2D or None) in its frame."""
         name = 'global' if costmap is self.world else 'local'
         old, new = self._changed.get(name), costmap.update(t, pose)
+        self.world_changes += name == 'global' and new is not None
         if old is not None and new is not None:
             new = (min(old[0], new[0]), min(old[1], new[1]), max(old[2], new[2]), max(old[3], new[3]))
         self._changed[name] = new if new is not None else old
@@ -76,6 +78,10 @@ class CostmapPair:
             return ('Goal refused: at (%.2f, %.2f, %.0f deg) the footprint would overlap an obstacle, unknown space '
                     'or the edge of the map.' % (pose.x, pose.y, math.degrees(pose.yaw)))
         return ''
+
+    def to_plan_on(self, unknown_blocks):
+        """Return the LocalWorld of the global costmap, for poses of its frame."""
+        return LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks)
 
     def around(self, pose, local_pose, unknown_blocks):
         """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""

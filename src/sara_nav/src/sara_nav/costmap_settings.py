@@ -205,5 +205,8 @@ def _warn(parameters, settings):
             parameters.warnings.append(
                 '%s%s: inflation_radius (%.3f m) is less than the inscribed radius of the footprint (%.3f m): plans may '
                 'touch obstacles' % (settings.prefix, name, config.inflation_radius, settings.inscribed_radius))
+        if cls is RangeSensorLayer and config.ignore_mapped and not any(other is StaticLayer for _, other, _ in settings.layers):
+            parameters.warnings.append('parameter %s%s/ignore_mapped has no effect: the costmap has no costmap_2d::StaticLayer' % (
+                settings.prefix, name))
     if settings.config.update_frequency == 0.0:
         parameters.warnings.append('parameter %supdate_frequency is 0: the costmap is never updated' % settings.prefix)

@@ -17,7 +17,7 @@ class Goal:
     """A goal (Pose2D, global frame) under way; times in s.
 
     used: where the plan leads when that is not ``pose``. problem: what to say while the robot stands. valid_control_at: the
-    last command, or else the first plan. trigger and why: what led to the last recovery; recovery_index: the behaviour whose
+    last command, or else the first plan. crossed: m along the plan to something new on it, or None. trigger and why: what led to the last recovery; recovery_index: the behaviour whose
     turn is next, recovery: the one under way.
     """
 
@@ -36,6 +36,7 @@ class Goal:
     oscillation_since: float = None
     trigger: str = ''
     why: str = ''
+    crossed: float = None
     recovery_index: int = 0
     recovery: object = None
 

@@ -12,6 +12,7 @@ from sara_nav.goal_search import cleared, search_plan
 from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
 from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED,  # noqa: F401
                                        SUCCEEDED, Counters, MoveBaseConfig, StepResult)
+from sara_nav.plan_watch import PlanWatch
 from sara_nav.planning import PlanError
 from sara_nav.recovery import Situation
 from sara_nav.robot_state import RobotState, sound, within_limits
@@ -43,6 +44,8 @@ class MoveBase:
         self._ended = None
         self._state = RobotState(self.counters)
         self._command = ZERO
+        self._plan_watch = PlanWatch()
+        self._watched = None   # which of the global costmap's changes the plan was last looked at on
 
     # -- what the shell calls ----------------------------------------------------------------------------------
 
@@ -218,7 +221,7 @@ class MoveBase:
         """Plan when there is no plan, or planner_frequency says so; return the new plan or None."""
         waiting = goal.phase == PLANNING
         period = REPLAN_PERIOD if waiting or not self.config.planner_frequency else 1.0 / self.config.planner_frequency
-        blocked = not waiting and t - goal.valid_control_at >= REPLAN_PERIOD
+        blocked = not waiting and (t - goal.valid_control_at >= REPLAN_PERIOD or self._crossed(goal, pose))
         # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
         if not (waiting or blocked or self.config.planner_frequency) or t - goal.last_plan_try < period - 1e-3:
             return None
@@ -235,6 +238,10 @@ class MoveBase:
                 self._exhausted(goal, BY_PLANNING, why)
             return None
         self.counters.plans += 1
+        goal.crossed = None
+        if self.config.replan_when_blocked:
+            self._plan_watch.take(plan, self.costmaps.to_plan_on(self.unknown_blocks))
+            self._watched = self.costmaps.world_changes
         if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None:
             self.local_planner.start(plan)
         else:
@@ -244,6 +251,15 @@ class MoveBase:
         goal.found(BY_PLANNING)
         goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
         return plan
+
+    def _crossed(self, goal, pose):
+        """True while the global costmap shows something new on the plan (replan_when_blocked)."""
+        if not self.config.replan_when_blocked:
+            return False
+        if self._watched != self.costmaps.world_changes:
+            self._watched = self.costmaps.world_changes
+            goal.crossed = self._plan_watch.blocked(pose, self.costmaps.to_plan_on(self.unknown_blocks))
+        return goal.crossed is not None
 
     def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
         c = self.config

@@ -14,7 +14,8 @@ PLANNING, CONTROLLING, CLEARING = 'planning', 'controlling', 'clearing'
 LIMITS = {'controller_frequency': (1.0, 200.0), 'planner_frequency': (0.0, 100.0), 'planner_patience': (0.0, 600.0),
           'controller_patience': (0.0, 600.0), 'max_planning_retries': (-1, 1000), 'oscillation_timeout': (0.0, 600.0),
           'oscillation_distance': (0.0, 10.0), 'conservative_reset_dist': (0.0, 50.0), 'clearing_radius': (0.0, 50.0),
-          'transform_tolerance': (0.0, 10.0), 'localization_patience': (0.0, 60.0)}
+          'transform_tolerance': (0.0, 10.0), 'localization_patience': (0.0, 60.0), 'stuck_timeout': (0.0, 600.0),
+          'recovery_memory': (0.0, 100.0)}
 """What is allowed, both ends included."""
 
 
@@ -26,6 +27,11 @@ class MoveBaseConfig:
     transform_tolerance: the oldest pose that is still driven on, and the longest a robot on its way may be without one: then
     the goal is aborted, so that it never sets off by itself when the pose is back. localization_patience (not the peer's):
     how long a new goal waits for the first pose before it is aborted.
+
+    Not the peer's, and without effect by default: replan_when_blocked: plan anew as soon as the global costmap shows something new
+    on the plan. stuck_timeout: recover when the robot is told to move for so long and does not, 0: never. recovery_memory: a
+    recovery within so many metres of where one began before, for the same goal, goes on with the behaviour after the last one
+    there, 0: with the first, once what led to it was over.
     """
 
     base_global_planner: str = 'navfn/NavfnROS'
@@ -46,6 +52,9 @@ class MoveBaseConfig:
     make_plan_add_unreachable_goal: bool = True
     transform_tolerance: float = 0.5
     localization_patience: float = 1.0
+    replan_when_blocked: bool = False
+    stuck_timeout: float = 0.0
+    recovery_memory: float = 0.0
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""

@@ -46,7 +46,7 @@ def test_nobody_spins_who_carries_somebody():
         ('conservative_reset', 3.0), ('aggressive_reset', pytest.approx(2.48))]
     machine = settings.make_move_base()
     for behaviour in behaviours:
-        assert behaviour.layers(machine.local_costmap) == ['ultrasonic'] and behaviour.layers(machine.global_costmap) == []
+        assert behaviour.layers(machine.local_costmap) == behaviour.layers(machine.global_costmap) == ['ultrasonic']
 
 
 def test_no_parameters_give_the_peers_defaults():

@@ -2,7 +2,8 @@
 
 Readings follow REP-117: -Inf is an echo nearer than the sensor can measure and marks at min_range; +Inf and anything
 beyond max_range is no echo, and clears the cone (``clear_on_max_reading``, on here and off in the peer). What was marked
-is forgotten after ``pixel_decay`` (``use_decay``, on here and off in the peer).
+is forgotten after ``pixel_decay`` (``use_decay``, on here and off in the peer). With ``ignore_mapped`` (not the peer's)
+echoes that the map explains mark nothing, for the cone of an ultrasonic sensor drawn as an arc closes doors.
 """
 import math
 from collections import deque
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_nav.layers import cone
+from sara_nav.layers import cone, mapped_echo
 from sara_nav.layers.base import Layer, outside, shifted
 from sara_nav.limits import range_faults
 
@@ -40,7 +41,12 @@ class RangeReading:
 @dataclass(frozen=True)
 class RangeSensorConfig:
     """Names of range_sensor_layer::RangeSensorLayer; two defaults differ, see the module. transform_tolerance is also
-    read under the peer's name transform_tolerance_."""
+    read under the peer's name transform_tolerance_.
+
+    Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance (m) marks
+    nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this from the sensor's
+    axis are not expected to echo.
+    """
 
     topics: tuple = ('/sonar',)
     ns: str = ''
@@ -54,6 +60,9 @@ class RangeSensorConfig:
     clear_threshold: float = 0.2
     mark_threshold: float = 0.8
     clear_on_max_reading: bool = True
+    ignore_mapped: bool = False
+    mapped_tolerance: float = 0.2
+    mapped_steepest: float = 0.5 * math.pi
     enabled: bool = True
 
     def faults(self):
@@ -66,7 +75,8 @@ class RangeSensorConfig:
                                                                              ', '.join(SENSOR_TYPES)))
         result += range_faults(self, {'pixel_decay': (0.0, 1e6), 'transform_tolerance': (0.0, 10.0), 'phi': (0.0, 1e3),
                                       'inflate_cone': (0.0, 1.0), 'no_readings_timeout': (0.0, 1e6),
-                                      'clear_threshold': (0.0, 1.0), 'mark_threshold': (0.0, 1.0)})
+                                      'clear_threshold': (0.0, 1.0), 'mark_threshold': (0.0, 1.0), 'mapped_tolerance': (0.0, 10.0),
+                                      'mapped_steepest': (0.0, 0.5 * math.pi)})
         if not result and self.clear_threshold > self.mark_threshold:
             result.append('clear_threshold is %g but must not be above mark_threshold (%g)' % (
                 self.clear_threshold, self.mark_threshold))
@@ -177,21 +187,38 @@ class RangeSensorLayer(Layer):
             self._started = t
         g, c = self.parent.geometry, self.config
         waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
-        readings = []
+        readings, near = [], []
         for r in waiting:
             self._heard[r.source] = t
             meaning = self._meaning(r)
             if meaning is not None:
                 readings.append((r.x, r.y, r.yaw, meaning[0], 0.5 * r.field_of_view, meaning[1]))
+                near.append(r.range == -math.inf)
         if readings:
+            readings = np.array(readings, dtype=np.float64)
+            if c.ignore_mapped:
+                readings = self._unexplained(readings, np.array(near))
             for window in cone.apply_all(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi, c.inflate_cone,
-                                         c.clear_threshold, c.mark_threshold, float(t), np.array(readings, dtype=np.float64)).tolist():
+                                         c.clear_threshold, c.mark_threshold, float(t), readings).tolist():
                 windows.add(*window[4:])
                 self._widen(window[:4])
         if c.use_decay and self._marks is not None:
             changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
             windows.add(*changed)
             self._marks = left if left[0] < left[2] else None
+
+    def _unexplained(self, readings, near):
+        """Return readings (n, 6) with each echo that the map explains turned into an empty cone up to where that may be."""
+        c = self.config
+        for layer in self.parent.layers.values():
+            mapped = layer.mapped() if layer.enabled and hasattr(layer, 'mapped') else None
+            if mapped is not None:
+                costs, g, frame = mapped
+                known = mapped_echo.explained(costs, float(g.origin_x), float(g.origin_y), float(g.resolution), frame.x, frame.y, frame.yaw,
+                                              readings, near, c.mapped_tolerance, math.cos(c.mapped_steepest))
+                readings[known, 3] -= c.mapped_tolerance
+                readings[known, 5] = 1.0
+        return readings[readings[:, 3] > 0.0]
 
     def _widen(self, window):
         if window[0] < window[2]:
@@ -218,3 +245,4 @@ class RangeSensorLayer(Layer):
 def warm():
     """Compile, or load from the cache, every kernel."""
     cone.warm()
+    mapped_echo.warm()

@@ -6,7 +6,7 @@ the map's frame is another one than the costmap's.
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.costmap import UNKNOWN, StaticLayerConfig, static_costs
 from sara_nav.geometry import Pose2D
@@ -15,6 +15,7 @@ from sara_nav.map_io import GridMap, MapError
 
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
 """Sensible resolutions and places of a map (m)."""
+HERE = Pose2D(0.0, 0.0, 0.0)
 
 
 class StaticLayer(GridLayer):
@@ -43,6 +44,14 @@ class StaticLayer(GridLayer):
 
     def stale(self, t):
         return '' if self._map is not None else 'no map on %s yet' % self.config.map_topic
+
+    def mapped(self):
+        """Return (costs (h, w), the GridGeometry they lie on, the costmap's frame in that grid's, Pose2D); None without a map."""
+        if self._map is None:
+            return None
+        if self.rolling:
+            return self.costs, self._map.geometry, self._frame
+        return self.costs, self.parent.geometry, HERE
 
     # -- data in -----------------------------------------------------------------------------------------------
 
@@ -153,7 +162,7 @@ class StaticLayer(GridLayer):
             costs[y0:yn, x0:xn] = self.costs[y0:yn, x0:xn]
 
 
-@njit(cache=True)
+@kernel
 def look_up(costs, origin_x, origin_y, resolution, x0, y0, xn, yn, source, source_x, source_y, source_resolution,
             frame_x, frame_y, frame_yaw, maximum):
     """Copy a map's costs into a window of another grid, whose frame is at (x, y, yaw) in the map's.
