@@ -1,0 +1,168 @@
+"""move_base's action for the command line: waits by name for what is missing, sends a goal, says how it goes, cancels it on Ctrl-C."""
+import math
+import threading
+import time
+
+import actionlib
+import rosgraph
+import rospy
+import tf2_ros
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from geometry_msgs.msg import Quaternion
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from std_msgs.msg import String
+
+from sara_bringup import places
+from sara_bringup.going import Progress, ended
+from sara_bringup.planar import yaw_of
+from sara_control.reasons import Reason, State, sentence
+
+REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130   # exit statuses
+SILENT_S = 5.0       # s of wall time without a word of move_base's status, which comes five times a second of the clock
+FRESH_S = 1.0        # s, the oldest pose that is written down as a place
+HOLDS = {sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason}   # what the safety gate says while no goal would do
+
+
+class Unavailable(RuntimeError):
+    """What is needed is not there; the text is a sentence."""
+
+
+def say(text):
+    """A line on the terminal, at once."""
+    print(text, flush=True)
+
+
+def begin(name):
+    """Become a ROS node whose Ctrl-C is a KeyboardInterrupt. Raises Unavailable without a master."""
+    if not rosgraph.is_master_online():
+        raise Unavailable("no ROS master answers: start `roslaunch sara_bringup sara.launch` first")
+    rospy.init_node(name, anonymous=True, disable_signals=True)
+
+
+def places_file(arguments):
+    """The places file: of --places, beside --map, or the running launch's. Raises Unavailable."""
+    if arguments.places or arguments.map:
+        return arguments.places or places.beside(arguments.map)
+    if rosgraph.is_master_online():
+        named = rospy.get_param("/places_file", "")
+        if named:
+            return named
+    raise Unavailable("which map's places? Start `roslaunch sara_bringup sara.launch`, or name --map MAP.yaml or --places FILE")
+
+
+def add_file_options(parser):
+    """--places and --map."""
+    parser.add_argument("--places", metavar="FILE", help="the places file; without it, the one beside the map that sara.launch runs with")
+    parser.add_argument("--map", metavar="MAP.yaml", help="the places file beside this map")
+
+
+class Robot:
+    """Where the chair is, by tf."""
+
+    def __init__(self):
+        self.map_frame = rospy.get_param("move_base/global_costmap/global_frame", "map").lstrip("/")
+        self.base_frame = rospy.get_param("move_base/global_costmap/robot_base_frame", "base_link").lstrip("/")
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def pose(self):
+        """(stamp s, x, y, yaw) in the map, None before it is known."""
+        try:
+            found = self._buffer.lookup_transform(self.map_frame, self.base_frame, rospy.Time(0))
+        except tf2_ros.TransformException:
+            return None
+        return found.header.stamp.to_sec(), found.transform.translation.x, found.transform.translation.y, yaw_of(found.transform.rotation)
+
+    def wait(self, seconds, fresh=False):
+        """The pose, waited for so long (s of wall time; said after the first). Raises Unavailable."""
+        end, said = time.monotonic() + seconds, time.monotonic() + 1.0
+        while True:
+            pose = self.pose()
+            if pose is not None and not (fresh and abs(rospy.get_time() - pose[0]) > FRESH_S):
+                return pose
+            if time.monotonic() > end:
+                raise Unavailable(f"the chair's pose is not known: no{' fresh' if pose else ''} transform from {self.map_frame} to {self.base_frame} for {seconds:.0f} s")
+            if time.monotonic() > said:
+                say(f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the gyro is calibrated first, about 20 s")
+                said = math.inf
+            time.sleep(0.05)
+
+
+class Driver:
+    """Sends goals. `wait`: s of wall time for move_base and the pose. Raises Unavailable."""
+
+    def __init__(self, wait):
+        self.robot = Robot()
+        self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
+        self._heard, self._why = time.monotonic(), ""
+        rospy.Subscriber("move_base/status", GoalStatusArray, lambda _: setattr(self, "_heard", time.monotonic()))
+        rospy.Subscriber("safety_gate/status", String, lambda message: setattr(self, "_why", message.data))
+        end, said = time.monotonic() + wait, time.monotonic() + 1.0
+        while not self._client.wait_for_server(rospy.Duration(0.05)):
+            if time.monotonic() > end:
+                raise Unavailable(f"move_base does not answer after {wait:.0f} s: is its node running, and has it got a map?")
+            if time.monotonic() > said:
+                say("waiting for move_base")
+                said = math.inf
+            time.sleep(0.02)   # the clock may stand
+        self.robot.wait(max(0.1, end - time.monotonic()))
+        self._wait_for_the_gate(end)
+
+    def _wait_for_the_gate(self, end):
+        """Where there is a safety gate, it latches what it says; a goal that it would give up at once waits for it, until `end` (wall, s). Raises Unavailable."""
+        said, settled = "", time.monotonic() + 0.5
+        while time.monotonic() < settled or self._why in HOLDS:
+            if time.monotonic() > end:
+                raise Unavailable(f"{self._why or 'The safety gate has said nothing.'} No goal is sent.")
+            if self._why in HOLDS and self._why != said:
+                said = self._why
+                say(f"waiting. {said}")
+            time.sleep(0.02)
+
+    def go(self, place, timeout=0.0, quiet=False):
+        """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none. KeyboardInterrupt cancels the goal and goes on."""
+        goal = MoveBaseGoal()
+        goal.target_pose.header.frame_id, goal.target_pose.header.stamp = self.robot.map_frame, rospy.Time.now()
+        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = place.x, place.y
+        goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(place.yaw / 2.0), math.cos(place.yaw / 2.0))
+        over, began, progress = threading.Event(), rospy.get_time(), Progress(place)
+        self._heard = time.monotonic()
+        say(f"going to {place}")
+        self._client.send_goal(goal, done_cb=lambda _state, _result: over.set())
+        late = ""
+        try:
+            while not over.wait(0.1):
+                now = rospy.get_time()
+                if time.monotonic() - self._heard > SILENT_S:
+                    return self._end(place, False, f"move_base has not been heard for {SILENT_S:.0f} s", now - began)
+                if timeout and now - began > timeout and not late:
+                    late = f"not there after {timeout:.0f} s"
+                    self._client.cancel_goal()
+                pose = None if quiet else self.robot.pose()
+                text = progress.at(now, *pose[1:], self._why) if pose else None
+                if text:
+                    say(text)
+        except KeyboardInterrupt:
+            self._client.cancel_goal()
+            say("cancelled: the chair stops" if over.wait(3.0) else "cancelled, but move_base has not said that it stops")
+            raise
+        return self._end(place, self._client.get_state() == GoalStatus.SUCCEEDED, late or self._client.get_goal_status_text(), rospy.get_time() - began)
+
+    @staticmethod
+    def _end(place, reached, text, seconds):
+        say(ended(place, reached, text, seconds))
+        return reached, text
+
+
+def run(command):
+    """Call it, and end the process with the exit status it returns; what cannot be is said in a sentence."""
+    import sys
+    try:
+        status = command()
+    except (Unavailable, places.PlacesError) as error:
+        print(error, file=sys.stderr, flush=True)
+        status = WRONG
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    rospy.signal_shutdown("the end")
+    sys.exit(status)
