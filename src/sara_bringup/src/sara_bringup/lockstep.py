@@ -62,7 +62,8 @@ class Lockstep:
         self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
-        self.result = None                  # move_base's newest StepResult that ended a goal
+        self.newest = None                  # move_base's newest StepResult
+        self.result = None                  # the newest that ended a goal
 
     @property
     def fused(self):
@@ -138,7 +139,7 @@ class Lockstep:
         pose, odometry = self._map_pose(), Pose2D(*self.odometry)
         pose = None if pose is None else Pose2D(*pose)
         local_pose = odometry if self.ranges.local_frame == "odom" else None
-        result = self.move_base.step(now, pose, self.localization.velocity, self._odometry_stamp, local_pose)
+        result = self.newest = self.move_base.step(now, pose, self.localization.velocity, self._odometry_stamp, local_pose)
         if result.status == move_base.ACTIVE:
             self.wheels.on_navigation(*result.command, now)
         elif result.status != move_base.IDLE:
