@@ -7,7 +7,7 @@ that step is zero.
 import math
 
 from sara_nav.costmap_pair import CostmapPair
-from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, Goal
+from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK, Goal
 from sara_nav.goal_search import cleared, search_plan
 from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
 from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED,  # noqa: F401
@@ -16,6 +16,7 @@ from sara_nav.plan_watch import PlanWatch
 from sara_nav.planning import PlanError
 from sara_nav.recovery import Situation
 from sara_nav.robot_state import RobotState, sound, within_limits
+from sara_nav.track import Track
 
 REPLAN_PERIOD = 1.0
 """Seconds between two tries to plan while there is no valid plan or the way is blocked."""
@@ -44,6 +45,7 @@ class MoveBase:
         self._ended = None
         self._state = RobotState(self.counters)
         self._command = ZERO
+        self._track = Track()
         self._plan_watch = PlanWatch()
         self._watched = None   # which of the global costmap's changes the plan was last looked at on
 
@@ -149,7 +151,7 @@ class MoveBase:
         c, costmap = self.config, self.global_costmap.costmap
         if c.make_plan_clear_costmap:
             costmap = cleared(costmap, start, c.clearing_radius)
-        return search_plan(self.global_planner, costmap, start, goal, tolerance, c.make_plan_add_unreachable_goal, give_up)
+        return search_plan(self._informed_planner(), costmap, start, goal, tolerance, c.make_plan_add_unreachable_goal, give_up)
 
     def step(self, t, pose, velocity=None, pose_time=None, local_pose=None):
         """Return the StepResult of one control cycle.
@@ -169,6 +171,8 @@ class MoveBase:
         known = pose is not None and sound(pose) and (local_pose is None or sound(local_pose))
         if self.costmaps_run:
             self.costmaps.update(t, pose if known else None, local_pose if known else None)
+        if age is not None and (self._goal is None or self._goal.phase != CLEARING):
+            self._track.keep(local_pose or pose)
         if self._ended is None and self._goal is not None:
             result = self._pursue(self._goal, t, dt, pose, velocity, age, local_pose)
             if self._ended is None:
@@ -229,13 +233,13 @@ class MoveBase:
         if waiting and goal.planning_since is None:
             goal.planning_since, goal.tries = t, 0
         try:
-            plan = self.global_planner.plan(self.global_costmap.costmap, pose, goal.pose)
+            plan = self._informed_planner().plan(self.global_costmap.costmap, pose, goal.pose)
         except PlanError as error:
             self.counters.failed_plans += 1
             goal.problem = str(error)
             why = goal.plan_failed(t, self.config) if waiting else ''
             if why:
-                self._exhausted(goal, BY_PLANNING, why)
+                self._exhausted(goal, BY_PLANNING, why, pose)
             return None
         self.counters.plans += 1
         goal.crossed = None
@@ -252,6 +256,12 @@ class MoveBase:
         goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
         return plan
 
+    def _informed_planner(self):
+        """Return the global planner, which has been told the footprint that the global costmap has now, if it asks for one."""
+        if hasattr(self.global_planner, 'set_footprint'):
+            self.global_planner.set_footprint(self.global_costmap.footprint)
+        return self.global_planner
+
     def _crossed(self, goal, pose):
         """True while the global costmap shows something new on the plan (replan_when_blocked)."""
         if not self.config.replan_when_blocked:
@@ -265,7 +275,7 @@ class MoveBase:
         c = self.config
         if c.oscillation_timeout > 0.0 and t - goal.oscillation_since > c.oscillation_timeout:
             self._exhausted(goal, BY_OSCILLATION, 'It moved less than %.2f m (oscillation_distance) in %.1f s '
-                            '(oscillation_timeout)' % (c.oscillation_distance, c.oscillation_timeout))
+                            '(oscillation_timeout)' % (c.oscillation_distance, c.oscillation_timeout), pose)
             return None if self._ended else self._stand(goal, goal.why, plan=plan)
         world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
         command = self.local_planner.update(t, dt, pose, velocity, age, world)
@@ -278,15 +288,18 @@ class MoveBase:
             goal.found(BY_CONTROL)
             if not (math.isfinite(command.v) and math.isfinite(command.w)):
                 return self._end(ABORTED, 'Goal aborted: the local planner commanded %r, %r.' % (command.v, command.w))
-            text = command.text if plan is None else goal.moved or command.text
+            text = '' if plan is None else goal.moved
             driven = within_limits(command.v, command.w, self.local_planner.config)
-            return self._result(driven, ACTIVE, text, goal.phase, plan, goal)
+            if 0.0 < c.stuck_timeout < goal.stuck_for(t, pose, driven):
+                self._exhausted(goal, BY_STUCK, 'It is told to move but has stood for %.1f s (stuck_timeout)' % c.stuck_timeout, pose)
+                return None if self._ended else self._stand(goal, goal.why, plan=plan)
+            return self._result(driven, ACTIVE, text, goal.phase, plan, goal, doing=command.text)
         self.counters.blocked_steps += 1
         if command.state == OFF_PATH:
             goal.phase = PLANNING
         if t - goal.valid_control_at >= c.controller_patience:
             self._exhausted(goal, BY_CONTROL, 'No safe command was found within controller_patience (%.1f s): %s' % (
-                c.controller_patience, command.text))
+                c.controller_patience, command.text), pose)
             if self._ended is not None:
                 return None
         return self._stand(goal, command.text, plan=plan)
@@ -295,7 +308,8 @@ class MoveBase:
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
         world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
-        situation = Situation(t, dt, pose, local_pose, velocity, world, self.costmaps)
+        situation = Situation(t, dt, pose, local_pose, velocity, world, self.costmaps, self._track, goal.pose, goal.why,
+                              lambda: self._informed_planner().plan(self.global_costmap.costmap, pose, goal.pose))
         if begins:
             self.local_planner.stop()
             self.counters.recoveries += 1
@@ -303,16 +317,19 @@ class MoveBase:
             goal.recovery.start(situation)
         step = goal.recovery.update(situation)
         announced = (goal.recovery_index, len(self.recoveries), goal.recovery.name) if begins else None
+        if step.give_up:
+            return self._end(ABORTED, 'Goal aborted: %s.' % step.give_up.rstrip('.'))
         if step.done:
             goal.recovered(t)
             self.costmaps.wake()  # what was cleared is to be clear before it is planned on
-        return self._result(ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced)
+        return self._result(ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced, help=step.help)
 
     # -- inside ------------------------------------------------------------------------------------------------
 
-    def _exhausted(self, goal, trigger, why):
+    def _exhausted(self, goal, trigger, why, pose):
         """Patience is at its end: recover from the next cycle on, or give the goal up when there is nothing left to try."""
         goal.trigger, goal.why = trigger, why
+        goal.take_up(pose, self.config.recovery_memory)
         if self.config.recovery_behavior_enabled and goal.recovery_index < len(self.recoveries):
             goal.phase, goal.recovery, goal.problem = CLEARING, None, why
         else:
@@ -333,7 +350,7 @@ class MoveBase:
         self.local_planner.stop()
         return self._result(ZERO, ACTIVE, text, goal.phase, plan, goal, stale=stale)
 
-    def _result(self, command, status, text='', phase=IDLE, plan=None, goal=None, recovery=None, stale=''):
+    def _result(self, command, status, text='', phase=IDLE, plan=None, goal=None, recovery=None, stale='', help='', doing=''):
         self._command = command
         used = goal.used if goal is not None and plan is not None else None
-        return StepResult(command, status, text, phase, plan, used, recovery, stale)
+        return StepResult(command, status, text, phase, plan, used, recovery, stale, help, doing)

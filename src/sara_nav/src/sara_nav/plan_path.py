@@ -87,6 +87,8 @@ def answer(question, clock=time.perf_counter):
         raise MapError('map file %s: its origin is turned by %g rad but must not be turned' % (
             question.map, grid_map.origin_yaw))
     costmap = build(grid_map, inscribed, inflation=inflation)
+    if hasattr(planner, 'set_footprint'):
+        planner.set_footprint(footprint)
     begin = clock()
     try:
         plan, text = planner.plan(costmap, question.start, question.goal), ''

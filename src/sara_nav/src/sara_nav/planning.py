@@ -57,7 +57,7 @@ class Registry:
 
 
 GLOBAL_PLANNERS = Registry(
-    'base_global_planner', ('sara_nav.grid_planner', 'sara_nav.navfn', 'sara_nav.global_planner'), {
+    'base_global_planner', ('sara_nav.grid_planner', 'sara_nav.lattice_planner', 'sara_nav.navfn', 'sara_nav.global_planner'), {
         'carrot_planner/CarrotPlanner': 'navfn/NavfnROS with a default_tolerance, which moves a goal in an obstacle '
                                         'to the nearest place that can be reached'})
 

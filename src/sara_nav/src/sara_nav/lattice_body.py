@@ -1,0 +1,167 @@
+"""How near an oriented outline comes to obstacles, standing and moving, and how long a move takes by that.
+
+The gap of a pose is the least distance to an obstacle along the outline. Distances change by no more than one walks (they are
+1-Lipschitz), so a point far from everything clears its neighbours along the outline: the walk round it takes steps as long as what
+it reads allows (sphere tracing; Hart 1996), and in the open one look at the centre does.
+
+A move has one curvature: straight, an arc, or a turn in place. It is sampled as finely as its gap asks for. All lengths in m, times in s.
+"""
+import math
+
+import numpy as np
+from ahead_of_time import kernel
+
+from sara_nav.footprint import cover, radii
+from sara_nav.lattice_field import distance_at
+
+ENTRIES = 16
+(SPEED, TURN_RATE, REVERSE, HARD, CAP, SOFT, WEIGHT, ROOM, ROOM_WEIGHT, TURN_COST, GEAR_COST, ORIGIN_X, ORIGIN_Y, RESOLUTION, SPACING,
+ RADIUS) = range(ENTRIES)
+"""Entries of ``rules``: m/s and rad/s that moves are timed with; factor of reversing; the least gap; the greatest that is
+told apart; the gap from which on nothing slows a drive, and what the least gap adds to its time; the same two of turns in place; s for beginning a turn and for changing
+between ahead and astern; the grid; m between the outline's points; circumscribed radius."""
+FINE = 0.045
+"""m that any point of the body moves between two samples where it is tight."""
+COARSE = 0.2
+BEND = 0.35
+"""rad; a lesser turn costs only its share of the beginning of a turn."""
+
+
+class Body:
+    """A footprint (k, 2), m, as the kernels want it. ``outline``: points in their order, ``spacing`` apart; ``inside``: points
+    that cover it; ``inscribed``, ``circumscribed``: radii."""
+
+    def __init__(self, corners, resolution):
+        self.corners, self.resolution = np.ascontiguousarray(corners, dtype=np.float64), resolution
+        self.inscribed, self.circumscribed = radii(self.corners)
+        following = np.roll(self.corners, -1, axis=0)
+        points, self.spacing = [], 0.0
+        for a, b in zip(self.corners, following):
+            length = math.hypot(*(b - a))
+            n = max(1, math.ceil(length / (0.5 * resolution)))
+            self.spacing = max(self.spacing, length / n)
+            points.append(a + np.arange(n)[:, None] / n * (b - a))
+        self.outline = np.ascontiguousarray(np.vstack(points))
+        self.inside = cover(self.corners, 0.5 * resolution)
+
+
+@kernel
+def gap(field, rules, outline, inside, x, y, yaw, limit):
+    """Return the least distance (m) of the outline at a pose to an obstacle, at most CAP and never below what is true by over 0.05.
+
+    Where it is less than ``limit`` the walk ends and something less than that is returned. A negative limit, of a body in contact,
+    has contacts counted: the result is minus the number of points of ``inside`` on obstacles where there are any.
+    """
+    scale = 1.0 / rules[RESOLUTION]
+    u0, v0 = (x - rules[ORIGIN_X]) * scale, (y - rules[ORIGIN_Y]) * scale
+    least = rules[CAP]
+    if distance_at(field, u0, v0) - rules[RADIUS] >= least:
+        return least
+    c, s = math.cos(yaw) * scale, math.sin(yaw) * scale
+    if limit < 0.0:
+        count = 0
+        for k in range(len(inside)):
+            a, b = inside[k, 0], inside[k, 1]
+            if distance_at(field, u0 + c * a - s * b, v0 + s * a + c * b) <= 0.0:
+                count += 1
+        if count > 0:
+            return -1.0 * count
+    k, n, spacing = 0, len(outline), rules[SPACING]
+    while k < n:
+        a, b = outline[k, 0], outline[k, 1]
+        d = distance_at(field, u0 + c * a - s * b, v0 + s * a + c * b)
+        if d < least:
+            least = d
+            if d < limit:
+                return d
+        k += max(1, int(min(d - limit, d - least + 0.05) / spacing))
+    return least
+
+
+@kernel
+def slowness(rules, least, turning):
+    """Return by what factor a gap (m) makes a move take longer."""
+    soft, weight = (rules[ROOM], rules[ROOM_WEIGHT]) if turning else (rules[SOFT], rules[WEIGHT])
+    if least >= soft:
+        return 1.0
+    share = (soft - max(least, 0.0)) / soft
+    return 1.0 + weight * share * share
+
+
+@kernel
+def place(x, y, yaw, length, turn, share):
+    """Return (x, y, yaw) after a share of a move."""
+    heading, dyaw = yaw + 0.5 * share * turn, share * turn
+    chord = share * length
+    if abs(dyaw) > 1e-9:
+        chord *= math.sin(0.5 * dyaw) / (0.5 * dyaw)
+    return x + chord * math.cos(heading), y + chord * math.sin(heading), yaw + dyaw
+
+
+@kernel
+def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
+    """Return (seconds, limit) of a move from a pose; seconds is inf where the body may not go.
+
+    length: m along the way, negative astern. turn: rad. limit: the least gap allowed; where that is below HARD, because the body
+    stands so near to something, it rises with the gap on the way, so that things only get better.
+    """
+    way = abs(length) + rules[RADIUS] * abs(turn)
+    turning = length == 0.0
+    seconds = max(abs(length) / rules[SPEED], abs(turn) / rules[TURN_RATE])
+    if length < 0.0:
+        seconds *= rules[REVERSE]
+    hard = rules[HARD]
+    here = gap(field, rules, outline, inside, x, y, yaw, limit)
+    if here < limit:
+        return np.inf, limit
+    if way <= 0.0:
+        return 0.0, limit
+    slow = slowness(rules, here, turning)
+    total, done = 0.0, 0.0
+    while done < 1.0:
+        step = min(max(here - hard, FINE), COARSE) / way
+        if done + step > 1.0 - 1e-9:
+            step = 1.0 - done
+            done = 1.0
+        else:
+            done += step
+        px, py, pyaw = place(x, y, yaw, length, turn, done)
+        here = gap(field, rules, outline, inside, px, py, pyaw, limit)
+        if here < limit:
+            return np.inf, limit
+        if limit < hard:
+            limit = min(hard, max(limit, here - 1e-3 if here >= 0.0 else here))
+        then = slowness(rules, here, turning)
+        total += 0.5 * (slow + then) * step
+        slow = then
+    return seconds * total, limit
+
+
+@kernel
+def arrive(field, rules, outline, inside, x, y, yaw, length, turn, limit):
+    """Return the seconds of the move that ends at a pose (x, y, yaw) where the gap may be as little as ``limit``: a move away from
+    there, backwards in time, so that things only get worse as they must."""
+    seconds, _ = move(field, rules, outline, inside, x, y, yaw, -length, -turn, limit)
+    if length > 0.0:
+        return seconds / rules[REVERSE]
+    return seconds * rules[REVERSE] if length < 0.0 else seconds
+
+
+@kernel
+def turn_to(field, rules, outline, inside, x, y, yaw, target, limit):
+    """Return (seconds, turn, limit) of turning in place to ``target`` (rad): the short way, the long one where that is blocked."""
+    turn = (target - yaw + math.pi) % (2.0 * math.pi) - math.pi
+    if abs(turn) < 1e-6:
+        return 0.0, 0.0, limit
+    seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, turn, limit)
+    if seconds == np.inf:
+        turn -= math.copysign(2.0 * math.pi, turn)
+        seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, turn, limit)
+    return seconds + rules[TURN_COST] * min(1.0, abs(turn) / BEND), turn, after
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    rules, points = np.ones(ENTRIES), np.zeros((4, 2))
+    turn_to(np.zeros((4, 4), np.float32), rules, points, points, 1.0, 1.0, 0.0, 1.0, 0.0)
+    arrive(np.zeros((4, 4), np.float32), rules, points, points, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0)

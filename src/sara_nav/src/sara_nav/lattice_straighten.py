@@ -1,0 +1,132 @@
+"""A way of many small moves becomes one of few long straight legs with turns between them.
+
+Dynamic programming over the places of the way: each may be left straight, ahead or astern, for any later one, when the body fits,
+by the same times that the search goes by. A place keeps the best arrival there is, and the best that ends in the way's own yaw; from
+that the way itself always goes on, so that something is always found, arcs through tight bends included.
+"""
+import math
+
+import numpy as np
+from ahead_of_time import kernel
+
+from sara_nav.lattice_body import ENTRIES, GEAR_COST, HARD, SPEED, arrive, move, turn_to
+from sara_nav.lattice_search import ASTERN, AHEAD, TURNS, sees
+
+OWN, ANY = 0, 1
+"""Arrivals: with the way's own yaw, with whichever."""
+
+
+@kernel
+def straighten(field, rules, outline, inside, poses, moves, limit, limit_end, radius, window, astern_within):
+    """Return moves (m, 5) x, y, yaw, length, turn from the first to the last of the poses (n, 3).
+
+    moves: (n - 1, 2) length and turn from each pose to the next. limit, limit_end: the gaps allowed at the first and the last pose.
+    window: how many poses ahead a leg may lead. astern_within: m, no new leg astern is longer.
+    """
+    n = len(poses)
+    cost = np.full((n, 2), np.inf)
+    yaw, limits = np.zeros((n, 2)), np.zeros((n, 2))
+    kind = np.zeros((n, 2), np.int8)
+    parent, label = np.full((n, 2), -1, np.int32), np.zeros((n, 2), np.int8)
+    first, run, second = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
+    cost[0, OWN], yaw[0, OWN], limits[0, OWN] = 0.0, poses[0, 2], limit
+    for i in range(n - 1):
+        x, y = poses[i, 0], poses[i, 1]
+        if cost[i, OWN] < np.inf:  # the way as it is
+            length, turn = moves[i, 0], moves[i, 1]
+            after = limits[i, OWN]
+            if i == n - 2 and limit_end < rules[HARD]:
+                seconds = arrive(field, rules, outline, inside, poses[n - 1, 0], poses[n - 1, 1], poses[n - 1, 2], length, turn, limit_end)
+            else:
+                seconds, after = move(field, rules, outline, inside, x, y, poses[i, 2], length, turn, after)
+            what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
+            seconds += gear(rules, kind[i, OWN], what)
+            if length == 0.0:
+                seconds += 1.0
+            total = cost[i, OWN] + seconds
+            if total < cost[i + 1, OWN]:
+                cost[i + 1, OWN], yaw[i + 1, OWN], limits[i + 1, OWN] = total, poses[i + 1, 2], after
+                kind[i + 1, OWN] = kind[i, OWN] if what == TURNS else what
+                parent[i + 1, OWN], label[i + 1, OWN] = i, -1
+        for j in range(i + 1, min(n if limit_end >= rules[HARD] else n - 1, i + 1 + window)):
+            gx, gy = poses[j, 0], poses[j, 1]
+            length = math.hypot(gx - x, gy - y)
+            if length < 0.02:
+                continue
+            soonest = min(cost[i, OWN], cost[i, ANY]) + length / rules[SPEED]
+            if soonest >= cost[j, OWN] and soonest >= cost[j, ANY]:
+                continue
+            if not sees(field, rules, x, y, gx, gy, radius):
+                continue
+            bearing = math.atan2(gy - y, gx - x)
+            for way in (1, -1):
+                if way < 0 and length > astern_within:
+                    continue
+                heading = bearing if way > 0 else bearing + math.pi
+                known = False
+                for own in range(2):
+                    if cost[i, own] == np.inf:
+                        continue
+                    at, turn, after = turn_to(field, rules, outline, inside, x, y, yaw[i, own], heading, limits[i, own])
+                    if at == np.inf:
+                        continue
+                    if not known or i == 0:
+                        leg, arrived = move(field, rules, outline, inside, x, y, heading, way * length, 0.0, after)
+                        known = True
+                    if leg == np.inf:
+                        break
+                    what = AHEAD if way > 0 else ASTERN
+                    total = cost[i, own] + at + leg + gear(rules, kind[i, own], what)
+                    if total < cost[j, ANY] and j < n - 1:
+                        cost[j, ANY], yaw[j, ANY], limits[j, ANY], kind[j, ANY] = total, heading, arrived, what
+                        parent[j, ANY], label[j, ANY] = i, own
+                        first[j, ANY], run[j, ANY], second[j, ANY] = turn, way * length, 0.0
+                    if total < cost[j, OWN]:
+                        there, back, last = turn_to(field, rules, outline, inside, gx, gy, heading, poses[j, 2], arrived)
+                        if total + there < cost[j, OWN]:
+                            cost[j, OWN], yaw[j, OWN], limits[j, OWN] = total + there, poses[j, 2], last
+                            kind[j, OWN], parent[j, OWN], label[j, OWN] = what, i, own
+                            first[j, OWN], run[j, OWN], second[j, OWN] = turn, way * length, back
+    return trace(poses, moves, yaw, parent, label, first, run, second, cost[n - 1, OWN])
+
+
+@kernel
+def gear(rules, before, now):
+    """Return what it costs (s) that the last drive was one way and this is the other."""
+    return rules[GEAR_COST] if before != TURNS and now != TURNS and before != now else 0.0
+
+
+@kernel
+def trace(poses, moves, yaw, parent, label, first, run, second, cost):
+    """Return the moves (m, 5) that lead to the last pose; none when nothing does."""
+    n = len(poses)
+    if cost == np.inf:
+        return np.empty((0, 5))
+    steps = np.empty((3 * n, 5))
+    m = 3 * n
+    j, own = n - 1, OWN
+    while j > 0:
+        i, was = parent[j, own], label[j, own]
+        if was < 0:
+            m -= 1
+            steps[m] = np.array([poses[i, 0], poses[i, 1], poses[i, 2], moves[i, 0], moves[i, 1]])
+            j, own = i, OWN
+            continue
+        start = yaw[i, was]
+        heading = start + first[j, own]
+        if second[j, own] != 0.0:
+            m -= 1
+            steps[m] = np.array([poses[j, 0], poses[j, 1], heading, 0.0, second[j, own]])
+        m -= 1
+        steps[m] = np.array([poses[i, 0], poses[i, 1], heading, run[j, own], 0.0])
+        if first[j, own] != 0.0:
+            m -= 1
+            steps[m] = np.array([poses[i, 0], poses[i, 1], start, 0.0, first[j, own]])
+        j, own = i, was
+    return steps[m:].copy()
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    rules, points = np.ones(ENTRIES), np.zeros((4, 2))
+    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((1, 2)), 0.0, 0.0, 0.1, 5, 1.0)
