@@ -1,15 +1,18 @@
 """The goal that move_base drives to, and since when things are as they are."""
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from sara_nav.geometry import Pose2D
-from sara_nav.move_base_config import PLANNING
+from sara_nav.geometry import Pose2D, wrap
+from sara_nav.move_base_config import CLEARING, PLANNING
 
-BY_PLANNING, BY_CONTROL, BY_OSCILLATION = (
+BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK = (
     'Failed to find a valid plan. Even after executing recovery behaviors.',
     'Failed to find a valid control. Even after executing recovery behaviors.',
-    'Robot is oscillating. Even after executing recovery behaviors.')
-"""What leads to recovery, by the peer's last word when recovery is exhausted; the particulars follow it."""
+    'Robot is oscillating. Even after executing recovery behaviors.',
+    'Robot is held. Even after executing recovery behaviors.')
+"""What leads to recovery, by the peer's last word when recovery is exhausted; the particulars follow it. (The last is not the peer's.)"""
+STILL = 0.02
+"""A robot that has moved less than this (m, rad) has not moved."""
 
 
 @dataclass
@@ -18,7 +21,7 @@ class Goal:
 
     used: where the plan leads when that is not ``pose``. problem: what to say while the robot stands. valid_control_at: the
     last command, or else the first plan. crossed: m along the plan to something new on it, or None. trigger and why: what led to the last recovery; recovery_index: the behaviour whose
-    turn is next, recovery: the one under way.
+    turn is next, recovery: the one under way; recovered_at: where (Pose2D) recoveries began, and which behaviour is next there.
     """
 
     pose: Pose2D
@@ -37,6 +40,9 @@ class Goal:
     trigger: str = ''
     why: str = ''
     crossed: float = None
+    still_pose: Pose2D = None
+    still_since: float = None
+    recovered_at: list = field(default_factory=list)
     recovery_index: int = 0
     recovery: object = None
 
@@ -44,7 +50,22 @@ class Goal:
         """Take note of the robot's pose: ``distance`` (m) from where it was last noted it is getting on."""
         if self.oscillation_pose is None or pose.distance(self.oscillation_pose) >= distance:
             self.oscillation_pose, self.oscillation_since = pose, t
-            self.found(BY_OSCILLATION)
+            for trigger in (BY_OSCILLATION, BY_STUCK) if self.phase != CLEARING else ():
+                self.found(trigger)
+
+    def stuck_for(self, t, pose, command):
+        """The robot is at a Pose2D and told to drive (v m/s, w rad/s); return for how long (s) it has been told so in vain."""
+        still = self.still_pose
+        if command == (0.0, 0.0) or still is None or pose.distance(still) > STILL or abs(wrap(pose.yaw - still.yaw)) > STILL:
+            self.still_pose, self.still_since = pose, t
+        return t - self.still_since
+
+    def take_up(self, pose, memory):
+        """Recovery begins at a Pose2D: it goes on where one within ``memory`` (m) of there ended, and remembers this one."""
+        if memory > 0.0:
+            near = [index for place, index in self.recovered_at if pose.distance(place) <= memory]
+            self.recovery_index = max([self.recovery_index, *near])
+            self.recovered_at.append((pose, self.recovery_index + 1))
 
     def found(self, trigger):
         """What led to recovery has passed: the next one begins with the first behaviour."""
@@ -56,6 +77,7 @@ class Goal:
         self.recovery_index += 1
         self.recovery, self.phase, self.problem = None, PLANNING, ''
         self.planning_since, self.last_plan_try, self.oscillation_since = None, -math.inf, t
+        self.still_pose = None
 
     def plan_failed(self, t, config):
         """One more try to plan failed, for ``problem``; return why that was the last, or ''."""

@@ -68,7 +68,8 @@ class StepResult:
     command: (v m/s, w rad/s). status: idle, active, succeeded, preempted or aborted; the last three are told once, in the
     step they happen. phase: idle, planning, controlling or clearing. plan: a new plan (n, 3), or None. goal_used: the Pose2D
     a new plan leads to where that is not the goal that was asked for. recovery: (index, how many, name) of a recovery
-    behaviour that begins in this step, or None. stale: the sentence that says which sensor is out of date, or ''.
+    behaviour that begins in this step, or None. stale: the sentence that says which sensor is out of date, or ''. help: what a person is
+    asked for while the robot waits for that, or ''. doing: what the local planner says it is doing while it drives, and why slowly, or ''.
     """
 
     command: tuple
@@ -79,6 +80,8 @@ class StepResult:
     goal_used: object = None
     recovery: tuple = None
     stale: str = ''
+    help: str = ''
+    doing: str = ''
 
 
 @dataclass

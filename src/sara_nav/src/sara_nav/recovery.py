@@ -25,14 +25,15 @@ class RecoveryRegistry(Registry):
         return super().find(full[0] if full else name)
 
 
-RECOVERIES = RecoveryRegistry('recovery_behaviors', refused={
+RECOVERIES = RecoveryRegistry('recovery_behaviors', ('sara_nav.recovery_back_out', 'sara_nav.recovery_help'), refused={
     'move_slow_and_clear/MoveSlowAndClear': 'clear_costmap_recovery/ClearCostmapRecovery to clear, and the local planner\'s max_vel_x to be slow'})
 
 
 @dataclass(frozen=True)
 class Situation:
     """What a behaviour is given: now (s) and since the last step, the robot's pose in the global frame and in the local
-    costmap's, its velocity (v, w), the LocalWorld to look for collisions in, and the CostmapPair."""
+    costmap's, its velocity (v, w), the LocalWorld to look for collisions in, and the CostmapPair; the Track it came by, the goal
+    (Pose2D), what led to recovery, in words, and what returns a new plan (n, 3) or raises PlanError."""
 
     t: float
     dt: float
@@ -41,15 +42,22 @@ class Situation:
     velocity: tuple
     world: object
     costmaps: object
+    track: object = None
+    goal: object = None
+    why: str = ''
+    plan: object = None
 
 
 @dataclass(frozen=True)
 class RecoveryStep:
-    """What to drive (v m/s, w rad/s), whether the behaviour is through, and what there is to say."""
+    """What to drive (v m/s, w rad/s), whether the behaviour is through, and what there is to say. help: what a person is asked for, or
+    ''. give_up: why the goal is to be aborted, or ''."""
 
     command: tuple = (0.0, 0.0)
     done: bool = True
     text: str = ''
+    help: str = ''
+    give_up: str = ''
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,8 @@ class MoveBaseNode:
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self.current_goal = rospy.Publisher('~current_goal', PoseStamped, queue_size=1)
         self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
+        self.help = rospy.Publisher('~help', String, queue_size=1, latch=True)
+        self.asked = ''   # what a person is asked for now
         self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
         self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
@@ -202,13 +204,22 @@ class MoveBaseNode:
                 self.topics.publish_cycle(pose, 0.5 * max(g.width, g.height) * g.resolution, now)
             if result.text:
                 rospy.logwarn_throttle(2.0, '%s%s', result.text, self.robot.problem and ': ' + self.robot.problem)
+            self._tell(result.text or result.doing)
         elif result.status != mb.IDLE:
             self._finish(result)
         self.report.cycle(result, t)
 
+    def _tell(self, text):
+        """Say on the action's status what is being done; who sees it need not listen to anything else."""
+        if self.server.is_active():
+            self.server.current_goal.status_tracker.status.text = text
+
     def _announce(self, result, pose, now):
-        """Publish what begins in this step: a recovery behaviour, a plan, another goal than the one that was asked for."""
+        """Publish what begins in this step: that a person is asked for help (or '' that it is over), a recovery behaviour, a plan, another goal than the one that was asked for."""
         frame = self.settings.global_frame
+        if result.help != self.asked:
+            self.asked = result.help
+            self.help.publish(String(self.asked))
         if result.recovery is not None:
             index, total, name = result.recovery
             rospy.logwarn('recovery behaviour %d of %d: %s', index + 1, total, result.text or name)

@@ -32,7 +32,8 @@ class Report:
             rospy.loginfo_throttle(10.0, '%s', text)
             self.publish(WARN, text)
         elif machine.active:
-            self.publish(WARN if result.text else OK, result.text or '%s (%s)' % (result.phase, machine.local_planner.phase))
+            self.publish(WARN if result.text else OK, result.text or result.doing or '%s (%s)' % (
+                result.phase, machine.local_planner.phase))
         else:
             self.publish(OK, 'waiting for a goal on move_base or move_base_simple/goal')
 
@@ -46,5 +47,5 @@ class Report:
         values = dict(vars(node.machine.counters), **node.counts, **node.robot.counts, **node.watch.values())
         for shell in node.shells.values():
             values.update(shell.values())
-        values['last_end'] = node.last_end
+        values.update(last_end=node.last_end, help=node.asked)
         self._diagnostics.publish(level, text, values)

@@ -1,0 +1,152 @@
+"""Recovery by backing out: slowly back along the way the robot came by, where it fitted before, to plan anew from there.
+
+It follows the poses it remembers by pure pursuit (Coulter, 1992), backwards, or forwards where it had come backwards. In each cycle the
+footprint is tried on the local costmap along the arc that it is about to drive.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_nav.geometry import wrap
+from sara_nav.limits import range_faults
+from sara_nav.recovery import RECOVERIES, RecoveryStep
+from sara_nav.smooth_speed import SpeedLimits, approach, next_speed
+from sara_nav.ways import arc
+
+LOOKAHEAD = 0.3
+"""Distance (m) of the remembered pose that is aimed at."""
+LEAST_WAY = 0.02
+"""Ways shorter than this (m) are none."""
+SLOWEST = 0.01
+"""Speed (m/s) below which it stands, and at which the last of a way is driven."""
+SPACING = 0.03
+"""The footprint is tried every so many metres."""
+ABOUT = 48
+"""Headings at which it is tried whether the robot can turn about."""
+
+
+@dataclass(frozen=True)
+class BackOutConfig:
+    """distance: m to go back. farthest: m it goes back at most, where it cannot turn about after ``distance``. speed m/s,
+    acc_lim m/s2, jerk_lim m/s3, max_vel_theta rad/s. corner_angle: rad, a track that bends away by more is turned to in place.
+    clearance: m that stay free behind. held_timeout: s of standing, told to move, until it is given up."""
+
+    distance: float = 0.6
+    farthest: float = 1.5
+    speed: float = 0.12
+    acc_lim: float = 0.2
+    jerk_lim: float = 0.6
+    max_vel_theta: float = 0.3
+    corner_angle: float = 0.6
+    clearance: float = 0.05
+    held_timeout: float = 3.0
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = range_faults(self, {'distance': (0.05, 10.0), 'farthest': (0.05, 10.0), 'speed': (0.01, 2.0), 'acc_lim': (0.01, 10.0),
+                                     'jerk_lim': (0.01, 100.0), 'max_vel_theta': (0.01, 5.0), 'corner_angle': (0.1, math.pi),
+                                     'clearance': (0.0, 1.0), 'held_timeout': (0.5, 60.0)})
+        if not result and self.farthest < self.distance:
+            result.append('farthest is %g but must be at least distance (%g)' % (self.farthest, self.distance))
+        return result
+
+
+@RECOVERIES.register('sara_nav/BackOutRecovery')
+class BackOutRecovery:
+    """Drives back; see the module."""
+
+    config_class = BackOutConfig
+
+    def __init__(self, name, config=BackOutConfig()):
+        self.name = name
+        self.config = config
+        self._limits = SpeedLimits(config.acc_lim, config.acc_lim, config.jerk_lim)
+        self._begin(None)
+
+    def _begin(self, pose):
+        self._from, self._still_at, self._still_since = pose, pose, None
+        self._driven = self._speed = self._acceleration = self._curvature = 0.0
+        self._sign = 0
+        self._end = ''
+
+    def start(self, situation):
+        """Begin."""
+        self._begin(situation.local_pose)
+
+    def missing(self, global_costmap, local_costmap):
+        """Return no sentences: there is nothing it needs of the costmaps."""
+        return []
+
+    def update(self, situation):
+        """Return what to drive in this cycle."""
+        c, here = self.config, situation.local_pose
+        self._driven += here.distance(self._from)
+        self._from = here
+        if not self._end and not self._sign and abs(situation.velocity[0]) > 2.0 * LEAST_WAY:
+            return RecoveryStep(done=False, text='%s: coming to rest' % self.name)
+        turn, curvature, left = (0.0, 0.0, 0.0) if self._end else self._wanted(situation, here)
+        if self._held(situation.t, here, turn, left):
+            self._end = 'something holds it'
+        if self._end:
+            self._speed, self._acceleration = approach(self._speed, self._acceleration, 0.0, c.acc_lim, c.jerk_lim, situation.dt)
+            if self._speed < SLOWEST:
+                return RecoveryStep(text='%s: went back %.2f m; %s' % (self.name, self._driven, self._end))
+        elif not turn:
+            highest = min(c.speed, c.max_vel_theta / max(abs(curvature), 1e-6))
+            self._speed, self._acceleration, _ = next_speed(self._speed, self._acceleration, highest, [left], [0.0], self._limits, situation.dt)
+            self._speed = max(self._speed, SLOWEST)
+            self._curvature = curvature
+        return RecoveryStep((self._sign * self._speed, turn or self._speed * self._curvature), False,
+                            '%s: backing out along the way it came, %.2f m of %.2f' % (self.name, self._driven, c.distance))
+
+    def _wanted(self, situation, here):
+        """Return (rate of a turn in place rad/s or 0, curvature 1/m, way m that is left); sets ``_end`` where it is over."""
+        c = self.config
+        left = c.distance - self._driven
+        if left <= LEAST_WAY:
+            if self._turns_about(situation):
+                self._end = 'there is room to turn'
+            left = c.farthest - self._driven
+            if left <= LEAST_WAY:
+                self._end = 'there is no room to turn'
+        bearing = situation.track.bearing(here, LOOKAHEAD)
+        if not self._sign:
+            self._sign = 1 if bearing is not None and abs(bearing) < 0.25 * math.pi else -1
+        if bearing is not None and self._sign < 0:
+            bearing = wrap(bearing + math.pi)
+        around = bearing is not None and abs(bearing) > c.corner_angle
+        if around and self._speed <= SLOWEST and self._turn_is_free(situation, bearing):
+            self._speed = self._acceleration = 0.0
+            return math.copysign(min(c.max_vel_theta, max(0.5 * abs(bearing), 0.1)), bearing), 0.0, left
+        curvature = 0.0 if bearing is None or around else 2.0 * math.sin(bearing) / LOOKAHEAD
+        free = self._free(situation, curvature, left)
+        if free < LEAST_WAY and not self._end:
+            self._end = 'something stands %s' % ('behind' if self._sign < 0 else 'ahead')
+        return 0.0, curvature, free
+
+    def _free(self, situation, curvature, left):
+        """Return how far (m) the footprint is free along the arc, less the clearance; at most ``left``."""
+        c = self.config
+        way = min(left, 0.5) + c.clearance
+        steps = max(2, math.ceil(way / SPACING))
+        touched = situation.world.touched(arc(situation.pose, self._sign * c.speed, c.speed * curvature, way / c.speed, steps))
+        worse = np.flatnonzero(touched > touched[0])
+        return (way if not len(worse) else (worse[0] - 1) * way / steps) - c.clearance
+
+    def _turn_is_free(self, situation, angle):
+        pose = situation.pose
+        angles = pose.yaw + np.linspace(0.0, angle, max(2, math.ceil(abs(angle) / 0.05)))
+        return not situation.world.worsens(np.column_stack([np.full_like(angles, pose.x), np.full_like(angles, pose.y), angles]))
+
+    def _turns_about(self, situation):
+        pose = situation.pose
+        angles = np.linspace(0.0, 2.0 * math.pi, ABOUT, endpoint=False)
+        return not situation.world.touched(np.column_stack([np.full(ABOUT, pose.x), np.full(ABOUT, pose.y), angles])).any()
+
+    def _held(self, t, here, turn, left):
+        """True when it was told to move and has stood for held_timeout."""
+        moved = self._still_at.distance(here) > LEAST_WAY or abs(wrap(here.yaw - self._still_at.yaw)) > LEAST_WAY
+        if self._still_since is None or moved or not (turn or left):
+            self._still_at, self._still_since = here, t
+        return t - self._still_since > self.config.held_timeout
