@@ -1,7 +1,7 @@
-"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, school and flat, .pgm and .yaml (ROS map format, trinary).
+"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, doorway, school and flat, .pgm and .yaml (ROS map format, trinary).
 
-The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle. The other three are where
-planners drive: the hall is open, the school has corridors, classrooms and doors of 0.80 and 0.90 m, the flat is furnished.
+The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle. The others are where
+planners drive: the hall is open, the doorway is one door of 0.80 m between two rooms, the school has corridors, classrooms and doors of 0.80 and 0.90 m, the flat is furnished.
 """
 import sys
 from pathlib import Path
@@ -60,6 +60,13 @@ def hall():
     return drawing
 
 
+def doorway():
+    """Two rooms of 6 x 6 m, a wall of 0.10 m between them, a door of 0.80 m in its middle."""
+    drawing = Drawing((-1.0, -1.0), (14.0, 8.0))
+    drawing.build((-0.1, -0.1, 12.2, 6.1), ((0.0, 0.0, 6.0, 6.0), (6.1, 0.0, 12.1, 6.0), (6.0, 2.6, 6.1, 3.4)), ())
+    return drawing
+
+
 SCHOOL_ROOMS = ((0.0, 6.0, 28.0, 8.2), (15.0, 8.2, 17.0, 14.0),                                         # corridors, 2.2 and 2.0 m wide
                 (0.0, 0.0, 8.9, 5.9), (9.0, 0.0, 17.9, 5.9), (18.0, 0.0, 28.0, 5.9),                  # classrooms in the south
                 (0.0, 8.3, 7.4, 14.0), (7.5, 8.3, 14.9, 14.0),                                        # two in the north-west
@@ -101,7 +108,7 @@ def flat():
     return drawing
 
 
-MAPS = (room, hall, school, flat)
+MAPS = (room, hall, doorway, school, flat)
 
 
 if __name__ == "__main__":

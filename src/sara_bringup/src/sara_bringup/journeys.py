@@ -6,18 +6,20 @@ a door aslant. The chair is to come to the goal within the planner's own
 tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for every planner.
 """
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy import ndimage
 
+from sara_bringup.judge import judge
 from sara_bringup.lockstep import Lockstep, LockstepError, merged
+from sara_bringup.motion import Motion
 from sara_bringup.paths import parameters, share
+from sara_bringup.travel import Recorder, reach
 from sara_nav import map_io
 from sara_nav.costmap import InflationConfig, build
 from sara_nav.geometry import Pose2D, wrap
-from sara_nav.move_base import SUCCEEDED
 from sara_nav.navfn import NavfnROS
 from sara_nav.planning import PlanError
 
@@ -28,12 +30,11 @@ CLEARANCE = 0.05        # m, more than that at a start and at a goal
 RUN_UP = 1.0            # m of the way before a goal and after a start where the chair can still turn: nobody asks it to stop in a door
 INSCRIBED_RADIUS = 0.30 # m, of the footprint with its padding
 PACE, PATIENCE_S = 0.15, 60.0   # a journey may take its way at so many m/s, and so long besides
-SETTLE_S = 1.0
 
 
 @dataclass(frozen=True)
 class Planner:
-    """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml. `short`: its section there.
+    """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml; "": that alone. `short`: its section there.
     `sonars`: whether it is driven with the range layer and the safety gate's distance zones."""
 
     short: str
@@ -43,7 +44,13 @@ class Planner:
     @property
     def navigation(self):
         """The tree of parameters that is laid over sara_nav.yaml's."""
-        return parameters("sara_bringup", self.file)
+        own = parameters("sara_bringup", self.file) if self.file else {}
+        return own if self.sonars else merged(own, NO_RANGES)
+
+    def prepare(self, lockstep):
+        """Take the distance zones off a Lockstep that is to drive without them."""
+        if not self.sonars:
+            lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
 
     @property
     def tolerances(self):
@@ -52,13 +59,15 @@ class Planner:
         return own["xy_goal_tolerance"], own["yaw_goal_tolerance"]
 
 
-PLANNERS = {planner.short: planner for planner in (
-    Planner("RotateThenPursue", "rotate_then_pursue.yaml", sonars=True), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}
+NO_RANGES = {layers: {"ultrasonic": {"enabled": False}} for layers in ("global_costmap", "local_costmap")}
+PLANNERS = {"default": Planner("RotateThenPursue", "", sonars=True), **{planner.short: planner for planner in (
+    Planner("RotateThenPursue", "rotate_then_pursue.yaml", sonars=True), Planner("TrajectoryPlannerROS", "trajectory_planner.yaml"), Planner("DWAPlannerROS", "dwa_planner.yaml"))}}
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a journey. `way`: m from start to goal along the plan; `driven`: m; errors of the true pose, m and rad; `turned`: rad, all turns added up."""
+    """What came of a journey. `way`: m from start to goal along the plan; `driven`: m; errors of the true pose, m and rad; `turned`: rad, all turns added up.
+    `judgement`: a Judgement, None where the chair did not come up."""
 
     map: str
     planner: str
@@ -74,6 +83,7 @@ class Outcome:
     position_error: float
     yaw_error: float
     contacts: int
+    judgement: object = None
 
     @property
     def faults(self):
@@ -88,10 +98,7 @@ class Outcome:
 
     def to_json(self):
         """All as plain data."""
-        return {**asdict(self), "faults": self.faults}
-
-
-NO_RANGES = {"local_costmap": {"ultrasonic": {"enabled": False}}}
+        return {**asdict(self), "judgement": self.judgement and self.judgement.to_json(), "faults": self.faults}
 
 
 def map_file(name):
@@ -131,28 +138,18 @@ def drive(name, planner, number, watch=None, sonars=None):
     None: as it is set for the planner.
     """
     start, goal, way = journeys(name)[number]
-    sonars = PLANNERS[planner].sonars if sonars is None else sonars
-    navigation = PLANNERS[planner].navigation
-    lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=navigation if sonars else merged(navigation, NO_RANGES))
-    if not sonars:
-        lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
+    how = PLANNERS[planner] if sonars is None else replace(PLANNERS[planner], sonars=sonars)
+    lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=how.navigation)
+    how.prepare(lockstep)
     try:
         lockstep.start_up()
     except LockstepError as error:
         return Outcome(name, planner, number, start, goal, way, False, str(error), 0.0, 0.0, 0.0, math.nan, math.nan, 0)
-    began, last = lockstep.time, lockstep.chair.pose
-    driven = turned = 0.0
-    end, settled = began + PATIENCE_S + way / PACE, None
-    lockstep.move_base.set_goal(Pose2D(*goal), began)
-    while settled is None or lockstep.time < settled:
-        if settled is None and lockstep.result is not None:
-            arrived, settled = lockstep.time, lockstep.time + SETTLE_S
-        if settled is None and lockstep.time > end:
-            lockstep.move_base.cancel(lockstep.time, f"not there after {end - began:.0f} s")
-        lockstep.step()
-        pose = lockstep.chair.pose
-        driven, turned, last = driven + math.dist(pose[:2], last[:2]), turned + abs(wrap(pose[2] - last[2])), pose
-        if watch is not None:
-            watch(lockstep)
-    return Outcome(name, planner, number, start, goal, way, lockstep.result.status == SUCCEEDED, lockstep.result.text, arrived - began, driven, turned,
-                   math.dist(last[:2], goal[:2]), wrap(last[2] - goal[2]), lockstep.chair.contacts)
+    recorder = Recorder(lockstep, watch)
+    ended, _ = reach(recorder, goal, PATIENCE_S + way / PACE)
+    ended = replace(ended, shortest=way)
+    track, last = recorder.track([ended]), lockstep.chair.pose
+    motion = Motion.of(track.t, track.pose)
+    return Outcome(name, planner, number, start, goal, way, ended.reached, ended.text, ended.ended - ended.given, float(motion.driven[-1]),
+                   float(np.abs(np.diff(motion.yaw)).sum()), math.dist(last[:2], goal[:2]), wrap(last[2] - goal[2]), lockstep.chair.contacts,
+                   judge(track, lockstep.chair.drive.world))

@@ -4,7 +4,7 @@ Ways of making it harder (MODES): the pose is the true one, or fused; five boxes
 stop for nobody. What came of a journey is judged by `judge`; who touched whom is told by contact_watch.py.
 """
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -58,19 +58,21 @@ class Outcome:
 
 
 class Recorder:
-    """Keeps of a Lockstep what a Track needs. `step()`: one step of it."""
+    """Keeps of a Lockstep what a Track needs. `watch`: called with the Lockstep after each step; `touched`: the ContactWatch."""
 
-    def __init__(self, lockstep):
-        self.lockstep, self.watch = lockstep, ContactWatch()
+    def __init__(self, lockstep, watch=None):
+        self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
 
     def step(self):
         """Step, watch, and keep."""
         lockstep, chair = self.lockstep, self.lockstep.chair
-        self.watch.before(chair)
+        self.touched.before(chair)
         lockstep.step()
-        self.watch.after(chair)
+        self.touched.after(chair)
+        if self._watch is not None:
+            self._watch(lockstep)
         newest = lockstep.newest
         if newest is not None and newest is not self._known:
             self._known = newest
@@ -84,7 +86,7 @@ class Recorder:
 
     def track(self, goals):
         """The Track of what was kept."""
-        return Track(np.array(self.t), np.array(self.pose), "true", tuple(goals), tuple(self.plans), np.array(self.commanded, float), len(self.watch.contacts))
+        return Track(np.array(self.t), np.array(self.pose), "true", tuple(goals), tuple(self.plans), np.array(self.commanded, float), len(self.touched.contacts))
 
 
 def reach(recorder, pose, seconds):
@@ -114,24 +116,17 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     for obstacle in {"boxes": boxes, "people": lambda of: people(of, number)}.get(mode, lambda _: ())(name):
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
-    recorder = Recorder(lockstep)
-    if watch is not None:
-        plain = recorder.step
-
-        def step():
-            plain()
-            watch(lockstep)
-        recorder.step = step
+    recorder = Recorder(lockstep, watch)
     try:
         lockstep.start_up()
     except LockstepError as error:
         return Outcome(name, mode, number, pair.start, pair.goal, pair.way, False, False, str(error), 0.0, math.nan, math.nan, 0, (), None)
     goal, late = reach(recorder, pair.goal, PATIENCE_S + pair.way / PACE)
-    goal = Goal(**{**vars(goal), "shortest": pair.way})
+    goal = replace(goal, shortest=pair.way)
     last = lockstep.chair.pose
     off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))
     kind = "fused" if mode == "fused" else "true"
     there = off <= POSITION_M[kind] and abs(turned) <= YAW_DEG[kind]
     text = goal.text if there or not goal.reached else f"{goal.text} But it is {off:.3f} m and {turned:+.1f} deg off."
     return Outcome(name, mode, number, pair.start, pair.goal, pair.way, goal.reached and there, late, text, goal.ended - goal.given, off, turned,
-                   recorder.recoveries, tuple(recorder.watch.contacts), judge(recorder.track([goal]), world))
+                   recorder.recoveries, tuple(recorder.touched.contacts), judge(recorder.track([goal]), world))
