@@ -1,13 +1,13 @@
 """All local planners, by name: importing this module enters every one of them in LOCAL_PLANNERS."""
-from sara_nav import collision, critics, map_grid, outline, rollout
+from sara_nav import clearance, collision, critics, map_grid, outline, rollout, smooth_speed
 from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig  # noqa: F401
 from sara_nav.local_command import (BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED,  # noqa: F401
                                     LocalCommand)
-from sara_nav.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig, approach_speed  # noqa: F401
+from sara_nav.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig  # noqa: F401
 from sara_nav.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig  # noqa: F401
 
 
 def warm():
     """Compile, or load from the cache, every kernel the local planners use."""
-    for module in (collision, critics, map_grid, outline, rollout):
+    for module in (clearance, collision, critics, map_grid, outline, rollout, smooth_speed):
         module.warm()

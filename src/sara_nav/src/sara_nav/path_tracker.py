@@ -1,84 +1,117 @@
-"""Legs of a path: where the robot is along one, how far off, how far from its end, and the point ahead of it."""
+"""A leg of a path as something to steer along: where the robot is on it, how far off, and which way it bends there and ahead.
+
+The points are resampled evenly and smoothed, so that the path has a heading and a curvature everywhere: by a Gaussian applied
+twice as 2 G - G^2 (Tukey's twicing, Exploratory Data Analysis, 1977), which leaves straight lines as they are and bends of the
+robot's scale within millimetres; corners become arcs. How far it may leave the points is limited; both ends stay.
+"""
 import math
 
+import numpy as np
+
 from sara_nav.geometry import wrap
-from sara_nav.planning import simplify
+
+SPACING = 0.05
+"""Way between two samples (m)."""
+SMOOTHINGS = (0.15, 0.10, 0.06, 0.03)
+"""Standard deviations (m) of the Gaussian, from which the first is taken that keeps to the points well enough."""
 
 
 class Leg:
-    """A polyline the robot drives without stopping; ``backward`` when it drives it in reverse.
+    """A path the robot drives without stopping, in reverse when ``backward``.
 
-    After ``locate``: ``along`` (m from its start, never falling), ``left`` (m to its end, negative beyond),
-    ``offset`` (distance from it, m).
+    points (n, 2) m. deviation: how far smoothing may move the path (m). After ``locate``: ``along`` (m from its start,
+    never falling), ``left`` (m to its end, negative beyond), ``offset`` (m, the robot is to the left of the path, as it is driven).
     """
 
-    def __init__(self, vertices, backward=False):
-        self.vertices = [(float(x), float(y)) for x, y in vertices]
-        self.backward = backward
-        self._start = [0.0]
-        for (x0, y0), (x1, y1) in zip(self.vertices, self.vertices[1:]):
-            self._start.append(self._start[-1] + math.hypot(x1 - x0, y1 - y0))
-        self.length = self._start[-1]
-        self._segment = 0
-        self.along = 0.0
-        self.offset = 0.0
-        self.left = self.length
-
-    def _direction(self, segment):
-        (x0, y0), (x1, y1) = self.vertices[segment:segment + 2]
-        length = self._start[segment + 1] - self._start[segment]
-        return ((x1 - x0) / length, (y1 - y0) / length) if length > 0.0 else (1.0, 0.0)
-
-    def locate(self, x, y, window=1.0):
-        """Find the nearest point of the leg within ``window`` m of where the robot was, from there on."""
-        best = None
-        last = len(self.vertices) - 2
-        for segment in range(self._segment, last + 1):
-            if segment > self._segment and self._start[segment] > self.along + window:
+    def __init__(self, points, backward=False, deviation=0.02):
+        self.points, self.backward = np.asarray(points, float), bool(backward)
+        even, s = _evenly(self.points)
+        for sigma in SMOOTHINGS:
+            xy = _smooth(even, sigma, s[1])
+            if np.hypot(*(xy - even).T).max() <= deviation:
                 break
-            x0, y0 = self.vertices[segment]
-            dx, dy = self._direction(segment)
-            length = self._start[segment + 1] - self._start[segment]
-            free = (x - x0) * dx + (y - y0) * dy
-            held = min(max(free, 0.0), length)
-            offset = math.hypot(x - x0 - held * dx, y - y0 - held * dy)
-            if best is None or offset <= best[0]:
-                best = offset, segment, self._start[segment] + held, free, dx * (y - y0) - dy * (x - x0)
-        self.offset, self._segment, along, free, across = best
-        self.along = max(self.along, along)
-        self.left = self.length - self.along
-        if self._segment == last and free > self.length - self._start[last]:
-            self.left = self.length - self._start[last] - free
-            self.offset = abs(across)
+        else:
+            xy = even
+        steps = np.diff(xy, axis=0)
+        length = np.hypot(*steps.T)
+        self.s = np.append(0.0, length.cumsum())
+        self.xy, self.length = xy, float(self.s[-1])
+        self._direction = steps / length[:, None]
+        heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+        middle = 0.5 * (self.s[1:] + self.s[:-1])
+        self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
+        bend = np.diff(heading) / np.diff(middle) if len(heading) > 1 else np.zeros(0)
+        self.curvature = np.concatenate([bend[:1], bend, bend[-1:]]) if len(bend) else np.zeros(2)
+        if len(bend):
+            self.curvature[[0, -1]] = bend[[0, -1]]
+        self.along, self.left, self.offset = 0.0, self.length, 0.0
 
-    def point_ahead(self, distance):
-        """Return the point (x, y) ``distance`` m further along; beyond the end the last line goes straight on."""
-        s = self.along + distance
-        segment = self._segment
-        while segment < len(self.vertices) - 2 and s > self._start[segment + 1]:
-            segment += 1
-        x0, y0 = self.vertices[segment]
-        dx, dy = self._direction(segment)
-        s -= self._start[segment]
-        return x0 + s * dx, y0 + s * dy
+    def locate(self, x, y):
+        """Find the nearest point of the leg within 1 m of where the robot was, from there on."""
+        self.along, self.offset, self.left = self.nearest(x, y, self.along)
+
+    def nearest(self, x, y, start=0.0):
+        """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m further."""
+        first = max(int(np.searchsorted(self.s, start, side='right')) - 1, 0)
+        first = min(first, len(self._direction) - 1)
+        last = min(int(np.searchsorted(self.s, start + 1.0)) + 1, len(self._direction))
+        d = self._direction[first:last]
+        dx, dy = x - self.xy[first:last, 0], y - self.xy[first:last, 1]
+        free = dx * d[:, 0] + dy * d[:, 1]
+        across = d[:, 0] * dy - d[:, 1] * dx
+        length = self.s[first + 1:last + 1] - self.s[first:last]
+        held = np.minimum(np.maximum(free, 0.0), length)
+        distance = np.hypot(across, free - held)
+        best = int(distance.argmin())
+        along = max(float(self.s[first + best] + held[best]), start)
+        offset, left = math.copysign(float(distance[best]), float(across[best])), self.length - along
+        if first + best == len(self._direction) - 1 and free[best] > length[best]:  # beyond the end the last line goes on
+            offset, left = float(across[best]), float(length[best] - free[best])
+        elif first + best == 0 and free[best] < 0.0:
+            offset = float(across[best])
+        return along, offset, left
+
+    def at(self, s):
+        """Return (x, y, heading, curvature) at ``s`` m along (scalar or array); beyond the end it goes straight on."""
+        s = np.asarray(s, float)
+        over = np.maximum(s - self.length, 0.0)
+        heading = np.interp(s, self.s, self.heading)
+        x = np.interp(s, self.s, self.xy[:, 0]) + over * np.cos(heading)
+        y = np.interp(s, self.s, self.xy[:, 1]) + over * np.sin(heading)
+        return x, y, heading, np.where(over > 0.0, 0.0, np.interp(s, self.s, self.curvature))
+
+    def poses(self, s):
+        """Return the robot's poses (n, 3) at s (n,) m along."""
+        x, y, heading, _ = self.at(s)
+        return np.column_stack([x, y, heading + (math.pi if self.backward else 0.0)])
+
+    def motion_heading(self, yaw):
+        """Return which way (rad) a robot of this yaw moves on this leg."""
+        return yaw + math.pi if self.backward else yaw
+
+    def heading_error(self, yaw, s):
+        """Return the robot's heading less the path's at ``s`` (rad, wrapped)."""
+        return wrap(self.motion_heading(yaw) - float(np.interp(s, self.s, self.heading)))
 
 
-def split_legs(plan, corner_angle, tolerance=0.02):
-    """Return the Legs of a plan (n, 2 or more): split where the simplified path bends by more than corner_angle."""
-    vertices = [tuple(v) for v in simplify(plan, tolerance)]
-    kept = [vertices[0]]
-    for vertex in vertices[1:]:
-        if math.hypot(vertex[0] - kept[-1][0], vertex[1] - kept[-1][1]) > 1e-6:
-            kept.append(vertex)
-    if len(kept) == 1:
-        kept.append(kept[0])
-    legs, current = [], kept[:2]
-    for before, corner, after in zip(kept, kept[1:], kept[2:]):
-        bend = wrap(math.atan2(after[1] - corner[1], after[0] - corner[0])
-                    - math.atan2(corner[1] - before[1], corner[0] - before[0]))
-        if abs(bend) > corner_angle:
-            legs.append(Leg(current))
-            current = [corner]
-        current.append(after)
-    legs.append(Leg(current))
-    return legs
+def _evenly(points):
+    """Return the polyline (n, 2) sampled about every SPACING (m, 2), and how far along it the samples are."""
+    s = np.append(0.0, np.hypot(*np.diff(points, axis=0).T).cumsum())
+    keep = np.append(True, np.diff(s) > 1e-9)
+    at = np.linspace(0.0, s[-1], max(3, math.ceil(s[-1] / SPACING) + 1))
+    return np.column_stack([np.interp(at, s[keep], points[keep, k]) for k in (0, 1)]), at
+
+
+def _smooth(points, sigma, spacing):
+    """Return the points (n, 2) smoothed; turned over about both ends before, so that those stay."""
+    reach = min(math.ceil(6.0 * sigma / spacing), len(points) - 1)
+    half = reach // 2
+    if half < 1:
+        return points
+    g = np.exp(-0.5 * (np.arange(-half, half + 1) * (spacing / sigma)) ** 2)
+    g /= g.sum()
+    kernel = -np.convolve(g, g)
+    kernel[half:-half] += 2.0 * g
+    reach = 2 * half
+    longer = np.vstack([2.0 * points[0] - points[reach:0:-1], points, 2.0 * points[-1] - points[-2:-2 - reach:-1]])
+    return np.column_stack([np.convolve(longer[:, k], kernel, 'valid') for k in (0, 1)])

@@ -1,90 +1,51 @@
-"""A local planner for a chair: turn in place the short way, drive the leg by pursuit, stop gently, turn to the goal.
+"""A local planner for a chair: turns in place the short way, keeps to the path, slows for what is ahead, ends gently on the goal.
 
-Pursuit is Coulter's pure pursuit (1992) with the speed regulated by curvature and by the way that is left: it is planned
-within the limits of acceleration and jerk, so that what smooths commands further on has nothing to change. The
-state is predicted forward over the age of the pose and the lag of the drive before anything is computed from it;
-without that, a chair whose pose comes late turns too far and has to turn back.
+A plan is taken as it was made, stage by stage (plan_stages): legs forward and in reverse, turns in place between them. On a leg the
+law of tracking_law bends towards the path, and speed_plan says how fast; both commands change within their limits of
+acceleration and jerk, so that what smooths commands further on has nothing to change. All is computed from where the
+robot will be when the command takes effect (prediction); without that, a chair whose pose comes late turns too far and back.
 """
 import math
 from dataclasses import dataclass, field
 
+from sara_nav.clearance import room
+from sara_nav.driving_words import Words, following, turning
 from sara_nav.geometry import Pose2D, wrap
-from sara_nav.local_command import BLOCKED, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
-from sara_nav.path_tracker import Leg, split_legs
-from sara_nav.smooth_speed import SpeedLimits, next_speed
-from sara_nav.ways import arc
+from sara_nav.local_command import BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
+from sara_nav.path_tracker import Leg
+from sara_nav.plan_stages import Stretch, Turn, final_angle, stages
+from sara_nav.prediction import Prediction
+from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.smooth_speed import approach
+from sara_nav.smooth_turn import SmoothTurn, planned_way, turn_poses, way_round
+from sara_nav.speed_plan import BLOCKED as STOPPED
+from sara_nav.speed_plan import SpeedPlan, gap_speed
+from sara_nav.stopping_way import blocked_where, stopping_turn, stopping_way
+from sara_nav.tracking_law import TrackingLaw
 
-CREEP = 0.02
-"""The slowest speed (m/s) of the end of a leg, which would else be neared for ever."""
-# Phases of one goal, in their order.
+# Phases of one goal, in their order; a leg's turn and the leg come in turns.
 TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
-
-
-def approach_speed(left, deceleration, gain=2.0):
-    """Return the speed at which to come to rest in ``left`` (m or rad) braking no harder than ``deceleration``.
-
-    v = gain * left near the end, sqrt(2 a (left - a / (2 gain^2))) before, where both have the same slope: braking is
-    even, and the end is reached without a jolt and without an endless crawl.
-    """
-    if left <= deceleration / (gain * gain):
-        return gain * max(left, 0.0)
-    return math.sqrt(2.0 * deceleration * (left - 0.5 * deceleration / (gain * gain)))
-
-
-@dataclass(frozen=True)
-class RotateThenPursueConfig:
-    """Limits and tolerances, SI units; where the name is the peers', so is the meaning."""
-
-    max_vel_x: float = 0.5
-    max_vel_theta: float = 0.4
-    min_in_place_vel_theta: float = 0.05
-    acc_lim_x: float = 0.4
-    dec_lim_x: float = 0.8
-    comfort_dec_x: float = 0.4
-    jerk_lim_x: float = 0.8
-    acc_lim_theta: float = 0.8
-    comfort_dec_theta: float = 0.3
-    xy_goal_tolerance: float = 0.05
-    yaw_goal_tolerance: float = 0.035
-    lookahead_time: float = 1.4
-    min_lookahead: float = 0.5
-    max_lookahead: float = 0.9
-    corner_angle: float = 0.5
-    turn_first_angle: float = 0.08
-    turn_in_place_angle: float = 0.7
-    max_path_distance: float = 0.5
-    drive_latency: float = 0.12
-    trans_stopped_vel: float = 0.02
-    theta_stopped_vel: float = 0.03
-    settle_time: float = 0.25
-
-    def faults(self):
-        """Return a list of sentences, one for each bad value."""
-        result = []
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            zero_allowed = name in ('drive_latency', 'settle_time')
-            high = math.pi if name.endswith('_angle') else 10.0
-            if not (math.isfinite(value) and value <= high and (value > 0.0 or (zero_allowed and value == 0.0))):
-                result.append('%s is %r but must be a number %s 0 and <= %.4g' % (
-                    name, value, '>=' if zero_allowed else '>', high))
-        if not result and self.max_lookahead < self.min_lookahead:
-            result.append('max_lookahead is %r but must be at least min_lookahead (%r)' % (
-                self.max_lookahead, self.min_lookahead))
-        return result
+ENDED = 0.01
+"""The end of a leg is reached this way (m) before it."""
+LINED_UP = 0.02
+"""A turn in place onto a leg leaves at most this heading (rad) to the leg."""
+LONGEST_REPAIR = 0.3
+"""A goal missed by less than this (m) may be approached in reverse."""
 
 
 @dataclass
 class _Progress:
     """What is remembered about the goal being driven to."""
 
-    legs: list = field(default_factory=list)
-    leg: int = 0
+    stages: list = field(default_factory=list)
+    leg: Leg = None
     phase: str = DONE
-    turn_sign: float = 0.0
+    turn: SmoothTurn = None       # the turn under way
+    final_angle: float = 0.0
     holding: bool = False
     still_since: float = None
     approaches: int = 0
+    fresh: bool = True            # nothing of the plan was driven yet
 
 
 @LOCAL_PLANNERS.register('sara_nav/RotateThenPursue')
@@ -95,12 +56,21 @@ class RotateThenPursue:
     MAX_APPROACHES = 4
 
     def __init__(self, config=RotateThenPursueConfig()):
-        self.config = config
         self.goal = None
         self._p = _Progress()
         self._last = (0.0, 0.0)
-        self._acceleration = 0.0   # of the speed along the leg, m/s2
-        self._speed_limits = SpeedLimits(config.acc_lim_x, config.comfort_dec_x, config.jerk_lim_x)
+        self._last_t = -math.inf
+        self._turning = 0.0   # acceleration of the turn rate on a leg, rad/s2
+        self._words = Words()
+        self._prediction = Prediction(config.drive_latency)
+        self.reconfigure(config)
+
+    def reconfigure(self, config):
+        """Go on with another configuration; what was learned of the base stays."""
+        self.config = config
+        self._prediction.latency = config.drive_latency
+        self._law = TrackingLaw(config.tracking_length, config.tracking_time)
+        self._speed = SpeedPlan(config)
 
     @property
     def phase(self):
@@ -110,144 +80,237 @@ class RotateThenPursue:
     def start(self, plan):
         """Begin a new goal: plan (n, 3), its last row the goal."""
         self.goal = Pose2D(*(float(v) for v in plan[-1]))
-        self._p = _Progress(legs=split_legs(plan, self.config.corner_angle), phase=TURN)
+        self._p = _Progress()
+        self._take(plan)
 
     def replan(self, plan):
         """Take a better plan to the same goal; what has been reached stays reached."""
-        if self._p.phase in (SETTLE, FINAL_TURN, DONE):
-            return
-        self._p.legs = split_legs(plan, self.config.corner_angle)
-        self._p.leg = 0
+        if self._p.phase not in (SETTLE, FINAL_TURN, DONE):
+            self._take(plan)
 
     def stop(self):
         """Forget the last command, because the robot was told to stop at once."""
-        self._last = (0.0, 0.0)
+        self._prediction.commanded(self._last_t + 1e-6, 0.0, 0.0)
+        self._rest()
 
-    def update(self, t, dt, pose, velocity, pose_age, checker):
+    def update(self, t, dt, pose, velocity, pose_age, world):
         """Return the LocalCommand for time t (s).
 
         dt: since the last command (s). pose: Pose2D as it was pose_age seconds ago. velocity: measured (v, w).
-        checker: LocalWorld of the local costmap.
+        world: LocalWorld of the local costmap.
         """
+        now = self._prediction.ahead(t, pose, pose_age, velocity[0], dt)
+        command = self._drive(t, dt, now, pose, velocity, world)
+        if command.state != DRIVING:
+            self._rest()
+        self._last, self._last_t = (command.v, command.w), t
+        self._prediction.commanded(t, command.v, command.w)
+        return command
+
+    # -- inside ------------------------------------------------------------------------------------------------
+
+    def _take(self, plan):
+        """Plan (n, 3) -> stages; a leg under way goes on at its speed if the new one begins the same way."""
+        p = self._p
+        p.stages, p.final_angle = stages(plan, self.config.corner_angle), final_angle(plan)
+        p.phase, p.turn, p.leg, p.fresh = TURN, None, None, True
+
+    def _rest(self):
+        self._last, self._turning, self._speed.acceleration = (0.0, 0.0), 0.0, 0.0
+
+    def _drive(self, t, dt, now, pose, velocity, world):
         p, c = self._p, self.config
-        now = pose.advance(velocity[0], velocity[1], pose_age + c.drive_latency)
         still = self._still(t, velocity)
-        if p.phase == TURN and p.leg == 0 and p.approaches == 0 and pose.distance(self.goal) <= c.xy_goal_tolerance:
-            p.phase = FINAL_TURN
-        if p.phase == SETTLE and still:
-            self._settled(pose)
-            if p.phase == FINAL_TURN and p.approaches > self.MAX_APPROACHES:
-                self._last = (0.0, 0.0)
-                return LocalCommand(0.0, 0.0, FAILED, 'the goal cannot be approached to within xy_goal_tolerance '
-                                    '(%.3f m off after %d tries)' % (pose.distance(self.goal), p.approaches))
-        if p.phase == TURN:
-            wanted = self._turn_to_leg(now, velocity)
-        elif p.phase == FINAL_TURN:
-            wanted = self._turn_to_goal(now, pose, velocity, still)
-        else:
-            wanted = 0.0, 0.0
-        if p.phase == DONE:
-            self._last = (0.0, 0.0)
-            return LocalCommand(0.0, 0.0, REACHED)
-        if p.phase == FOLLOW:
-            leg = p.legs[p.leg]
-            leg.locate(now.x, now.y)
-            if leg.offset > c.max_path_distance:
-                self._last = (0.0, 0.0)
-                return LocalCommand(0.0, 0.0, OFF_PATH, 'the robot is %.2f m off its path' % leg.offset)
-            wanted = self._follow(leg, now, dt)
-        if p.phase != FOLLOW:
-            self._acceleration = 0.0
-        return self._checked(now, self._limited(wanted, dt), checker)
-
-    # -- phases ------------------------------------------------------------------------------------------------
-
-    def _turn_to_leg(self, now, velocity):
-        p, c = self._p, self.config
-        leg = p.legs[p.leg]
-        leg.locate(now.x, now.y)
-        x, y = leg.point_ahead(c.min_lookahead)
-        heading = now.yaw + (math.pi if leg.backward else 0.0)
-        error = wrap(math.atan2(y - now.y, x - now.x) - heading)
-        # A turn once begun is finished properly; a leg that needs hardly any is left to the pursuit.
-        enough = 0.25 * c.turn_first_angle if p.turn_sign else c.turn_first_angle
-        if abs(error) <= enough:
-            p.phase, p.turn_sign = FOLLOW, 0.0
-            return 0.0, 0.0
-        if abs(velocity[0]) > 2.0 * c.trans_stopped_vel and abs(self._last[0]) > 0.0:
-            return 0.0, 0.0
-        return 0.0, self._turn_rate(error)
-
-    def _turn_to_goal(self, now, pose, velocity, still):
-        p, c = self._p, self.config
-        error = wrap(self.goal.yaw - now.yaw)
-        if p.holding:
+        if p.fresh:
+            p.fresh = False
+            way = sum(float(math.dist(a, b)) for s in p.stages if isinstance(s, Stretch) for a, b in zip(s.points, s.points[1:]))
+            if pose.distance(self.goal) <= c.xy_goal_tolerance and way <= 2.0 * c.xy_goal_tolerance and not p.approaches:
+                p.stages, p.phase = [], FINAL_TURN
+        if p.phase == SETTLE:
             if not still:
-                return 0.0, 0.0
-            if abs(wrap(self.goal.yaw - pose.yaw)) <= c.yaw_goal_tolerance:
-                p.phase = DONE
-                return 0.0, 0.0
-            p.holding = False
-        if abs(error) <= 0.2 * c.yaw_goal_tolerance:
-            p.holding, p.still_since = True, None
-            return 0.0, 0.0
-        return 0.0, self._turn_rate(error)
+                return self._braked(t, dt, now, world, 'comes to rest')
+            failed = self._settled(pose)
+            if failed:
+                return failed
+        if p.phase == TURN:
+            command = self._begin_stage(t, dt, now, velocity, world)
+            if command is not None:
+                return command
+        if p.phase == FOLLOW:
+            command = self._follow(t, dt, now, world)
+            if command is not None:
+                return command
+        if p.phase == FINAL_TURN:
+            return self._turn_to_goal(t, dt, now, pose, still, velocity, world)
+        if p.phase == DONE:
+            return LocalCommand(0.0, 0.0, REACHED)
+        return self._braked(t, dt, now, world, 'comes to rest')
 
-    def _turn_rate(self, error):
-        """Return the rate (rad/s) that stops at ``error`` = 0 with comfort_dec_theta, slower still at the very end.
-
-        Near half a turn either way is as short: the side first chosen is kept, so that noise cannot swap it.
-        """
+    def _begin_stage(self, t, dt, now, velocity, world):
+        """Turn in place to where the next stage begins; None when it has (phase FOLLOW), or when no stage is left (phase SETTLE)."""
         p, c = self._p, self.config
-        sign = math.copysign(1.0, error)
-        if p.turn_sign and abs(error) > 2.6:
-            sign = p.turn_sign
-        p.turn_sign = sign
-        size = abs(error)
-        rate = min(c.max_vel_theta, approach_speed(size, c.comfort_dec_theta))
-        return sign * max(rate, c.min_in_place_vel_theta)
+        if not p.stages:
+            p.phase, p.still_since = SETTLE, None
+            return None
+        stage = p.stages[0]
+        planned = isinstance(stage, Turn)
+        if planned:
+            error, what = wrap(stage.yaw - now.yaw), 'the next part of the path'
+        else:
+            if p.leg is None:
+                p.leg = self._leg(stage, world)
+            leg = p.leg
+            leg.locate(now.x, now.y)
+            error, what = -wrap(leg.heading_error(now.yaw, leg.along) - self._law.heading(leg.offset, 0.0)), 'the path'
+            backing = (self._last[0] < 0.0) == leg.backward or self._last[0] == 0.0
+            if p.turn is None and abs(error) <= (c.turn_first_angle if self._last[0] == 0.0 else c.turn_in_place_angle) and backing:
+                p.phase = FOLLOW
+                return None
+        if self._last[0] != 0.0 or abs(velocity[0]) > 2.0 * c.trans_stopped_vel:
+            return self._braked(t, dt, now, world, 'comes to rest to turn')
+        if p.turn is None:
+            angle, free = way_round(world, now, planned_way(error, stage.angle) if planned else error, planned)
+            short_of = abs(angle) - free
+            if short_of > 0.0 and not planned and abs(error) - free <= c.turn_in_place_angle - c.turn_first_angle and free < c.turn_first_angle:
+                p.phase = FOLLOW  # the law has to do it
+                return None
+            if short_of > 0.0 and (planned or short_of > 0.5 * c.turn_in_place_angle):
+                return self._no_room(now, angle, world)
+            p.turn = SmoothTurn(angle)
+        command = self._turn(t, dt, now, error, world, what)
+        if command is not None:
+            return command
+        p.turn = None
+        if planned:
+            p.stages.pop(0)
+            return self._begin_stage(t, dt, now, velocity, world)
+        p.phase = FOLLOW
+        return None
 
-    def _follow(self, leg, now, dt):
+    def _turn(self, t, dt, now, error, world, what):
+        """One cycle of the turn under way; None when it is done."""
         p, c = self._p, self.config
-        left = leg.left
-        if left <= 0.01:
-            if p.leg + 1 < len(p.legs):
-                p.leg, p.phase, p.turn_sign = p.leg + 1, TURN, 0.0
-            else:
+        gain = self._prediction.turn_gain
+        p.turn.left += wrap(error - p.turn.left)
+        gap = float(room(world, turn_poses(now, max(min(p.turn.left, 0.4), -0.4)), False, c.ahead_angle, c.wide_gap).gap.min())
+        highest = c.max_vel_theta * float(gap_speed(gap, c)) / c.max_vel_x
+        rate = p.turn.rate(error, self._last[1], gain, highest, c, dt)
+        if rate == 0.0 and self._last[1] == 0.0:
+            return None
+        if rate and world.worsens(stopping_turn(now, rate * gain, c)):
+            where = blocked_where(world, stopping_turn(now, rate * gain, c))
+            return LocalCommand(0.0, 0.0, BLOCKED, 'turning %s, the %s would touch something' % ('left' if rate > 0.0 else 'right', where))
+        return LocalCommand(0.0, rate, DRIVING, self._words.say(t, *turning(p.turn.left, what)))
+
+    def _no_room(self, now, angle, world):
+        where = blocked_where(world, turn_poses(now, angle))
+        return LocalCommand(0.0, 0.0, BLOCKED, 'no room to turn %s by %.0f deg: the %s would touch something' % (
+            'left' if angle > 0.0 else 'right', abs(math.degrees(angle)), where))
+
+    def _follow(self, t, dt, now, world):
+        """One cycle along the leg; None when it is over."""
+        p, c = self._p, self.config
+        leg, gain = p.leg, self._prediction.turn_gain
+        leg.locate(now.x, now.y)
+        if abs(leg.offset) > c.max_path_distance:
+            return LocalCommand(0.0, 0.0, OFF_PATH, 'the robot is %.2f m off its path' % abs(leg.offset))
+        if leg.left <= ENDED:
+            p.stages.pop(0)
+            p.leg, p.phase = None, TURN
+            if not p.stages:
                 p.phase, p.still_since = SETTLE, None
-            return 0.0, 0.0
-        lookahead = min(max(c.lookahead_time * abs(self._last[0]), c.min_lookahead), c.max_lookahead)
-        x, y = leg.point_ahead(lookahead)
-        heading = now.yaw + (math.pi if leg.backward else 0.0)
-        bearing = wrap(math.atan2(y - now.y, x - now.x) - heading)
-        if abs(bearing) > c.turn_in_place_angle:
-            p.phase, p.turn_sign = TURN, 0.0
-            return 0.0, 0.0
-        curvature = 2.0 * math.sin(bearing) / max(math.hypot(x - now.x, y - now.y), 0.1)
-        highest, before = min(c.max_vel_x, c.max_vel_theta / max(abs(curvature), 1e-6)), abs(self._last[0])
-        speed, self._acceleration = next_speed(before, self._acceleration, left, highest, self._speed_limits, dt)
-        speed = min(speed, max(highest, before - c.dec_lim_x * dt))  # a bend that comes suddenly is braked for harder
-        if self._acceleration <= 0.0:
-            speed = max(speed, CREEP)
-        return (-speed if leg.backward else speed), speed * curvature
+            return self._braked(t, dt, now, world, 'comes to rest')
+        speed = abs(self._last[0])
+        error = leg.heading_error(now.yaw, leg.along)
+        if abs(wrap(error - self._law.heading(leg.offset, speed))) > c.turn_in_place_angle:
+            p.phase = TURN
+            return self._braked(t, dt, now, world, 'comes to rest to turn')
+        curvature = self._law.curvature(leg.offset, error, float(leg.at(leg.along)[3]), speed)
+        pace = self._speed.pace(leg, speed, curvature, world, gain, dt)
+        if pace.speed == 0.0 and pace.cause.kind == STOPPED:
+            poses = leg.poses([leg.along, leg.along + 0.1])
+            return LocalCommand(0.0, 0.0, BLOCKED, 'the way is blocked: the %s would touch something' % blocked_where(world, poses))
+        self._speed.acceleration = pace.acceleration
+        sense = -1.0 if leg.backward else 1.0
+        for share in (1.0, 0.5, 0.2):
+            v = share * pace.speed
+            way = stopping_way(leg, self._law, now, v, c)
+            if not world.worsens(way):
+                break
+        else:
+            return LocalCommand(0.0, 0.0, BLOCKED, 'the %s would touch something' % blocked_where(world, way))
+        if share < 1.0:
+            self._speed.acceleration = 0.0
+        target = max(min(v * curvature / gain, c.max_vel_theta), -c.max_vel_theta)
+        w, self._turning = approach(self._last[1], self._turning, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
+        return LocalCommand(sense * v, w, DRIVING, self._words.say(t, *following(leg, pace, self._then())))
+
+    def _then(self):
+        following_stages = self._p.stages[1:]
+        if not following_stages:
+            return 'the goal'
+        return 'a turn' if isinstance(following_stages[0], Turn) or following_stages[0].backward == self._p.leg.backward else 'a change of direction'
+
+    def _braked(self, t, dt, now, world, text):
+        """Come to rest as the limits allow, on the curve driven now."""
+        c = self.config
+        v0, w0 = self._last
+        size, self._speed.acceleration = approach(abs(v0), self._speed.acceleration, 0.0, c.dec_lim_x, c.jerk_lim_x, dt)
+        if size < 0.03:
+            size = self._speed.acceleration = 0.0
+        v = math.copysign(size, v0)
+        w, self._turning = approach(w0, self._turning, w0 * v / v0 if v0 else 0.0, c.acc_lim_theta, c.jerk_lim_theta, dt)
+        if abs(w) < 0.005:
+            w = self._turning = 0.0
+        return LocalCommand(v, w, DRIVING, self._words.say(t, text, text))
+
+    def _leg(self, stretch, world):
+        """Return the Leg of a Stretch, smoothed less where the smooth one would touch what the plan does not."""
+        leg = Leg(stretch.points, stretch.backward, self.config.path_deviation)
+        if world.touched(leg.poses(leg.s)).any():
+            exact = Leg(stretch.points, stretch.backward, 0.0)
+            if world.touched(exact.poses(exact.s)).sum() < world.touched(leg.poses(leg.s)).sum():
+                return exact
+        return leg
 
     def _settled(self, pose):
-        """Standing still at the end of the last leg: go on to the turn, or approach once more."""
+        """Standing still at the end of the last leg: go on to the turn, or approach once more. Returns a LocalCommand when that has failed."""
         p, c = self._p, self.config
-        p.turn_sign = 0.0
-        if pose.distance(self.goal) <= c.xy_goal_tolerance:
-            p.phase = FINAL_TURN
-            return
+        p.turn = None
+        distance = pose.distance(self.goal)
+        if distance <= c.xy_goal_tolerance:
+            p.phase, p.holding = FINAL_TURN, False
+            return None
         p.approaches += 1
         if p.approaches > self.MAX_APPROACHES:
-            p.phase = FINAL_TURN
-            return
+            return LocalCommand(0.0, 0.0, FAILED, 'the goal cannot be approached to within xy_goal_tolerance (%.3f m off after %d tries)' % (
+                distance, p.approaches))
         bearing = wrap(math.atan2(self.goal.y - pose.y, self.goal.x - pose.x) - pose.yaw)
-        backward = abs(bearing) > 0.5 * math.pi and pose.distance(self.goal) < 0.3
-        p.legs = [Leg([(pose.x, pose.y), (self.goal.x, self.goal.y)], backward)]
-        p.leg, p.phase = 0, TURN
+        backward = abs(bearing) > 0.5 * math.pi and distance < LONGEST_REPAIR
+        p.stages, p.leg, p.phase = [Stretch([(pose.x, pose.y), (self.goal.x, self.goal.y)], backward, False)], None, TURN
+        return None
 
-    # -- limits ------------------------------------------------------------------------------------------------
+    def _turn_to_goal(self, t, dt, now, pose, still, velocity, world):
+        p, c = self._p, self.config
+        if p.holding or p.turn is None:
+            if not still and p.holding:
+                return LocalCommand(0.0, 0.0, DRIVING, self._words.say(t, 'hold', 'stands at the goal'))
+            if abs(wrap(self.goal.yaw - pose.yaw)) <= c.yaw_goal_tolerance and (still or p.holding):
+                p.phase = DONE
+                return LocalCommand(0.0, 0.0, REACHED)
+            if abs(velocity[0]) > 2.0 * c.trans_stopped_vel or self._last[0] != 0.0:
+                return self._braked(t, dt, now, world, 'comes to rest')
+            error = wrap(self.goal.yaw - now.yaw)
+            planned = abs(p.final_angle) > c.yaw_goal_tolerance
+            angle, free = way_round(world, now, planned_way(error, p.final_angle) if planned else error, planned)
+            if abs(angle) - free > c.yaw_goal_tolerance:
+                return self._no_room(now, angle, world)
+            p.turn, p.holding, p.final_angle = SmoothTurn(angle), False, 0.0
+        command = self._turn(t, dt, now, wrap(self.goal.yaw - now.yaw), world, "the goal's heading")
+        if command is not None:
+            return command
+        p.turn, p.holding, p.still_since = None, True, None
+        return LocalCommand(0.0, 0.0, DRIVING, self._words.say(t, 'hold', 'stands at the goal'))
 
     def _still(self, t, velocity):
         """True once the robot has been commanded to stand, and measured standing, for settle_time."""
@@ -258,37 +321,3 @@ class RotateThenPursue:
         elif p.still_since is None:
             p.still_since = t
         return p.still_since is not None and t - p.still_since >= c.settle_time
-
-    def _limited(self, wanted, dt):
-        """Return wanted (v, w) brought within the accelerations of the last command."""
-        c = self.config
-        v0, w0 = self._last
-        v, w = wanted
-        toward_zero = abs(v) < abs(v0) or v * v0 < 0.0
-        step = (c.dec_lim_x if toward_zero else c.acc_lim_x) * dt
-        v = min(max(v, v0 - step), v0 + step)
-        step = c.acc_lim_theta * dt
-        w = min(max(w, w0 - step), w0 + step)
-        return v, w
-
-    def _checked(self, now, command, checker):
-        """Return the command, or a slower one, along whose stopping way the footprint touches nothing new."""
-        v, w = command
-        for scale in (1.0, 0.5, 0.2):
-            if (v == 0.0 and w == 0.0) or not checker.worsens(self._stopping_way(now, scale * v, scale * w)):
-                self._last = (scale * v, scale * w)
-                self._acceleration *= scale == 1.0
-                return LocalCommand(*self._last)
-        self._last = (0.0, 0.0)
-        return LocalCommand(0.0, 0.0, BLOCKED, 'an obstacle is in the way of the footprint while it is to %s' % (
-            self._p.phase if v == 0.0 else 'drive'))
-
-    def _stopping_way(self, now, v, w):
-        """Return poses (n, 3) from ``now`` along the arc (v, w) until the robot would stand, and a margin."""
-        c = self.config
-        reaction = 0.2
-        way = abs(v) * reaction + v * v / (2.0 * c.dec_lim_x) + (0.03 if v else 0.0)
-        angle = abs(w) * reaction + w * w / (2.0 * c.acc_lim_theta) + (0.02 if w else 0.0)
-        duration = max(way / abs(v) if v else 0.0, angle / abs(w) if w and not v else 0.0)
-        steps = max(2, math.ceil(max(way, 0.6 * angle) / 0.04))
-        return arc(now, v, w, duration, steps)

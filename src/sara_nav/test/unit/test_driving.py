@@ -232,9 +232,10 @@ def test_an_obstacle_on_the_way_stops_the_chair_and_then_the_goal():
 
 
 def test_bad_settings_are_named():
-    faults = RotateThenPursueConfig(max_vel_x=-1.0, acc_lim_x=math.nan, corner_angle=4.0).faults()
-    assert [f.split()[0] for f in faults] == ['max_vel_x', 'acc_lim_x', 'corner_angle']
-    assert 'max_lookahead' in RotateThenPursueConfig(min_lookahead=2.0).faults()[0]
+    faults = RotateThenPursueConfig(max_vel_x=-1.0, acc_lim_x=math.nan, corner_angle=4.0, min_vel_x=0.1).faults()
+    assert sorted(f.split()[0] for f in faults) == ['acc_lim_x', 'corner_angle', 'max_vel_x', 'min_vel_x']
+    assert 'narrow_vel is 2.0' in RotateThenPursueConfig(narrow_vel=2.0).faults()[0]
+    assert 'comfort_dec_x is 0.5' in RotateThenPursueConfig(comfort_dec_x=0.5, dec_lim_x=0.3).faults()[0]
     assert RotateThenPursueConfig().faults() == []
 
 
@@ -244,7 +245,8 @@ def test_a_better_plan_does_not_start_over():
     planner.start(plan)
     move_base = make()
     for i in range(5):
-        planner.update(0.05 * i, 0.05, Pose2D(0.0, 0.0, 0.0), (0.0, 0.0), 0.0, world(move_base))
+        before = planner.update(0.05 * i, 0.05, Pose2D(0.0, 0.0, 0.0), (0.0, 0.0), 0.0, world(move_base))
     assert planner.phase == 'follow path'
     planner.replan(plan)
-    assert planner.phase == 'follow path'
+    after = planner.update(0.25, 0.05, Pose2D(0.0, 0.0, 0.0), (0.0, 0.0), 0.0, world(move_base))
+    assert planner.phase == 'follow path' and after.v > before.v > 0.0

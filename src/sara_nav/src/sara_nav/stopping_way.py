@@ -1,0 +1,44 @@
+"""The way a robot still drives when it brakes now, keeping to its path; and where about it something would be touched."""
+import math
+
+import numpy as np
+
+from sara_nav.clearance import place_of, room
+
+REACTION = 0.2
+"""Seconds until it brakes."""
+MARGIN = 0.02
+"""Way (m) and angle (rad) more that is looked at."""
+
+
+def stopping_way(leg, law, now, speed, config):
+    """Return the poses (n, 3) from a Pose2D on, by the tracking law along the leg, from ``speed`` (m/s) braking by dec_lim_x to rest, and a margin."""
+    poses, pose, along = [(now.x, now.y, now.yaw)], now, leg.along
+    sense = -1.0 if leg.backward else 1.0
+    left = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
+    while left > 1e-6:
+        step = min(left, 0.04)
+        along, offset, _ = leg.nearest(pose.x, pose.y, along)
+        bend = law.curvature(offset, leg.heading_error(pose.yaw, along), float(leg.at(along)[3]), speed)
+        pose = pose.advance(sense * step, step * bend, 1.0)
+        poses.append((pose.x, pose.y, pose.yaw))
+        left -= step
+    return np.array(poses)
+
+
+def stopping_turn(now, rate, config):
+    """Return the poses (n, 3) of a turn in place from a Pose2D at ``rate`` (rad/s, as driven), braking by acc_lim_theta to rest, and a margin."""
+    angle = abs(rate) * REACTION + rate * rate / (2.0 * config.acc_lim_theta) + MARGIN
+    n = max(2, math.ceil(angle / 0.05))
+    poses = np.tile((now.x, now.y, now.yaw), (n + 1, 1))
+    poses[:, 2] += math.copysign(angle, rate) * np.arange(n + 1) / n
+    return poses
+
+
+def blocked_where(world, poses):
+    """Return where about the robot ('front left', ...) it first touches more than at the first of the poses (n, 3)."""
+    touched = world.touched(poses)
+    worse = np.flatnonzero(touched > touched[0])
+    at = int(worse[0]) if len(worse) else int(touched.argmax())
+    seen = room(world, np.asarray(poses, float)[at:at + 1], False, 0.5, 0.5)
+    return place_of(float(seen.x[0]), float(seen.y[0]), world.footprint)
