@@ -13,15 +13,23 @@ if [ "$target" = install ]; then mkdir -p install && touch install/CATKIN_IGNORE
 log=build/build.log
 stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' -o -name '*.cfg' \
         -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' | sort | xargs stat -c '%n %Y' | sha1sum)
-if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then exit 0; fi
-echo "== build: catkin packages into devel/ (log: $log)"
 run() { "$@" >>"$log" 2>&1 || { tail -n 40 "$log" >&2; echo "build failed: $log has the whole of it" >&2; exit 1; }; }
+# Kernels are compiled for the types that their modules' warm() calls them with; what is fresh is left alone.
+kernels() {
+    local space=$1 setup=$1/setup.bash
+    (set +u; source "$setup"; "$python" -m ahead_of_time.build "$space/lib/python3/dist-packages" sara_bringup sara_localization sara_nav sara_sim 2>>"$log") \
+        || { tail -n 40 "$log" >&2; echo "the kernels were not compiled: $log says why" >&2; exit 1; }
+}
+if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then kernels devel; exit 0; fi
+echo "== build: catkin packages into devel/ (log: $log)"
 : >"$log"
 run cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DCATKIN_DEVEL_PREFIX="$PWD/devel" -DCMAKE_INSTALL_PREFIX="$PWD/install" \
     -DPYTHON_EXECUTABLE="$python" -DCATKIN_ENABLE_TESTING=ON
 run cmake --build build --target "$target" -- -j"$(nproc)"
 echo "$stamp" >build/built.stamp
+[ "$target" = all ] && kernels devel
 # catkin leaves `env python3` in what it installs; on a machine with another python3 first on PATH that one has no ROS.
 if [ "$target" = install ]; then
     grep -rlE '^#!/usr/bin/env python3' install/lib/*/ | xargs -r sed -i "1s|^#!/usr/bin/env python3.*|#!$python|"
+    kernels install
 fi

@@ -7,13 +7,14 @@ import pytest
 
 SRC = Path(__file__).resolve().parents[2] / "src"
 MAY_KNOW = {
-    "sara_bringup": {"sara_sim", "sara_nav", "sara_localization", "sara_control", "sara_lowlevel", "canserial"},
-    "sara_sim": {"sara_lowlevel", "canserial"},
-    "sara_nav": set(),
-    "sara_localization": set(),
+    "sara_bringup": {"ahead_of_time", "sara_sim", "sara_nav", "sara_localization", "sara_control", "sara_lowlevel", "canserial"},
+    "sara_sim": {"ahead_of_time", "sara_lowlevel", "canserial"},
+    "sara_nav": {"ahead_of_time"},
+    "sara_localization": {"ahead_of_time"},
     "sara_control": {"canserial"},
     "sara_lowlevel": {"canserial"},
     "canserial": set(),
+    "ahead_of_time": set(),
 }
 MODULES = sorted(path for package in MAY_KNOW for path in (SRC / package / "src" / package).rglob("*.py"))
 PURE = [path for path in MODULES if "ros" not in path.parts]

@@ -4,7 +4,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 SMALLEST_VARIANCE = 1e-9
 # Who knows a variable no better than this knows nothing; squares of it are still numbers.
@@ -13,7 +13,7 @@ LARGEST_VARIANCE = 1e20
 _SMALLEST_PIVOT = 1e-13
 
 
-@njit(cache=True)
+@kernel
 def cholesky(A, L):
     """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
     for i in range(A.shape[0]):
@@ -30,7 +30,7 @@ def cholesky(A, L):
     return True
 
 
-@njit(cache=True)
+@kernel
 def positive_definite(P):
     """Whether P (n, n) is finite and positive definite by a margin of round-off, whatever the units of its rows."""
     for i in range(P.shape[0]):
@@ -39,7 +39,7 @@ def positive_definite(P):
     return cholesky(P, np.empty(P.shape))
 
 
-@njit(cache=True)
+@kernel
 def bound(P):
     """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether P is positive definite."""
     n = P.shape[0]

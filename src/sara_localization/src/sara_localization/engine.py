@@ -53,7 +53,7 @@ class FilterEngine:
     """
 
     def __init__(self, config: FilterConfig, transforms, report=None):
-        kernel.warm(config.filter == 'ukf')
+        kernel.warm(config.filter)
         sheets.warm()
         self.config, self.transforms = config, transforms
         self._report = report or (lambda sentence: None)

@@ -14,9 +14,10 @@ variable is the sum of one of the 15 and, where `extra` names one, of a bias: h 
 from __future__ import annotations
 
 from math import fabs, isfinite, pi, sqrt
+from typing import Optional
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from .covariance import SMALLEST_VARIANCE, bound, cholesky, positive_definite
 from .motion_model import advance, jacobian
@@ -25,7 +26,7 @@ TAU = 2.0 * pi
 TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 
 
-@njit(cache=True)
+@kernel
 def wrapped(angle):
     """The finite angle (rad) brought to [-pi, pi]."""
     if -pi <= angle <= pi:
@@ -36,7 +37,7 @@ def wrapped(angle):
     return rest + TAU if rest < -pi else rest
 
 
-@njit(cache=True)
+@kernel
 def wrap_angles(x):
     """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
     for i in range(3, 6):
@@ -44,7 +45,7 @@ def wrap_angles(x):
             x[i] = wrapped(x[i])
 
 
-@njit(cache=True)
+@kernel
 def predict(x, P, Q, dt, at):
     """The EKF's prediction over dt seconds, in place; Q (n, n) per second; F is taken at the state `at` (n,).
 
@@ -73,7 +74,7 @@ def predict(x, P, Q, dt, at):
     return bound(P)
 
 
-@njit(cache=True)
+@kernel
 def floored(z, R):
     """Whether z (k,) and R (k, k) are finite, and a copy of R with its diagonal made positive: |r|, at least 1e-9."""
     k, finite = z.shape[0], True
@@ -87,7 +88,7 @@ def floored(z, R):
     return finite, S
 
 
-@njit(cache=True)
+@kernel
 def innovation(x, indices, extra, z):
     """y = z - h x (k,), angles wrapped."""
     y = np.empty(z.shape[0])
@@ -101,7 +102,7 @@ def innovation(x, indices, extra, z):
     return y
 
 
-@njit(cache=True)
+@kernel
 def correct(x, P, indices, extra, z, R, gate):
     """Take in k measured variables, in place: indices, extra (k,) int64 (-1: no bias), z (k,), R (k, k), gate in sigmas.
 
@@ -127,7 +128,11 @@ def correct(x, P, indices, extra, z, R, gate):
                 for m in range(j, i):
                     total -= L[i, m] * W[m, j]
                 W[i, j] = total / L[i, i]
-        y = W @ y
+        for j in range(k - 1, -1, -1):
+            total = 0.0
+            for m in range(j + 1):
+                total += W[j, m] * y[m]
+            y[j] = total
     moved, covariance = np.zeros(n), P.copy()
     column, row = np.empty(n), np.empty(n)
     distance = 0.0
@@ -176,7 +181,7 @@ def correct(x, P, indices, extra, z, R, gate):
     return TAKEN, distance, positive_definite(P)
 
 
-@njit(cache=True)
+@kernel
 def take(x, P, indices, extra, z, R, gate):
     """`correct` with the variances of R made positive first (`floored`); NOT_FINITE, and nothing done, where z or R is not."""
     finite, S = floored(z, R)
@@ -185,7 +190,7 @@ def take(x, P, indices, extra, z, R, gate):
     return correct(x, P, indices, extra, z, S, gate)
 
 
-@njit(cache=True)
+@kernel
 def all_finite(x, P):
     """Whether x (n,) and P (n, n) are."""
     for i in range(x.shape[0]):
@@ -197,7 +202,7 @@ def all_finite(x, P):
     return True
 
 
-@njit(cache=True)
+@kernel
 def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
     """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor.
 
@@ -238,7 +243,7 @@ def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
     return True
 
 
-@njit(cache=True)
+@kernel
 def differentiated(rates, P, before, dt):
     """(3,) the change of the rates (3,) since `before` per second over dt, and its covariance (3, 3), of x[9:12] and P (n, n)."""
     change, covariance, scale = np.empty(3), np.empty((3, 3)), 2.0 / (dt * dt)
@@ -249,13 +254,13 @@ def differentiated(rates, P, before, dt):
     return change, covariance
 
 
-def warm(unscented: bool = True) -> None:
-    """Compile (or load from the cache) what an EKF needs, and an unscented filter if asked for, so that nothing compiles on the move."""
+def warm(kind: Optional[str] = None) -> None:
+    """Compile (or load from the cache) what a filter needs, 'ekf' or 'ukf' (None: both), so that nothing compiles on the move."""
     x, P = np.zeros(15), np.eye(15)
     indices, extra, z, R = np.array([6, 11]), np.array([-1, -1]), np.zeros(2), np.eye(2)
     wrap_angles(x)
     positive_definite(P)
-    if not unscented:
+    if kind != 'ukf':
         predict(x, P, np.eye(15), 0.01, x)
     floored(z, R)
     bound(P)
@@ -263,5 +268,5 @@ def warm(unscented: bool = True) -> None:
     take(x, P, indices, extra, z, R, np.inf)
     all_finite(x, P)
     differentiated(np.zeros(3), P, np.zeros(3), 0.02)
-    if unscented:
+    if kind != 'ekf':
         unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)

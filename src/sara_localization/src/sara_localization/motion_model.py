@@ -16,7 +16,7 @@ from math import copysign, cos, sin
 from typing import Tuple
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from .state import SIZE
 
@@ -24,7 +24,7 @@ from .state import SIZE
 _SMALLEST_COSINE = 1e-9
 
 
-@njit(cache=True)
+@kernel
 def advance(x, dt):
     """Move the state (n,), n >= 15, dt seconds on, in place."""
     sr, cr, sp, cp, sy, cy = sin(x[3]), cos(x[3]), sin(x[4]), cos(x[4]), sin(x[5]), cos(x[5])
@@ -43,7 +43,7 @@ def advance(x, dt):
         x[6 + i] += x[12 + i] * dt
 
 
-@njit(cache=True)
+@kernel
 def jacobian(x, dt):
     """The Jacobian F (15, 15) of `advance` at x."""
     sr, cr, sp, cp, sy, cy = sin(x[3]), cos(x[3]), sin(x[4]), cos(x[4]), sin(x[5]), cos(x[5])

@@ -10,7 +10,7 @@ from math import fabs, sqrt
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from .covariance import cholesky
 from .geometry import rotation_matrix
@@ -177,7 +177,7 @@ def _sane(values) -> bool:
     return sum(map(abs, values)) < LARGEST_VALUE
 
 
-@njit(cache=True)
+@kernel
 def sound(values, covariance, mask, largest_value, largest_variance):
     """Whether everything is a number of a sane size and what is measured (mask (n,) bool) has a positive variance."""
     n = values.shape[0]
@@ -192,7 +192,7 @@ def sound(values, covariance, mask, largest_value, largest_variance):
     return True
 
 
-@njit(cache=True)
+@kernel
 def turn(R, mask, covariance):
     """Turn mask (n,) and covariance (n, n), three variables at a time, by the (3, 3) matrix R, in place."""
     n = mask.shape[0]
@@ -215,7 +215,7 @@ def turn(R, mask, covariance):
                                             + R[i, 2] * turned[k, block + 2])
 
 
-@njit(cache=True)
+@kernel
 def measured(first, values, covariance, mask, two_d, off_plane_variance, largest_value):
     """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
     definite, how many of the k are not forced, whether all of z is below largest_value).

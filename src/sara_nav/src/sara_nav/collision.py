@@ -3,7 +3,7 @@ import functools
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav import outline
 from sara_nav.footprint import cover
@@ -70,7 +70,7 @@ def _covering(footprint, spacing):
     return cover(np.frombuffer(footprint).reshape(-1, 2), spacing)
 
 
-@njit(cache=True)
+@kernel
 def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks):
     """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
 

@@ -7,7 +7,7 @@ sees at the end of the trajectory (obstacle: the highest on the way); negative: 
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.geometry import wrap
 from sara_nav.outline import outline_cost
@@ -31,7 +31,7 @@ def velocities(low, high, count):
     return result
 
 
-@njit(cache=True)
+@kernel
 def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acceleration, simulation, growth, shift,
           accelerating, sum_scores, grace):
     """Return (raw costs (n, 7) of the critics but oscillation, speeds driven (n, 2)) of samples (n, 2) of v, w.
@@ -96,7 +96,7 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
     return raw, driven
 
 
-@njit(cache=True)
+@kernel
 def _seen(before, distance, size):
     """Return a grid's cost after one more point: once negative, it stays so."""
     if before < 0.0:
@@ -106,7 +106,7 @@ def _seen(before, distance, size):
     return UNREACHABLE if distance > size else float(distance)
 
 
-@njit(cache=True)
+@kernel
 def drive(state, sample, acceleration, simulation, accelerating):
     """Return the poses (steps, 3) of one sample, those that ``judge`` looks at; arguments as there."""
     steps = int(math.ceil(max(abs(sample[0]) * simulation[0] / simulation[1],

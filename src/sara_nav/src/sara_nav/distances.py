@@ -4,12 +4,12 @@ Two passes, first along the columns, then the least sum of squares along the row
 a reach. Both run along rows of memory with one operation a cell, so that the compiler makes vector instructions of them.
 """
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 LETHAL, UNKNOWN = 254, 255
 
 
-@njit(cache=True)
+@kernel
 def _along_columns(costs, x0, y0, xn, yn, reach):
     """Return the squares (float32, whole) of the gaps along each column to the nearest lethal cell of the window."""
     rows, columns = yn - y0, xn - x0
@@ -32,12 +32,12 @@ def _along_columns(costs, x0, y0, xn, yn, reach):
     return gap
 
 
-@njit(cache=True)
+@kernel
 def _least(a, b):
     return a if a < b else b
 
 
-@njit(cache=True)
+@kernel
 def _along_row(squares, reach, best):
     """Put the least of d^2 + squares[x - d], squares[x + d] over all d into best, for one row; False: nothing near."""
     n = len(squares)
@@ -59,7 +59,7 @@ def _along_row(squares, reach, best):
     return least <= limit
 
 
-@njit(cache=True)
+@kernel
 def squared_distances(costs, reach):
     """Return the exact squared distance (cells squared, int32) from each cell to the nearest lethal one.
 
@@ -76,7 +76,7 @@ def squared_distances(costs, reach):
     return result
 
 
-@njit(cache=True)
+@kernel
 def spread(obstacles, costs, x0, y0, xn, yn, reach, table, unknown_from):
     """Raise the costs of a window by what the obstacles in and around it cost there.
 

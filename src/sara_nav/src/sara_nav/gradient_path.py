@@ -11,7 +11,7 @@ Positions are in cells of the padded grid of potential.py with whole numbers at 
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.potential import HIGH
 
@@ -20,7 +20,7 @@ PATIENCE = 6
 """Gradient steps that may pass without a lower cell."""
 
 
-@njit(cache=True)
+@kernel
 def _slope(potential, n, width):
     """Return the unit vector downhill at a reached cell, (0, 0) where there is none."""
     here = potential[n]
@@ -39,7 +39,7 @@ def _slope(potential, n, width):
     return x / norm, y / norm
 
 
-@njit(cache=True)
+@kernel
 def clear_step(potential, width, x0, y0, x1, y1):
     """True when a line of at most a cell runs through reached cells alone."""
     column, row = int(math.floor(x0 + 0.5)), int(math.floor(y0 + 0.5))
@@ -57,7 +57,7 @@ def clear_step(potential, width, x0, y0, x1, y1):
     return True
 
 
-@njit(cache=True)
+@kernel
 def lowest_neighbour(potential, n, width):
     """Return the lowest of a cell's eight neighbours that is lower than it, without squeezing past a corner, or -1."""
     best = -1
@@ -73,7 +73,7 @@ def lowest_neighbour(potential, n, width):
     return best
 
 
-@njit(cache=True)
+@kernel
 def descend(potential, width, source_x, source_y, goal_x, goal_y):
     """Return the path (n, 2) from the goal down the potential to the source; empty if the goal was not reached.
 
@@ -131,7 +131,7 @@ def descend(potential, width, source_x, source_y, goal_x, goal_y):
     return result
 
 
-@njit(cache=True)
+@kernel
 def descend_grid(potential, width, source_x, source_y, goal_x, goal_y):
     """Return the path (n, 2) from the goal to the source over cell centres, each the lowest neighbour of the last."""
     source = int(math.floor(source_y + 0.5)) * width + int(math.floor(source_x + 0.5))

@@ -7,7 +7,7 @@ import heapq
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 LETHAL, UNKNOWN = 254, 255
 BLOCKED_FROM = 253
@@ -15,7 +15,7 @@ NEUTRAL_COST, COST_FACTOR = 50.0, 0.8
 """Driving through one cell of cost c costs (NEUTRAL_COST + COST_FACTOR c)/NEUTRAL_COST cells, navfn's weights."""
 
 
-@njit(cache=True)
+@kernel
 def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
     """Return the cheapest 8-connected way as an int64 array (n, 2) of (column, row), empty when there is none.
 
@@ -84,7 +84,7 @@ def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
     return path
 
 
-@njit(cache=True)
+@kernel
 def line_cost(costs, x0, y0, x1, y1, allow_unknown):
     """Return what the straight way between two points (cells) costs, infinite when it meets a wall.
 
@@ -121,7 +121,7 @@ def line_cost(costs, x0, y0, x1, y1, allow_unknown):
             row += step_y
 
 
-@njit(cache=True)
+@kernel
 def shorten(costs, points, allow_unknown, slack, window):
     """Return the indices of the points to keep when a way is pulled straight.
 

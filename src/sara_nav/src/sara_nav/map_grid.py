@@ -6,7 +6,7 @@ counted in cells. A cell the wave met as an obstacle holds ``size`` (the number 
 to ``size + 1``.
 """
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 BLOCKED_FROM = 253
 UNKNOWN = 255
@@ -22,7 +22,7 @@ def unreachable_distance(costs):
     return costs.size + 1
 
 
-@njit(cache=True)
+@kernel
 def spread(costs, seeds, exempt):
     """Return the distances int32, shape of costs, from the nearest of seeds (n, 2) of (column, row).
 

@@ -7,14 +7,14 @@ C++ peer's to the cell.
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 LETHAL, UNKNOWN = 254, 255
 HIT_LETHAL, HIT_UNKNOWN, OFF_MAP = -1, -2, -3
 """What an outline costs where it may not be, as costmap_2d's CostmapModel has it."""
 
 
-@njit(cache=True)
+@kernel
 def line_cells(x0, y0, x1, y1):
     """Return the cells int64 (n, 2) of the line from cell (x0, y0) to (x1, y1), both included."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
@@ -38,7 +38,7 @@ def line_cells(x0, y0, x1, y1):
     return cells
 
 
-@njit(cache=True)
+@kernel
 def line_cost(costs, x0, y0, x1, y1):
     """Return the highest cost on the line between two cells of the map, or HIT_LETHAL or HIT_UNKNOWN."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
@@ -65,7 +65,7 @@ def line_cost(costs, x0, y0, x1, y1):
     return worst
 
 
-@njit(cache=True)
+@kernel
 def outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, cosine, sine):
     """Return the highest cost under the outline of a footprint, or HIT_LETHAL, HIT_UNKNOWN, OFF_MAP.
 
@@ -94,7 +94,7 @@ def outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, co
     return cost if cost < 0 else max(worst, cost)
 
 
-@njit(cache=True)
+@kernel
 def cost_ceiling(costs, column, row, half, reach):
     """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns.
 

@@ -13,14 +13,14 @@ Arrays are flat over the map with one cell of obstacle put all round it, so that
 off the map: index = (row + 1)(columns + 2) + column + 1. ``warm()`` compiles or loads all of it.
 """
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 HIGH = np.float32(1e10)
 """Potential of a cell that the wave has not reached."""
 INVERSE_ROOT_2 = np.float32(0.707106781)
 
 
-@njit(cache=True)
+@kernel
 def prepare(costs, table, obstacle, outline, steps, potential, pending):
     """Lay out a search: table (256,) turns costs (rows, columns) into steps; nothing is reached or waits.
 
@@ -48,7 +48,7 @@ def prepare(costs, table, obstacle, outline, steps, potential, pending):
     pending[:] = 0
 
 
-@njit(cache=True, inline='always')
+@kernel(inline='always')
 def plane_wave(low, other, cost, quadratic):
     """Return a cell's potential from the lowest neighbour along one axis and along the other, and its own cost."""
     if low > other:
@@ -60,7 +60,7 @@ def plane_wave(low, other, cost, quadratic):
     return low, value
 
 
-@njit(cache=True)
+@kernel
 def spread(steps, potential, pending, current, following, over, count, width, target, obstacle, increment, quadratic):
     """Run the wave from the ``count`` cells in ``current`` until ``target`` is settled or nothing is left.
 

@@ -8,7 +8,7 @@ sum, WIDTH wide each; within a list, rounds go as in potential.py. Arrays as the
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.potential import INVERSE_ROOT_2, plane_wave
 
@@ -18,7 +18,7 @@ LISTS = 64
 WIDTH = 20.0
 
 
-@njit(cache=True)
+@kernel
 def spread_astar(steps, potential, level_of, current, following, count, width, target, obstacle, neutral):
     """Run the wave from the ``count`` cells in ``current`` until ``target`` is settled or nothing is left.
 

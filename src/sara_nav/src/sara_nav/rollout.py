@@ -7,7 +7,7 @@ costmap at every step, and the distances to path and goal are read at the end. E
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.outline import line_cost, outline_cost
 
@@ -15,7 +15,7 @@ COLLIDES, NO_WAY = -1.0, -2.0
 """Costs of samples that touch something or leave the map, and of those that end where no way leads to the goal."""
 
 
-@njit(cache=True)
+@kernel
 def towards(wanted, present, acceleration, dt):
     """Return the speed after dt (s) when accelerating from ``present`` to ``wanted``."""
     if wanted >= present:
@@ -23,7 +23,7 @@ def towards(wanted, present, acceleration, dt):
     return max(wanted, present - acceleration * dt)
 
 
-@njit(cache=True)
+@kernel
 def heading_error(costs, cells, column, row, x, y, yaw, origin_x, origin_y, resolution):
     """Return how far (rad) the heading is from the furthest plan cell (n, 2) in clear sight, infinite when none is."""
     height, width = costs.shape
@@ -37,7 +37,7 @@ def heading_error(costs, cells, column, row, x, y, yaw, origin_x, origin_y, reso
     return np.inf
 
 
-@njit(cache=True)
+@kernel
 def steps_of(v, w, sim_time, granularity, angular_granularity, by_time):
     """Return in how many steps a sample is simulated: each no longer than the granularities, at least one."""
     if by_time:
@@ -47,7 +47,7 @@ def steps_of(v, w, sim_time, granularity, angular_granularity, by_time):
     return max(int(steps + 0.5), 1)
 
 
-@njit(cache=True)
+@kernel
 def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acceleration, simulation, weights,
           attractor, heading, grace):
     """Return (cost (n,), end pose (n, 3)) of samples (n, 2) of v (m/s) and w (rad/s).
@@ -118,7 +118,7 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
     return result, ends
 
 
-@njit(cache=True)
+@kernel
 def roll(state, sample, acceleration, simulation, by_time):
     """Return the poses (steps, 3) of one sample, those that ``score`` looks at; arguments as there."""
     steps = steps_of(sample[0], sample[1], simulation[0], simulation[1], simulation[2], by_time)

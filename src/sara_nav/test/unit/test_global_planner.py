@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ahead_of_time import compilations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -216,4 +217,4 @@ def test_nothing_compiles_while_planning():
     for values in ({}, {'use_grid_path': True}, {'use_quadratic': False}, {'lethal_cost': 200}):
         planner(**values).plan(free_room(), START, GOAL)
     for kernel in (potential.prepare, potential.spread, gradient_path.descend, gradient_path.descend_grid):
-        assert len(kernel.signatures) == 1
+        assert compilations(kernel) <= 1

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ahead_of_time import compilations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -257,7 +258,7 @@ def test_nothing_compiles_while_planning():
     for astar in (False, True):
         NavfnROS(NavfnConfig(use_astar=astar)).plan(room(), Pose2D(1.0, 1.0, 0.0), Pose2D(2.0, 2.0, 0.0))
     for kernel in (potential.prepare, potential.spread, potential_astar.spread_astar, gradient_path.descend):
-        assert len(kernel.signatures) == 1
+        assert compilations(kernel) <= 1
 
 
 @pytest.mark.parametrize('name, value', [

@@ -6,10 +6,11 @@ rectangle with a square cell is the separating axis test.
 
 from math import ceil, cos, floor, inf, pi, sin
 
-from numba import njit
+import numpy as np
+from ahead_of_time import kernel
 
 
-@njit(cache=True)
+@kernel
 def cast(occupied, x, y, angle, limit):
     """Walk one ray. `occupied`: (rows, columns) bool, row 0 lowest; x, y, limit in cells; angle in rad.
 
@@ -39,7 +40,7 @@ def cast(occupied, x, y, angle, limit):
     return inf, free_row, free_column
 
 
-@njit(cache=True)
+@kernel
 def cone(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit):
     """Nearest echo in a cone, in cells, or inf. Lengths in cells, angles in rad.
 
@@ -61,7 +62,7 @@ def cone(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepes
     return nearest
 
 
-@njit(cache=True)
+@kernel
 def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
     """True if the rectangle centred on (x, y) overlaps an occupied cell. Lengths in cells, touching edges do not overlap."""
     rows, columns = occupied.shape
@@ -80,7 +81,7 @@ def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
     return False
 
 
-@njit(cache=True)
+@kernel
 def hit_shape(x, y, dx, dy, shape):
     """Where the ray from (x, y) along the unit vector (dx, dy) meets a shape (a row of `Obstacles.shapes`).
 
@@ -126,7 +127,7 @@ def hit_shape(x, y, dx, dy, shape):
     return low, nx, ny
 
 
-@njit(cache=True)
+@kernel
 def cone_with_shapes(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit, shapes):
     """As `cone`, with the rows of `shapes` (lengths in cells too) in front of or behind the walls."""
     nearest = inf
@@ -149,7 +150,7 @@ def cone_with_shapes(occupied, normal_x, normal_y, x, y, axis, half_angle, rays,
     return nearest
 
 
-@njit(cache=True)
+@kernel
 def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
     """Which shapes a rectangle centred on (x, y) overlaps: fills `met` (n bool), returns how many. Touching edges do not overlap."""
     count = 0
@@ -171,8 +172,18 @@ def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
     return count
 
 
-@njit(cache=True)
+@kernel
 def wrap(angle):
     """The same angle in (-pi, pi]."""
     wrapped = (angle + pi) % (2.0 * pi) - pi
     return pi if wrapped == -pi else wrapped
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    occupied, normals, shapes = np.zeros((2, 2), np.bool_), np.zeros((2, 2), np.float32), np.ones((1, 6))
+    cone(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
+    cone_with_shapes(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0, shapes)
+    rectangle_overlaps(occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
+    rectangle_meets_shapes(shapes, 0.0, 0.0, 0.0, 1.0, 1.0, np.zeros(1, np.bool_))
+    wrap(0.0)

@@ -44,9 +44,7 @@ class World:
         self.ramps = list(ramps)
         self._normal_x, self._normal_y = _wall_normals(self.occupied)
         self._reach: dict = {}
-        # The loops are compiled, or found compiled, here and not in the middle of a drive.
-        rays.cone(self.occupied, self._normal_x, self._normal_y, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
-        rays.rectangle_overlaps(self.occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
+        rays.warm()   # here and not in the middle of a drive
 
     @classmethod
     def empty(cls) -> World:
@@ -94,7 +92,6 @@ class World:
         if 0 <= row < rows and 0 <= column < columns and self._clear(length, width).item(int(row), int(column)):
             return False
         return rays.rectangle_overlaps(self.occupied, column, row, yaw, 0.5 * length / size, 0.5 * width / size)
-
 
     def _clear(self, length: float, width: float) -> np.ndarray:
         """Cells from which a rectangle reaches no occupied cell, however it is turned; worked out once for a rectangle."""

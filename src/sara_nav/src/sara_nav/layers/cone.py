@@ -7,7 +7,7 @@ echo and occupied around it, and Bayes' rule joins that with what was known. Whe
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 AXIS = 233.0 / 254.0
 """Least probability that the cell on the axis at the measured range has before the rule is applied."""
@@ -15,7 +15,7 @@ FREE_EVIDENCE = 0.3
 """Least weight of a reading, on the axis, for the cells before its echo, however far they are."""
 
 
-@njit(cache=True)
+@kernel
 def apply_all(grid, seen_at, origin_x, origin_y, resolution, phi, inflate_cone, clear_below, mark_above, t, readings):
     """Take readings, in their order, as ``apply`` does; returns their windows, int64 (n, 8): cone and change of each.
 
@@ -31,7 +31,7 @@ def apply_all(grid, seen_at, origin_x, origin_y, resolution, phi, inflate_cone, 
     return result
 
 
-@njit(cache=True)
+@kernel
 def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, clear_below,
           mark_above, t):
     """Take one reading into the probabilities; returns two windows (x0, y0, xn, yn): that of the cone, and that of the
@@ -100,7 +100,7 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
     return (x0, y0, xn, yn), changed
 
 
-@njit(cache=True)
+@kernel
 def _model(d, distance, band, off, phi):
     """Return the probability that a cell at distance d, ``off`` of half the cone aside, is occupied."""
     across = 1.0 - off * off
@@ -116,12 +116,12 @@ def _model(d, distance, band, off, phi):
     return 0.5
 
 
-@njit(cache=True)
+@kernel
 def _turn(ax, ay, bx, by, cx, cy):
     return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
 
-@njit(cache=True)
+@kernel
 def _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution):
     """Return the window around a sector of a circle, not cut to the grid."""
     low_x = high_x = x
@@ -144,7 +144,7 @@ def _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution):
             int(math.floor((high_x - origin_x) / resolution)) + 1, int(math.floor((high_y - origin_y) / resolution)) + 1)
 
 
-@njit(cache=True)
+@kernel
 def forget(grid, seen_at, x0, y0, xn, yn, before):
     """Make unknown again what was last held for occupied before a time (s).
 
@@ -164,7 +164,7 @@ def forget(grid, seen_at, x0, y0, xn, yn, before):
     return changed, left
 
 
-@njit(cache=True)
+@kernel
 def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
     """Write a window's costs: 254 above, 0 below the thresholds; a known cost is never lowered."""
     for row in range(y0, yn):

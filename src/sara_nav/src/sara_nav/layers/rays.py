@@ -5,14 +5,14 @@ Each kernel returns the window (x0, y0, xn, yn) of the cells whose cost it chang
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 
 from sara_nav.outline import line_cells
 
 FREE, LETHAL = 0, 254
 
 
-@njit(cache=True)
+@kernel
 def clear_rays(costs, origin_x, origin_y, resolution, sensor_x, sensor_y, points, reach):
     """Free the cells on the lines from a sensor on the grid to points (n, 3), m, no further than ``reach`` cells."""
     height, width = costs.shape
@@ -35,7 +35,7 @@ def clear_rays(costs, origin_x, origin_y, resolution, sensor_x, sensor_y, points
     return window
 
 
-@njit(cache=True)
+@kernel
 def _free_line(costs, x0, y0, x1, y1, reach, window):
     low_x, low_y, high_x, high_y = window
     cells = line_cells(x0, y0, x1, y1)
@@ -50,7 +50,7 @@ def _free_line(costs, x0, y0, x1, y1, reach, window):
     return low_x, low_y, high_x, high_y
 
 
-@njit(cache=True)
+@kernel
 def mark_points(costs, origin_x, origin_y, resolution, sensor, points, obstacle_range, highest):
     """Make lethal the cells of points (n, 3), m, nearer to the sensor (3,) than ``obstacle_range`` and not above
     ``highest``."""
@@ -70,7 +70,7 @@ def mark_points(costs, origin_x, origin_y, resolution, sensor, points, obstacle_
     return low_x, low_y, high_x, high_y
 
 
-@njit(cache=True)
+@kernel
 def free_polygon(costs, cells):
     """Free the cells of a convex polygon whose corners lie in ``cells`` (k, 2) int64 (column, row), its outline too."""
     height, width = costs.shape

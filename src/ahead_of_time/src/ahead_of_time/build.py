@@ -1,0 +1,211 @@
+"""Compiles the kernels of packages: `python3 -m ahead_of_time.build FOLDER PACKAGE...`, with FOLDER on the path that will be searched.
+
+The modules that say `@kernel` are imported and their `warm()` is called; what is called then, and with which types, is compiled into
+one object per package (numba.pycc), with the index that library.py reads beside it. What is fresh is left alone.
+"""
+import ast
+import importlib
+import importlib.util
+import json
+import os
+import sys
+import tempfile
+import traceback
+import warnings
+from pathlib import Path
+
+from . import library
+
+
+class Untold(Exception):
+    """A type that dispatch.c has no letter for."""
+
+
+def types_of(signature):
+    """The types of a numba signature's arguments as dispatch.c reads them. Raises Untold."""
+    return ''.join(map(_letter, signature.args))
+
+
+def _letter(type_):
+    from numba.core import types
+    if isinstance(type_, types.BaseTuple) and not isinstance(type_, types.BaseNamedTuple):
+        return '(' + ''.join(map(_letter, type_)) + ')'
+    if isinstance(type_, types.Array) and type_.layout in 'CA' and type_.aligned and type_.ndim < 10:
+        from numba.np.numpy_support import as_dtype
+        dtype = as_dtype(type_.dtype)
+        if dtype.kind in 'biuf' and dtype.itemsize < 10:
+            return f'a{dtype.kind}{dtype.itemsize}{type_.ndim}{type_.layout}{"w" if type_.mutable else "r"}'
+    letters = {types.float64: 'f', types.int64: 'i', types.boolean: 'b', types.none: 'n'}
+    if type_ not in letters:
+        raise Untold(str(type_))
+    return letters[type_]
+
+
+class Recorder:
+    """Takes in every kernel that is made, and with which types Python calls it."""
+
+    def __init__(self):
+        self.kernels = []
+
+    def record(self, function, options):
+        """A kernel that remembers its calls."""
+        self.kernels.append(Recorded(function, options))
+        return self.kernels[-1]
+
+
+class Recorded:
+    """numba's dispatcher; `called`: the signatures that Python called it with."""
+
+    def __init__(self, function, options):
+        from numba import njit
+        self.function, self.dispatcher, self.called = function, njit(**options)(function), {}   # numba's cache does not see all changes
+        self.py_func, self.targetoptions = function, self.dispatcher.targetoptions   # as numba's inlining looks for them
+
+    def __call__(self, *arguments):
+        from numba import typeof
+        result = self.dispatcher(*arguments)
+        signature = self.dispatcher.overloads[tuple(map(typeof, arguments))].signature
+        self.called[types_of(signature)] = signature
+        return result
+
+
+def kernel_modules(package):
+    """{name: path} of the package's modules that say `from ahead_of_time import kernel`."""
+    found = {}
+    for root in map(Path, importlib.import_module(package).__path__):
+        for path in sorted(root.rglob('*.py')):
+            if any('ahead_of_time.kernel' in names for names in _imports(path)):
+                found['.'.join([package, *path.relative_to(root).with_suffix('').parts])] = path.resolve()
+    return found
+
+
+def _imports(path):
+    """For each import of a source file the set of the modules' names that it may mean."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = '.' * node.level + (node.module or '')
+            yield {base} | {f'{base}{"" if base.endswith(".") else "."}{alias.name}' for alias in node.names}
+
+
+def sources_of(name):
+    """Paths of a module and of all that it imports from its own package, directly or not: what its machine code may depend on."""
+    package, found, waiting = name.split('.')[0], {}, [name]
+    while waiting:
+        name = waiting.pop()
+        spec = _spec(name)
+        if name in found or spec is None or not spec.origin:
+            continue
+        found[name] = os.path.realpath(spec.origin)
+        parent = name if spec.submodule_search_locations else name.rpartition('.')[0]
+        for names in _imports(Path(spec.origin)):
+            names = {importlib.util.resolve_name(n, parent) if n.startswith('.') else n for n in names}
+            waiting += [n for n in names if n.split('.')[0] == package]
+    return sorted(found.values())
+
+
+def _spec(name):
+    try:
+        return importlib.util.find_spec(name)
+    except (ImportError, AttributeError):   # a function's name, not a module's
+        return None
+
+
+def record(modules):
+    """Import the modules and warm them; returns what became of their kernels, a list of Recorded."""
+    loaded = [importlib.import_module(name) for name in modules]
+    for module in loaded:
+        if hasattr(module, 'warm'):
+            module.warm()
+    return [kernel for kernel in library.recorder.kernels if kernel.function.__module__ in modules]
+
+
+def teach_numba():
+    """Tell numba's typing what a Recorded is where one kernel calls another."""
+    from numba.core import types
+    from numba.extending import typeof_impl
+
+    @typeof_impl.register(Recorded)
+    def _typeof(value, _context):
+        return types.Dispatcher(value.dispatcher)
+
+
+def mend_pycc():
+    """Give each function that pycc compiles flags of its own: inlining turns some off, for all that are compiled after it."""
+    from numba.pycc import compiler
+    compile_one = compiler.compile_extra
+
+    def compile_extra(typing, target, function, arguments, result, flags, **rest):
+        return compile_one(typing, target, function, arguments, result, flags.copy(), **rest)
+    compiler.compile_extra = compile_extra
+
+
+def compile_package(folder, package, modules):
+    """Compile a package's kernels into an object in the folder; returns the package's entry of the index."""
+    from numba.pycc import CC
+    stamps = {name: {path: library.stamp(path) for path in sources_of(name)} for name in modules}
+    object_code = CC(library.object_name(package))
+    object_code.target_cpu, object_code.output_dir = 'host', str(folder)
+    entry = {'object': object_code.output_file, 'modules': {name: {'sources': stamps[name], 'kernels': {}} for name in modules}}
+    for kernel in record(modules):
+        name = kernel.function.__module__
+        variants = entry['modules'][name]['kernels'][kernel.function.__name__] = []   # stays empty for what compiled code alone calls
+        for number, (types, signature) in enumerate(sorted(kernel.called.items())):
+            symbol = f"{name.replace('.', '_')}__{kernel.function.__name__}__{number}"
+            object_code.export(symbol, signature)(kernel.function)
+            variants.append([types, symbol])
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:   # what runs keeps the file that it has open
+        object_code.output_dir = scratch
+        object_code.compile()
+        os.replace(os.path.join(scratch, entry['object']), folder / entry['object'])
+    return entry
+
+
+def compile_dispatch(folder):
+    """Compile dispatch.c into the folder, unless it is there and newer."""
+    from numba.pycc.platform import Toolchain
+    source, tools = Path(__file__).with_name('dispatch.c'), Toolchain()
+    target = folder / tools.get_ext_filename(library.DISPATCH)
+    if target.exists() and target.stat().st_mtime > source.stat().st_mtime:
+        return
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        objects = tools.compile_objects([str(source)], scratch, include_dirs=tools.get_python_include_dirs(), extra_cflags=['-O2'])
+        tools.link_shared(os.path.join(scratch, target.name), objects)
+        os.replace(os.path.join(scratch, target.name), target)
+
+
+def main():
+    """Compile what is not fresh."""
+    folder, packages = Path(sys.argv[1]).resolve(), sys.argv[2:]
+    path = folder / library.INDEX
+    index = json.loads(path.read_text()) if path.exists() else {}
+    if index.get('machine') != library.machine():
+        index = {'machine': library.machine(), 'packages': {}}
+    library.recorder = Recorder()   # before anything with a kernel is imported
+    warnings.simplefilter('ignore')   # pycc is what there is; it warns that it will be replaced one day
+    modules = {package: kernel_modules(package) for package in packages}
+    known = index['packages']
+    stale = [package for package in packages if package not in known or set(known[package]['modules']) != set(modules[package])
+             or not all(map(library.fresh, known[package]['modules'].values()))]
+    compile_dispatch(folder)
+    if stale:
+        teach_numba()
+        mend_pycc()
+    failed = []
+    for package in stale:
+        print(f'compiling the kernels of {package}', flush=True)
+        try:
+            known[package] = compile_package(folder, package, modules[package])
+        except Exception:   # whatever is wrong with one package's source, the others' are compiled
+            traceback.print_exc()
+            failed.append(package)
+    new = path.with_suffix('.new')
+    new.write_text(json.dumps(index, indent=1))
+    os.replace(new, path)
+    if failed:
+        sys.exit(f"the kernels of {', '.join(failed)} could not be compiled")
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,156 @@
+"""Kernels compiled at build time: they are found when fresh, take no type that they were not made for, and numba steps in otherwise."""
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SOURCE = '''
+import numpy as np
+from ahead_of_time import kernel
+from toys import numbers
+
+
+@kernel
+def inner(a, k):
+    return a[k] * numbers.FACTOR
+
+
+@kernel
+def summed(a, k, scale, flag, pair):
+    total = pair[0]
+    for i in range(k):
+        total += inner(a, i) * scale
+    if flag:
+        a[0] = -1.0
+    return total, np.full(2, pair[1])
+
+
+def warm():
+    summed(np.zeros(2), 2, 1.0, False, (0.0, 1.0))
+'''
+PROBE = '''
+import json, sys
+import numpy as np
+from ahead_of_time import misses
+from toys import sums
+values = %s
+total, full = sums.summed(*values)
+print(json.dumps([total, full.tolist(), 'numba' in sys.modules, misses()]))
+'''
+ARRAY, REST = 'np.array([1.0, 2.0, 3.0])', '3, 2.0, True, (10.0, 5.0)'
+
+
+@pytest.fixture(scope='module')
+def workshop(tmp_path_factory):
+    """A folder with a package `toys`, and its kernels compiled beside it."""
+    folder = tmp_path_factory.mktemp('workshop')
+    (folder / 'toys').mkdir()
+    (folder / 'toys' / '__init__.py').write_text('')
+    (folder / 'toys' / 'numbers.py').write_text('FACTOR = 1.0\n')
+    (folder / 'toys' / 'sums.py').write_text(SOURCE)
+    build(folder)
+    return folder
+
+
+def python(folder, *arguments, **more):
+    path = os.pathsep.join([str(folder), str(Path(__file__).parents[2] / 'src')])
+    environment = {**os.environ, 'PYTHONPATH': path, 'NUMBA_CACHE_DIR': str(folder / 'cache'), **more}
+    return subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False)
+
+
+def build(folder):
+    done = python(folder, '-m', 'ahead_of_time.build', str(folder), 'toys')
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def probe(folder, array=ARRAY, rest=REST, **more):
+    done = python(folder, '-c', PROBE % f'[{array}, {rest}]', **more)
+    assert done.returncode == 0, done.stderr
+    total, full, numba, missed = json.loads(done.stdout)
+    assert full == [5.0, 5.0]
+    return total, numba, missed
+
+
+def test_without_numba_the_result_is_the_same(workshop):
+    total, numba, missed = probe(workshop)
+    assert total == 22.0 and not numba and not missed
+    total, numba, missed = probe(workshop, AHEAD_OF_TIME='off')
+    assert total == 22.0 and numba and not missed
+
+
+@pytest.mark.parametrize('array, rest', [
+    ('np.array([1, 2, 3])', REST),                                        # another dtype of the same size
+    ('np.array([1.0, 2.0, 3.0], np.float32)', REST),
+    ('np.array([1.0, 2.0, 3.0]).astype(">f8").byteswap().view("f8")', '3, 2, True, (10.0, 5.0)'),
+    ('np.array([1.0, 0.0, 2.0, 0.0, 3.0])[::2]', REST),                   # not contiguous
+    (ARRAY, '3, 2, True, (10.0, 5.0)'),                                   # an int for a float
+    (ARRAY, '3, 2.0, 1, (10.0, 5.0)'),                                    # an int for a bool
+    (ARRAY, '3, 2.0, True, (10.0, 5.0, 0.0)'),                            # a longer tuple
+    (ARRAY, '3, 2.0, True, (10, 5.0)'),
+])
+def test_other_types_are_left_to_numba(workshop, array, rest):
+    total, numba, missed = probe(workshop, array, rest)
+    assert total == 22.0 and numba and missed == {'toys.sums.summed': 1}
+
+
+@pytest.mark.parametrize('rest', ['np.int64(3), 2.0, True, (10.0, 5.0)', '3, np.float64(2.0), np.bool_(True), (10.0, 5.0)'])
+def test_numpys_scalars_are_what_numba_takes_them_for(workshop, rest):
+    assert probe(workshop, rest=rest) == (22.0, False, {})
+
+
+def test_an_array_that_may_not_be_written_is_not_written(workshop):
+    assert python(workshop, '-c', PROBE.replace('total,', 'values[0].flags.writeable = False\ntotal,', 1) % f'[{ARRAY}, {REST}]').returncode != 0
+
+
+@pytest.mark.parametrize('arguments', ['', ARRAY, f'{ARRAY}, {REST}, 1', f'None, {REST}', f'"abc", {REST}', f'[1.0], {REST}'])
+def test_what_numba_refuses_is_refused(workshop, arguments):
+    done = python(workshop, '-c', f'import numpy as np\nfrom toys import sums\nsums.summed({arguments})')
+    assert done.returncode == 1 and 'Traceback' in done.stderr
+
+
+def test_changed_sources_are_not_run_as_they_were(workshop):
+    assert build(workshop) == ''   # all is fresh
+    time.sleep(0.02)
+    (workshop / 'toys' / 'numbers.py').write_text('FACTOR = 10.0\n')
+    done = python(workshop, '-c', 'from ahead_of_time import library\nprint(library._kernels_of("toys", "toys.sums", "%s"))' % (workshop / 'toys' / 'sums.py'))
+    assert done.stdout.strip() == '{}', done.stderr
+    assert 'toys' in build(workshop)
+    assert probe(workshop) == (130.0, False, {})
+
+
+def test_another_machines_code_is_not_run(workshop):
+    path = workshop / 'ahead_of_time.index.json'
+    was = path.read_text()
+    path.write_text(json.dumps({**json.loads(was), 'machine': ['another']}))
+    assert probe(workshop)[1]
+    path.write_text(was)
+
+
+def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_path):
+    for name, line in (('good', 'return a + 1.0'), ('bad', 'return a.no_such_thing')):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / '__init__.py').write_text('')
+        (tmp_path / name / 'one.py').write_text(f'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    {line}\ndef warm():\n    f(1.0)\n')
+    done = python(tmp_path, '-m', 'ahead_of_time.build', str(tmp_path), 'bad', 'good')
+    assert done.returncode == 1 and 'the kernels of bad could not be compiled' in done.stderr
+    done = python(tmp_path, '-c', 'import sys\nfrom good import one\nprint(one.f(1.0), "numba" in sys.modules)')
+    assert done.stdout.split() == ['2.0', 'False']
+
+
+def test_the_extension_takes_what_it_is_given():
+    from ahead_of_time import library
+    try:
+        kernel_type = library.dispatch().Kernel
+    except TypeError:
+        pytest.skip('the workspace is not built')
+    made = kernel_type([('af82Cw', np.linalg.norm)], lambda *values, **named: (len(values), sorted(named)), len)
+    assert made(np.eye(2)) == np.sqrt(2.0) and made.missed == 0
+    assert made(np.eye(2).T[:1], 2) == (2, []) and made(a=1) == (0, ['a']) and made.missed == 2
+    with pytest.raises(TypeError):
+        kernel_type([(1, 2)], None, None)
