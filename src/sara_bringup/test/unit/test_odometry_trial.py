@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from sara_bringup import campaign
+from sara_bringup.campaign_part import Part
 from sara_bringup.odometry_trial import TIMES_BETTER, trial
 
 
@@ -18,8 +19,8 @@ def test_track_and_radii_are_found_and_the_square_closes(seed):
 @pytest.mark.parametrize("faults, status", (([], 0), (["too late"], 1)))
 def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, capsys, faults, status):
     runs = []
-    part = campaign.Part({"a_case": lambda: runs.append(1) or {"faults": faults}}, lambda results: (["a line"], {"number": len(results)}))
-    monkeypatch.setattr(campaign, "PARTS", {"one": lambda seeds: part})
+    part = Part({"a_case": lambda: runs.append(1) or {"faults": faults}}, lambda results: (["a line"], {"number": len(results)}))
+    monkeypatch.setattr(campaign, "PARTS", {"one": lambda seeds, folder: part})
     monkeypatch.setattr(sys, "argv", ["campaign", "--out", str(tmp_path), "--json", str(tmp_path / "all.json")])
     for _ in range(2):
         with pytest.raises(SystemExit) as ended:
@@ -33,8 +34,8 @@ def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, cap
 
 
 def test_parts_that_are_not_run_keep_their_figures(tmp_path, monkeypatch):
-    part = campaign.Part({"a_case": lambda: {"faults": []}}, lambda results: ([], {}))
-    monkeypatch.setattr(campaign, "PARTS", {"one": lambda seeds: part, "two": lambda seeds: part})
+    part = Part({"a_case": lambda: {"faults": []}}, lambda results: ([], {}))
+    monkeypatch.setattr(campaign, "PARTS", {"one": lambda seeds, folder: part, "two": lambda seeds, folder: part})
     (tmp_path / "all.json").write_text(json.dumps({"one": {"commit": "old"}, "two": {"commit": "old"}, "gone": {}}))
     monkeypatch.setattr(sys, "argv", ["campaign", "two", "--out", str(tmp_path), "--json", str(tmp_path / "all.json")])
     with pytest.raises(SystemExit):
