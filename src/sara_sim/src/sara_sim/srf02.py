@@ -16,6 +16,7 @@ RANGE_INCHES, RANGE_CM, RANGE_US = 0x50, 0x51, 0x52
 BURST, AUTOTUNE = 0x5C, 0x60
 RANGING_S = 0.066
 DEAD_CM, NEAR_CM = 16, 15
+FARTHEST_CM = 600
 UNTUNED_CM, TUNING_STEPS = 28, 6
 BUSY = 0xFF
 # 65 us per cm there and back and 148 us per inch, as the maker converts.
@@ -76,5 +77,7 @@ class Srf02:
         if distance == float('inf'):
             return 0
         cm = round(100.0 * distance)
+        if cm > FARTHEST_CM:  # it has stopped listening by then
+            return 0
         least = self.minimum_cm
         return cm if cm >= least else least - (DEAD_CM - NEAR_CM)

@@ -36,8 +36,9 @@ def test_what_is_in_the_dead_zone_reads_one_step_below_it(distance):
     assert Ranger(distance).range() == 15
 
 
-def test_no_echo_is_zero():
-    assert Ranger(math.inf).range() == 0
+@given(st.one_of(st.just(math.inf), st.floats(6.006, 20.0)))
+def test_no_echo_and_one_from_too_far_are_zero(distance):
+    assert Ranger(distance).range() == 0
 
 
 def test_ranging_takes_66_ms_in_which_it_neither_tells_nor_hears():
