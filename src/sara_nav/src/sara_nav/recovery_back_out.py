@@ -20,6 +20,8 @@ LEAST_WAY = 0.02
 """Ways shorter than this (m) are none."""
 SLOWEST = 0.01
 """Speed (m/s) below which it stands, and at which the last of a way is driven."""
+TURNED = 0.1
+"""A turn in place ends so near (rad) to the track."""
 SPACING = 0.03
 """The footprint is tried every so many metres."""
 ABOUT = 48
@@ -67,7 +69,7 @@ class BackOutRecovery:
     def _begin(self, pose):
         self._from, self._still_at, self._still_since = pose, pose, None
         self._driven = self._speed = self._acceleration = self._curvature = 0.0
-        self._sign = 0
+        self._sign, self._turning = 0, False
         self._end = ''
 
     def start(self, situation):
@@ -115,11 +117,14 @@ class BackOutRecovery:
             self._sign = 1 if bearing is not None and abs(bearing) < 0.25 * math.pi else -1
         if bearing is not None and self._sign < 0:
             bearing = wrap(bearing + math.pi)
-        around = bearing is not None and abs(bearing) > c.corner_angle
-        if around and self._speed <= SLOWEST and self._turn_is_free(situation, bearing):
+        around = bearing is not None and abs(bearing) > (TURNED if self._turning else c.corner_angle)
+        self._turning = around and self._turn_is_free(situation, bearing)
+        if self._turning and self._speed <= SLOWEST:
             self._speed = self._acceleration = 0.0
             return math.copysign(min(c.max_vel_theta, max(0.5 * abs(bearing), 0.1)), bearing), 0.0, left
         curvature = 0.0 if bearing is None or around else 2.0 * math.sin(bearing) / LOOKAHEAD
+        if self._turning:
+            return 0.0, self._curvature, 0.0  # come to rest first
         free = self._free(situation, curvature, left)
         if free < LEAST_WAY and not self._end:
             self._end = 'something stands %s' % ('behind' if self._sign < 0 else 'ahead')
