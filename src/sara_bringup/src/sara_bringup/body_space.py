@@ -7,7 +7,7 @@ indeed, and no planner of ours is asked.
 import math
 
 import numpy as np
-from numba import njit
+from ahead_of_time import kernel
 from scipy.signal import fftconvolve
 
 HEADINGS = 32
@@ -69,7 +69,7 @@ def _step(yaw):
     return min(choices, key=lambda cell: (round(abs(math.remainder(math.atan2(cell[1], cell[0]) - yaw, 2.0 * math.pi)), 3), math.hypot(*cell)))
 
 
-@njit(cache=True)
+@kernel
 def _flood(free, label, steps, k, row, column, number):
     """Label every pose that is connected with (k, row, column)."""
     headings, rows, columns = free.shape
@@ -100,3 +100,9 @@ def _flood(free, label, steps, k, row, column, number):
                 stack[count, 0], stack[count, 1], stack[count, 2] = to, j, i
                 count += 1
     return 0
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    free = np.ones((2, 2, 2), np.bool_)
+    _flood(free, np.zeros(free.shape, np.int32), np.ones((2, 2), np.int64), 0, 0, 0, 1)
