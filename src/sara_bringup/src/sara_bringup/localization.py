@@ -8,10 +8,12 @@ import numpy as np
 from sara_bringup.paths import parameters
 from sara_bringup.planar import compose, inverse
 from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData
+from sara_localization.data import ImuData, OdometryData, PoseData
 from sara_localization.engine import FilterEngine
 from sara_localization.geometry import Transform, quaternion_from_rpy
 from sara_localization.transforms import TransformBuffer
+
+RVIZ_COVARIANCE = np.diag((0.25, 0.25, 0.0, 0.0, 0.0, (np.pi / 12.0) ** 2))   # of its "2D Pose Estimate"; m2, rad2
 
 
 class Estimate:
@@ -45,6 +47,11 @@ class Filter(Estimate):
         self._engine.add_odometry("odom0", OdometryData(stamp, "odom", "base_link", (x, y, 0.0), quaternion_from_rpy(0.0, 0.0, heading),
                                                         np.diag(state.pose_covariance), (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular),
                                                         np.diag(state.twist_covariance)))
+
+    def set_pose(self, pose, now):
+        """As `/set_pose`, with what RViz's "2D Pose Estimate" thinks of itself: the chair stands at (x, y, yaw), m, rad. Returns why that is not believed, or None."""
+        x, y, yaw = pose
+        return self._engine.set_pose(PoseData(now, "map", (x, y, 0.0), quaternion_from_rpy(0.0, 0.0, yaw), RVIZ_COVARIANCE), now)
 
     def step(self, now):
         """The filter's tick, 50 times a second."""
