@@ -266,9 +266,10 @@ class MoveBase:
         """True while the global costmap shows something new on the plan (replan_when_blocked)."""
         if not self.config.replan_when_blocked:
             return False
+        self._plan_watch.follow(pose)
         if self._watched != self.costmaps.world_changes:
             self._watched = self.costmaps.world_changes
-            goal.crossed = self._plan_watch.blocked(pose, self.costmaps.to_plan_on(self.unknown_blocks))
+            goal.crossed = self._plan_watch.blocked(self.costmaps.to_plan_on(self.unknown_blocks))
         return goal.crossed is not None
 
     def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
