@@ -14,15 +14,17 @@ from ahead_of_time import kernel
 from sara_nav.footprint import cover, radii
 from sara_nav.lattice_field import distance_at
 
-ENTRIES = 16
+ENTRIES = 17
 (SPEED, TURN_RATE, REVERSE, HARD, CAP, SOFT, WEIGHT, ROOM, ROOM_WEIGHT, TURN_COST, GEAR_COST, ORIGIN_X, ORIGIN_Y, RESOLUTION, SPACING,
- RADIUS) = range(ENTRIES)
+ RADIUS, SENSE) = range(ENTRIES)
 """Entries of ``rules``: m/s and rad/s that moves are timed with; factor of reversing; the least gap; the greatest that is
 told apart; the gap from which on nothing slows a drive, and what the least gap adds to its time; the same two of turns in place; s for beginning a turn and for changing
-between ahead and astern; the grid; m between the outline's points; circumscribed radius."""
+between ahead and astern; the grid; m between the outline's points; circumscribed radius; 1, or -1
+where moves are looked for backwards in time, so that ahead is astern."""
 FINE = 0.045
 """m that any point of the body moves between two samples where it is tight."""
-COARSE = 0.2
+COARSE, ROUGH = 0.2, 0.05
+SLACK = 0.005
 BEND = 0.35
 """rad; a lesser turn costs only its share of the beginning of a turn."""
 
@@ -47,7 +49,9 @@ class Body:
 
 @kernel
 def gap(field, rules, outline, inside, x, y, yaw, limit):
-    """Return the least distance (m) of the outline at a pose to an obstacle, at most CAP and never below what is true by over 0.05.
+    """Return the least distance (m) of the outline at a pose to an obstacle, at most CAP.
+
+    With a positive limit it may be ROUGH too much, but never at or above a limit that the true one is below.
 
     Where it is less than ``limit`` the walk ends and something less than that is returned. A negative limit, of a body in contact,
     has contacts counted: the result is minus the number of points of ``inside`` on obstacles where there are any.
@@ -74,8 +78,15 @@ def gap(field, rules, outline, inside, x, y, yaw, limit):
             least = d
             if d < limit:
                 return d
-        k += max(1, int(min(d - limit, d - least + 0.05) / spacing))
+        k += max(1, int((min(d - limit, d - least + ROUGH) if limit > 0.0 else d - least) / spacing))
     return least
+
+
+@kernel
+def margin_at(here):
+    """Return the gap to be kept where a move begins with the gap ``here``: as much, but for what corners and the grid's shape make
+    it vary along a way that leads neither nearer nor off; no more contacts where there are some."""
+    return here if here < 0.0 else max(here - SLACK, min(here, 1e-3))
 
 
 @kernel
@@ -108,7 +119,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
     way = abs(length) + rules[RADIUS] * abs(turn)
     turning = length == 0.0
     seconds = max(abs(length) / rules[SPEED], abs(turn) / rules[TURN_RATE])
-    if length < 0.0:
+    if length * rules[SENSE] < 0.0:
         seconds *= rules[REVERSE]
     hard = rules[HARD]
     here = gap(field, rules, outline, inside, x, y, yaw, limit)
@@ -130,7 +141,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         if here < limit:
             return np.inf, limit
         if limit < hard:
-            limit = min(hard, max(limit, here - 1e-3 if here >= 0.0 else here))
+            limit = min(hard, max(limit, margin_at(here)))
         then = slowness(rules, here, turning)
         total += 0.5 * (slow + then) * step
         slow = then

@@ -26,7 +26,7 @@ class LatticePlannerConfig:
     path_spacing: float = 0.05
     speed: float = 0.5
     turn_rate: float = 0.4
-    reverse_factor: float = 2.0
+    reverse_factor: float = 4.0
     turn_cost: float = 2.0
     gear_cost: float = 3.0
     hard_margin: float = 0.02
@@ -58,7 +58,7 @@ class LatticePlannerConfig:
                             (lb.WEIGHT, self.clearance_weight), (lb.ROOM, self.turning_room),
                             (lb.ROOM_WEIGHT, self.turning_room_weight), (lb.TURN_COST, self.turn_cost),
                             (lb.GEAR_COST, self.gear_cost), (lb.ORIGIN_X, geometry.origin_x), (lb.ORIGIN_Y, geometry.origin_y),
-                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed)):
+                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed), (lb.SENSE, 1.0)):
             result[name] = value
         return result
 

@@ -20,6 +20,10 @@ APPROACH, APPROACH_STEP = 1.6, 0.2
 """m along the goal's yaw, ahead and astern of it, from which it is come up to."""
 TURN_ROWS = 0.1
 """rad between the rows of a turn in place."""
+SOON = 400
+"""States after which a start without room to turn about is first left for the nearest pose that has some."""
+ESCAPE_GREED, ESCAPE_MOST = 2.0, 6000
+"""Of the searches for room to turn about."""
 TRIES = 12
 """Places about a goal that cannot be reached that are tried in its stead."""
 
@@ -53,7 +57,7 @@ class LatticePlanner:
         moves to the nearest place that can, within default_tolerance; ``goal_used`` says.
         """
         require_finite(start, goal)
-        self.goal_used = goal
+        self.goal_used, self.expanded = goal, 0
         problem = self._problem(costmap, start)
         try:
             return problem.plan(start, goal)
@@ -119,14 +123,12 @@ class _Problem:
         """Return the plan (n, 3); raises PlanError."""
         if self.field.geometry.to_cell(goal.x, goal.y) is None:
             raise PlanError('the goal (%.2f, %.2f) is off the map' % (goal.x, goal.y))
-        limit, limit_end = (min(self.gap(pose), self.config.hard_margin) for pose in (start, goal))
+        limit, limit_end = (min(lattice_body.margin_at(self.gap(pose)), self.config.hard_margin) for pose in (start, goal))
         if limit_end < 0.0:
             raise PlanError('the footprint at the goal (%.2f, %.2f, %.0f deg) overlaps an obstacle%s' % (
                 goal.x, goal.y, math.degrees(goal.yaw), ', unknown space or the edge of the map' if self.field.unknown_blocks
                 else ' or the edge of the map'))
-        ends = self._ends(goal, limit_end)
-        wave = self.field.wave_from(ends[:, [0, 1, 3]], self._pace)
-        poses, moves = self._search(start, goal, limit, ends, wave)
+        poses, moves = self._way(start, goal, limit, limit_end)
         steps = lattice_straighten.straighten(*self.world, poses, moves, limit, limit_end, max(self.radius, 0.0), 100, 3.0)
         return as_plan(steps, start, goal, self.config.path_spacing)
 
@@ -140,54 +142,87 @@ class _Problem:
         # Between two corners there may be half a cell more room than at either.
         return self.config.pace(distances - self.body.inscribed + 0.5 * self.field.geometry.resolution)
 
-    def _ends(self, goal, limit):
-        """Return (m, 4) x, y, yaw, s: the goal, and poses from which the way to it is straight along its yaw and free."""
-        ends = [(goal.x, goal.y, goal.yaw, 0.0)] if limit >= self.config.hard_margin else []
+    def _way(self, start, goal, limit, limit_end):
+        """Return poses (n, 3) and the moves (n - 1, 2) between them, from start to goal; raises PlanError.
+
+        Where there is no room to turn about at the goal, the way from the nearest pose that has is looked for first, backwards. The
+        same from the start, when the search does not soon find its way out.
+        """
+        tails = self._tails(goal, limit_end)
+        ends = np.array([(*poses[0], seconds) for poses, _, seconds in tails]).reshape(-1, 4)
+        wave = self.field.wave_from(ends[:, [0, 1, 3]], self._pace)
+        first = np.array([start.x, start.y, start.yaw])
+        head = np.empty((0, 5))
+        budget, tight = self.config.max_expansions, self.field.at(start.x, start.y) < self._room
+        status, moves, final = self._search(first, limit, min(SOON, budget) if tight else budget, ends=ends, wave=wave)
+        if status == lattice_search.GAVE_UP and tight and budget > SOON:
+            status, head, _ = self._search(first, limit, min(ESCAPE_MOST, budget), escape=True)
+            if status == lattice_search.FOUND:
+                first, limit, head = head[-1, :3], self.config.hard_margin, head[:-1]
+            else:
+                head = head[:0]
+            status, moves, final = self._search(first, limit, budget, ends=ends, wave=wave)
+        if status != lattice_search.FOUND:
+            raise PlanError('no way leads the footprint from (%.2f, %.2f, %.0f deg) to the goal (%.2f, %.2f, %.0f deg)%s' % (
+                start.x, start.y, math.degrees(start.yaw), goal.x, goal.y, math.degrees(goal.yaw), '' if status == lattice_search.NO_WAY
+                else ' that was found in %d states (max_expansions)' % self.config.max_expansions))
+        moves = np.vstack([head, moves])
+        last, limit = 0, limit if len(moves) == 1 else self.config.hard_margin
+        for length in moves[:-1, 3]:
+            last = last if length == 0.0 else lattice_search.AHEAD if length > 0.0 else lattice_search.ASTERN
+        poses, steps, _ = tails[int(final[2])]
+        _, turn, length, back = lattice_search.join(*self.world, *moves[-1, :3], last, limit, *poses[0], int(final[1]))
+        joint = _along(moves[-1, :3], [*([(0.0, turn)] if turn else []), *_pieces(length), *([(0.0, back)] if back else [])])
+        poses = np.vstack([moves[:-1, :3], joint[0][:-1], poses])
+        steps = np.vstack([moves[:-1, 3:], joint[1], steps])
+        if len(poses) == 1:  # the goal is where the robot is
+            poses, steps = np.vstack([first, poses]), np.zeros((1, 2))
+        poses[0], poses[-1] = (start.x, start.y, start.yaw), (goal.x, goal.y, goal.yaw)
+        return poses, steps
+
+    @property
+    def _room(self):
+        """m from an obstacle, from which on the robot can turn about."""
+        return self.body.circumscribed + self.config.hard_margin
+
+    def _search(self, pose, limit, most, ends=np.empty((0, 4)), wave=np.empty((1, 1), np.float32), escape=False, backwards=False):
+        """Return (status, moves (n, 5), final), see lattice_search.search."""
+        c, rules = self.config, self.rules.copy()
+        greed = ESCAPE_GREED if escape else c.greed
+        rules[lattice_body.REVERSE] = 1.0 + 0.5 * greed * (c.reverse_factor - 1.0)  # or greed would drive astern for being quick
+        rules[lattice_body.SENSE] = -1.0 if backwards else 1.0
+        status, expanded, moves, final = lattice_search.search(
+            self.field.metres, wave, rules, self.body.outline, self.body.inside, np.array(pose), limit, ends, max(self.radius, 0.0),
+            greed, most, c.hard_margin if escape else -1.0)
+        self.planner.expanded += expanded
+        return status, moves, final
+
+    def _tails(self, goal, limit):
+        """Return [(poses (n, 3), moves (n - 1, 2), seconds)]: ways that end at the goal, the goal itself where it has its margin."""
+        pose, tails = np.array([goal.x, goal.y, goal.yaw]), []
+        if limit >= self.config.hard_margin:
+            tails.append((pose[None], np.empty((0, 2)), 0.0))
         for way in (1.0, -1.0):
             for k in range(1, round(APPROACH / APPROACH_STEP) + 1):
                 length = way * k * APPROACH_STEP
-                seconds = lattice_body.arrive(*self.world, goal.x, goal.y, goal.yaw, length, 0.0, limit)
+                seconds = lattice_body.arrive(*self.world, *pose, length, 0.0, limit)
                 if seconds == math.inf:
                     break
-                ends.append((goal.x - length * math.cos(goal.yaw), goal.y - length * math.sin(goal.yaw), goal.yaw, seconds))
-        if not ends or limit < self.config.hard_margin:
-            for turn in np.arange(-6, 7) * (math.pi / 12.0):
-                seconds = lattice_body.arrive(*self.world, goal.x, goal.y, goal.yaw, 0.0, turn, limit) if turn else math.inf
-                if seconds < math.inf:
-                    ends.append((goal.x, goal.y, goal.yaw - turn, seconds + self.config.turn_cost))
-        return np.array(ends).reshape(-1, 4)
+                tails.append((np.array([lattice_body.place(*pose, -length, 0.0, 1.0), pose]), np.array([[length, 0.0]]), seconds))
+        if self.field.at(goal.x, goal.y) < self._room:
+            status, moves, _ = self._search(pose, limit, min(ESCAPE_MOST, self.config.max_expansions), escape=True, backwards=True)
+            if status == lattice_search.FOUND:
+                seconds = sum(lattice_body.arrive(*self.world, *move[:3], -move[3], -move[4], limit) for move in moves[:-1].tolist())
+                tails.append((moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds))
+        return tails
 
-    def _search(self, start, goal, limit, ends, wave):
-        """Return poses (n, 3) and the moves (n - 1, 2) between them, from start to goal."""
-        c = self.config
-        first = np.array([start.x, start.y, start.yaw])
-        status, expanded, moves, final = lattice_search.search(
-            self.world[0], wave, *self.world[1:], first, limit, ends, max(self.radius, 0.0), c.greed, c.max_expansions)
-        self.planner.expanded = expanded
-        if status != lattice_search.FOUND:
-            raise PlanError('no way leads the footprint from (%.2f, %.2f, %.0f deg) to the goal (%.2f, %.2f, %.0f deg)%s' % (
-                start.x, start.y, math.degrees(start.yaw), goal.x, goal.y, math.degrees(goal.yaw),
-                '' if status == lattice_search.NO_WAY else ' that was found in %d states (max_expansions)' % c.max_expansions))
-        x, y, yaw = moves[-1, :3]
-        end = ends[int(final[2])]
-        last = 0
-        for length in moves[:-1, 3]:
-            last = last if length == 0.0 else lattice_search.AHEAD if length > 0.0 else lattice_search.ASTERN
-        _, turn, length, back = lattice_search.join(*self.world, x, y, yaw, last, limit if len(moves) == 1 else c.hard_margin,
-                                                    *end[:3], int(final[1]))
-        poses, steps = [*moves[:, :3]], [*moves[:-1, 3:]]
-        for run, angle in (*([(0.0, turn)] if turn else []), *_pieces(length), *([(0.0, back)] if back else [])):
-            steps.append((run, angle))
-            poses.append(np.array(lattice_body.place(*poses[-1], run, angle, 1.0)))
-        away = (end[0] - goal.x) * math.cos(goal.yaw) + (end[1] - goal.y) * math.sin(goal.yaw)
-        if abs(away) > 1e-9:
-            steps.append((-away, 0.0))
-        elif end[3] > 0.0:
-            steps.append((0.0, wrap(goal.yaw - end[2])))
-        if len(steps) == len(poses):
-            poses.append(first)
-        poses[-1] = np.array([goal.x, goal.y, goal.yaw])
-        return np.array(poses), np.array(steps).reshape(-1, 2)
+
+def _along(pose, moves):
+    """Return poses (n, 3) and moves (n - 1, 2): those moves from a pose on."""
+    poses = [np.asarray(pose)]
+    for length, turn in moves:
+        poses.append(np.array(lattice_body.place(*poses[-1], length, turn, 1.0)))
+    return np.array(poses), np.array(moves).reshape(-1, 2)
 
 
 def _pieces(length, most=0.6):

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, TURN_COST, move, turn_to
+from sara_nav.lattice_body import CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, TURN_COST, move, turn_to
 from sara_nav.lattice_field import distance_at
 
 HEADINGS = 32
@@ -24,9 +24,15 @@ TURNS, AHEAD, ASTERN = 0, 1, 2
 
 
 @kernel
-def left_at(wave, rules, x, y):
-    """Return the time (s) the wave says is left at a point (m), FAR where it did not come."""
+def left_at(wave, rules, field, escape, x, y):
+    """Return the time (s) the wave says is left at a point (m), FAR where it did not come.
+
+    escape: m; where that is not negative, the time to where a turn about has so much room, at least: distances grow no faster than
+    one goes.
+    """
     u, v = (x - rules[ORIGIN_X]) / rules[RESOLUTION], (y - rules[ORIGIN_Y]) / rules[RESOLUTION]
+    if escape >= 0.0:
+        return max(0.0, rules[RADIUS] + escape - distance_at(field, u, v)) / rules[SPEED]
     i, j = int(v), int(u)
     if not (0.0 <= u and 0.0 <= v and i < wave.shape[0] - 1 and j < wave.shape[1] - 1):
         return FAR
@@ -93,12 +99,13 @@ def slot_of(keys, key):
 
 
 @kernel
-def search(field, wave, rules, outline, inside, start, limit, ends, radius, greed, most):
+def search(field, wave, rules, outline, inside, start, limit, ends, radius, greed, most, escape):
     """Return (status, expanded, moves (n, 5), final): moves are x, y, yaw at their beginning, length, turn; the last is no move but a
     pose, from which ``final`` tells how the way is joined to the goal: (node, 1 ahead or -1 astern, number of the end).
 
     start: (x, y, yaw). limit: the gap allowed there (see move). ends (m, 4): x, y, yaw and the seconds from there to the goal. radius: m, of the circle that must see an end before it is joined. most: states
-    expanded before the search gives up.
+    expanded before the search gives up. escape: m; where that is not negative, any pose that has so much room round the circle that
+    turning about sweeps ends the search, in place of ``ends``.
     """
     room = 6 * most + 16
     x, y, yaw = np.empty(room), np.empty(room), np.empty(room)
@@ -114,7 +121,7 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
     none = np.empty((0, 5))
     x[0], y[0], yaw[0] = start[0], start[1], start[2]
     spent[0], limits[0], parent[0], index[0], kind[0], length[0], turned[0] = 0.0, limit, -1, -1, TURNS, 0.0, 0.0
-    left = left_at(wave, rules, x[0], y[0])
+    left = left_at(wave, rules, field, escape, x[0], y[0])
     heap = [(greed * min(left, FAR), 0)]
     scale = 1.0 / rules[RESOLUTION]
     expanded, joined = 0, 0
@@ -132,13 +139,15 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
         at = slot_of(keys, key)
         if keys[at] == key and best[at] < spent[n] - 1e-4:
             continue
+        if escape >= 0.0 and d >= rules[RADIUS] + escape:
+            return FOUND, expanded, trace(x, y, yaw, length, turned, parent, n), final[0]
         if expanded >= most:
             return GAVE_UP, expanded, none, final[0]
         expanded += 1
-        left = left_at(wave, rules, px, py)
+        left = left_at(wave, rules, field, escape, px, py)
         joined -= 1
         if joined <= 0 and finals < 60:
-            joined = max(1, min(20, int(0.25 * left)))
+            joined = max(1, min(20, int(0.25 * left)), expanded // 50)
             for e in range(len(ends)):
                 if not sees(field, rules, px, py, ends[e, 0], ends[e, 1], radius):
                     continue
@@ -160,29 +169,32 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
                 continue
             if turn == 0.0 and run == 0.0:
                 continue
-            seconds, after = move(field, rules, outline, inside, px, py, pyaw, run, turn, limits[n])
-            if seconds == np.inf:
-                continue
             what = TURNS if run == 0.0 else AHEAD if run > 0.0 else ASTERN
+            extra = 0.0
             if what == TURNS:
                 if kind[n] != TURNS or n == 0:
-                    seconds += rules[TURN_COST]
+                    extra = rules[TURN_COST]
             elif (what == AHEAD and kind[n] == ASTERN) or (what == ASTERN and kind[n] == AHEAD):
-                seconds += rules[GEAR_COST]
+                extra = rules[GEAR_COST]
             chord = run if abs(turn) < 1e-9 else run * math.sin(0.5 * turn) / (0.5 * turn)
             nx, ny = px + chord * math.cos(pyaw + 0.5 * turn), py + chord * math.sin(pyaw + 0.5 * turn)
-            left = left_at(wave, rules, nx, ny)
-            if left >= FAR and after >= rules[HARD]:
-                continue
             nyaw = pyaw + turn
             heading = index[n] if turn == 0.0 else np.int16(round(nyaw / STEP)) % HEADINGS
-            total = spent[n] + seconds
             nu, nv = (nx - rules[ORIGIN_X]) * scale, (ny - rules[ORIGIN_Y]) * scale
             key = key_of(nu, nv, heading, distance_at(field, nu, nv), rules)
             at = slot_of(keys, key)
-            if keys[at] == key and best[at] <= total + 1e-4:
+            known = best[at] if keys[at] == key else np.inf
+            least = spent[n] + extra + abs(run) / rules[SPEED]  # before looking whether the body fits, which takes longest
+            if known <= least + 1e-4:
                 continue
-            if total + left >= incumbent:
+            left = left_at(wave, rules, field, escape, nx, ny)
+            if least + left >= incumbent:
+                continue
+            seconds, after = move(field, rules, outline, inside, px, py, pyaw, run, turn, limits[n])
+            if seconds == np.inf or (left >= FAR and after >= rules[HARD]):
+                continue
+            total = spent[n] + extra + seconds
+            if known <= total + 1e-4 or total + left >= incumbent:
                 continue
             if count >= room:
                 return GAVE_UP, expanded, none, final[0]
@@ -248,5 +260,5 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     rules, points = np.ones(ENTRIES), np.zeros((4, 2))
     field, wave = np.zeros((4, 4), np.float32), np.zeros((4, 4), np.float32)
-    search(field, wave, rules, points, points, np.zeros(3), 0.0, np.zeros((1, 4)), 0.1, 1.5, 10)
+    search(field, wave, rules, points, points, np.zeros(3), 0.0, np.zeros((1, 4)), 0.1, 1.5, 10, -1.0)
     join(field, rules, points, points, 1.0, 1.0, 0.0, 0, 0.0, 1.0, 1.5, 0.0, 1)
