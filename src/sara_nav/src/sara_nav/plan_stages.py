@@ -45,7 +45,10 @@ def stages(plan, corner_angle):
     moves = ~turning
     planned = bool(np.all(np.minimum(np.abs(off[moves]), np.pi - np.abs(off[moves])) < 0.6))
     backward = (np.abs(off) > 0.5 * np.pi) & planned
+    # A turn in place no sharper than a corner, between two legs the same way, is a bend of one leg.
     result, i, n = [], 0, len(steps)
+    if planned:
+        turning, backward = _without_small_turns(turning, backward, yaw, corner_angle)
     while i < n:
         j = i
         while j < n and turning[j] == turning[i] and (turning[i] or backward[j] == backward[i]):
@@ -58,6 +61,20 @@ def stages(plan, corner_angle):
             result += [Stretch(part, bool(backward[i]), planned) for part in _split(xy[i:j + 1], corner_angle)]
         i = j
     return result
+
+
+def _without_small_turns(turning, backward, yaw, corner_angle):
+    """Return (turning, backward) with the turns in place of at most corner_angle that lie between legs of one sense taken for driving."""
+    turning, backward = turning.copy(), backward.copy()
+    i, n = 0, len(turning)
+    while i < n:
+        j = i
+        while j < n and turning[j] == turning[i]:
+            j += 1
+        if turning[i] and 0 < i and j < n and backward[i - 1] == backward[j] and abs(_wrap(np.diff(yaw[i:j + 1])).sum()) <= corner_angle:
+            turning[i:j], backward[i:j] = False, backward[j]
+        i = j
+    return turning, backward
 
 
 def final_angle(plan):

@@ -163,7 +163,7 @@ class RotateThenPursue:
             leg.locate(now.x, now.y)
             error, what = -wrap(leg.heading_error(now.yaw, leg.along) - self._law.heading(leg.offset, 0.0)), 'the path'
             backing = (self._last[0] < 0.0) == leg.backward or self._last[0] == 0.0
-            if p.turn is None and abs(error) <= (c.turn_first_angle if self._last[0] == 0.0 else c.turn_in_place_angle) and backing:
+            if p.turn is None and backing and abs(error) <= self._left_to_law(now, error, world):
                 p.phase = FOLLOW
                 return None
         if self._last[0] != 0.0 or abs(velocity[0]) > 2.0 * c.trans_stopped_vel:
@@ -186,6 +186,16 @@ class RotateThenPursue:
             return self._begin_stage(t, dt, now, velocity, world)
         p.phase = FOLLOW
         return None
+
+    def _left_to_law(self, now, error, world):
+        """Return the heading error (rad) up to which a leg is begun without turning in place first: more on the way, and where turning is tight."""
+        c = self.config
+        if self._last[0] != 0.0:
+            return c.turn_in_place_angle
+        if abs(error) <= c.turn_first_angle:
+            return c.turn_first_angle
+        tight = room(world, turn_poses(now, error), False, c.ahead_angle, c.wide_gap).gap.min() < c.ahead_stop_distance
+        return 0.5 * c.turn_in_place_angle if tight else c.turn_first_angle
 
     def _turn(self, t, dt, now, error, world, what):
         """One cycle of the turn under way; None when it is done."""

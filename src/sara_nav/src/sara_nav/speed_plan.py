@@ -101,9 +101,8 @@ class SpeedPlan:
             after, acceleration, _ = next_speed(speed, self.acceleration, highest, ways[picked], caps[picked], limits, dt)
         if acceleration <= 0.0 and after < CREEP and leg.left > 0.0 and free > 0.0:
             after, acceleration = CREEP if speed >= CREEP else min(speed + c.acc_lim_x * dt, CREEP), 0.0
-        if index < 0:
-            return Pace(after, acceleration, highest, Cause(FREE))
-        return Pace(after, acceleration, float(caps[index]), self._cause(index, options, seen, leg, free, world))
+        cause = self._cause(index, options, seen, leg, free, world) if index >= 0 else Cause(FREE)
+        return Pace(after, acceleration, float(caps[index]) if index >= 0 else highest, cause)
 
     def _cause(self, index, options, seen, leg, free, world):
         n = options.shape[1]

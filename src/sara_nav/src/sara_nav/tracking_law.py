@@ -34,3 +34,4 @@ class TrackingLaw:
         ahead = path_curvature * math.cos(heading_error) / beside
         back = 2.0 / self.reach(speed) * (self.heading(offset, speed) - heading_error)
         return max(-self.sharpest, min(self.sharpest, ahead + back))
+
