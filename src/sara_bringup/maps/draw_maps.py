@@ -61,9 +61,9 @@ def hall():
 
 
 def doorway():
-    """Two rooms of 6 x 6 m, a wall of 0.10 m between them, a door of 0.80 m in its middle."""
-    drawing = Drawing((-1.0, -1.0), (14.0, 8.0))
-    drawing.build((-0.1, -0.1, 12.2, 6.1), ((0.0, 0.0, 6.0, 6.0), (6.1, 0.0, 12.1, 6.0), (6.0, 2.6, 6.1, 3.4)), ())
+    """Two rooms of 6 x 8 m, a wall of 0.10 m between them, a door of 0.80 m in its middle."""
+    drawing = Drawing((-1.0, -1.0), (14.0, 10.0))
+    drawing.build((-0.1, -0.1, 12.2, 8.1), ((0.0, 0.0, 6.0, 8.0), (6.1, 0.0, 12.1, 8.0), (6.0, 3.6, 6.1, 4.4)), ())
     return drawing
 
 

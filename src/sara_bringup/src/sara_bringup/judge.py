@@ -212,8 +212,14 @@ def judge(track, world=None, body=BODY, weights=WEIGHTS):
                      tuple(_corner(track, goal) for goal in track.goals))
 
 
+def cross_track(track):
+    """(m,) distances (m) of all poses from the straight leg they belong to, while the chair drives; for percentiles over several drives."""
+    motion = Motion.of(track.t, track.pose)
+    return np.concatenate([np.empty(0)] + [_across(motion, goal, np.abs(motion.v) > STANDING) for goal in track.goals])
+
+
 def _across(motion, goal, driving):
-    """Distances (m) from a goal's straight leg, while the chair drives."""
+    """The same for one goal."""
     if goal.straight is None:
         return np.empty(0)
     on = driving & (motion.t >= goal.given) & (motion.t <= goal.ended)
