@@ -14,13 +14,14 @@ from ahead_of_time import kernel
 from sara_nav.footprint import cover, radii
 from sara_nav.lattice_field import distance_at
 
-ENTRIES = 17
+ENTRIES = 20
 (SPEED, TURN_RATE, REVERSE, HARD, CAP, SOFT, WEIGHT, ROOM, ROOM_WEIGHT, TURN_COST, GEAR_COST, ORIGIN_X, ORIGIN_Y, RESOLUTION, SPACING,
- RADIUS, SENSE) = range(ENTRIES)
+ RADIUS, SENSE, NARROW, RUN_UP, RUN_UP_COST) = range(ENTRIES)
 """Entries of ``rules``: m/s and rad/s that moves are timed with; factor of reversing; the least gap; the greatest that is
 told apart; the gap from which on nothing slows a drive, and what the least gap adds to its time; the same two of turns in place; s for beginning a turn and for changing
 between ahead and astern; the grid; m between the outline's points; circumscribed radius; 1, or -1
-where moves are looked for backwards in time, so that ahead is astern."""
+where moves are looked for backwards in time, so that ahead is astern; the gap that makes a place narrow; m of straight leg wished for
+before and after such places; s that its want costs at either end."""
 FINE = 0.045
 """m that any point of the body moves between two samples where it is tight."""
 COARSE, ROUGH = 0.2, 0.05
@@ -129,6 +130,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         return 0.0, limit
     slow = slowness(rules, here, turning)
     total, done = 0.0, 0.0
+    first, last = (0.0, 0.0) if here < rules[NARROW] else (2.0, -1.0)  # shares of the way between which it is narrow
     while done < 1.0:
         step = min(max(here - hard, FINE), COARSE) / way
         if done + step > 1.0 - 1e-9:
@@ -145,7 +147,13 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         then = slowness(rules, here, turning)
         total += 0.5 * (slow + then) * step
         slow = then
-    return seconds * total, limit
+        if here < rules[NARROW]:
+            first, last = min(first, done), done
+    seconds *= total
+    if turn == 0.0 and rules[RUN_UP_COST] > 0.0 and first <= 1.0:
+        before, after = first * way / rules[RUN_UP], (1.0 - last) * way / rules[RUN_UP]
+        seconds += rules[RUN_UP_COST] * (max(0.0, 1.0 - before) + max(0.0, 1.0 - after))
+    return seconds, limit
 
 
 @kernel
@@ -166,8 +174,9 @@ def turn_to(field, rules, outline, inside, x, y, yaw, target, limit):
         return 0.0, 0.0, limit
     seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, turn, limit)
     if seconds == np.inf:
-        turn -= math.copysign(2.0 * math.pi, turn)
-        seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, turn, limit)
+        about = turn - math.copysign(2.0 * math.pi, turn)
+        seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, about, limit)
+        turn = about if seconds < np.inf else turn
     return seconds + rules[TURN_COST] * min(1.0, abs(turn) / BEND), turn, after
 
 

@@ -17,7 +17,8 @@ class LatticePlannerConfig:
     astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern. hard_margin: the body comes
     no nearer to an obstacle, beyond the padding its footprint has. clearance, clearance_weight: nearer than clearance a way takes up
     to 1 + clearance_weight times as long, by the square of what is missing. turning_room, turning_room_weight: the same of turns in
-    place. greed: how many times longer than the best way of the lattice one may take for being found sooner. max_expansions: states
+    place. narrow, run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
+    run_up_cost more at each end, so that doors are come up to straight. smooth: move corners to where the way takes less time, and round them where there is room. greed: how many times longer than the best way of the lattice one may take for being found sooner. max_expansions: states
     looked at before the search gives up.
     """
 
@@ -31,9 +32,13 @@ class LatticePlannerConfig:
     gear_cost: float = 3.0
     hard_margin: float = 0.02
     clearance: float = 0.30
-    clearance_weight: float = 4.0
+    clearance_weight: float = 10.0
     turning_room: float = 0.15
-    turning_room_weight: float = 6.0
+    turning_room_weight: float = 10.0
+    narrow: float = 0.2
+    run_up: float = 0.6
+    run_up_cost: float = 4.0
+    smooth: bool = True
     greed: float = 6.0
     max_expansions: int = 60000
 
@@ -43,7 +48,8 @@ class LatticePlannerConfig:
             'default_tolerance': (0.0, 1e6), 'path_spacing': (0.005, 1.0), 'speed': (0.0, 10.0, True), 'turn_rate': (0.0, 10.0, True),
             'reverse_factor': (1.0, 100.0), 'turn_cost': (0.0, 100.0), 'gear_cost': (0.0, 100.0), 'hard_margin': (0.0, 1.0),
             'clearance': (0.0, 2.0, True), 'clearance_weight': (0.0, 11.0), 'turning_room': (0.0, 2.0, True),
-            'turning_room_weight': (0.0, 100.0), 'greed': (1.0, 10.0), 'max_expansions': (1, 2000000)})
+            'turning_room_weight': (0.0, 100.0), 'narrow': (0.0, 2.0), 'run_up': (0.0, 10.0, True), 'run_up_cost': (0.0, 100.0),
+            'greed': (1.0, 10.0), 'max_expansions': (1, 2000000)})
 
     @property
     def soft(self):
@@ -58,7 +64,8 @@ class LatticePlannerConfig:
                             (lb.WEIGHT, self.clearance_weight), (lb.ROOM, self.turning_room),
                             (lb.ROOM_WEIGHT, self.turning_room_weight), (lb.TURN_COST, self.turn_cost),
                             (lb.GEAR_COST, self.gear_cost), (lb.ORIGIN_X, geometry.origin_x), (lb.ORIGIN_Y, geometry.origin_y),
-                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed), (lb.SENSE, 1.0)):
+                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed), (lb.SENSE, 1.0), (lb.NARROW, self.narrow),
+                            (lb.RUN_UP, self.run_up), (lb.RUN_UP_COST, self.run_up_cost)):
             result[name] = value
         return result
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from sara_nav import lattice_body, lattice_field, lattice_search, lattice_straighten
+from sara_nav import lattice_body, lattice_field, lattice_search, lattice_smooth, lattice_straighten
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.lattice_config import LatticePlannerConfig
 from sara_nav.planning import GLOBAL_PLANNERS, PlanError, require_finite
@@ -22,8 +22,12 @@ TURN_ROWS = 0.1
 """rad between the rows of a turn in place."""
 SOON = 400
 """States after which a start without room to turn about is first left for the nearest pose that has some."""
-ESCAPE_GREED, ESCAPE_MOST = 2.0, 6000
+LONGEST, ASTERN = 15.0, 3.0
+"""m, of a leg, and of one astern, that a way is made straight with."""
+ESCAPE_GREED, ESCAPE_MOST = 5.0, 15000
 """Of the searches for room to turn about."""
+SEARCH_CARE = 0.3
+"""Share of what gaps cost that the search goes by; it is to find where the body can go, straightening where it had better go."""
 TRIES = 12
 """Places about a goal that cannot be reached that are tried in its stead."""
 
@@ -129,7 +133,10 @@ class _Problem:
                 goal.x, goal.y, math.degrees(goal.yaw), ', unknown space or the edge of the map' if self.field.unknown_blocks
                 else ' or the edge of the map'))
         poses, moves = self._way(start, goal, limit, limit_end)
-        steps = lattice_straighten.straighten(*self.world, poses, moves, limit, limit_end, max(self.radius, 0.0), 100, 3.0)
+        anchors = lattice_straighten.anchors_of(*self.world[:2], poses)
+        steps = lattice_straighten.straighten(*self.world, poses, moves, anchors, limit, limit_end, max(self.radius, 0.0), LONGEST, ASTERN)
+        if self.config.smooth:
+            steps = lattice_smooth.smooth(self.world, steps, poses[0], poses[-1], limit, limit_end)
         return as_plan(steps, start, goal, self.config.path_spacing)
 
     def explore(self, start):
@@ -190,6 +197,9 @@ class _Problem:
         c, rules = self.config, self.rules.copy()
         greed = ESCAPE_GREED if escape else c.greed
         rules[lattice_body.REVERSE] = 1.0 + 0.5 * greed * (c.reverse_factor - 1.0)  # or greed would drive astern for being quick
+        for weight in (lattice_body.WEIGHT, lattice_body.ROOM_WEIGHT):
+            rules[weight] *= SEARCH_CARE
+        rules[lattice_body.RUN_UP_COST] = 0.0  # its moves are pieces of legs
         rules[lattice_body.SENSE] = -1.0 if backwards else 1.0
         status, expanded, moves, final = lattice_search.search(
             self.field.metres, wave, rules, self.body.outline, self.body.inside, np.array(pose), limit, ends, max(self.radius, 0.0),
@@ -248,5 +258,5 @@ def as_plan(steps, start, goal, spacing):
 @functools.lru_cache(maxsize=None)
 def warm():
     """Compile, or load from the cache, every kernel of this planner, once; making a planner does it too."""
-    for module in (lattice_field, lattice_body, lattice_search, lattice_straighten):
+    for module in (lattice_field, lattice_body, lattice_search, lattice_smooth, lattice_straighten):
         module.warm()

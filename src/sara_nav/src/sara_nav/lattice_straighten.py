@@ -9,19 +9,25 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import ENTRIES, GEAR_COST, HARD, SPEED, arrive, move, turn_to
+from sara_nav.lattice_body import (ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, arrive, move, turn_to)
+from sara_nav.lattice_field import distance_at
 from sara_nav.lattice_search import ASTERN, AHEAD, TURNS, sees
 
+BITTY = 1.0
+"""s that each of the way's own arcs and turns costs besides, so that legs take their place."""
+APART, TIGHT_APART = 0.7, 0.35
+"""m of way between places that legs join."""
 OWN, ANY = 0, 1
 """Arrivals: with the way's own yaw, with whichever."""
 
 
 @kernel
-def straighten(field, rules, outline, inside, poses, moves, limit, limit_end, radius, window, astern_within):
+def straighten(field, rules, outline, inside, poses, moves, anchors, limit, limit_end, radius, longest, astern_within):
     """Return moves (m, 5) x, y, yaw, length, turn from the first to the last of the poses (n, 3).
 
-    moves: (n - 1, 2) length and turn from each pose to the next. limit, limit_end: the gaps allowed at the first and the last pose.
-    window: how many poses ahead a leg may lead. astern_within: m, no new leg astern is longer.
+    moves: (n - 1, 2) length and turn from each pose to the next. anchors: indices (int64) of the poses that legs may join, the first
+    and the last among them. limit, limit_end: the gaps allowed at the first and the last pose. longest: m, of a leg; astern_within: m,
+    of one astern.
     """
     n = len(poses)
     cost = np.full((n, 2), np.inf)
@@ -30,6 +36,7 @@ def straighten(field, rules, outline, inside, poses, moves, limit, limit_end, ra
     parent, label = np.full((n, 2), -1, np.int32), np.zeros((n, 2), np.int8)
     first, run, second = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
     cost[0, OWN], yaw[0, OWN], limits[0, OWN] = 0.0, poses[0, 2], limit
+    k = 0
     for i in range(n - 1):
         x, y = poses[i, 0], poses[i, 1]
         if cost[i, OWN] < np.inf:  # the way as it is
@@ -41,16 +48,25 @@ def straighten(field, rules, outline, inside, poses, moves, limit, limit_end, ra
                 seconds, after = move(field, rules, outline, inside, x, y, poses[i, 2], length, turn, after)
             what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
             seconds += gear(rules, kind[i, OWN], what)
-            if length == 0.0:
-                seconds += 1.0
+            if turn != 0.0:
+                seconds += BITTY
             total = cost[i, OWN] + seconds
             if total < cost[i + 1, OWN]:
                 cost[i + 1, OWN], yaw[i + 1, OWN], limits[i + 1, OWN] = total, poses[i + 1, 2], after
                 kind[i + 1, OWN] = kind[i, OWN] if what == TURNS else what
                 parent[i + 1, OWN], label[i + 1, OWN] = i, -1
-        for j in range(i + 1, min(n if limit_end >= rules[HARD] else n - 1, i + 1 + window)):
+        while anchors[k] < i:
+            k += 1
+        if anchors[k] != i:
+            continue
+        for ahead in range(k + 1, len(anchors)):
+            j = anchors[ahead]
+            if j == n - 1 and limit_end < rules[HARD]:
+                continue
             gx, gy = poses[j, 0], poses[j, 1]
             length = math.hypot(gx - x, gy - y)
+            if length > longest:
+                continue
             if length < 0.02:
                 continue
             soonest = min(cost[i, OWN], cost[i, ANY]) + length / rules[SPEED]
@@ -88,6 +104,22 @@ def straighten(field, rules, outline, inside, poses, moves, limit, limit_end, ra
                             kind[j, OWN], parent[j, OWN], label[j, OWN] = what, i, own
                             first[j, OWN], run[j, OWN], second[j, OWN] = turn, way * length, back
     return trace(poses, moves, yaw, parent, label, first, run, second, cost[n - 1, OWN])
+
+
+@kernel
+def anchors_of(field, rules, poses):
+    """Return the indices (int64) of the poses that legs are to join: first, last, and some between, nearer where it is tight."""
+    n = len(poses)
+    chosen = np.empty(n, np.int64)
+    chosen[0], count, way = 0, 1, 0.0
+    for i in range(1, n):
+        step = math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
+        way += step
+        u, v = (poses[i, 0] - rules[ORIGIN_X]) / rules[RESOLUTION], (poses[i, 1] - rules[ORIGIN_Y]) / rules[RESOLUTION]
+        apart = TIGHT_APART if distance_at(field, u, v) < rules[RADIUS] else APART
+        if i == n - 1 or (way >= apart - 1e-6 and step > 0.0):
+            chosen[count], count, way = i, count + 1, 0.0
+    return chosen[:count].copy()
 
 
 @kernel
@@ -129,4 +161,5 @@ def trace(poses, moves, yaw, parent, label, first, run, second, cost):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     rules, points = np.ones(ENTRIES), np.zeros((4, 2))
-    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((1, 2)), 0.0, 0.0, 0.1, 5, 1.0)
+    anchors_of(np.zeros((4, 4), np.float32), rules, np.ones((2, 3)))
+    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((1, 2)), np.array([0, 1]), 0.0, 0.0, 0.1, 5.0, 1.0)
