@@ -115,7 +115,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
     """Return (seconds, limit) of a move from a pose; seconds is inf where the body may not go.
 
     length: m along the way, negative astern. turn: rad. limit: the least gap allowed; where that is below HARD, because the body
-    stands so near to something, it rises with the gap on the way, so that things only get better.
+    stands so near to something, things get no worse than that, and the limit is HARD again once the gap is. Contacts only get fewer.
     """
     way = abs(length) + rules[RADIUS] * abs(turn)
     turning = length == 0.0
@@ -143,7 +143,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         if here < limit:
             return np.inf, limit
         if limit < hard:
-            limit = min(hard, max(limit, margin_at(here)))
+            limit = hard if here >= hard else max(limit, margin_at(here)) if limit < 0.0 else limit
         then = slowness(rules, here, turning)
         total += 0.5 * (slow + then) * step
         slow = then

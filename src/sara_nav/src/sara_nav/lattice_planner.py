@@ -152,23 +152,21 @@ class _Problem:
     def _way(self, start, goal, limit, limit_end):
         """Return poses (n, 3) and the moves (n - 1, 2) between them, from start to goal; raises PlanError.
 
-        Where there is no room to turn about at the goal, the way from the nearest pose that has is looked for first, backwards. The
-        same from the start, when the search does not soon find its way out.
+        Where the search does not soon find one, and there is no room to turn about at the start or at the goal, the ways from there to
+        the nearest pose that has some are looked for first, the goal's backwards.
         """
+        first, head, budget = np.array([start.x, start.y, start.yaw]), np.empty((0, 5)), self.config.max_expansions
+        tight, tight_end = (self.field.at(pose.x, pose.y) < self._room for pose in (start, goal))
         tails = self._tails(goal, limit_end)
-        ends = np.array([(*poses[0], seconds) for poses, _, seconds in tails]).reshape(-1, 4)
-        wave = self.field.wave_from(ends[:, [0, 1, 3]], self._pace)
-        first = np.array([start.x, start.y, start.yaw])
-        head = np.empty((0, 5))
-        budget, tight = self.config.max_expansions, self.field.at(start.x, start.y) < self._room
-        status, moves, final = self._search(first, limit, min(SOON, budget) if tight else budget, ends=ends, wave=wave)
-        if status == lattice_search.GAVE_UP and tight and budget > SOON:
-            status, head, _ = self._search(first, limit, min(ESCAPE_MOST, budget), escape=True)
-            if status == lattice_search.FOUND:
-                first, limit, head = head[-1, :3], self.config.hard_margin, head[:-1]
-            else:
-                head = head[:0]
-            status, moves, final = self._search(first, limit, budget, ends=ends, wave=wave)
+        status, moves, final = self._search_to(tails, first, limit, min(SOON, budget) if tight or tight_end else budget)
+        if status != lattice_search.FOUND and (tight or tight_end):
+            if tight_end:
+                tails += self._escape(goal, limit_end)
+            if tight:
+                status, found, _ = self._search(first, limit, min(ESCAPE_MOST, budget), escape=True)
+                if status == lattice_search.FOUND:
+                    first, limit, head = found[-1, :3], self.config.hard_margin, found[:-1]
+            status, moves, final = self._search_to(tails, first, limit, budget)
         if status != lattice_search.FOUND:
             raise PlanError('no way leads the footprint from (%.2f, %.2f, %.0f deg) to the goal (%.2f, %.2f, %.0f deg)%s' % (
                 start.x, start.y, math.degrees(start.yaw), goal.x, goal.y, math.degrees(goal.yaw), '' if status == lattice_search.NO_WAY
@@ -219,12 +217,23 @@ class _Problem:
                 if seconds == math.inf:
                     break
                 tails.append((np.array([lattice_body.place(*pose, -length, 0.0, 1.0), pose]), np.array([[length, 0.0]]), seconds))
-        if self.field.at(goal.x, goal.y) < self._room:
-            status, moves, _ = self._search(pose, limit, min(ESCAPE_MOST, self.config.max_expansions), escape=True, backwards=True)
-            if status == lattice_search.FOUND:
-                seconds = sum(lattice_body.arrive(*self.world, *move[:3], -move[3], -move[4], limit) for move in moves[:-1].tolist())
-                tails.append((moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds))
         return tails
+
+    def _escape(self, goal, limit):
+        """Return the tail, if there is one, from where there is room to turn about to the goal."""
+        pose = np.array([goal.x, goal.y, goal.yaw])
+        status, moves, _ = self._search(pose, limit, min(ESCAPE_MOST, self.config.max_expansions), escape=True, backwards=True)
+        if status != lattice_search.FOUND:
+            return []
+        seconds = sum(lattice_body.arrive(*self.world, *move[:3], -move[3], -move[4], limit) for move in moves[:-1].tolist())
+        return [(moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds)]
+
+    def _search_to(self, tails, pose, limit, most):
+        """Return (status, moves (n, 5), final), see lattice_search.search, of the way to one of the tails."""
+        if not tails:
+            return lattice_search.NO_WAY, None, None
+        ends = np.array([(*poses[0], seconds) for poses, _, seconds in tails])
+        return self._search(pose, limit, most, ends=ends, wave=self.field.wave_from(ends[:, [0, 1, 3]], self._pace))
 
 
 def _along(pose, moves):
