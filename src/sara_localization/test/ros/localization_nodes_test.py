@@ -103,7 +103,7 @@ class LocalizationNodesTest(unittest.TestCase):
         wait_until(lambda: outputs, 'no output')
         wait_until(lambda: all(name in self.told() and ' 0 used' not in self.told()[name] and 'nothing' not in self.told()[name]
                                for name in KINDS), lambda: 'not used: %s' % self.told())
-        self.assertIn('example/twist', self.told()['twist1_silent'])
+        wait_until(lambda: 'example/twist' in self.told()['twist1_silent'], lambda: 'who else publishes is not told: %s' % self.told()['twist1_silent'])
         self.assertIn('odom0 NIS', self.told())
         self.forget()
         self.sensors.publish(rospy.Time(0))

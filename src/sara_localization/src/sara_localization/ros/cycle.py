@@ -6,8 +6,10 @@ coarse the clock is (`rosbag play --clock`): which message reaches which cycle o
 from __future__ import annotations
 
 import threading
+import time
 
 import rospy
+from rospy.rostime import is_wallclock
 
 
 class Cycle:
@@ -29,7 +31,7 @@ class Cycle:
                 if remaining > self._period:
                     due = _now()            # the clock went back
                 elif remaining > 0:
-                    rospy.sleep(rospy.Duration(*divmod(remaining, 10 ** 9)))
+                    _sleep(remaining)
             except rospy.ROSTimeMovedBackwardsException:
                 due = _now()
             except rospy.ROSInterruptException:
@@ -42,4 +44,11 @@ class Cycle:
 
 
 def _now() -> int:
-    return rospy.get_rostime().to_nsec()
+    return time.time_ns() if is_wallclock() else rospy.get_rostime().to_nsec()
+
+
+def _sleep(duration: int):
+    if is_wallclock():
+        time.sleep(duration * 1e-9)
+    else:
+        rospy.sleep(rospy.Duration(*divmod(duration, 10 ** 9)))

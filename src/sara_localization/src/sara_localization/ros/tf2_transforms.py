@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
@@ -13,6 +15,8 @@ from . import conversions, wire
 
 # After a wait in vain for a transform it is not waited for again for so long (s): messages would pile up behind each other.
 PATIENCE = 1.0
+# Transforms of the node's own that are kept until somebody asks for any: what tf2 remembers of ten seconds.
+MOST_OWN = 1000
 
 
 class Tf2Transforms:
@@ -25,13 +29,14 @@ class Tf2Transforms:
         self.buffer = tf2_ros.Buffer()
         self.timeout = rospy.Duration.from_sec(timeout)
         self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
+        self._own, self._message = deque(maxlen=MOST_OWN), TransformStamped()
         self._subscribers = [rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
                              for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))]
         self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
 
-    def enter(self, transform):
-        """A TransformStamped of this node's own."""
-        self.buffer.set_transform(transform, self._name)
+    def enter(self, stamped):
+        """A StampedTransform of this node's own; tf2 is told when somebody asks."""
+        self._own.append(stamped)
 
     def _hear(self, msg, enter):
         who = msg._connection_header.get('callerid', 'default_authority')  # pylint: disable=protected-access
@@ -49,6 +54,8 @@ class Tf2Transforms:
         """target_from_source at the stamp (s), the latest one where that fails, or None."""
         if target == source:
             return IDENTITY
+        while self._own:
+            self.buffer.set_transform(conversions.transform_message(self._own.popleft(), self._message), self._name)
         found = self._at(target, source, conversions.ros_time(stamp))
         if found is None:
             found = self._at(target, source, rospy.Time(0), wait=False)
@@ -69,6 +76,7 @@ class Tf2Transforms:
 
     def clear(self):
         """Forget all that moved, as after a jump of the clock."""
+        self._own.clear()
         self.buffer.clear()
 
 
@@ -79,6 +87,11 @@ class _Itself(Transport):
     def __init__(self, topic):
         super().__init__(INBOUND, topic)
         self.endpoint_id = rospy.get_node_uri()
+
+    def close(self):
+        """rospy's list closes what it drops, and what is closed drops out of the list: once is enough."""
+        if not self.done:
+            super().close()
 
     def get_transport_info(self):
         """For rosnode info."""

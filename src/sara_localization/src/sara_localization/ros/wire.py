@@ -1,7 +1,7 @@
-"""Messages that stay bytes until they are wanted, and the two that come most read straight from them.
+"""Messages that stay bytes until they are wanted: the two that come most are read straight from them, the two that go most written so.
 
 rospy builds a message of a dozen objects as it arrives, of which the filter takes a few numbers a moment later: that cost the node more than
-the filter does. The layout is genpy's: little-endian, strings and their lengths in place, nothing aligned.
+the filter does. What is written has its length in front, as on a connection. The layout is genpy's: little-endian, strings and their lengths in place, nothing aligned.
 """
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from struct import Struct
 
 import numpy as np
 
-from ..data import ImuData, OdometryData
-from ..stamps import Stamp
+from ..data import FilterOutput, ImuData, OdometryData, StampedTransform
+from ..stamps import Stamp, nanoseconds
 
 _HEADER, _LENGTH = Struct('<4I'), Struct('<I')
 _IMU, _ODOMETRY = Struct('<37d'), Struct('<85d')
@@ -67,3 +67,26 @@ def odometry(data: bytes) -> OdometryData:
         return _square(data[at + first * _DOUBLE:at + (first + 36) * _DOUBLE], 6)
 
     return OdometryData(stamp, frame, data[begin:at].decode('utf-8', 'replace'), v[:3], v[3:7], square(7), v[43:46], v[46:49], square(49))
+
+
+@functools.lru_cache(maxsize=64)
+def _layout(before, frame, child, after):
+    """(layout, frame, child): `before` integers, a header, the child's name and `after` doubles."""
+    frame, child = frame.encode(), child.encode()
+    return Struct('<%dI%dsI%ds%dd' % (before + 4, len(frame), len(child), after)), frame, child
+
+
+def write_odometry(seq: int, output: FilterOutput) -> bytes:
+    """A nav_msgs/Odometry."""
+    layout, frame, child = _layout(1, output.frame_id, output.child_frame_id, 7)
+    P, pose = output.covariance, output.pose
+    return layout.pack(layout.size + 78 * _DOUBLE - _LENGTH.size, seq, *divmod(nanoseconds(output.stamp), 10 ** 9), len(frame), frame,
+                       len(child), child, *pose.translation, *pose.rotation) + b''.join(
+        (P[:6, :6].tobytes(), output.state[6:12].tobytes(), P[6:12, 6:12].tobytes()))
+
+
+def write_transform(_seq: int, stamped: StampedTransform) -> bytes:
+    """A tf2_msgs/TFMessage of one transform."""
+    layout, frame, child = _layout(2, stamped.parent, stamped.child, 7)
+    return layout.pack(layout.size - _LENGTH.size, 1, 0, *divmod(nanoseconds(stamped.stamp), 10 ** 9), len(frame), frame, len(child), child,
+                       *stamped.transform.translation, *stamped.transform.rotation)
