@@ -1,6 +1,6 @@
 """`make campaign`: everything that is judged over many chairs, in lockstep; resumable, with a table for each part and a JSON of all figures.
 
-A part is a set of cases, each with a file of its own in the folder; a case that has its file is not run again. Cases that two parts share are run once.
+A part is a set of cases, each with a file of its own in the folder; a case that has its file is not run again.
 """
 import argparse
 import json

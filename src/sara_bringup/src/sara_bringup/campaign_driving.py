@@ -1,5 +1,6 @@
 """Parts of the campaign that judge how the chair is driven: squares, doors, travel, journeys, calm. Limits are those that SARA's default planners are held to."""
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -129,12 +130,8 @@ def _mean(values):
 
 def journeys(_seeds, _folder):
     """Each local planner from ten starts to ten goals on each map, whatever the number of chairs."""
-    return Part(_journey_cases(trips.PLANNERS), _journeys_summary)
-
-
-def _journey_cases(planners):
-    return {f"journey_{name}_{planner}_{number}": lambda name=name, planner=planner, number=number: trips.drive(name, planner, number).to_json()
-            for name in trips.MAPS for planner in planners for number in range(trips.PAIRS)}
+    return Part({f"journey_{name}_{planner}_{number}": lambda name=name, planner=planner, number=number: trips.drive(name, planner, number).to_json()
+                 for name in trips.MAPS for planner in trips.PLANNERS for number in range(trips.PAIRS)}, _journeys_summary)
 
 
 def _journeys_summary(results):
@@ -156,26 +153,35 @@ def _journeys_summary(results):
 
 
 def calm(_seeds, _folder):
-    """The default planners beside the classic ones on the same drives, localized by the true pose: squares each way, and the journeys."""
-    def case(planner, direction, seed):
-        how = trips.PLANNERS[planner]
+    """The default planners beside the classic ones on the same drives: squares each way, and the journeys. True pose; range layers and distance zones off for all,
+    as the classic ones need it."""
+    def around(planner, direction, seed):
+        how = PLANNERS[planner]
         drive, found = square(direction, "true", seed, navigation=how.navigation, prepare=how.prepare)
         return {"planner": planner, "map": f"square_{direction}", "number": seed, "reached": all(corner.reached for corner in drive.corners), "judgement": found.to_json(),
                 "faults": [f"{drive.contacts} contacts"] if drive.contacts else []}
-    return Part({**{f"calm_{direction}_{planner}_{seed}": lambda planner=planner, direction=direction, seed=seed: case(planner, direction, seed)
-                    for planner in COMPARED for direction in MISSIONS for seed in range(CALM_SEEDS)}, **_journey_cases(COMPARED)}, _calm_summary, _calm_verdict)
+
+    def journey(planner, name, number):
+        outcome = trips.drive(name, PLANNERS[planner], number)
+        return {"planner": planner, "map": name, "number": number, "reached": outcome.reached, "judgement": outcome.to_json()["judgement"],
+                "faults": [f"{outcome.contacts} contacts"] if outcome.contacts else []}
+    return Part({**{f"calm_{direction}_{planner}_{seed}": lambda planner=planner, direction=direction, seed=seed: around(planner, direction, seed)
+                    for planner in PLANNERS for direction in MISSIONS for seed in range(CALM_SEEDS)},
+                 **{f"calm_{name}_{planner}_{number}": lambda planner=planner, name=name, number=number: journey(planner, name, number)
+                    for planner in PLANNERS for name in trips.MAPS for number in range(trips.PAIRS)}}, _calm_summary, _calm_verdict)
 
 
-COMPARED = ("default", "TrajectoryPlannerROS", "DWAPlannerROS")
+PLANNERS = {planner: replace(trips.PLANNERS[planner], sonars=False) for planner in ("default", "TrajectoryPlannerROS", "DWAPlannerROS")}
+"""Whom `calm` compares."""
 
 
 def _calm_summary(results):
-    by = {planner: {(result["map"], result["number"]): result for result in results if result["planner"] == planner} for planner in COMPARED}
-    same = [drive for drive in by["default"] if all(by[planner][drive]["reached"] for planner in COMPARED)]
+    by = {planner: {(result["map"], result["number"]): result for result in results if result["planner"] == planner} for planner in PLANNERS}
+    same = [drive for drive in by["default"] if all(by[planner][drive]["reached"] for planner in PLANNERS)]
     figures = {"drives": len(by["default"]), "reached_by_all": len(same)}
     lines = [f"{len(same)} of {len(by['default'])} drives were driven to their end by all; these are compared",
              f"{'planner':22} {'discomfort s/m':>14} {'s/m':>6} {'jerk along':>10} {'across':>7} {'reversals/m':>11} {'last metre s':>12} {'acceleration':>12} {'beyond deg':>10}"]
-    for planner in COMPARED:
+    for planner in PLANNERS:
         of = [by[planner][drive]["judgement"] for drive in same]
         way = sum(found["length"] for found in of)
         row = {"discomfort_per_m": sum(found["discomfort"] for found in of) / way, "seconds_per_m": sum(found["seconds"] for found in of) / way,
@@ -191,5 +197,5 @@ def _calm_summary(results):
 
 def _calm_verdict(figures):
     ours = figures["default"]["discomfort"]
-    return [f"discomfort {ours:.1f} s on the same drives, {planner}'s is {figures[planner]['discomfort']:.1f}" for planner in COMPARED[1:]
+    return [f"discomfort {ours:.1f} s on the same drives, {planner}'s is {figures[planner]['discomfort']:.1f}" for planner in [name for name in PLANNERS if name != "default"]
             if not ours < figures[planner]["discomfort"]]

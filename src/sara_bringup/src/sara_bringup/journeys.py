@@ -35,16 +35,17 @@ PACE, PATIENCE_S = 0.15, 60.0   # a journey may take its way at so many m/s, and
 @dataclass(frozen=True)
 class Planner:
     """A local planner as a launch file would set it up: `file` of config/, laid over sara_nav.yaml; "": that alone. `short`: its section there.
-    `sonars`: whether it is driven with the range layer and the safety gate's distance zones."""
+    `sonars`: whether it is driven with the range layer and the safety gate's distance zones. `over`: a tree laid over the file's."""
 
     short: str
     file: str
     sonars: bool = False
+    over: dict = None
 
     @property
     def navigation(self):
         """The tree of parameters that is laid over sara_nav.yaml's."""
-        own = parameters("sara_bringup", self.file) if self.file else {}
+        own = merged(parameters("sara_bringup", self.file) if self.file else {}, self.over or {})
         return own if self.sonars else merged(own, NO_RANGES)
 
     def prepare(self, lockstep):
@@ -132,13 +133,14 @@ def journeys(name):
 
 
 def drive(name, planner, number, watch=None, sonars=None):
-    """Drive journey `number` of a map with a planner; the chair is drawn by the number. Returns the Outcome.
+    """Drive journey `number` of a map with a planner (a name of PLANNERS, or a Planner); the chair is drawn by the number. Returns the Outcome.
 
     `watch`, if given, is called with the Lockstep after each step. `sonars`: whether range layer and distance zones act,
     None: as it is set for the planner.
     """
     start, goal, way = journeys(name)[number]
-    how = PLANNERS[planner] if sonars is None else replace(PLANNERS[planner], sonars=sonars)
+    how, planner = (planner, planner.short) if isinstance(planner, Planner) else (PLANNERS[planner], planner)
+    how = how if sonars is None else replace(how, sonars=sonars)
     lockstep = Lockstep(map_file(name), start, number, localization="fake", navigation=how.navigation)
     how.prepare(lockstep)
     try:

@@ -6,8 +6,9 @@ what stands about, weaving, turns, the ending, comfort, contacts, corner errors.
 
 Discomfort is that of Gulati and Kuipers (S. Gulati, "A framework for characterization and planning of safe, comfortable, and customizable
 motion of assistive mobile robots", PhD thesis, Univ. of Texas at Austin, 2011; arXiv:1305.5024): T + w_t int(tangential jerk^2) dt +
-w_n int(normal jerk^2) dt, here with w = 1 / (0.8 m/s3)^2: a second at the rider's limit of jerk (sara_control's safety.yaml) is as bad as a
-second more on the way. The formula is theirs, the weights are ours.
+w_n int(normal jerk^2) dt. They weigh the terms by a characteristic motion; ours is a leg of the thesis's square, 4 m from rest to rest at 0.5 m/s within
+the rider's standard profile (0.4 m/s2, 0.8 m/s3; sara_control's safety.yaml): it takes 9.75 s, its jerk squared amounts to 1.28 m2/s5, and
+w = 9.75 / 1.28 s6/m2 makes the two as bad as each other there.
 """
 import math
 from dataclasses import asdict, dataclass, field
@@ -19,7 +20,7 @@ from sara_bringup.motion import Motion, reversals
 from sara_nav.geometry import wrap
 
 BODY = (1.08, 0.58)            # m, length and width of the chair
-WEIGHTS = (1.0, 1.0 / 0.8 ** 2, 1.0 / 0.8 ** 2)   # of a second (-), of tangential and of normal jerk squared (s5/m2)
+WEIGHTS = (1.0, 9.75 / 1.28, 9.75 / 1.28)   # of a second (-), of tangential and of normal jerk squared (s6/m2)
 TURNING = 0.05                 # rad/s: a rate from which on the heading goes to one side
 STANDING = 0.05                # m/s: slower than this is no driving: standing, or turning in place
 SMALLEST_TURN_DEG = 5.0        # what a turn in place amounts to at least

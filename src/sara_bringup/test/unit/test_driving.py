@@ -110,7 +110,7 @@ def test_the_calm_verdict_asks_for_the_least_discomfort():
     def results(**discomfort):
         return [{"planner": planner, "map": "hall", "number": number, "reached": number > 0 or planner == "default", "faults": [], "judgement": {
             "discomfort": discomfort.get(planner, 12.0), "length": 3.0, "seconds": 9.0, "jerk_tangential_rms": 0.1, "jerk_normal_rms": 0.1, "reversals_per_m": 0.3,
-            "last_metre": [9.0], "acceleration_rms": 0.1, "beyond_shortest_deg": None}} for planner in campaign_driving.COMPARED for number in range(4)]
+            "last_metre": [9.0], "acceleration_rms": 0.1, "beyond_shortest_deg": None}} for planner in campaign_driving.PLANNERS for number in range(4)]
     lines, figures = part.summary(results(default=11.0))
     assert figures["reached_by_all"] == 3 and figures["default"]["discomfort"] == 33.0 and part.verdict(figures) == [] and len(lines) == 5
     assert len(part.verdict(part.summary(results(default=12.5))[1])) == 2

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_bringup import motion
-from sara_bringup.judge import Goal, Track, judge, table
+from sara_bringup.judge import WEIGHTS, Goal, Track, judge, table
 from sara_bringup.motion import Motion, reversals
 
 DT = 0.01
@@ -41,7 +41,7 @@ def test_on_a_circle_the_acceleration_is_v_w_and_the_jerk_v_w_w(v, w, side):
     assert found.acceleration_normal_rms == pytest.approx(v * w, rel=0.01) and found.acceleration_tangential_rms < 0.01 * v * w
     assert found.jerk_tangential_rms == pytest.approx(v * w * w, rel=0.02) and found.jerk_normal_rms < 0.02 * v * w * w + 1e-9
     assert found.length == pytest.approx(20.0 * v, rel=1e-4) and found.reversals == 0
-    assert found.discomfort == pytest.approx(20.0 + 20.0 * (v * w * w / 0.8) ** 2, rel=0.05)
+    assert found.discomfort == pytest.approx(20.0 + 20.0 * WEIGHTS[1] * (v * w * w) ** 2, rel=0.05)
 
 
 def test_the_least_jerky_way_from_rest_to_rest_has_the_jerk_of_the_book():
@@ -53,6 +53,14 @@ def test_the_least_jerky_way_from_rest_to_rest_has_the_jerk_of_the_book():
     found = judge(Track(t, pose), weights=(0.0, 1.0, 1.0))
     assert found.discomfort == pytest.approx(720.0 * length ** 2 / seconds ** 5, rel=0.03)
     assert found.length == pytest.approx(length) and math.isnan(found.cross_track_p95)
+
+
+def test_time_and_jerk_weigh_alike_on_the_leg_that_the_weights_come_from():
+    """4 m from rest to rest at 0.5 m/s, 0.4 m/s2, 0.8 m/s3: pulses of jerk of 0.5 s, which the derivatives' window blurs; so it is summed up here."""
+    jerk = 0.8 * np.concatenate([np.repeat((1.0, 0.0, -1.0), (500, 750, 500)), np.zeros(6250), np.repeat((-1.0, 0.0, 1.0), (500, 750, 500))])
+    speed = np.cumsum(np.cumsum(jerk) * 1e-3) * 1e-3
+    assert speed.max() == pytest.approx(0.5, rel=0.01) and speed.sum() * 1e-3 == pytest.approx(4.0, rel=0.01) and abs(speed[-1]) < 0.01
+    assert WEIGHTS[0] * len(jerk) * 1e-3 == pytest.approx(WEIGHTS[1] * (jerk ** 2).sum() * 1e-3) and WEIGHTS[1] == WEIGHTS[2]
 
 
 @given(st.integers(0, 10 ** 6))
