@@ -6,46 +6,26 @@ acceleration and jerk, so that what smooths commands further on has nothing to c
 robot will be when the command takes effect (prediction); without that, a chair whose pose comes late turns too far and back.
 """
 import math
-from dataclasses import dataclass, field
 
-from sara_nav.clearance import room
-from sara_nav.driving_words import Words, following, turning
+from sara_nav.driving_progress import DONE, FINAL_TURN, FOLLOW, SETTLE, TURN, Progress
+from sara_nav.driving_words import Words, following
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
 from sara_nav.path_tracker import Leg
-from sara_nav.plan_stages import Stretch, Turn, final_angle, stages
+from sara_nav.plan_stages import Turn
 from sara_nav.prediction import Prediction
 from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.smooth_speed import approach
-from sara_nav.smooth_turn import SmoothTurn, planned_way, turn_poses, way_round
 from sara_nav.speed_plan import BLOCKED as STOPPED
-from sara_nav.speed_plan import SpeedPlan, gap_speed
-from sara_nav.stopping_way import blocked_where, stopping_turn, stopping_way
+from sara_nav.speed_plan import SpeedPlan
+from sara_nav.stopping_way import blocked_where, stopping_way
 from sara_nav.tracking_law import TrackingLaw
+from sara_nav.turning_in_place import TurningInPlace
 
-# Phases of one goal, in their order; a leg's turn and the leg come in turns.
-TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
 ENDED = 0.01
 """The end of a leg is reached this way (m) before it."""
-LINED_UP = 0.02
-"""A turn in place onto a leg leaves at most this heading (rad) to the leg."""
 LONGEST_REPAIR = 0.3
 """A goal missed by less than this (m) may be approached in reverse."""
-
-
-@dataclass
-class _Progress:
-    """What is remembered about the goal being driven to."""
-
-    stages: list = field(default_factory=list)
-    leg: Leg = None
-    phase: str = DONE
-    turn: SmoothTurn = None       # the turn under way
-    final_angle: float = 0.0
-    holding: bool = False
-    still_since: float = None
-    approaches: int = 0
-    fresh: bool = True            # nothing of the plan was driven yet
 
 
 @LOCAL_PLANNERS.register('sara_nav/RotateThenPursue')
@@ -57,10 +37,10 @@ class RotateThenPursue:
 
     def __init__(self, config=RotateThenPursueConfig()):
         self.goal = None
-        self._p = _Progress()
+        self._p = Progress()
         self._last = (0.0, 0.0)
         self._last_t = -math.inf
-        self._turning = 0.0   # acceleration of the turn rate on a leg, rad/s2
+        self._bending = 0.0   # acceleration of the turn rate on a leg, rad/s2
         self._words = Words()
         self._prediction = Prediction(config.drive_latency)
         self.reconfigure(config)
@@ -71,6 +51,7 @@ class RotateThenPursue:
         self._prediction.latency = config.drive_latency
         self._law = TrackingLaw(config.tracking_length, config.tracking_time)
         self._speed = SpeedPlan(config)
+        self._turning = TurningInPlace(config, self._words)
 
     @property
     def phase(self):
@@ -80,13 +61,15 @@ class RotateThenPursue:
     def start(self, plan):
         """Begin a new goal: plan (n, 3), its last row the goal."""
         self.goal = Pose2D(*(float(v) for v in plan[-1]))
-        self._p = _Progress()
-        self._take(plan)
+        self._p = Progress()
+        self._p.take(plan, self.config.corner_angle)
+        self._turning.drop()
 
     def replan(self, plan):
         """Take a better plan to the same goal; what has been reached stays reached."""
         if self._p.phase not in (SETTLE, FINAL_TURN, DONE):
-            self._take(plan)
+            self._p.take(plan, self.config.corner_angle)
+            self._turning.drop()
 
     def stop(self):
         """Forget the last command, because the robot was told to stop at once."""
@@ -109,23 +92,15 @@ class RotateThenPursue:
 
     # -- inside ------------------------------------------------------------------------------------------------
 
-    def _take(self, plan):
-        """Plan (n, 3) -> stages; a leg under way goes on at its speed if the new one begins the same way."""
-        p = self._p
-        p.stages, p.final_angle = stages(plan, self.config.corner_angle), final_angle(plan)
-        p.phase, p.turn, p.leg, p.fresh = TURN, None, None, True
-
     def _rest(self):
-        self._last, self._turning, self._speed.acceleration = (0.0, 0.0), 0.0, 0.0
+        self._last, self._bending, self._speed.acceleration = (0.0, 0.0), 0.0, 0.0
+        self._turning.drop()
 
     def _drive(self, t, dt, now, pose, velocity, world):
         p, c = self._p, self.config
-        still = self._still(t, velocity)
-        if p.fresh:
-            p.fresh = False
-            way = sum(float(math.dist(a, b)) for s in p.stages if isinstance(s, Stretch) for a, b in zip(s.points, s.points[1:]))
-            if pose.distance(self.goal) <= c.xy_goal_tolerance and way <= 2.0 * c.xy_goal_tolerance and not p.approaches:
-                p.stages, p.phase = [], FINAL_TURN
+        still = p.is_still(t, velocity, self._last, c)
+        if p.begins_at_goal(pose.distance(self.goal), c.xy_goal_tolerance):
+            p.stages, p.phase = [], FINAL_TURN
         if p.phase == SETTLE:
             if not still:
                 return self._braked(t, dt, now, world, 'comes to rest')
@@ -156,33 +131,34 @@ class RotateThenPursue:
         planned = isinstance(stage, Turn)
         if planned:
             error, what = wrap(stage.yaw - now.yaw), 'the next part of the path'
+            if not self._turning.under_way and len(p.stages) > 1 and abs(stage.angle) < math.pi and abs(error) <= self._left_to_law(now, error, world):
+                p.next_stage()
+                return self._begin_stage(t, dt, now, velocity, world)
         else:
             if p.leg is None:
                 p.leg = self._leg(stage, world)
             leg = p.leg
             leg.locate(now.x, now.y)
             error, what = -wrap(leg.heading_error(now.yaw, leg.along) - self._law.heading(leg.offset, 0.0)), 'the path'
-            backing = (self._last[0] < 0.0) == leg.backward or self._last[0] == 0.0
-            if p.turn is None and backing and abs(error) <= self._left_to_law(now, error, world):
+            sense = -1.0 if leg.backward else 1.0
+            this_way = sense * self._last[0] >= 0.0 and sense * velocity[0] > -2.0 * c.trans_stopped_vel  # else it comes to rest first
+            if not self._turning.under_way and this_way and abs(error) <= self._left_to_law(now, error, world):
                 p.phase = FOLLOW
                 return None
         if self._last[0] != 0.0 or abs(velocity[0]) > 2.0 * c.trans_stopped_vel:
             return self._braked(t, dt, now, world, 'comes to rest to turn')
-        if p.turn is None:
-            angle, free = way_round(world, now, planned_way(error, stage.angle) if planned else error, planned)
-            short_of = abs(angle) - free
-            if short_of > 0.0 and not planned and abs(error) - free <= c.turn_in_place_angle - c.turn_first_angle and free < c.turn_first_angle:
+        if not self._turning.under_way:
+            blocked = self._turning.begin(now, error, world, stage.angle if planned else 0.0, 0.0 if planned else 0.5 * c.turn_in_place_angle)
+            if blocked and (planned or abs(error) > c.turn_in_place_angle):
+                return blocked
+            if blocked:
                 p.phase = FOLLOW  # the law has to do it
                 return None
-            if short_of > 0.0 and (planned or short_of > 0.5 * c.turn_in_place_angle):
-                return self._no_room(now, angle, world)
-            p.turn = SmoothTurn(angle)
-        command = self._turn(t, dt, now, error, world, what)
+        command = self._turned(t, dt, now, error, world, what)
         if command is not None:
             return command
-        p.turn = None
         if planned:
-            p.stages.pop(0)
+            p.next_stage()
             return self._begin_stage(t, dt, now, velocity, world)
         p.phase = FOLLOW
         return None
@@ -192,30 +168,11 @@ class RotateThenPursue:
         c = self.config
         if self._last[0] != 0.0:
             return c.turn_in_place_angle
-        if abs(error) <= c.turn_first_angle:
-            return c.turn_first_angle
-        tight = room(world, turn_poses(now, error), False, c.ahead_angle, c.wide_gap).gap.min() < c.ahead_stop_distance
-        return 0.5 * c.turn_in_place_angle if tight else c.turn_first_angle
+        return 0.5 * c.turn_in_place_angle if abs(error) > c.turn_first_angle and self._turning.tight(now, error, world) else c.turn_first_angle
 
-    def _turn(self, t, dt, now, error, world, what):
-        """One cycle of the turn under way; None when it is done."""
-        p, c = self._p, self.config
-        gain = self._prediction.turn_gain
-        p.turn.left += wrap(error - p.turn.left)
-        gap = float(room(world, turn_poses(now, max(min(p.turn.left, 0.4), -0.4)), False, c.ahead_angle, c.wide_gap).gap.min())
-        highest = c.max_vel_theta * float(gap_speed(gap, c)) / c.max_vel_x
-        rate = p.turn.rate(error, self._last[1], gain, highest, c, dt)
-        if rate == 0.0 and self._last[1] == 0.0:
-            return None
-        if rate and world.worsens(stopping_turn(now, rate * gain, c)):
-            where = blocked_where(world, stopping_turn(now, rate * gain, c))
-            return LocalCommand(0.0, 0.0, BLOCKED, 'turning %s, the %s would touch something' % ('left' if rate > 0.0 else 'right', where))
-        return LocalCommand(0.0, rate, DRIVING, self._words.say(t, *turning(p.turn.left, what)))
-
-    def _no_room(self, now, angle, world):
-        where = blocked_where(world, turn_poses(now, angle))
-        return LocalCommand(0.0, 0.0, BLOCKED, 'no room to turn %s by %.0f deg: the %s would touch something' % (
-            'left' if angle > 0.0 else 'right', abs(math.degrees(angle)), where))
+    def _turned(self, t, dt, now, error, world, what):
+        """One cycle of the turn in place under way; None when it is done."""
+        return self._turning.step(t, dt, now, error, self._last[1], self._prediction.turn_gain, world, what)
 
     def _follow(self, t, dt, now, world):
         """One cycle along the leg; None when it is over."""
@@ -225,10 +182,7 @@ class RotateThenPursue:
         if abs(leg.offset) > c.max_path_distance:
             return LocalCommand(0.0, 0.0, OFF_PATH, 'the robot is %.2f m off its path' % abs(leg.offset))
         if leg.left <= ENDED:
-            p.stages.pop(0)
-            p.leg, p.phase = None, TURN
-            if not p.stages:
-                p.phase, p.still_since = SETTLE, None
+            p.next_stage()
             return self._braked(t, dt, now, world, 'comes to rest')
         speed = abs(self._last[0])
         error = leg.heading_error(now.yaw, leg.along)
@@ -252,7 +206,7 @@ class RotateThenPursue:
         if share < 1.0:
             self._speed.acceleration = 0.0
         target = max(min(v * curvature / gain, c.max_vel_theta), -c.max_vel_theta)
-        w, self._turning = approach(self._last[1], self._turning, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
+        w, self._bending = approach(self._last[1], self._bending, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
         return LocalCommand(sense * v, w, DRIVING, self._words.say(t, *following(leg, pace, self._then())))
 
     def _then(self):
@@ -269,9 +223,9 @@ class RotateThenPursue:
         if size < 0.03:
             size = self._speed.acceleration = 0.0
         v = math.copysign(size, v0)
-        w, self._turning = approach(w0, self._turning, w0 * v / v0 if v0 else 0.0, c.acc_lim_theta, c.jerk_lim_theta, dt)
+        w, self._bending = approach(w0, self._bending, w0 * v / v0 if v0 else 0.0, c.acc_lim_theta, c.jerk_lim_theta, dt)
         if abs(w) < 0.005:
-            w = self._turning = 0.0
+            w = self._bending = 0.0
         return LocalCommand(v, w, DRIVING, self._words.say(t, text, text))
 
     def _leg(self, stretch, world):
@@ -286,7 +240,6 @@ class RotateThenPursue:
     def _settled(self, pose):
         """Standing still at the end of the last leg: go on to the turn, or approach once more. Returns a LocalCommand when that has failed."""
         p, c = self._p, self.config
-        p.turn = None
         distance = pose.distance(self.goal)
         if distance <= c.xy_goal_tolerance:
             p.phase, p.holding = FINAL_TURN, False
@@ -297,12 +250,12 @@ class RotateThenPursue:
                 distance, p.approaches))
         bearing = wrap(math.atan2(self.goal.y - pose.y, self.goal.x - pose.x) - pose.yaw)
         backward = abs(bearing) > 0.5 * math.pi and distance < LONGEST_REPAIR
-        p.stages, p.leg, p.phase = [Stretch([(pose.x, pose.y), (self.goal.x, self.goal.y)], backward, False)], None, TURN
+        p.drive_to(((pose.x, pose.y), (self.goal.x, self.goal.y)), backward)
         return None
 
     def _turn_to_goal(self, t, dt, now, pose, still, velocity, world):
         p, c = self._p, self.config
-        if p.holding or p.turn is None:
+        if not self._turning.under_way:
             if not still and p.holding:
                 return LocalCommand(0.0, 0.0, DRIVING, self._words.say(t, 'hold', 'stands at the goal'))
             if abs(wrap(self.goal.yaw - pose.yaw)) <= c.yaw_goal_tolerance and (still or p.holding):
@@ -310,24 +263,13 @@ class RotateThenPursue:
                 return LocalCommand(0.0, 0.0, REACHED)
             if abs(velocity[0]) > 2.0 * c.trans_stopped_vel or self._last[0] != 0.0:
                 return self._braked(t, dt, now, world, 'comes to rest')
-            error = wrap(self.goal.yaw - now.yaw)
-            planned = abs(p.final_angle) > c.yaw_goal_tolerance
-            angle, free = way_round(world, now, planned_way(error, p.final_angle) if planned else error, planned)
-            if abs(angle) - free > c.yaw_goal_tolerance:
-                return self._no_room(now, angle, world)
-            p.turn, p.holding, p.final_angle = SmoothTurn(angle), False, 0.0
-        command = self._turn(t, dt, now, wrap(self.goal.yaw - now.yaw), world, "the goal's heading")
+            planned = p.final_angle if abs(p.final_angle) > c.yaw_goal_tolerance else 0.0
+            blocked = self._turning.begin(now, wrap(self.goal.yaw - now.yaw), world, planned, c.yaw_goal_tolerance)
+            if blocked:
+                return blocked
+            p.holding, p.final_angle = False, 0.0
+        command = self._turned(t, dt, now, wrap(self.goal.yaw - now.yaw), world, "the goal's heading")
         if command is not None:
             return command
-        p.turn, p.holding, p.still_since = None, True, None
+        p.holding, p.still_since = True, None
         return LocalCommand(0.0, 0.0, DRIVING, self._words.say(t, 'hold', 'stands at the goal'))
-
-    def _still(self, t, velocity):
-        """True once the robot has been commanded to stand, and measured standing, for settle_time."""
-        p, c = self._p, self.config
-        if (self._last != (0.0, 0.0) or abs(velocity[0]) > c.trans_stopped_vel
-                or abs(velocity[1]) > c.theta_stopped_vel):
-            p.still_since = None
-        elif p.still_since is None:
-            p.still_since = t
-        return p.still_since is not None and t - p.still_since >= c.settle_time

@@ -15,13 +15,13 @@ class RotateThenPursueConfig:
 
     max_vel_x: float = 0.5
     min_vel_x: float = -0.2
-    max_vel_theta: float = 0.4
+    max_vel_theta: float = 0.5
     acc_lim_x: float = 0.3
     dec_lim_x: float = 0.8
     comfort_dec_x: float = 0.25
     jerk_lim_x: float = 0.6
-    acc_lim_theta: float = 0.4
-    comfort_dec_theta: float = 0.3
+    acc_lim_theta: float = 0.5
+    comfort_dec_theta: float = 0.4
     jerk_lim_theta: float = 1.2
     max_lateral_acc: float = 0.2
     xy_goal_tolerance: float = 0.05
