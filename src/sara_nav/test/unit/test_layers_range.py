@@ -269,3 +269,72 @@ def test_each_silent_sensor_is_told_of_by_name():
     assert costmap.current(11.2) == 'range sensor on /b silent for 1.2 s'
     assert costmap.current(13.6) == 'range sensor on /a silent for 3.1 s; range sensor on /b silent for 3.6 s'
     assert make()[0].current(1e6) == ''
+
+
+# -- free_memory: several views carve an arc ---------------------------------------------------------------------------
+
+def beside(costmap, layer, t, distance, yaw=math.radians(40.0)):
+    """A second sensor at the same place, turned aside, says a distance or +Inf."""
+    layer.add_range(reading(distance, Pose2D(0.0, 0.0, yaw), t, source='/b'))
+    costmap.update(t, None)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(0.4, 1.5), st.floats(25.0, 45.0), st.sampled_from([-1.0, 1.0]))
+def test_what_another_sensor_saw_free_is_not_what_echoes(distance, aside, side):
+    costmap, layer = make(free_memory=5.0)
+    yaw = side * math.radians(aside)
+    beside(costmap, layer, 0.0, math.inf, yaw)
+    for k in range(1, 6):
+        say(costmap, layer, distance, t=0.1 * k)
+    far, bearing = lethal(costmap)
+    assert len(far), 'the echo is somewhere'
+    assert (np.abs(bearing - yaw) > math.radians(27.0) - 0.06 / far).all(), 'and not in what the other saw free'
+
+
+def test_without_it_or_when_that_is_long_ago_the_whole_arc_may_echo():
+    marked = []
+    for memory, t in ((0.0, 0.1), (5.0, 0.1), (5.0, 6.0)):
+        costmap, layer = make(free_memory=memory)
+        beside(costmap, layer, 0.0, math.inf)
+        for k in range(5):
+            say(costmap, layer, 1.0, t=t + 0.1 * k)
+        marked.append(len(lethal(costmap)[0]))
+    assert marked[0] == marked[2] > marked[1] > 0
+
+
+def test_where_all_of_the_arc_was_seen_free_something_came_there():
+    costmap, layer = make(free_memory=5.0)
+    say(costmap, layer, math.inf)
+    plain, plainly = make()
+    for k in range(1, 6):
+        say(costmap, layer, 1.0, t=0.1 * k)
+        say(plain, plainly, 1.0, t=0.1 * k)
+    assert len(lethal(costmap)[0]) == len(lethal(plain)[0]) > 0
+
+
+def test_memory_can_be_switched_on_and_off_and_is_cleared():
+    costmap, layer = make()
+    layer.reconfigure(RangeSensorConfig(topics=('/a', '/b'), free_memory=5.0))
+    beside(costmap, layer, 0.0, math.inf)
+    layer.clear(0, 0, 160, 160, True)
+    for k in range(5):
+        say(costmap, layer, 1.0, t=0.1 + 0.1 * k)
+    whole = len(lethal(costmap)[0])
+    layer.reconfigure(RangeSensorConfig(topics=('/a', '/b')))
+    layer.reset()
+    for k in range(5):
+        say(costmap, layer, 1.0, t=1.0 + 0.1 * k)
+    assert len(lethal(costmap)[0]) == whole > 0
+
+
+def test_memory_moves_with_a_costmap_that_rolls():
+    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=('/a', '/b'), free_memory=100.0))
+    costmap = LayeredCostmap(CostmapConfig(width=6.0, height=6.0, rolling_window=True), [layer], np.ones((1, 2)))
+    costmap.update(0.0, HERE)
+    beside(costmap, layer, 0.0, math.inf)
+    costmap.update(1.0, Pose2D(0.7, 0.3, 0.0))
+    for k in range(5):
+        say(costmap, layer, 1.0, t=1.1 + 0.1 * k)
+    _, bearing = lethal(costmap)
+    assert len(bearing) and (bearing < math.radians(40.0 - 27.0) + 0.06).all()

@@ -13,10 +13,12 @@ AXIS = 233.0 / 254.0
 """Least probability that the cell on the axis at the measured range has before the rule is applied."""
 FREE_EVIDENCE = 0.3
 """Least weight of a reading, on the axis, for the cells before its echo, however far they are."""
+SURELY = 0.9
+"""Share of the cone's width within which nothing can be without being heard."""
 
 
 @kernel
-def apply_all(grid, seen_at, origin_x, origin_y, resolution, phi, inflate_cone, clear_below, mark_above, t, readings):
+def apply_all(grid, seen_at, free_at, origin_x, origin_y, resolution, phi, inflate_cone, clear_below, mark_above, t, free_since, readings):
     """Take readings, in their order, as ``apply`` does; returns their windows, int64 (n, 8): cone and change of each.
 
     readings: float64 (n, 6), x, y, yaw, distance, half, and 1.0 for clear.
@@ -24,22 +26,24 @@ def apply_all(grid, seen_at, origin_x, origin_y, resolution, phi, inflate_cone, 
     result = np.empty((len(readings), 8), np.int64)
     for i in range(len(readings)):
         r = readings[i]
-        cone, changed = apply(grid, seen_at, origin_x, origin_y, resolution, r[0], r[1], r[2], r[3], r[4], phi, inflate_cone,
-                              r[5] != 0.0, clear_below, mark_above, t)
+        cone, changed = apply(grid, seen_at, free_at, origin_x, origin_y, resolution, r[0], r[1], r[2], r[3], r[4], phi, inflate_cone,
+                              r[5] != 0.0, clear_below, mark_above, t, free_since)
         for k in range(4):
             result[i, k], result[i, 4 + k] = cone[k], changed[k]
     return result
 
 
 @kernel
-def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, clear_below,
-          mark_above, t):
+def apply(grid, seen_at, free_at, origin_x, origin_y, resolution, x, y, yaw, distance, half, phi, inflate_cone, clear, clear_below,
+          mark_above, t, free_since):
     """Take one reading into the probabilities; returns two windows (x0, y0, xn, yn): that of the cone, and that of the
     cells that went over a threshold.
 
     grid: float32 (h, w), 0.5 unknown; seen_at: float64 (h, w), when a cell was last held for occupied (s). x, y, yaw:
     sensor in the grid's frame; distance: m; half: half the field of view (rad). clear: the cone is empty up to
     ``distance`` and a little beyond, where an echo from there would have marked. Probabilities keep off 0 and 1, so that no cell is ever beyond change.
+    free_at: float64 (h, w), when a cell was last seen free (s); those seen since ``free_since`` are not what echoes, as long as there
+    are others on the arc. A free_at of other size is not kept, and carves nothing.
     """
     height, width = grid.shape
     band = max(resolution * distance, 0.71 * resolution)
@@ -63,11 +67,17 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
     by = math.floor((y + math.sin(yaw + half) * side - origin_y) / resolution)
     slack = -inflate_cone * abs((ax * (by - oy) + bx * (oy - ay) + ox * (ay - by)) / 2.0)
     slope = math.tan(half) if half < 1.5 else np.inf
+    keep = free_at.shape == grid.shape
+    carve = keep and not clear and _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since)
     for row in range(y0, yn):
         dy = origin_y + (row + 0.5) * resolution - y
         for column in range(x0, xn):
             dx = origin_x + (column + 0.5) * resolution - x
             if grid[row, column] <= surely_free and dx * dx + dy * dy < quiet:
+                if keep:
+                    along, aside = c * dx + s * dy, abs(c * dy - s * dx)
+                    if along > 0.0 and aside <= slope * SURELY * along:
+                        free_at[row, column] = t
                 continue
             along, aside = c * dx + s * dy, -s * dx + c * dy
             on_axis = not clear and column == axis_column and row == axis_row
@@ -88,7 +98,12 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
             p = before
             if on_axis:
                 p = max(p, AXIS)
-            evidence = 0.0 if clear else _model(math.hypot(along, aside), distance, band, off, phi)
+            away = math.hypot(along, aside)
+            evidence = 0.0 if clear else _model(away, distance, band, off, phi)
+            if carve and (evidence > 0.5 or on_axis) and free_at[row, column] >= free_since:
+                continue
+            if keep and off <= SURELY and (clear or away < distance - 2.0 * band):
+                free_at[row, column] = t
             p = min(max(evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p)), low), high)
             grid[row, column] = p
             after = grid[row, column]
@@ -98,6 +113,20 @@ def apply(grid, seen_at, origin_x, origin_y, resolution, x, y, yaw, distance, ha
             if evidence > 0.5 or on_axis:
                 seen_at[row, column] = t
     return (x0, y0, xn, yn), changed
+
+
+@kernel
+def _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since):
+    """True when there are cells on the arc of an echo that were not seen free since a time (s)."""
+    for row in range(y0, yn):
+        dy = origin_y + (row + 0.5) * resolution - y
+        for column in range(x0, xn):
+            if free_at[row, column] < free_since:
+                dx = origin_x + (column + 0.5) * resolution - x
+                along, aside = c * dx + s * dy, abs(c * dy - s * dx)
+                if abs(math.hypot(along, aside) - distance) < band and math.atan2(aside, along) <= SURELY * half:
+                    return True
+    return False
 
 
 @kernel
@@ -179,6 +208,6 @@ def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     grid, seen_at = np.full((3, 3), 0.5, np.float32), np.zeros((3, 3))
-    apply_all(grid, seen_at, 0.0, 0.0, 1.0, 1.2, 1.0, 0.2, 0.8, 0.0, np.array([[0.5, 0.5, 0.0, 1.0, 0.5, 0.0]]))
+    apply_all(grid, seen_at, seen_at.copy(), 0.0, 0.0, 1.0, 1.2, 1.0, 0.2, 0.8, 0.0, -1.0, np.array([[0.5, 0.5, 0.0, 1.0, 0.5, 0.0]]))
     forget(grid, seen_at, 0, 0, 3, 3, 1.0)
     write(grid, np.zeros((3, 3), np.uint8), 0, 0, 3, 3, 0.2, 0.8)

@@ -45,7 +45,8 @@ class RangeSensorConfig:
 
     Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance (m) marks
     nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this from the sensor's
-    axis are not expected to echo.
+    axis are not expected to echo. free_memory: s, cells that were seen free no longer ago are not what echoes, as long as others on
+    the arc may be; 0: nobody remembers.
     """
 
     topics: tuple = ('/sonar',)
@@ -63,6 +64,7 @@ class RangeSensorConfig:
     ignore_mapped: bool = False
     mapped_tolerance: float = 0.2
     mapped_steepest: float = 0.5 * math.pi
+    free_memory: float = 0.0
     enabled: bool = True
 
     def faults(self):
@@ -75,7 +77,7 @@ class RangeSensorConfig:
                                                                              ', '.join(SENSOR_TYPES)))
         result += range_faults(self, {'pixel_decay': (0.0, 1e6), 'transform_tolerance': (0.0, 10.0), 'phi': (0.0, 1e3),
                                       'inflate_cone': (0.0, 1.0), 'no_readings_timeout': (0.0, 1e6),
-                                      'clear_threshold': (0.0, 1.0), 'mark_threshold': (0.0, 1.0), 'mapped_tolerance': (0.0, 10.0),
+                                      'clear_threshold': (0.0, 1.0), 'mark_threshold': (0.0, 1.0), 'mapped_tolerance': (0.0, 10.0), 'free_memory': (0.0, 1e6),
                                       'mapped_steepest': (0.0, 0.5 * math.pi)})
         if not result and self.clear_threshold > self.mark_threshold:
             result.append('clear_threshold is %g but must not be above mark_threshold (%g)' % (
@@ -104,11 +106,14 @@ class RangeSensorLayer(Layer):
     def resize(self, geometry):
         self._grid = np.full(geometry.shape, 0.5, np.float32)
         self._seen_at = np.full(geometry.shape, -math.inf)
+        self._forget_free()
         self._marks = None
 
     def roll(self, columns, rows):
         self._grid = shifted(self._grid, columns, rows, 0.5)
         self._seen_at = shifted(self._seen_at, columns, rows, -math.inf)
+        if len(self._free_at):
+            self._free_at = shifted(self._free_at, columns, rows, -math.inf)
         if self._marks is not None:
             x0, y0, xn, yn = self._marks
             height, width = self._grid.shape
@@ -120,9 +125,22 @@ class RangeSensorLayer(Layer):
         self.parent.touch_all()
 
     def clear(self, x0, y0, xn, yn, invert):
-        self._grid[outside(self._grid.shape, x0, y0, xn, yn, invert)] = 0.5
+        forgotten = outside(self._grid.shape, x0, y0, xn, yn, invert)
+        self._grid[forgotten] = 0.5
+        if len(self._free_at):
+            self._free_at[forgotten] = -math.inf
         self.parent.touch_all()
         return True
+
+    def reconfigure(self, config):
+        remembered = self.config.free_memory > 0.0
+        super().reconfigure(config)
+        if remembered != (config.free_memory > 0.0):
+            self._forget_free()
+
+    def _forget_free(self):
+        """Keep when cells were last seen free only where that is asked for; nothing is known of it yet."""
+        self._free_at = np.full(self._grid.shape if self.config.free_memory > 0.0 else (0, 0), -math.inf)
 
     def time_went_back(self, t):
         self._waiting.clear()
@@ -130,6 +148,7 @@ class RangeSensorLayer(Layer):
         self._heard.clear()
         self._started = t
         np.minimum(self._seen_at, t, out=self._seen_at)
+        self._free_at[:] = -math.inf
 
     # -- readings in -------------------------------------------------------------------------------------------
 
@@ -198,8 +217,9 @@ class RangeSensorLayer(Layer):
             readings = np.array(readings, dtype=np.float64)
             if c.ignore_mapped:
                 readings = self._unexplained(readings, np.array(near))
-            for window in cone.apply_all(self._grid, self._seen_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi, c.inflate_cone,
-                                         c.clear_threshold, c.mark_threshold, float(t), readings).tolist():
+            for window in cone.apply_all(self._grid, self._seen_at, self._free_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi, c.inflate_cone,
+                                         c.clear_threshold, c.mark_threshold, float(t), float(t - c.free_memory),
+                                         readings).tolist():
                 windows.add(*window[4:])
                 self._widen(window[:4])
         if c.use_decay and self._marks is not None:
