@@ -91,13 +91,24 @@ def margin_at(here):
 
 
 @kernel
-def slowness(rules, least, turning):
-    """Return by what factor a gap (m) makes a move take longer."""
-    soft, weight = (rules[ROOM], rules[ROOM_WEIGHT]) if turning else (rules[SOFT], rules[WEIGHT])
-    if least >= soft:
+def slowness(rules, least):
+    """Return by what factor a gap (m) makes a drive take longer."""
+    if least >= rules[SOFT]:
         return 1.0
-    share = (soft - max(least, 0.0)) / soft
-    return 1.0 + weight * share * share
+    share = (rules[SOFT] - max(least, 0.0)) / rules[SOFT]
+    return 1.0 + rules[WEIGHT] * share * share
+
+
+@kernel
+def slowness_about(field, rules, x, y):
+    """Return by what factor the room about a place makes a turn there take longer.
+
+    It goes by the circle that turning about sweeps, not by what this turn sweeps of it: sensors that tell how far something is but
+    hardly where make a robot as careful.
+    """
+    spare = distance_at(field, (x - rules[ORIGIN_X]) / rules[RESOLUTION], (y - rules[ORIGIN_Y]) / rules[RESOLUTION]) - rules[RADIUS]
+    share = min(max(0.0, 1.0 - spare / rules[ROOM]), 2.0)
+    return 1.0 + rules[ROOM_WEIGHT] * share * share
 
 
 @kernel
@@ -128,7 +139,8 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         return np.inf, limit
     if way <= 0.0:
         return 0.0, limit
-    slow = slowness(rules, here, turning)
+    about = slowness_about(field, rules, x, y) if turning else 1.0
+    slow = about if turning else slowness(rules, here)
     total, done = 0.0, 0.0
     first, last = (0.0, 0.0) if here < rules[NARROW] else (2.0, -1.0)  # shares of the way between which it is narrow
     while done < 1.0:
@@ -144,7 +156,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
             return np.inf, limit
         if limit < hard:
             limit = hard if here >= hard else max(limit, margin_at(here)) if limit < 0.0 else limit
-        then = slowness(rules, here, turning)
+        then = about if turning else slowness(rules, here)
         total += 0.5 * (slow + then) * step
         slow = then
         if here < rules[NARROW]:

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from sara_nav import lattice_body, lattice_field, lattice_search, lattice_smooth, lattice_straighten
+from sara_nav import lattice_body, lattice_field, lattice_gates, lattice_search, lattice_smooth, lattice_straighten
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.lattice_config import LatticePlannerConfig
 from sara_nav.planning import GLOBAL_PLANNERS, PlanError, require_finite
@@ -133,8 +133,9 @@ class _Problem:
                 goal.x, goal.y, math.degrees(goal.yaw), ', unknown space or the edge of the map' if self.field.unknown_blocks
                 else ' or the edge of the map'))
         poses, moves = self._way(start, goal, limit, limit_end)
-        anchors = lattice_straighten.anchors_of(*self.world[:2], poses)
-        steps = lattice_straighten.straighten(*self.world, poses, moves, anchors, limit, limit_end, max(self.radius, 0.0), LONGEST, ASTERN)
+        poses, moves, follow = lattice_gates.with_gates(self.world, poses, moves, self.body.inscribed)
+        anchors = lattice_straighten.anchors_of(*self.world[:2], poses, follow)
+        steps = lattice_straighten.straighten(*self.world, poses, moves, follow, anchors, limit, limit_end, max(self.radius, 0.0), LONGEST, ASTERN)
         if self.config.smooth:
             steps = lattice_smooth.smooth(self.world, steps, poses[0], poses[-1], limit, limit_end)
         return as_plan(steps, start, goal, self.config.path_spacing)
@@ -194,7 +195,7 @@ class _Problem:
         """Return (status, moves (n, 5), final), see lattice_search.search."""
         c, rules = self.config, self.rules.copy()
         greed = ESCAPE_GREED if escape else c.greed
-        rules[lattice_body.REVERSE] = 1.0 + 0.5 * greed * (c.reverse_factor - 1.0)  # or greed would drive astern for being quick
+        rules[lattice_body.REVERSE] = 1.0 + 0.25 * greed * (c.reverse_factor - 1.0)  # or greed would drive astern for being quick
         for weight in (lattice_body.WEIGHT, lattice_body.ROOM_WEIGHT):
             rules[weight] *= SEARCH_CARE
         rules[lattice_body.RUN_UP_COST] = 0.0  # its moves are pieces of legs
@@ -244,7 +245,7 @@ def _along(pose, moves):
     return np.array(poses), np.array(moves).reshape(-1, 2)
 
 
-def _pieces(length, most=0.6):
+def _pieces(length, most=0.2):
     """Return (length, 0) moves no longer than ``most`` that add up to a straight one."""
     n = math.ceil(abs(length) / most)
     return [(length / n, 0.0)] * n
@@ -267,5 +268,5 @@ def as_plan(steps, start, goal, spacing):
 @functools.lru_cache(maxsize=None)
 def warm():
     """Compile, or load from the cache, every kernel of this planner, once; making a planner does it too."""
-    for module in (lattice_field, lattice_body, lattice_search, lattice_smooth, lattice_straighten):
+    for module in (lattice_field, lattice_body, lattice_gates, lattice_search, lattice_smooth, lattice_straighten):
         module.warm()

@@ -22,10 +22,11 @@ OWN, ANY = 0, 1
 
 
 @kernel
-def straighten(field, rules, outline, inside, poses, moves, anchors, limit, limit_end, radius, longest, astern_within):
+def straighten(field, rules, outline, inside, poses, moves, follow, anchors, limit, limit_end, radius, longest, astern_within):
     """Return moves (m, 5) x, y, yaw, length, turn from the first to the last of the poses (n, 3).
 
-    moves: (n - 1, 2) length and turn from each pose to the next. anchors: indices (int64) of the poses that legs may join, the first
+    moves: (n, 2) length and turn from each pose to the pose follow[i], int64, of the way; that is -1 at its last pose, and at poses that
+    are not on it but may be made use of. anchors: indices (int64) of the poses that legs may join, the first
     and the last among them. limit, limit_end: the gaps allowed at the first and the last pose. longest: m, of a leg; astern_within: m,
     of one astern.
     """
@@ -39,10 +40,11 @@ def straighten(field, rules, outline, inside, poses, moves, anchors, limit, limi
     k = 0
     for i in range(n - 1):
         x, y = poses[i, 0], poses[i, 1]
-        if cost[i, OWN] < np.inf:  # the way as it is
+        next = follow[i]
+        if cost[i, OWN] < np.inf and next >= 0:  # the way as it is
             length, turn = moves[i, 0], moves[i, 1]
             after = limits[i, OWN]
-            if i == n - 2 and limit_end < rules[HARD]:
+            if next == n - 1 and limit_end < rules[HARD]:
                 seconds = arrive(field, rules, outline, inside, poses[n - 1, 0], poses[n - 1, 1], poses[n - 1, 2], length, turn, limit_end)
             else:
                 seconds, after = move(field, rules, outline, inside, x, y, poses[i, 2], length, turn, after)
@@ -51,10 +53,10 @@ def straighten(field, rules, outline, inside, poses, moves, anchors, limit, limi
             if turn != 0.0:
                 seconds += BITTY
             total = cost[i, OWN] + seconds
-            if total < cost[i + 1, OWN]:
-                cost[i + 1, OWN], yaw[i + 1, OWN], limits[i + 1, OWN] = total, poses[i + 1, 2], after
-                kind[i + 1, OWN] = kind[i, OWN] if what == TURNS else what
-                parent[i + 1, OWN], label[i + 1, OWN] = i, -1
+            if total < cost[next, OWN]:
+                cost[next, OWN], yaw[next, OWN], limits[next, OWN] = total, poses[next, 2], after
+                kind[next, OWN] = kind[i, OWN] if what == TURNS else what
+                parent[next, OWN], label[next, OWN] = i, -1
         while anchors[k] < i:
             k += 1
         if anchors[k] != i:
@@ -107,18 +109,21 @@ def straighten(field, rules, outline, inside, poses, moves, anchors, limit, limi
 
 
 @kernel
-def anchors_of(field, rules, poses):
-    """Return the indices (int64) of the poses that legs are to join: first, last, and some between, nearer where it is tight."""
+def anchors_of(field, rules, poses, follow):
+    """Return the indices (int64) of the poses that legs are to join: first, last, and some between, nearer where it is tight, with all
+    that are not on the way."""
     n = len(poses)
     chosen = np.empty(n, np.int64)
-    chosen[0], count, way = 0, 1, 0.0
+    chosen[0], count, way, last = 0, 1, 0.0, 0
     for i in range(1, n):
-        step = math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
-        way += step
+        step = math.hypot(poses[i, 0] - poses[last, 0], poses[i, 1] - poses[last, 1])
+        if follow[i] >= 0 or i == n - 1:
+            way, last = way + step, i
         u, v = (poses[i, 0] - rules[ORIGIN_X]) / rules[RESOLUTION], (poses[i, 1] - rules[ORIGIN_Y]) / rules[RESOLUTION]
         apart = TIGHT_APART if distance_at(field, u, v) < rules[RADIUS] else APART
-        if i == n - 1 or (way >= apart - 1e-6 and step > 0.0):
-            chosen[count], count, way = i, count + 1, 0.0
+        if i == n - 1 or follow[i] < 0 or (way >= apart - 1e-6 and step > 0.0):
+            chosen[count], count = i, count + 1
+            way = 0.0 if follow[i] >= 0 else way
     return chosen[:count].copy()
 
 
@@ -161,5 +166,5 @@ def trace(poses, moves, yaw, parent, label, first, run, second, cost):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     rules, points = np.ones(ENTRIES), np.zeros((4, 2))
-    anchors_of(np.zeros((4, 4), np.float32), rules, np.ones((2, 3)))
-    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((1, 2)), np.array([0, 1]), 0.0, 0.0, 0.1, 5.0, 1.0)
+    anchors_of(np.zeros((4, 4), np.float32), rules, np.ones((2, 3)), np.array([1, -1]))
+    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((2, 2)), np.array([1, -1]), np.array([0, 1]), 0.0, 0.0, 0.1, 5.0, 1.0)
