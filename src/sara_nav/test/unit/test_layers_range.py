@@ -307,6 +307,7 @@ def test_where_all_of_the_arc_was_seen_free_something_came_there():
     costmap, layer = make(free_memory=5.0)
     say(costmap, layer, math.inf)
     plain, plainly = make()
+    say(plain, plainly, math.inf)
     for k in range(1, 6):
         say(costmap, layer, 1.0, t=0.1 * k)
         say(plain, plainly, 1.0, t=0.1 * k)
