@@ -10,7 +10,8 @@ from sara_bringup.judge import BODY
 
 PERSON = "person"       # names of obstacles that are people begin so
 CREEPING = 0.05         # m/s: slower than this towards a person who walks into it, the chair is not to blame
-NEAR = 0.002            # m: what is this near when the chair touches something is what it touches
+NEAR = 0.03             # m: an obstacle this near when the chair touches something is touched: both may have moved on in that step
+BY_THE_WALL = 0.001     # m: a wall, which does not move, is touched when it is this near
 
 
 @dataclass
@@ -66,12 +67,11 @@ class ContactWatch:
             return
         pose, velocity = self._moved
         world, config = chair.world, chair.config
-        size = config.length + 2 * NEAR, config.width + 2 * NEAR
-        met = world.meets(*chair.pose, *size) if world.obstacles.all else ()
+        met = world.meets(*chair.pose, config.length + 2 * NEAR, config.width + 2 * NEAR) if world.obstacles.all else ()
         there = [obstacle for obstacle in world.obstacles.all if obstacle.pose(world.obstacles.time) is not None]
         touched = {obstacle.name: (towards(pose, velocity, obstacle.pose(world.obstacles.time)[:2], (config.length, config.width)), bool(obstacle.path))
                    for obstacle, near in zip(there, met) if near}
-        if world.overlaps(*chair.pose, *size) or not touched:
+        if world.overlaps(*chair.pose, config.length + 2 * BY_THE_WALL, config.width + 2 * BY_THE_WALL) or not touched:
             touched["the map"] = abs(velocity[0]), False
         for name in set(self._open) - set(touched):
             del self._open[name]
