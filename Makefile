@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign mutants lint clean help setup apt venv build install
+.PHONY: run test bench campaign experiments mutants lint clean help setup apt venv build install
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -31,6 +31,9 @@ campaign: build ## everything judged over many chairs, and a million random inpu
 	@$(ENV) rosrun canserial fuzz --count 1000000 --seed 0
 	@$(ENV) rosrun sara_nav fuzz --count 100000 --seed 0
 	@tools/run_tests.sh random
+
+experiments: build ## the thesis's E1 to E10, ten minutes; pages and figures in docs/experiments (SEEDS=50: more chairs)
+	@$(ENV) rosrun sara_bringup experiment all $(if $(SEEDS),--seeds $(SEEDS))
 
 mutants: build ## mutation testing of the safety gate
 	@tools/mutants.sh

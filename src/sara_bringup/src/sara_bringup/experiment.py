@@ -58,6 +58,32 @@ def sensors(arguments):
     return sensor_report.verdict(chairs)
 
 
+def pages_folder():
+    """Where the pages of the experiments belong: docs/experiments of the workspace, or of the working directory where there is none."""
+    docs = share().parents[1] / "docs"
+    return (docs if docs.is_dir() else Path("docs")) / "experiments"
+
+
+def thesis(arguments):
+    """`experiment E1` to `E10`, and `all`: lockstep runs over several chairs, pages, figures and JSON. Exit status 0 if what must hold does."""
+    from tqdm import tqdm
+
+    from sara_bringup.experiments import pages, runner
+    from sara_bringup.experiments.registry import EXPERIMENTS as known
+    chosen = list(known.values()) if arguments.name == "all" else [known[arguments.name]]
+    seeds = {experiment.name: arguments.seeds or experiment.seeds for experiment in chosen}
+    cases = {case.key: case for experiment in chosen for case in experiment.cases(seeds[experiment.name])}
+    results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05))
+    folder, faults = arguments.out or pages_folder(), []
+    for experiment in chosen:
+        report = experiment.report(results)
+        written = pages.write(experiment, report, folder, seeds[experiment.name])
+        print(f"{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs; {folder / written[0]}, {len(report.figures)} figures)", flush=True)
+        faults += [f"{experiment.name}: {fault}" for fault in report.faults]
+    pages.summary(known, folder)
+    return faults
+
+
 def _count(text):
     number = int(text)
     if number < 1:
@@ -76,6 +102,12 @@ def main():
         sub.add_argument("--seed", type=int, default=0, help="which chair is drawn")
         sub.add_argument("--json", action="store_true", help="JSON on stdout instead of the table")
         sub.add_argument("--out", type=Path, help="folder for figures and results")
+    for name in (*(f"E{number}" for number in range(1, 11)), "all"):
+        sub = names.add_parser(name, help="E1 to E10" if name == "all" else f"the thesis's experiment {name}: page, figures and JSON", description=thesis.__doc__)
+        sub.set_defaults(function=thesis)
+        sub.add_argument("--seeds", type=_count, help="how many chairs, from seed 0 on; without it, as many as each experiment's page tells")
+        sub.add_argument("--processes", type=_count, default=2, help="at the same time; the result does not depend on it")
+        sub.add_argument("--out", type=Path, help="folder for pages, figures and JSON; docs/experiments without it")
     names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
     names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")
     arguments = parser.parse_args()

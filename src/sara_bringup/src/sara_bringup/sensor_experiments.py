@@ -14,6 +14,7 @@ from canserial.gain import ANGLES, GainProcedure
 from canserial.reader import Reader
 from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.config import ChairConfig
 from sara_sim.world import World
 
 MINUTE_S = 60.0
@@ -25,10 +26,10 @@ TURN_AXIS = 200                  # deflection of the joystick in a turn, of 512
 PAUSE_S = 2.0
 
 
-def _chair(seed, calibrate, bus=None):
+def _chair(seed, calibrate, bus=None, config=ChairConfig()):
     """A chair at rest whose chip has settled, calibrated by its sensor node or not."""
     sensors = SensorConfig(calibrate=calibrate)
-    chair = SimulatedChair(World.empty(), seed, bus=bus, sensors=sensors)
+    chair = SimulatedChair(World.empty(), seed, bus=bus, config=config, sensors=sensors)
     if not calibrate:  # nobody else waited for it
         for _ in _frames(chair, sensors.settle_time):
             pass
@@ -101,10 +102,10 @@ def _minute(chair, bus, offset):
     return YawAtRest(t - t[0], yaw, float(rate.mean()), offset, float(bias.mean()))
 
 
-def yaw_in_the_sensor_node(seed, bus=None):
-    """Yaw with the offset registers as the only calibration. bus: another description, such as the last firmware's tenths."""
+def yaw_in_the_sensor_node(seed, bus=None, config=ChairConfig()):
+    """Yaw with the offset registers as the only calibration. bus: another description, such as the last firmware's tenths. config: what the chair is drawn from."""
     bus = bus or BusDescription.default()
-    return _minute(_chair(seed, True, bus), bus, 0.0)
+    return _minute(_chair(seed, True, bus, config), bus, 0.0)
 
 
 def yaw_with_a_fixed_offset(seed):
@@ -135,7 +136,7 @@ class Turns:
     check: tuple
 
 
-class _Turner:
+class Turner:
     """Turns a chair by its joystick, as a person would, and reads the angle."""
 
     def __init__(self, seed, **config):
@@ -169,7 +170,7 @@ class _Turner:
 
 def full_turns(seed):
     """E6: the marks of table 4.11 both ways, the gain they give, and another full turn each way with it."""
-    turner, procedure = _Turner(seed, calibration_time=CALIBRATION_S), GainProcedure()
+    turner, procedure = Turner(seed, calibration_time=CALIBRATION_S), GainProcedure()
     for angle in procedure.angles:
         if abs(angle) == ANGLES[0]:
             turner.start_over()

@@ -67,7 +67,7 @@ def table(chairs):
     lines += [f"E6, table 4.11: turned angle by the gyroscope, mean of both ways; {len(chairs)} chairs",
               f"{'true':>6} {'thesis':>8} {'ours (lowest .. highest)':>28}   deg"]
     for mark, theirs in TURNS.items():
-        ours = np.array([_at_mark(chair["turns"], mark) for chair in chairs])
+        ours = np.array([at_mark(chair["turns"], mark) for chair in chairs])
         lines.append(f"{mark:6.0f} {theirs:8.1f} {ours.mean():10.2f} ({ours.min():6.2f} .. {ours.max():6.2f})")
     gain = np.array([chair["turns"].gain.gain for chair in chairs])
     after = np.array([[measured - true for true, measured in chair["turns"].check] for chair in chairs])
@@ -75,7 +75,7 @@ def table(chairs):
     return "\n".join(lines)
 
 
-def _at_mark(turns, mark):
+def at_mark(turns, mark):
     """What the gyroscope says at a mark, mean of both ways, deg. The chair stops a little behind the mark: the line through the origin takes that out."""
     return float(np.mean([measured * mark / abs(true) for true, measured, _ in
                           ((abs(t), abs(m), c) for t, m, c in turns.gain.rows) if abs(true - mark) < 45.0]))
@@ -96,7 +96,7 @@ def verdict(chairs):
                 faults.append(f"{which} {axis} before calibration: {mean[:, k].mean():.4f} {unit}, {100 * off:.1f} % from the thesis's {thesis['before'][0][k]}")
     faults += [f"chair {chair['seed']}: {fault}" for chair in chairs for fault in chair_faults(chair)]
     for mark, theirs in TURNS.items():
-        ours = np.mean([_at_mark(chair["turns"], mark) for chair in chairs])
+        ours = np.mean([at_mark(chair["turns"], mark) for chair in chairs])
         if abs(ours - theirs) > TURN_BEFORE_GAIN:
             faults.append(f"{mark:.0f} deg read as {ours:.2f} (thesis {theirs}, at most {TURN_BEFORE_GAIN} apart)")
     left = float(np.mean([abs(trial.left) for chair in chairs for trial in chair["pc"]]))
@@ -131,57 +131,8 @@ def to_json(chairs):
 
 
 def figures(chair, folder):
-    """The thesis's figures 4.1 to 4.11 and 4.17 for one chair, into `folder` (a Path)."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-    rest, seed = chair["rest"], chair["seed"]
-    for number, which, label, unit in ((1, "accel", "acceleration", "m/s$^2$"), (5, "gyro", "angular velocity", "deg/s")):
-        for offset, when in ((0, "before"), (2, "after")):
-            samples = getattr(rest[when], which)
-            figure, axes = pyplot.subplots(3, 1, figsize=(9, 7), sharex=True)
-            for k, axis in enumerate(axes):
-                axis.plot(np.arange(len(samples)) * experiments.MINUTE_S / len(samples), samples[:, k], linewidth=0.8)
-                axis.axhline(samples[:, k].mean(), color="tab:red", label=f"mean {samples[:, k].mean():.4f}")
-                axis.set(ylabel=f"{AXES[k]} ({unit})")
-                axis.legend(loc="upper right")
-                axis.grid(alpha=0.3)
-            axes[0].set_title(f"Figure 4.{number + offset}: {label} at rest {when} calibration, chair {seed}")
-            axes[2].set_xlabel("time (s)")
-            _save(pyplot, figure, folder / f"fig_4_{number + offset:02d}_{which}_{when}.png")
-            figure, axes = pyplot.subplots(1, 3, figsize=(12, 4))
-            for k, axis in enumerate(axes):
-                error = samples[:, k] - samples[:, k].mean()
-                sigma = error.std(ddof=1)
-                axis.hist(error, bins=20, density=True, color="tab:blue", alpha=0.7)
-                x = np.linspace(-4 * sigma, 4 * sigma, 200)
-                axis.plot(x, np.exp(-0.5 * (x / sigma) ** 2) / (sigma * math.sqrt(math.tau)), color="tab:red", label=f"normal, sigma {sigma:.4f}")
-                axis.set(xlabel=f"{AXES[k]}: deviation from the mean ({unit})", ylabel="density" if k == 0 else "")
-                axis.legend()
-            figure.suptitle(f"Figure 4.{number + offset + 1}: {label} {when} calibration, chair {seed}")
-            _save(pyplot, figure, folder / f"fig_4_{number + offset + 1:02d}_{which}_{when}_histograms.png")
-    figure, axis = pyplot.subplots(figsize=(9, 5))
-    axis.plot(chair["node"].t, chair["node"].yaw, label="4.9: calibrated in the sensor node")
-    for number, trial in enumerate(chair["pc"], 1):
-        axis.plot(trial.t, trial.yaw, color="tab:green", alpha=0.4 + 0.15 * number, label="4.10: calibrated on the PC" if number == 1 else None)
-    axis.plot(chair["fixed"].t, chair["fixed"].yaw, color="tab:red", label="4.11: fixed offset, -0.645 deg/s")
-    axis.plot(chair["tenths"].t, chair["tenths"].yaw, color="tab:purple", label="4.14: sensor node, sent in tenths")
-    axis.set(xlabel="time (s)", ylabel="yaw (deg)", title=f"Figures 4.9 to 4.11 and 4.14: yaw of the resting chair {seed}")
-    axis.legend()
-    axis.grid(alpha=0.3)
-    _save(pyplot, figure, folder / "fig_4_09_yaw_at_rest.png")
-    figure, axis = pyplot.subplots(figsize=(7, 6))
-    rows = np.array(chair["turns"].gain.rows)
-    axis.plot(rows[:, 0], rows[:, 1], "o", label="gyroscope")
-    axis.plot(rows[:, 0], rows[:, 2], "x", label=f"with k = {chair['turns'].gain.gain:.4f}")
-    axis.plot([-360, 360], [-360, 360], color="grey", linewidth=0.8, label="true")
-    axis.set(xlabel="true angle (deg)", ylabel="turned angle (deg)", title=f"Figure 4.17: full turns both ways, chair {seed}")
-    axis.set_xticks(np.arange(-360, 361, 90))
-    axis.legend()
-    axis.grid(alpha=0.3)
-    _save(pyplot, figure, folder / "fig_4_17_full_turns.png")
-
-
-def _save(pyplot, figure, path):
-    figure.savefig(path, dpi=110, bbox_inches="tight")
-    pyplot.close(figure)
+    """The thesis's figures 4.1 to 4.11 and 4.14 for one chair, into `folder` (a Path)."""
+    from sara_bringup.experiments import sensor_figures
+    for figure in [*sensor_figures.at_rest(chair["rest"], "accel", chair["seed"]), *sensor_figures.at_rest(chair["rest"], "gyro", chair["seed"]),
+                   *sensor_figures.yaw_at_rest(chair, chair["seed"])]:
+        figure.draw(folder / f"{figure.name}.png")

@@ -35,7 +35,7 @@ def test_a_seed_says_everything(chairs):
 
 def test_figures_are_the_thesis_s(chairs, tmp_path):
     sensor_report.figures(chairs[0], tmp_path)
-    assert len(list(tmp_path.glob("fig_4_*.png"))) == 10
+    assert len(list(tmp_path.glob("fig_4_*.png"))) == 12
 
 
 @pytest.mark.parametrize("shift, word", ((np.array((0.1, 0.0, 0.0)), "accel x before"), (np.array((0.0, 0.0, -0.6)), "accel z before")))

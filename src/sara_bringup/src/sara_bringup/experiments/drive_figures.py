@@ -1,0 +1,112 @@
+"""The thesis's figures of a drive: path, turn rates, angles and position over time, from the `trace` of drives.course_driven."""
+import math
+
+import numpy as np
+
+from sara_bringup.experiments import plotting
+from sara_bringup.experiments.plotting import FUSED, IMU, TRUE, WHEELS
+
+
+def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None):
+    """The paths of {title: trace}, a panel each, with the goals (x, y, deg) as arrows. `walls`: (occupied, resolution, origin) of the map; `window`: (x0, x1, y0, y1) of it
+    that is shown, m."""
+    with plotting.figure(file, 1, len(traces), size=(size[0] * len(traces) * (0.75 if len(traces) > 1 else 1.0), size[1]), squeeze=False) as (made, grid):
+        for axis, (title, trace) in zip(grid[0], traces.items()):
+            if walls:
+                _walls(axis, *walls)
+            axis.plot(*trace["true"][:, :2].T, color=TRUE, linewidth=2.2, label="true")
+            axis.plot(*trace["fused"][:, :2].T, color=FUSED, linewidth=1.3, label="what navigation takes for it")
+            axis.plot(*trace["wheels"][:, :2].T, color=WHEELS, linewidth=1.1, linestyle="--", label="wheel odometry alone")
+            for number, (x, y, yaw) in enumerate(goals, 1):
+                axis.annotate("", (x + 0.45 * math.cos(math.radians(yaw)), y + 0.45 * math.sin(math.radians(yaw))), (x, y), arrowprops={"color": IMU, "width": 1.5, "headwidth": 7})
+                axis.annotate(str(number), (x, y), xytext=(7, -13), textcoords="offset points", color=IMU)
+            axis.plot(*start[:2], "o", color=IMU, label="start")
+            axis.plot([], [], color=IMU, linewidth=2.5, label="goals")
+            axis.set(xlabel="x (m)", ylabel="y (m)", title=title)
+            axis.set_aspect("equal", adjustable="box" if window else "datalim")
+            if window:
+                axis.set(xlim=window[:2], ylim=window[2:])
+        handles, labels = grid[0][0].get_legend_handles_labels()
+        made.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=5 if len(traces) > 1 or size[0] > 8 else 3)
+
+
+def _walls(axis, occupied, resolution, origin):
+    extent = (origin[0], origin[0] + occupied.shape[1] * resolution, origin[1], origin[1] + occupied.shape[0] * resolution)
+    axis.imshow(occupied, origin="lower", extent=extent, cmap="Greys", vmin=0, vmax=2)
+
+
+def definition(file, goals, start):
+    """Figure 4.21: the course as it is asked for."""
+    with plotting.figure(file, size=(6, 5.5)) as (_, axis):
+        points = np.array([start[:2], *(goal[:2] for goal in goals)])
+        axis.plot(*points.T, "--o", color=FUSED, label="course")
+        for number, (x, y, yaw) in enumerate([start, *goals]):
+            axis.annotate("", (x + 0.6 * math.cos(math.radians(yaw)), y + 0.6 * math.sin(math.radians(yaw))), (x, y), arrowprops={"color": IMU, "width": 1.5, "headwidth": 7})
+            axis.annotate("start" if number == 0 else f"{number}: {yaw:g} deg", (x, y), xytext=(8, 12 if number else -16), textcoords="offset points")
+        axis.plot([], [], color=IMU, linewidth=2.5, label="heading asked for")
+        axis.set(xlabel="x (m)", ylabel="y (m)")
+        axis.margins(0.25)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.legend(loc="center")
+
+
+def _ends(axis, trace):
+    for end in trace["ends"]:
+        axis.axvline(end, color="grey", linewidth=0.7, linestyle=":")
+
+
+def rates(file, trace):
+    """Turn rate of IMU and wheels over time."""
+    with plotting.figure(file, size=(9, 4)) as (_, axis):
+        plotting.series(axis, trace["t"], trace["imu_rate"], IMU, "IMU")
+        plotting.series(axis, trace["t"], trace["wheel_rate"], WHEELS, "wheel odometry", linestyle="--")
+        _ends(axis, trace)
+        axis.plot([], [], color="grey", linewidth=0.7, linestyle=":", label="a goal ends")
+        axis.set(xlabel="time (s)", ylabel="angular velocity z (rad/s)")
+        axis.legend(loc="upper left", ncols=3, bbox_to_anchor=(0.0, 1.14))
+
+
+def angles(file, trace, position="fused"):
+    """Yaw of IMU, wheels and truth over time, and below it x and y as navigation has them (`position`)."""
+    with plotting.figure(file, 2, size=(9, 6.5), sharex=True, height_ratios=(3, 2)) as (_, (axis, below)):
+        for name, values, colour, style in (("true", trace["true"][:, 2], TRUE, "-"), ("IMU", trace["imu_yaw"], IMU, "-"), ("wheel odometry", trace["wheels"][:, 2], WHEELS, "--")):
+            plotting.series(axis, trace["t"], turned(values), colour, name, linestyle=style)
+        low, high = axis.get_ylim()
+        axis.set_yticks(np.arange(90 * math.floor(low / 90), high + 1, 90 if high - low < 1000 else 360))
+        axis.set(ylabel="yaw (deg)")
+        for k, (name, colour) in enumerate((("x", FUSED), ("y", "tab:orange"))):
+            plotting.series(below, trace["t"], trace[position][:, k], colour, name)
+        below.set(xlabel="time (s)", ylabel="position (m)")
+        for one in (axis, below):
+            _ends(one, trace)
+            one.legend(loc="upper left")
+
+
+def turned(yaw):
+    """An angle over time, unwrapped, deg; from where it began, brought into one turn."""
+    unwrapped = np.degrees(np.unwrap(yaw))
+    return unwrapped - 360.0 * round(unwrapped[0] / 360.0)
+
+
+def boxes(file, groups, label):
+    """Distributions side by side on a logarithmic axis: {group: {name: values}}; `label` of the axis. Boxes hold half the values, whiskers 5 to 95 %."""
+    names = list(dict.fromkeys(name for group in groups.values() for name in group))
+    colours = dict(zip(names, ("tab:red", "tab:orange", "tab:purple", "tab:blue", "tab:grey", "tab:green")))
+    with plotting.figure(file, size=(1.6 + 2.4 * len(groups) + 0.35 * sum(map(len, groups.values())), 4.8)) as (_, axis):
+        at, ticks = 0.0, []
+        for title, group in groups.items():
+            first = at
+            for name, values in group.items():
+                drawn = axis.boxplot([values], positions=[at], widths=0.7, patch_artist=True, whis=(5, 95), showfliers=False, medianprops={"color": "black"})
+                drawn["boxes"][0].set_facecolor(colours[name])
+                at += 1.0
+            ticks.append(((first + at - 1.0) / 2.0, title))
+            at += 1.0
+        axis.set_yscale("log")
+        axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_xticks([tick for tick, _ in ticks], [title for _, title in ticks])
+        axis.set_ylabel(f"{label}, logarithmic")
+        axis.grid(axis="x", visible=False)
+        for name in names:
+            axis.plot([], [], "s", color=colours[name], label=name)
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
