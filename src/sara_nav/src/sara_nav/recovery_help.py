@@ -54,7 +54,7 @@ class AskForHelp:
         self._sentence = 'Help, please: I cannot get on to (%.2f, %.2f). %s. %s Please %s, or drive me on by hand.' % (
             situation.goal.x, situation.goal.y, situation.why.rstrip('.'),
             'The nearest thing stands %.2f m %s.' % near if near else 'Nothing stands near me.',
-            'clear the way' if near else 'see what holds me')
+            'see what holds me' if not self._was_blocked else 'clear the way' if near else 'open a way for me')
 
     def missing(self, global_costmap, local_costmap):
         """Return no sentences: there is nothing it needs of the costmaps."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recovery on the wires: behaviours are announced, turn the robot, end with the goal; a silent sensor stops it."""
+"""Recovery on the wires: behaviours are announced, turn the robot, bring it back, ask for help, end with the goal; a silent sensor stops it."""
 import contextlib
 import math
 import os
@@ -18,6 +18,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal, RecoveryStatus
 from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Range
+from std_msgs.msg import String
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 from fake_robot import FakeRobot, stamped  # noqa: E402
@@ -90,18 +91,35 @@ class RecoveryTest(unittest.TestCase):
             self.assertLess(rospy.Time.now(), end, text)
             time.sleep(0.005)
 
-    def test_both_behaviours_run_and_the_goal_ends_in_the_peers_words(self):
+    def test_all_behaviours_run_and_the_goal_ends_in_words(self):
+        asked = []
+        listener = rospy.Subscriber('/move_base/help', String, lambda msg: asked.append(msg.data))
         self.go()
-        self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(90.0)))
         self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
         text = self.client.get_goal_status_text()
-        self.assertTrue(text.startswith('Failed to find a valid plan. Even after executing recovery behaviors.'), text)
+        self.assertTrue(text.startswith('Goal aborted: help was asked for during 8 s (ask/patience)'), text)
         self.assertEqual([(s.current_recovery_number, s.total_number_of_recoveries, s.recovery_behavior_name)
-                          for s in self.statuses], [(0, 2, 'clear'), (1, 2, 'turn')])
+                          for s in self.statuses], [(0, 4, 'clear'), (1, 4, 'turn'), (2, 4, 'back'), (3, 4, 'ask')])
         self.assertLess(abs(self.statuses[0].pose_stamped.pose.position.x - 1.5), 0.05)
         self.assertEqual(self.statuses[0].pose_stamped.header.frame_id, 'map')
         self.assertLess(abs(self.robot.turned - 2.0 * math.pi), 0.3)
+        self.assertLess(abs(self.robot.x - 1.2), 0.1)
         self.assertEqual(self.robot.command, (0.0, 0.0))
+        self.wait(lambda: asked[-1:] == [''], 'it still asks')
+        said = [text for text in asked if text]
+        self.assertEqual(len(said), 1, said)
+        self.assertTrue(said[0].startswith('Help, please: I cannot get on to (6.00, 1.50).'), said[0])
+        listener.unregister()
+
+    def test_help_is_latched_and_who_comes_and_clears_the_way_is_thanked_by_its_driving_on(self):
+        self.go(5.0)
+        self.wait(lambda: self.statuses and self.statuses[-1].recovery_behavior_name == 'ask', 'it does not ask', 90.0)
+        help_ = rospy.wait_for_message('/move_base/help', String, 5.0).data
+        self.assertTrue(help_.startswith('Help, please:'), help_)
+        self.map.publish(room(walled=False))
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
+        self.assertEqual((self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.'))
 
     def test_cancelled_while_turning_it_stops_within_a_cycle(self):
         self.go()
