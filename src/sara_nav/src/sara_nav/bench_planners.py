@@ -21,6 +21,7 @@ CASES = {
     'GlobalPlanner': ('global_planner/GlobalPlanner', {}, 'gp_dijkstra_quadratic_gradient'),
     'GlobalPlanner, grid path': ('global_planner/GlobalPlanner', {'use_grid_path': True}, 'gp_dijkstra_quadratic_grid'),
     'GridPlanner': ('sara_nav/GridPlanner', {'allow_unknown': True}, None),
+    'LatticePlanner': ('sara_nav/LatticePlanner', {'allow_unknown': True}, None),
 }
 """What is timed: a planner by name, what differs from its defaults, and the peer it stands beside."""
 

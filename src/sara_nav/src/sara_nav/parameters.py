@@ -70,11 +70,15 @@ class Parameters:
         parts = [part for part in prefix.split('/') if part]
         return ['/'.join(parts[:depth] + [name]) for depth in range(len(parts), -1, -1)]
 
-    def ignore(self, group):
-        """Count all below ``group`` (ending in '/') as read, for somebody says what becomes of it; return what was not yet."""
+    def ignore(self, group, harmless=None):
+        """Count all below ``group`` (ending in '/') as read, for somebody says what becomes of it; return what was not yet.
+
+        harmless: {name: value} that need not be spoken of, for nothing would be another way with them.
+        """
         paths = sorted(path for path in set(self._values) - self._known if path.startswith(group))
         self._known.update(paths)
-        return paths
+        harmless = harmless or {}
+        return [path for path in paths if path[len(group):] not in harmless or harmless[path[len(group):]] != self._values[path]]
 
     def rename(self, prefix, old, new):
         """Take the value of an old name for that of the new one, which goes first where both are set."""

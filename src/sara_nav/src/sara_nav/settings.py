@@ -90,7 +90,8 @@ def read_settings(parameters):
     for registry, planner in ((GLOBAL_PLANNERS, planners[0]), (LOCAL_PLANNERS, planners[1])):
         for other in registry.names():
             group = other.split('/')[-1] + '/'
-            unread = parameters.ignore(group) if planner is not None and other != planner.plugin_name else ()
+            defaults = {entry.name: entry.default for entry in fields(registry.find(other).config_class)}
+            unread = parameters.ignore(group, defaults) if planner is not None and other != planner.plugin_name else ()
             if unread:
                 parameters.warnings.append('the parameters under %s (%s) have no effect: %s is %s' % (
                     group, ', '.join(path[len(group):] for path in unread), registry.parameter, planner.plugin_name))

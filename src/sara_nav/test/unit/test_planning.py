@@ -157,7 +157,7 @@ def test_unknown_names_list_what_there_is():
 
 
 def test_planners_that_are_not_here_are_refused_by_name_with_what_to_use():
-    assert GLOBAL_PLANNERS.names() == ['global_planner/GlobalPlanner', 'navfn/NavfnROS', 'sara_nav/GridPlanner']
+    assert GLOBAL_PLANNERS.names() == ['global_planner/GlobalPlanner', 'navfn/NavfnROS', 'sara_nav/GridPlanner', 'sara_nav/LatticePlanner']
     with pytest.raises(UnknownPlanner, match='CarrotPlanner.* not here: use navfn/NavfnROS'):
         GLOBAL_PLANNERS.find('carrot_planner/CarrotPlanner')
     for name in (None, 3, ['navfn/NavfnROS']):

@@ -143,4 +143,4 @@ def test_the_bench_times_each_planner_beside_its_peer():
     assert [row.planner for row in rows] == list(bench_planners.CASES)
     for row in rows:
         assert (row.map, row.median, row.p99, row.plans) == ('own_comb', 1e3, 1e3, 3)  # each took one tick of a second
-        assert row.peer is None if row.planner == 'GridPlanner' else 0.1 < row.peer < 10.0
+        assert row.peer is None if row.planner in ('GridPlanner', 'LatticePlanner') else 0.1 < row.peer < 10.0
