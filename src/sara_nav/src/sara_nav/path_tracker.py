@@ -2,7 +2,7 @@
 
 The points are resampled evenly and smoothed, so that the path has a heading and a curvature everywhere: by a Gaussian applied
 twice as 2 G - G^2 (Tukey's twicing, Exploratory Data Analysis, 1977), which leaves straight lines as they are and bends of the
-robot's scale within millimetres; corners become arcs. How far it may leave the points is limited; both ends stay.
+robot's scale within millimetres; corners become arcs. How far it may leave the points is limited.
 """
 import math
 
@@ -14,6 +14,8 @@ SPACING = 0.05
 """Way between two samples (m)."""
 SMOOTHINGS = (0.15, 0.10, 0.06, 0.03)
 """Standard deviations (m) of the Gaussian, from which the first is taken that keeps to the points well enough."""
+STEADY_BEND = 0.15
+"""A bend (rad) from one sample to the next that is less than this is that of an arc, not a corner."""
 
 
 class Leg:
@@ -40,10 +42,13 @@ class Leg:
         heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
         middle = 0.5 * (self.s[1:] + self.s[:-1])
         self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
+        for end, inner in ((0, 1), (-1, -2)):
+            self.heading[end] += 0.5 * (heading[end] - heading[inner])
         bend = np.diff(heading) / np.diff(middle) if len(heading) > 1 else np.zeros(0)
         self.curvature = np.concatenate([bend[:1], bend, bend[-1:]]) if len(bend) else np.zeros(2)
         if len(bend):
             self.curvature[[0, -1]] = bend[[0, -1]]
+        self.change = np.gradient(self.curvature, self.s) if len(self.s) > 2 else np.zeros(len(self.s))
         self.along, self.left, self.offset = 0.0, self.length, 0.0
 
     def locate(self, x, y):
@@ -80,6 +85,12 @@ class Leg:
         y = np.interp(s, self.s, self.xy[:, 1]) + over * np.sin(heading)
         return x, y, heading, np.where(over > 0.0, 0.0, np.interp(s, self.s, self.curvature))
 
+    def bend(self, s):
+        """Return (curvature 1/m, its change 1/m2) at ``s`` m along."""
+        if s > self.length:
+            return 0.0, 0.0
+        return float(np.interp(s, self.s, self.curvature)), float(np.interp(s, self.s, self.change))
+
     def poses(self, s):
         """Return the robot's poses (n, 3) at s (n,) m along."""
         x, y, heading, _ = self.at(s)
@@ -103,7 +114,7 @@ def _evenly(points):
 
 
 def _smooth(points, sigma, spacing):
-    """Return the points (n, 2) smoothed; turned over about both ends before, so that those stay."""
+    """Return the points (n, 2) smoothed as if they went on beyond both ends."""
     reach = min(math.ceil(6.0 * sigma / spacing), len(points) - 1)
     half = reach // 2
     if half < 1:
@@ -112,6 +123,15 @@ def _smooth(points, sigma, spacing):
     g /= g.sum()
     kernel = -np.convolve(g, g)
     kernel[half:-half] += 2.0 * g
-    reach = 2 * half
-    longer = np.vstack([2.0 * points[0] - points[reach:0:-1], points, 2.0 * points[-1] - points[-2:-2 - reach:-1]])
+    longer = np.vstack([_beyond(points, 2 * half)[::-1], points, _beyond(points[::-1], 2 * half)])
     return np.column_stack([np.convolve(longer[:, k], kernel, 'valid') for k in (0, 1)])
+
+
+def _beyond(points, n):
+    """Return n points (n, 2) that go on beyond the first of some evenly spaced ones as its mirror image: straight on, or round the same bend."""
+    first, second = points[0] - points[1], points[1] - points[2]
+    bend = wrap(math.atan2(first[1], first[0]) - math.atan2(second[1], second[0]))
+    heading = math.atan2(first[1], first[0]) + (0.5 * bend if abs(bend) < STEADY_BEND else 0.0)
+    along = np.array([math.cos(heading), math.sin(heading)])
+    off = points[1:n + 1] - points[0]
+    return points[0] + off - 2.0 * (off @ along)[:, None] * along

@@ -22,6 +22,8 @@ from sara_nav.stopping_way import blocked_where, stopping_way
 from sara_nav.tracking_law import TrackingLaw
 from sara_nav.turning_in_place import TurningInPlace
 
+SETTING_OUT = 0.05
+"""Below this speed (m/s) the curvature is chosen freely: turn rates are small."""
 ENDED = 0.01
 """The end of a leg is reached this way (m) before it."""
 LONGEST_REPAIR = 0.3
@@ -189,25 +191,39 @@ class RotateThenPursue:
         if abs(wrap(error - self._law.heading(leg.offset, speed))) > c.turn_in_place_angle:
             p.phase = TURN
             return self._braked(t, dt, now, world, 'comes to rest to turn')
-        curvature = self._law.curvature(leg.offset, error, float(leg.at(leg.along)[3]), speed)
+        curvature = self._curvature(leg, speed, error, dt)
         pace = self._speed.pace(leg, speed, curvature, world, gain, dt)
         if pace.speed == 0.0 and pace.cause.kind == STOPPED:
             poses = leg.poses([leg.along, leg.along + 0.1])
             return LocalCommand(0.0, 0.0, BLOCKED, 'the way is blocked: the %s would touch something' % blocked_where(world, poses))
         self._speed.acceleration = pace.acceleration
-        sense = -1.0 if leg.backward else 1.0
         for share in (1.0, 0.5, 0.2):
             v = share * pace.speed
-            way = stopping_way(leg, self._law, now, v, c)
+            way = stopping_way(leg, self._law, now, v, curvature, c)
             if not world.worsens(way):
                 break
         else:
             return LocalCommand(0.0, 0.0, BLOCKED, 'the %s would touch something' % blocked_where(world, way))
         if share < 1.0:
             self._speed.acceleration = 0.0
-        target = max(min(v * curvature / gain, c.max_vel_theta), -c.max_vel_theta)
-        w, self._bending = approach(self._last[1], self._bending, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
-        return LocalCommand(sense * v, w, DRIVING, self._words.say(t, *following(leg, pace, self._then())))
+        w = self._bent(max(min(v * curvature / gain, c.max_vel_theta), -c.max_vel_theta), dt)
+        return LocalCommand(-v if leg.backward else v, w, DRIVING, self._words.say(t, *following(leg, pace, self._then())))
+
+    def _curvature(self, leg, speed, error, dt):
+        """Return the curvature (1/m) to drive after dt, by the tracking law; error: of the heading (rad)."""
+        path = leg.bend(leg.along)
+        if speed < SETTING_OUT:
+            return self._law.curvature(leg.offset, error, path[0], speed)
+        driven = self._prediction.turn_gain * self._last[1] / speed
+        return self._law.next_curvature(driven, speed * dt, leg.offset, error, path, speed)
+
+    def _bent(self, wanted, dt):
+        """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow after the last command."""
+        c, w = self.config, self._last[1]
+        most = min(self._bending + c.jerk_lim_theta * dt, c.acc_lim_theta)
+        least = max(self._bending - c.jerk_lim_theta * dt, -c.acc_lim_theta)
+        self._bending = min(max((wanted - w) / dt, least), most)
+        return w + self._bending * dt
 
     def _then(self):
         following_stages = self._p.stages[1:]

@@ -22,12 +22,12 @@ class RotateThenPursueConfig:
     jerk_lim_x: float = 0.6
     acc_lim_theta: float = 0.5
     comfort_dec_theta: float = 0.4
-    jerk_lim_theta: float = 1.2
+    jerk_lim_theta: float = 2.0
     max_lateral_acc: float = 0.2
     xy_goal_tolerance: float = 0.05
     yaw_goal_tolerance: float = 0.035
-    tracking_length: float = 0.3
-    tracking_time: float = 0.8
+    tracking_length: float = 0.25
+    tracking_time: float = 0.6
     path_deviation: float = 0.02
     corner_angle: float = 0.5
     turn_first_angle: float = 0.08

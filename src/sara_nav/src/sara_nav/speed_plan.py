@@ -58,8 +58,7 @@ def gap_speed(gap, c):
 def bend_speed(leg, s, turn_gain, c):
     """Return the speeds (m/s) at s (n,) m along that the path's bends allow: w = v k, its change v^2 k', lateral v^2 k."""
     k = np.abs(leg.at(s)[3]) + 1e-9
-    change = np.abs(np.gradient(leg.curvature, leg.s)) if len(leg.s) > 2 else np.zeros(len(leg.s))
-    change = np.where(s > leg.length, 0.0, np.interp(s, leg.s, change)) + 1e-9
+    change = np.where(s > leg.length, 0.0, np.interp(s, leg.s, np.abs(leg.change))) + 1e-9
     return np.minimum.reduce([0.9 * turn_gain * c.max_vel_theta / k, np.sqrt(0.8 * turn_gain * c.acc_lim_theta / change),
                               np.sqrt(c.max_lateral_acc / k)])
 

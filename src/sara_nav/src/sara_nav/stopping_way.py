@@ -11,16 +11,17 @@ MARGIN = 0.02
 """Way (m) and angle (rad) more that is looked at."""
 
 
-def stopping_way(leg, law, now, speed, config):
-    """Return the poses (n, 3) from a Pose2D on, by the tracking law along the leg, from ``speed`` (m/s) braking by dec_lim_x to rest, and a margin."""
+def stopping_way(leg, law, now, speed, curvature, config):
+    """Return the poses (n, 3) from a Pose2D on, by the tracking law along the leg, from ``speed`` (m/s) and a curvature (1/m) braking by
+    dec_lim_x to rest, and a margin."""
     poses, pose, along = [(now.x, now.y, now.yaw)], now, leg.along
     sense = -1.0 if leg.backward else 1.0
     left = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
     while left > 1e-6:
         step = min(left, 0.04)
         along, offset, _ = leg.nearest(pose.x, pose.y, along)
-        bend = law.curvature(offset, leg.heading_error(pose.yaw, along), float(leg.at(along)[3]), speed)
-        pose = pose.advance(sense * step, step * bend, 1.0)
+        curvature = law.next_curvature(curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed)
+        pose = pose.advance(sense * step, step * curvature, 1.0)
         poses.append((pose.x, pose.y, pose.yaw))
         left -= step
     return np.array(poses)

@@ -1,8 +1,10 @@
-"""How much to bend towards a path: the curvature of the path itself, and a correction that brings the robot back onto it.
+"""How to bend back onto a path: how the curvature that is driven is to change, so that all errors die out in path length.
 
-In the path's length the offset e and the heading error h obey e' = sin h, h' = curvature - path's (Samson 1995, Control of chained
-systems; Kanayama et al. 1990, A stable tracking control method). With  -(2/l) (h + atan(e / 2l))  both die out as exp(-s/l) (1 + s/l),
-critically damped, at every speed alike; far off it turns towards the path by no more than STEEPEST.
+In the path's length s the offset e, the heading error h and the error k of the curvature obey e' = sin h, h' = k, and the robot chooses k'
+(Samson 1995, Control of chained systems; Kanayama et al. 1990, A stable tracking control method). With
+k' = -3/l k - 3/l^2 (h + atan(e / 3l)) all three die out as exp(-s/l), without overshooting, at every speed alike; far off it heads for the
+path by no more than STEEPEST. Choosing the change, not the curvature, keeps the turn rate's acceleration small by itself: what limits it
+afterwards would delay it, and a delay makes it weave.
 """
 import math
 from dataclasses import dataclass
@@ -26,12 +28,23 @@ class TrackingLaw:
 
     def heading(self, offset, speed):
         """Return the heading (rad) against the path's that leads back onto it from an offset (m, left positive)."""
-        return -max(-STEEPEST, min(STEEPEST, math.atan(offset / (2.0 * self.reach(speed)))))
+        return -max(-STEEPEST, min(STEEPEST, math.atan(offset / (3.0 * self.reach(speed)))))
 
     def curvature(self, offset, heading_error, path_curvature, speed):
-        """Return the curvature (1/m) to drive; heading_error (rad), path_curvature (1/m) where the robot is."""
-        beside = 1.0 - min(max(path_curvature * offset, -0.5), 0.5)
-        ahead = path_curvature * math.cos(heading_error) / beside
-        back = 2.0 / self.reach(speed) * (self.heading(offset, speed) - heading_error)
-        return max(-self.sharpest, min(self.sharpest, ahead + back))
+        """Return the curvature (1/m) to set out with from rest, where it may be chosen freely; the errors' own change is then a third
+        of what it will be. heading_error (rad), path_curvature (1/m) where the robot is."""
+        return self._held(path_curvature + (self.heading(offset, speed) - heading_error) / self.reach(speed))
 
+    def next_curvature(self, curvature, way, offset, heading_error, path, speed):
+        """Return the curvature (1/m) after ``way`` (m) of driving at one now.
+
+        path: (curvature 1/m, its change 1/m2) of the path where the robot is; offset, heading_error: the robot's there (m, rad).
+        """
+        length = self.reach(speed)
+        beside = 1.0 - min(max(path[0] * offset, -0.5), 0.5)
+        wanted = path[0] * math.cos(heading_error) / beside
+        change = path[1] - 3.0 / length * (curvature - wanted) - 3.0 / length ** 2 * (heading_error - self.heading(offset, speed))
+        return self._held(curvature + change * way)
+
+    def _held(self, curvature):
+        return max(-self.sharpest, min(self.sharpest, curvature))
