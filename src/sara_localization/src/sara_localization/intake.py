@@ -6,9 +6,8 @@ turning, gyro biases, and what is known of a parked robot.
 """
 from __future__ import annotations
 
-import collections
 import math
-from typing import Dict, List, NamedTuple
+from typing import Dict, List, NamedTuple, Optional
 
 import numpy as np
 
@@ -33,6 +32,16 @@ class Motion(NamedTuple):
     angular_acceleration: np.ndarray
 
 
+class Part(NamedTuple):
+    """A part of an input's messages that is asked for. differential: a message that is late is no use; memory: of its covariance."""
+
+    source: str
+    mask: tuple
+    status: InputStatus
+    differential: bool
+    memory: Memory
+
+
 class Intake:
     """Methods odometry, pose, twist, imu take a message of an input and give its measurements; they never raise for its data.
 
@@ -49,8 +58,14 @@ class Intake:
                  if i.kind == 'imu' and (config.standstill.update or i.gyro_bias != 'off')}
         self.standstill = Standstill(config.standstill, gyros) if gyros else None
         self._wheel_poses: Dict[str, tuple] = {}
-        self._memories: Dict[str, Memory] = collections.defaultdict(Memory)
+        self._asked = {i.name: self._parts(i) for i in config.inputs}
         self.forget()
+
+    def _parts(self, i) -> List[Optional[Part]]:
+        """Pose, twist and acceleration of an input's messages, None for what none is asked of."""
+        first = ANGLES if i.kind == 'imu' else POSE, RATES if i.kind == 'imu' else TWIST, slice(12, SIZE)
+        return [Part(i.name + part, i.mask[where], self.inputs[i.name], part == '_pose' and i.differential, Memory()) if any(i.mask[where]) else None
+                for part, where in zip(('_pose', '_twist', '_acceleration'), first)]
 
     def forget(self):
         """As if nothing had ever come in; the accounts and the gyros' biases stay."""
@@ -78,12 +93,19 @@ class Intake:
         if self.standstill:
             self._watch_wheels(name, data)
         child = data.child_frame_id.lstrip('/') if config.pose_use_child_frame else ''
-        measured = self._pose(name, data.pose, motion, child) if any(config.mask[POSE]) else []
-        return measured + self._twist(name, data.twist, config.mask[TWIST], motion)
+        found, (pose, twist, _) = [], self._asked[name]
+        if pose:
+            self._pose(found, name, data.pose, motion, child)
+        if twist:
+            self._twist(found, name, data.twist, motion)
+        return found
 
     def pose(self, name: str, data: PoseData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (poseN)."""
-        return self._pose(name, data, motion, '') if self._accept(name, data.stamp) else []
+        found = []
+        if self._accept(name, data.stamp) and self._asked[name][0]:
+            self._pose(found, name, data, motion, '')
+        return found
 
     def twist(self, name: str, data: TwistData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (twistN)."""
@@ -91,7 +113,10 @@ class Intake:
             return []
         if self.standstill:
             self.standstill.wheels(data.stamp, data.linear, data.angular)
-        return self._twist(name, data, self._configs[name].mask[TWIST], motion)
+        found = []
+        if self._asked[name][1]:
+            self._twist(found, name, data, motion)
+        return found
 
     def imu(self, name: str, data: ImuData, motion: Motion) -> List[Measurement]:
         """A message of input `name` (imuN)."""
@@ -108,62 +133,60 @@ class Intake:
                 zeros = np.zeros(at_rest.stop - at_rest.start)
                 found.append(Measurement(data.stamp, measurement.STANDSTILL, tuple(range(at_rest.start, at_rest.stop)), zeros,
                                          np.eye(len(zeros)) * self.config.standstill.variance))
-        mask, frame, two_d = config.mask, self.config.base_link_frame, self.config.two_d_mode
-        if any(mask[ANGLES]) and measurement.measures(data.orientation_covariance):
-            found += self._prepared(name, '_pose', data.stamp, lambda source: measurement.imu_orientation(
-                data, mask[ANGLES], source, self.transforms, frame, self._options[name], motion.state[RATES]))
-        if any(mask[RATES]) and measurement.measures(data.angular_velocity_covariance):
-            turning = self._prepared(name, '_twist', data.stamp, lambda source: measurement.imu_rates(
-                data, mask[RATES], source, self.transforms, frame, two_d, config.twist_threshold, self._memories[source]))
-            found += [self._with_bias(name, m) for m in turning]
-        if any(mask[12:]) and measurement.measures(data.linear_acceleration_covariance):
+        angles, rates, accelerations = self._asked[name]
+        frame, two_d = self.config.base_link_frame, self.config.two_d_mode
+        if angles and measurement.measures(data.orientation_covariance):
+            self._prepare(found, angles, data.stamp, measurement.imu_orientation, data, angles.mask, angles.source, self.transforms, frame,
+                          self._options[name], motion.state[RATES])
+        if rates and measurement.measures(data.angular_velocity_covariance):
+            if self._prepare(found, rates, data.stamp, measurement.imu_rates, data, rates.mask, rates.source, self.transforms, frame, two_d,
+                             config.twist_threshold, rates.memory) and name in self.biases:
+                found[-1] = self._with_bias(name, found[-1])
+        if accelerations and measurement.measures(data.linear_acceleration_covariance):
             gravity = self.config.gravitational_acceleration if config.remove_gravity else None
-            found += self._prepared(name, '_acceleration', data.stamp, lambda source: measurement.acceleration(
-                data, mask[12:], source, self.transforms, frame, motion.state, motion.angular_acceleration, gravity, two_d,
-                config.acceleration_threshold, config.relative, self._memories[source]))
+            self._prepare(found, accelerations, data.stamp, measurement.acceleration, data, accelerations.mask, accelerations.source,
+                          self.transforms, frame, motion.state, motion.angular_acceleration, gravity, two_d, config.acceleration_threshold,
+                          config.relative, accelerations.memory)
         return found
 
     # Their parts
 
-    def _pose(self, name, data, motion, child) -> List[Measurement]:
-        config = self._configs[name]
-        if not any(config.mask[POSE]):
-            return []
+    def _pose(self, found, name, data, motion, child):
+        config, part = self._configs[name], self._asked[name][0]
         if 'pose' in config.covariances:
             data = data._replace(covariance=config.covariances['pose'])
-        return self._prepared(name, '_pose', data.stamp, lambda source: measurement.pose(
-            data, config.mask[POSE], source, self.transforms, self.config.world_frame, self._options[name],
-            self.config.base_link_frame, child, motion.state[RATES]))
+        self._prepare(found, part, data.stamp, measurement.pose, data, part.mask, part.source, self.transforms, self.config.world_frame,
+                      self._options[name], self.config.base_link_frame, child, motion.state[RATES])
 
-    def _twist(self, name, data, mask, motion) -> List[Measurement]:
-        if not any(mask):
-            return []
-        config = self._configs[name]
+    def _twist(self, found, name, data, motion):
+        config, part = self._configs[name], self._asked[name][1]
         if 'twist' in config.covariances:
             data = data._replace(covariance=config.covariances['twist'])
-        return self._prepared(name, '_twist', data.stamp, lambda source: measurement.twist(
-            data, mask, source, self.transforms, self.config.base_link_frame, motion.state[RATES], self.config.two_d_mode,
-            config.twist_threshold, config.turning_noise, self._memories[source]))
+        self._prepare(found, part, data.stamp, measurement.twist, data, part.mask, part.source, self.transforms, self.config.base_link_frame,
+                      motion.state[RATES], self.config.two_d_mode, config.twist_threshold, config.turning_noise, part.memory)
 
-    def _prepared(self, name, part, stamp, prepare) -> List[Measurement]:
-        """One part of a message, unless it is older than its predecessor and cannot be put in its place."""
-        status, source = self.inputs[name], name + part
-        last = self._last_stamps.get(source, stamp)
+    def _prepare(self, found, part, stamp, prepare, *arguments) -> bool:
+        """Append prepare(*arguments), a part of a message, to the found, unless it is older than its predecessor and cannot be put in its place.
+        Returns whether there is one."""
+        status, last = part.status, self._last_stamps.get(part.source, stamp)
         if stamp < last:
-            differences = part == '_pose' and self._configs[name].differential
-            if differences or stamp < self.history_from:
+            if part.differential or stamp < self.history_from:
                 self._problem(status, 'out_of_order', 'the message at %.3f s is older than the one before it: ignored' % stamp)
-                return []
-        self._last_stamps[source] = max(stamp, last)
+                return False
+        else:
+            self._last_stamps[part.source] = stamp
         try:
-            prepared, problems = prepare(source)
+            prepared, problems = prepare(*arguments)
         except MissingTransform as error:
             self._say(status.lacks(str(error), stamp))
-            return []
-        status.found()
+            return False
+        status.missing = None
         for problem in problems:
             self._problem(status, problem.kind, problem.sentence)
-        return [] if prepared is None else [prepared]
+        if prepared is None:
+            return False
+        found.append(prepared)
+        return True
 
     def _accept(self, name, stamp) -> bool:
         status = self.inputs[name]
@@ -190,9 +213,7 @@ class Intake:
     # Extensions
 
     def _with_bias(self, name, m: Measurement) -> Measurement:
-        biases = self.biases.get(name)
-        if not biases:
-            return m
+        biases = self.biases[name]
         return m._replace(extra=tuple(biases.get(i, -1) for i in m.indices))
 
     def _watch_wheels(self, name, data: OdometryData):

@@ -23,6 +23,8 @@ from .covariance import SMALLEST_VARIANCE, bound, cholesky, positive_definite
 from .motion_model import advance, jacobian
 
 TAU = 2.0 * pi
+UNSURE_ANGLE = 2.0
+"""The variance of an angle (rad2) beyond which sigma points close to the centre say nothing about it."""
 TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 
 
@@ -244,6 +246,29 @@ def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
 
 
 @kernel
+def unscented_step(x, P, Q, dynamic, dt, alpha, beta, kappa):
+    """The UKF's prediction over dt seconds with Q (n, n) per second, in place: (whether P had a Cholesky factor, else nothing is done;
+    whether P is positive definite).
+
+    dynamic: the pose's block of Q grows with the squared norm of the six velocities. Where an angle's variance is above UNSURE_ANGLE the
+    points are spread wider, see ukf.py.
+    """
+    n = x.shape[0]
+    unsure = max(P[3, 3], P[4, 4], P[5, 5]) > UNSURE_ANGLE
+    if unsure:
+        alpha = max(alpha, sqrt(3.0 / (n + kappa)))
+    if not unscented_predict(x, P, dt, alpha, beta, kappa, unsure):
+        return False, False
+    speed = 0.0
+    for i in range(6, 12):
+        speed += x[i] * x[i]
+    for i in range(n):
+        for j in range(n):
+            P[i, j] += (Q[i, j] * speed if dynamic and i < 6 and j < 6 else Q[i, j]) * dt
+    return True, bound(P)
+
+
+@kernel
 def differentiated(rates, P, before, dt):
     """(3,) the change of the rates (3,) since `before` per second over dt, and its covariance (3, 3), of x[9:12] and P (n, n)."""
     change, covariance, scale = np.empty(3), np.empty((3, 3)), 2.0 / (dt * dt)
@@ -269,4 +294,4 @@ def warm(kind: Optional[str] = None) -> None:
     all_finite(x, P)
     differentiated(np.zeros(3), P, np.zeros(3), 0.02)
     if kind != 'ekf':
-        unscented_predict(x, P, 0.01, 1e-3, 2.0, 0.0, False)
+        unscented_step(x, P, np.eye(15), False, 0.01, 1e-3, 2.0, 0.0)

@@ -246,4 +246,5 @@ def acceleration(data: ImuData, mask, source: str, transforms, base_frame: str, 
 
 def measures(covariance) -> bool:
     """False where the first element is -1: the IMU does not have that part (sensor_msgs/Imu)."""
-    return abs(np.asarray(covariance).item(0) + 1.0) >= 1e-9
+    first = covariance.item(0) if isinstance(covariance, np.ndarray) else np.asarray(covariance).item(0)
+    return abs(first + 1.0) >= 1e-9

@@ -48,12 +48,21 @@ class Measurement(NamedTuple):
 
 
 class Memory:
-    """What was worked out of the last sound covariance of a source."""
+    """What was worked out of the last sound covariance of a source; given: the array itself if nobody can change it."""
 
-    __slots__ = ('covariance', 'mask', 'rotation', 'two_d', 'indices', 'places', 'R', 'informative')
+    __slots__ = ('given', 'covariance', 'mask', 'rotation', 'two_d', 'indices', 'places', 'R', 'informative')
 
     def __init__(self):
-        self.covariance = self.mask = None
+        self.given = self.covariance = self.mask = None
+
+    def keep(self, covariance):
+        """Remember what is worked out of this one. One that cannot be written is known again by itself, another by its bytes."""
+        self.covariance = np.asarray(covariance).tobytes()
+        self.given = covariance if isinstance(covariance, np.ndarray) and not covariance.flags.writeable else None
+
+    def holds(self, covariance) -> bool:
+        """Whether it is the one that is remembered."""
+        return covariance is self.given or self.covariance == np.asarray(covariance).tobytes()
 
 
 class Sheet:
@@ -65,8 +74,7 @@ class Sheet:
         self._given, self._memory, self._rotation = (covariance, mask), memory, None
         self._known = None
         if memory is not None:
-            self._bytes = np.asarray(covariance).tobytes()
-            if memory.covariance == self._bytes and memory.mask == mask and _sane(self.values):
+            if memory.mask == mask and memory.holds(covariance) and _sane(self.values):
                 self._known = memory
                 return
         self._write()
@@ -144,7 +152,7 @@ class Sheet:
         known = self._known
         if known is not None:
             if known.rotation == self._rotation and known.two_d == two_d and _sane(self.values):
-                values = self.values + [0.0]
+                values = (*self.values, 0.0)
                 return Measurement(stamp, source, known.indices, np.array([values[k] for k in known.places]), known.R, threshold,
                                    None, known.informative)
             self._write()
@@ -167,7 +175,8 @@ class Sheet:
 
     def _keep(self, indices, R, informative, two_d):
         m, n = self._memory, len(self.values)
-        m.covariance, m.mask, m.rotation, m.two_d = self._bytes, self._given[1], self._rotation, two_d
+        m.keep(self._given[0])
+        m.mask, m.rotation, m.two_d = self._given[1], self._rotation, two_d
         m.indices, m.R, m.informative = indices, R, informative
         m.places = tuple(n if two_d and i in OFF_PLANE else i - self.first for i in indices)
 

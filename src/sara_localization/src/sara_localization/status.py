@@ -33,10 +33,6 @@ class InputStatus:
         self.problems[kind] += 1
         return self._once(kind, '%s (%s): %s' % (self.name, self.topic, sentence))
 
-    def found(self):
-        """The transform that was missing is there."""
-        self.missing = None
-
     def took(self, taken: bool, nis: float, dof: int):
         """A measurement of `dof` variables was used or rejected by the gate, at the squared Mahalanobis distance nis."""
         if taken:

@@ -11,14 +11,8 @@ the true exp(-sigma2/2) at first, and however unsure the angle is between 1/3 an
 """
 from __future__ import annotations
 
-import math
-
 from . import covariance, kernel
 from .estimator import Estimator
-from .state import ANGLES
-
-# The variance of an angle (rad2) beyond which points close to the centre say nothing about it.
-UNSURE_ANGLE = 2.0
 
 
 class Ukf(Estimator):
@@ -31,11 +25,11 @@ class Ukf(Estimator):
     def _propagate(self, dt, time):
         if self.control is not None:
             self.control.apply(self.x, time, dt)
-        unsure = bool(self.P.diagonal()[ANGLES].max() > UNSURE_ANGLE)
-        alpha = max(self.alpha, math.sqrt(3.0 / (self.n + self.kappa))) if unsure else self.alpha
-        if not kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure):
+        for _ in range(2):
+            done, positive = kernel.unscented_step(self.x, self.P, self.process_noise, self.dynamic_process_noise, dt, self.alpha, self.beta,
+                                                   self.kappa)
+            if done:
+                break
             self.repairs += 1
             covariance.repair(self.P)
-            kernel.unscented_predict(self.x, self.P, dt, alpha, self.beta, self.kappa, unsure)
-        self.P += self._noise(self.x) * dt
-        self._keep_positive(covariance.bound(self.P))
+        self._keep_positive(positive)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from sara_localization import covariance
 from sara_localization.ekf import Ekf
 from sara_localization.state import OFF_PLANE, VX, VYAW, X, Y, YAW
-from sara_localization.ukf import UNSURE_ANGLE, Ukf
+from sara_localization.kernel import UNSURE_ANGLE
+from sara_localization.ukf import Ukf
 
 Q = np.diag([.05, .05, .06, .03, .03, .06, .025, .025, .04, .01, .01, .02, .01, .01, .015])
 BOTH = pytest.mark.parametrize('make', [Ekf, Ukf])
