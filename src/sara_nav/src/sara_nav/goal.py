@@ -60,11 +60,18 @@ class Goal:
             self.still_pose, self.still_since = pose, t
         return t - self.still_since
 
-    def take_up(self, pose, memory):
-        """Recovery begins at a Pose2D: it goes on where one within ``memory`` (m) of there ended, and remembers this one."""
+    def take_up(self, pose, memory, recoveries=()):
+        """Recovery begins at a Pose2D: it goes on where one within ``memory`` (m) of there ended, and remembers this one.
+
+        A robot that is held has a plan and a safe command: clearing costmaps is passed over for it, where there is more to do.
+        """
         if memory > 0.0:
             near = [index for place, index in self.recovered_at if pose.distance(place) <= memory]
             self.recovery_index = max([self.recovery_index, *near])
+        if self.trigger == BY_STUCK:
+            more = (i for i, r in enumerate(recoveries) if i >= self.recovery_index and not getattr(r, 'clears_only', False))
+            self.recovery_index = next(more, self.recovery_index)
+        if memory > 0.0:
             self.recovered_at.append((pose, self.recovery_index + 1))
 
     def found(self, trigger):

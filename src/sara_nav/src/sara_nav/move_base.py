@@ -330,7 +330,7 @@ class MoveBase:
     def _exhausted(self, goal, trigger, why, pose):
         """Patience is at its end: recover from the next cycle on, or give the goal up when there is nothing left to try."""
         goal.trigger, goal.why = trigger, why
-        goal.take_up(pose, self.config.recovery_memory)
+        goal.take_up(pose, self.config.recovery_memory, self.recoveries)
         if self.config.recovery_behavior_enabled and goal.recovery_index < len(self.recoveries):
             goal.phase, goal.recovery, goal.problem = CLEARING, None, why
         else:

@@ -90,6 +90,7 @@ class ClearCostmapRecovery:
     """Forgets what sensors marked, away from the robot; through in one step."""
 
     config_class = ClearCostmapConfig
+    clears_only = True
 
     def __init__(self, name, config=ClearCostmapConfig()):
         self.name = name

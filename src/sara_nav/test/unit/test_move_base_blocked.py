@@ -5,7 +5,7 @@ import pytest
 from sara_nav.costmap import InflationConfig
 from sara_nav.footprint import parse_footprint
 from sara_nav.geometry import Pose2D
-from sara_nav.goal import Goal
+from sara_nav.goal import BY_PLANNING, BY_STUCK, Goal
 from sara_nav.grid import GridGeometry
 from sara_nav.grid_planner import GridPlanner
 from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
@@ -14,7 +14,7 @@ from sara_nav.layers.static import StaticLayer
 from sara_nav.map_io import GridMap
 from sara_nav.move_base import MoveBase
 from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.recovery import RecoveryStep
+from sara_nav.recovery import ClearCostmapRecovery, RecoveryStep
 from sara_nav.recovery_back_out import BackOutConfig, BackOutRecovery
 from sara_nav.recovery_help import AskForHelp, AskForHelpConfig
 from sara_nav.rotate_then_pursue import RotateThenPursue
@@ -133,6 +133,21 @@ def test_a_robot_that_is_told_to_move_and_stands_recovers_and_the_goal_ends_in_w
     assert log == ['one', 'two'] and last.status == 'aborted'
     assert last.text == 'Robot is held. Even after executing recovery behaviors. It is told to move but has stood for 3.0 s (stuck_timeout).'
     assert 9.0 <= robot.t - began <= 10.5
+
+
+def test_clearing_costmaps_is_passed_over_by_one_that_is_held_but_not_by_one_without_a_plan():
+    recoveries = [ClearCostmapRecovery('clear'), BackOutRecovery('back'), ClearCostmapRecovery('again'), AskForHelp('ask')]
+    goal = Goal(GOAL, 0.0)
+    for trigger, index in ((BY_STUCK, 1), (BY_STUCK, 3), (BY_STUCK, 4)):
+        goal.trigger = trigger
+        goal.take_up(HOME, 1.0, recoveries)
+        assert goal.recovery_index == index
+    goal = Goal(GOAL, 0.0, trigger=BY_PLANNING)
+    goal.take_up(HOME, 1.0, recoveries)
+    assert goal.recovery_index == 0
+    goal = Goal(GOAL, 0.0, trigger=BY_STUCK)
+    goal.take_up(HOME, 1.0, recoveries[:1])
+    assert goal.recovery_index == 0, 'it is tried where there is nothing else'
 
 
 def test_by_default_it_waits_as_the_peer_does():
