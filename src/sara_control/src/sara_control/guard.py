@@ -27,6 +27,7 @@ class Guard:
         self._ranges = dict.fromkeys(self.zones.sensors, -math.inf)
         self._bus = self._localization = -math.inf
         self._impact = False
+        self._turning = 0.0   # rad/s, measured
         self._pc_drives = None if config.handshake else True
         self._source = ''
         self._command = None
@@ -59,12 +60,15 @@ class Guard:
     def on_imu(self, stamp, rates):
         """Angular velocity, 3 x rad/s. False if it is not believed."""
         self._bus = stamp
-        return self.plausibility.on_imu(stamp, rates)
+        believed = self.plausibility.on_imu(stamp, rates)
+        if believed:
+            self._turning = rates[2]
+        return believed
 
     def on_range(self, stamp, name, distance):
         """A range, see Zones. False if it is not believed."""
         self._bus = stamp
-        if not self.zones.on_range(name, distance):
+        if not self.zones.on_range(name, distance, stamp, self.comfort.v, self._turning):
             return self._drop('range not known or not possible')
         self._ranges[name] = stamp
         return True

@@ -5,7 +5,8 @@ such place moves round the chair on a circle (a line if w is 0); where that firs
 to it the free distance, u = |velocity of the place relative to the chair| the speed of approach. Allowed is what keeps
 u t_react + u^2 / (2 a_brake) below the free distance less the stop distance; that holds ahead, astern and in turns alike. The command is
 scaled as a whole, so that it stays on its curve. A creeping speed whose way to rest is shorter than the stop distance is
-always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly.
+always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly. What comes nearer by itself (movers.py), at m, is
+met at rest: it also takes m (t_react + u / a_brake) of the way, and nothing creeps towards it.
 Two brakes are reckoned with: the gentle one sets the speed that is aimed at; where only the hard one is left, it is asked for.
 Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; several readings to trigger).
 """
@@ -18,6 +19,7 @@ import numpy as np
 
 from canserial.checks import is_number
 from sara_control.config import ConfigError
+from sara_control.movers import Mover
 
 RAYS = 13     # places in a cone
 SAMPLES = 40  # of the way
@@ -155,7 +157,8 @@ class _Believed:
 
 class _Places:
     """Where something may be, one entry for each ray of each sensor: x, y (m), whether it stops the chair, whose echo it is, how far outside
-    the body (m, +Inf on a ray without an echo) and from base_link (m). Of all: the nearest to the body and the farthest from base_link (m)."""
+    the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s). Of all: the nearest to the body, the
+    farthest from base_link (m), and the fastest by itself (m/s)."""
 
     def __init__(self, sensors):
         rays = RAYS * len(sensors)
@@ -163,7 +166,8 @@ class _Places:
         self.outside = np.full(rays, math.inf)
         self.stops = np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS)
         self.names = np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS)
-        self.nearest, self.farthest = math.inf, 0.0
+        self.coming = np.zeros(rays)
+        self.nearest, self.farthest, self.fastest = math.inf, 0.0, 0.0
 
 
 class Zones:
@@ -175,6 +179,7 @@ class Zones:
         self._half = 0.5 * config.length, 0.5 * config.width + config.side_margin
         self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
+        self._movers = {name: Mover(sensor, half) for name, sensor in self.sensors.items()}
         self._rays = {}
         for name, sensor in self.sensors.items():
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
@@ -193,8 +198,11 @@ class Zones:
         inside = np.all(np.abs(place) < half, axis=0)[0]
         return np.maximum(ways.min(axis=0), 0.0) if inside else np.zeros(directions.shape[1])
 
-    def on_range(self, name, distance):
-        """A reading in m after REP-117: -Inf too near, +Inf nothing there. Returns False for NaN, a negative one or an unknown name."""
+    def on_range(self, name, distance, stamp=None, v=0.0, w=0.0):
+        """A reading in m after REP-117: -Inf too near, +Inf nothing there. Returns False for NaN, a negative one or an unknown name.
+
+        stamp: s, of the reading, with the chair's speed v (m/s), w (rad/s) at that time; without it nothing is known of what moves by itself.
+        """
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
         believed = self._believed[name]
@@ -202,6 +210,8 @@ class Zones:
         believed.add(distance)
         if believed.range != before:
             self._place(self.sensors[name], believed.range)
+        if stamp is not None:
+            self._come(name, self._movers[name].add(stamp, distance, v, w))
         return True
 
     def range(self, name):
@@ -222,7 +232,8 @@ class Zones:
             reaction, braking, creep = reaction + config.ease, config.braking, config.creep_speed
         # No place is nearer than `nearest` nor approaches faster than this: mostly that says enough.
         fastest = abs(v) + abs(w) * places.farthest
-        farthest_way = config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
+        farthest_way = (config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
+                        + places.fastest * (reaction + fastest / braking))
         if places.nearest >= farthest_way:
             return 1.0, ''
         swept = self._swept(places, v, w)
@@ -230,18 +241,28 @@ class Zones:
             return 1.0, ''
         x, y = places.x[swept], places.y[swept]
         u = np.hypot(v - w * y, w * x)
-        matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
+        coming = places.coming[swept]
+        matters = config.stop_distance + u * reaction + u * u / (2.0 * braking) + coming * (reaction + u / braking)
         near = (places.outside[swept] < matters) & (u > 1e-9)
         if not near.any():
             return 1.0, ''
-        x, y, u, matters = x[near], y[near], u[near], matters[near]
+        x, y, u, matters, coming = x[near], y[near], u[near], matters[near], coming[near]
         stops, names = places.stops[swept][near], places.names[swept][near]
-        room = self._free(x, y, v, w, u, matters) - config.stop_distance
-        allowed = braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - reaction)
-        allowed = np.where((room > 0.0) | ~stops | (not gentle), np.maximum(allowed, creep), 0.0)
+        room = self._free(x, y, v, w, u, matters) - config.stop_distance - coming * reaction
+        delay = reaction + coming / braking
+        allowed = braking * (np.sqrt(delay ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - delay)
+        creeps = ((room > 0.0) | ~stops | (not gentle)) & (coming == 0.0)
+        allowed = np.where(creeps, np.maximum(allowed, creep), np.where(room > 0.0, allowed, 0.0))
         factors = allowed / u
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
+
+    def _come(self, name, speed):
+        """What a sensor hears comes by itself at speed (m/s)."""
+        places, rays = self._places, self._rays_of[name]
+        if places.coming[rays.start] != speed:
+            places.coming[rays] = speed
+            places.fastest = float(places.coming.max())
 
     def _place(self, sensor, distance):
         """Something is at this range (m) of a sensor, on any of its rays."""
