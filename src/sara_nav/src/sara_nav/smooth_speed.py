@@ -128,3 +128,4 @@ def approach(v, a, target, acceleration, jerk, dt):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     next_speed(0.1, 0.0, 0.5, np.ones(1), np.zeros(1), SpeedLimits(1.0, 1.0, 1.0), 0.05)
+    way_to_slow(0.1, 0.0, 0.0, 1.0, 1.0)
