@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 from sara_bringup.drive import Drive
+from sara_bringup.judge import judge
 from sara_bringup.lockstep import Lockstep, drive
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file, share
@@ -34,10 +35,11 @@ def square(arguments):
     age = _process_age_s()
     print(f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: {lockstep.time / age:.1f} times real time",
           file=sys.stderr)
-    print(json.dumps(result.to_json()) if arguments.json else table(result), flush=True)
+    world = lockstep.chair.drive.world
+    found = judge(result.track(), world)
+    print(json.dumps({**result.to_json(), "judgement": found.to_json()}) if arguments.json else f"{table(result)}\n\n{found.table()}", flush=True)
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        world = lockstep.chair.drive.world
         figures(result, arguments.out, (world.occupied, world.resolution, world.origin))
         (arguments.out / f"square_{arguments.ekf}.json").write_text(json.dumps(result.to_file_data()))
     faults = verdict(result, len(load_mission(config_file(EXPERIMENTS["square"])).goals))
