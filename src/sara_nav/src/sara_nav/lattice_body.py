@@ -24,8 +24,8 @@ where moves are looked for backwards in time, so that ahead is astern; the gap t
 before and after such places; s that its want costs at either end."""
 FINE = 0.045
 """m that any point of the body moves between two samples where it is tight."""
-COARSE, ROUGH = 0.2, 0.05
-SLACK = 0.005
+COARSE, ROUGH = 0.2, 0.02
+TOUCHING = 0.001
 BEND = 0.35
 """rad; a lesser turn costs only its share of the beginning of a turn."""
 
@@ -85,9 +85,11 @@ def gap(field, rules, outline, inside, x, y, yaw, limit):
 
 @kernel
 def margin_at(here):
-    """Return the gap to be kept where a move begins with the gap ``here``: as much, but for what corners and the grid's shape make
-    it vary along a way that leads neither nearer nor off; no more contacts where there are some."""
-    return here if here < 0.0 else max(here - SLACK, min(here, 1e-3))
+    """Return the gap to be kept near where a way begins or ends with the gap ``here``: a millimetre, or no more contacts than there are.
+
+    A body that stands along a wall cannot leave it but by swinging its tail a little nearer first.
+    """
+    return here if here < 0.0 else min(here, TOUCHING)
 
 
 @kernel
@@ -96,7 +98,7 @@ def slowness(rules, least):
     if least >= rules[SOFT]:
         return 1.0
     share = (rules[SOFT] - max(least, 0.0)) / rules[SOFT]
-    return 1.0 + rules[WEIGHT] * share * share
+    return 1.0 + rules[WEIGHT] * share * share * share * share
 
 
 @kernel
@@ -155,7 +157,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
         if here < limit:
             return np.inf, limit
         if limit < hard:
-            limit = hard if here >= hard else max(limit, margin_at(here)) if limit < 0.0 else limit
+            limit = hard if here >= hard else max(limit, margin_at(here))
         then = about if turning else slowness(rules, here)
         total += 0.5 * (slow + then) * step
         slow = then
@@ -197,3 +199,6 @@ def warm():
     rules, points = np.ones(ENTRIES), np.zeros((4, 2))
     turn_to(np.zeros((4, 4), np.float32), rules, points, points, 1.0, 1.0, 0.0, 1.0, 0.0)
     arrive(np.zeros((4, 4), np.float32), rules, points, points, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0)
+    gap(np.zeros((4, 4), np.float32), rules, points, points, 1.0, 1.0, 0.0, 1.0)
+    margin_at(0.1)
+    place(0.0, 0.0, 0.0, 1.0, 0.0, 1.0)

@@ -16,8 +16,8 @@ class LatticePlannerConfig:
     path_spacing: between the plan's points. speed, turn_rate: what moves are timed with. reverse_factor: how many times dearer a way
     astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern. hard_margin: the body comes
     no nearer to an obstacle, beyond the padding its footprint has. clearance, clearance_weight: nearer than clearance a way takes up
-    to 1 + clearance_weight times as long, by the square of what is missing. turning_room, turning_room_weight: the same of turns in
-    place. narrow, run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
+    to 1 + clearance_weight times as long, by the fourth power of the share that is missing. turning_room, turning_room_weight: the room
+    wanted round the circle that a turn in place sweeps, and how many times longer it takes, by the square, without any. narrow, run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
     run_up_cost more at each end, so that doors are come up to straight. smooth: move corners to where the way takes less time, and round them where there is room. greed: how many times longer than the best way of the lattice one may take for being found sooner. max_expansions: states
     looked at before the search gives up.
     """
@@ -32,7 +32,7 @@ class LatticePlannerConfig:
     gear_cost: float = 3.0
     hard_margin: float = 0.02
     clearance: float = 0.30
-    clearance_weight: float = 10.0
+    clearance_weight: float = 22.0
     turning_room: float = 0.15
     turning_room_weight: float = 10.0
     narrow: float = 0.2
@@ -47,7 +47,7 @@ class LatticePlannerConfig:
         return number_faults(self, {
             'default_tolerance': (0.0, 1e6), 'path_spacing': (0.005, 1.0), 'speed': (0.0, 10.0, True), 'turn_rate': (0.0, 10.0, True),
             'reverse_factor': (1.0, 100.0), 'turn_cost': (0.0, 100.0), 'gear_cost': (0.0, 100.0), 'hard_margin': (0.0, 1.0),
-            'clearance': (0.0, 2.0, True), 'clearance_weight': (0.0, 11.0), 'turning_room': (0.0, 2.0, True),
+            'clearance': (0.0, 2.0, True), 'clearance_weight': (0.0, 100.0), 'turning_room': (0.0, 2.0, True),
             'turning_room_weight': (0.0, 100.0), 'narrow': (0.0, 2.0), 'run_up': (0.0, 10.0, True), 'run_up_cost': (0.0, 100.0),
             'greed': (1.0, 10.0), 'max_expansions': (1, 2000000)})
 
@@ -71,5 +71,5 @@ class LatticePlannerConfig:
 
     def pace(self, gap):
         """Return s/m that a way takes at least where the gap (m, array) is no more than that; inf below the hard margin."""
-        missing = (1.0 - np.clip(gap, 0.0, self.clearance) / self.clearance) ** 2
+        missing = (1.0 - np.clip(gap, 0.0, self.clearance) / self.clearance) ** 4
         return np.where(gap < self.hard_margin, math.inf, (1.0 + self.clearance_weight * missing) / self.speed)

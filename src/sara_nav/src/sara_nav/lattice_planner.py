@@ -119,6 +119,11 @@ class _Problem:
         self.world = field.metres, self.rules, body.outline, body.inside
         self.radius = body.inscribed + self.config.hard_margin - 0.5 * field.geometry.resolution
 
+    def _limit(self, pose):
+        """Return the gap to be kept about a Pose2D: the margin, or where it has less, see lattice_body.margin_at."""
+        gap, hard = self.gap(pose), self.config.hard_margin
+        return hard if gap >= hard else lattice_body.margin_at(gap)
+
     def gap(self, pose):
         """Return the gap (m) at a Pose2D, or minus the number of its points that lie on obstacles."""
         return lattice_body.gap(*self.world, pose.x, pose.y, pose.yaw, -1e9)
@@ -127,16 +132,19 @@ class _Problem:
         """Return the plan (n, 3); raises PlanError."""
         if self.field.geometry.to_cell(goal.x, goal.y) is None:
             raise PlanError('the goal (%.2f, %.2f) is off the map' % (goal.x, goal.y))
-        limit, limit_end = (min(lattice_body.margin_at(self.gap(pose)), self.config.hard_margin) for pose in (start, goal))
+        limit, limit_end = (self._limit(pose) for pose in (start, goal))
         if limit_end < 0.0:
             raise PlanError('the footprint at the goal (%.2f, %.2f, %.0f deg) overlaps an obstacle%s' % (
                 goal.x, goal.y, math.degrees(goal.yaw), ', unknown space or the edge of the map' if self.field.unknown_blocks
                 else ' or the edge of the map'))
         poses, moves = self._way(start, goal, limit, limit_end)
+        found = np.column_stack([poses[:-1], moves])
         poses, moves, follow = lattice_gates.with_gates(self.world, poses, moves, self.body.inscribed)
         anchors = lattice_straighten.anchors_of(*self.world[:2], poses, follow)
         steps = lattice_straighten.straighten(*self.world, poses, moves, follow, anchors, limit, limit_end, max(self.radius, 0.0), LONGEST, ASTERN)
-        if self.config.smooth:
+        if len(steps) == 0:  # pieces of its moves that are sampled elsewhere do not all keep the margin to the last tenth of a millimetre
+            steps = found
+        elif self.config.smooth:
             steps = lattice_smooth.smooth(self.world, steps, poses[0], poses[-1], limit, limit_end)
         return as_plan(steps, start, goal, self.config.path_spacing)
 
@@ -162,7 +170,7 @@ class _Problem:
         status, moves, final = self._search_to(tails, first, limit, min(SOON, budget) if tight or tight_end else budget)
         if status != lattice_search.FOUND and (tight or tight_end):
             if tight_end:
-                tails += self._escape(goal, limit_end)
+                tails = self._escape(goal, limit_end) or tails
             if tight:
                 status, found, _ = self._search(first, limit, min(ESCAPE_MOST, budget), escape=True)
                 if status == lattice_search.FOUND:
@@ -247,6 +255,8 @@ def _along(pose, moves):
 
 def _pieces(length, most=0.2):
     """Return (length, 0) moves no longer than ``most`` that add up to a straight one."""
+    if length == 0.0:
+        return []
     n = math.ceil(abs(length) / most)
     return [(length / n, 0.0)] * n
 

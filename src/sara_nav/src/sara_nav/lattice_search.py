@@ -2,7 +2,8 @@
 
 After Dolgov, Thrun, Montemerlo and Diebel (2010): states are exact poses, of which each cell of position and heading keeps the
 best; a node is joined to the goal analytically where that is free. A differential drive's analytic way is turn, straight, turn.
-Headings are multiples of 2 pi/HEADINGS, but for the start's own. Cells and steps are finer where it is tight. The order is
+Turns end on multiples of STEP; where it is too tight for them there are arcs so slight that
+the body leaves a wall that it stands along without swinging its tail into it. Cells and steps are finer where it is tight. The order is
 weighted A*'s (Pohl 1970): the time so far plus ``greed`` times what the wave says is left, so that the way found takes at most
 ``greed`` times as long as the best of this lattice.
 """
@@ -12,13 +13,18 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, TURN_COST, move, turn_to
+from sara_nav.lattice_body import CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, TURN_COST, gap, move, turn_to
 from sara_nav.lattice_field import distance_at
 
-HEADINGS = 32
-STEP = 2.0 * math.pi / HEADINGS
+STEP = 2.0 * math.pi / 32.0
+"""rad between the headings that turns end on."""
+FINE_HEADINGS = 512
+FINE_STEP = 2.0 * math.pi / FINE_HEADINGS
+"""rad between headings that are told apart where it is tight; elsewhere sixteen times that."""
 FOUND, NO_WAY, GAVE_UP = 0, 1, 2
 FAR = 1e9
+BESIDE = 0.08
+"""m; with a gap of less than that the slight arcs are tried."""
 TURNS, AHEAD, ASTERN = 0, 1, 2
 """What a move is."""
 
@@ -120,7 +126,8 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
     finals, count = 0, 1
     none = np.empty((0, 5))
     x[0], y[0], yaw[0] = start[0], start[1], start[2]
-    spent[0], limits[0], parent[0], index[0], kind[0], length[0], turned[0] = 0.0, limit, -1, -1, TURNS, 0.0, 0.0
+    spent[0], limits[0], parent[0], index[0], kind[0], length[0], turned[0] = 0.0, limit, -1, 0, TURNS, 0.0, 0.0
+    index[0] = np.int16(round(yaw[0] / FINE_STEP)) % FINE_HEADINGS
     left = left_at(wave, rules, field, escape, x[0], y[0])
     heap = [(greed * min(left, FAR), 0)]
     scale = 1.0 / rules[RESOLUTION]
@@ -163,8 +170,10 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
                         finals += 1
                         heapq.heappush(heap, (total, -finals))
         stride = 0.5 if open_space else 0.2
-        for option in range(12):
-            run, turn = option_of(option, index[n], pyaw, stride)
+        own = n == 0 or index[n] % (FINE_HEADINGS // 32) != 0  # no turn of the lattice was possible yet
+        tight = own and d < rules[RADIUS] + BESIDE and gap(field, rules, outline, inside, px, py, pyaw, limits[n]) < BESIDE
+        for option in range(20 if tight else 12):
+            run, turn = option_of(option, pyaw, stride)
             if option < 2 and kind[n] == TURNS and turned[n] * turn < 0.0:
                 continue
             if turn == 0.0 and run == 0.0:
@@ -179,7 +188,7 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
             chord = run if abs(turn) < 1e-9 else run * math.sin(0.5 * turn) / (0.5 * turn)
             nx, ny = px + chord * math.cos(pyaw + 0.5 * turn), py + chord * math.sin(pyaw + 0.5 * turn)
             nyaw = pyaw + turn
-            heading = index[n] if turn == 0.0 else np.int16(round(nyaw / STEP)) % HEADINGS
+            heading = np.int16(round(nyaw / FINE_STEP)) % FINE_HEADINGS
             nu, nv = (nx - rules[ORIGIN_X]) * scale, (ny - rules[ORIGIN_Y]) * scale
             key = key_of(nu, nv, heading, distance_at(field, nu, nv), rules)
             at = slot_of(keys, key)
@@ -209,30 +218,31 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
 
 @kernel
 def key_of(u, v, heading, distance, rules):
-    """Return the number of the cell of a state: 0.05, 0.1 or 0.25 m wide by how much room there is about it."""
+    """Return the number of the cell of a state: 0.05, 0.1 or 0.25 m wide by how much room there is about it; heading in FINE_STEPs."""
     spare = distance - rules[RADIUS]
-    size = 0.25 if spare > rules[CAP] else 0.1 if spare > 0.1 else 0.05
     level = 2 if spare > rules[CAP] else 1 if spare > 0.1 else 0
+    size = 0.25 if level == 2 else 0.1 if level == 1 else 0.05
+    if spare > rules[HARD]:
+        heading = ((heading + 8) // 16) % 32
     share = rules[RESOLUTION] / size
-    return ((np.int64(v * share) * 1000003 + np.int64(u * share)) * 64 + heading + 1) * 4 + level
+    return ((np.int64(v * share) * 1000003 + np.int64(u * share)) * FINE_HEADINGS + heading) * 4 + level
 
 
 @kernel
-def option_of(option, heading, yaw, stride):
-    """Return (length m, turn rad) of one of twelve moves. Turns end on headings of the lattice."""
+def option_of(option, yaw, stride):
+    """Return (length m, turn rad) of one of twenty moves: turns, straights, arcs of about 1 m and 0.5 m, of 10 and 20 m."""
     if option == 2:
         return stride, 0.0
     if option == 3:
         return -0.2, 0.0
     side = 1 if option % 2 == 0 else -1
+    if option >= 12:
+        return 0.5 if option < 16 else -0.5, side * (0.05 if option % 4 < 2 else 0.025)
     steps = 2 if option in (6, 7, 10, 11) else 1
-    if heading >= 0:
-        turn = side * steps * STEP
-    else:  # from a yaw of its own: to the next of the lattice's that is a degree off at least
-        first = (math.floor(yaw / STEP) + 1) * STEP if side > 0 else (math.ceil(yaw / STEP) - 1) * STEP
-        turn = first - yaw + side * (steps - 1) * STEP
-        if abs(turn) < 0.02:
-            turn += side * STEP
+    nearest = round(yaw / STEP) * STEP
+    turn = nearest - yaw + side * steps * STEP
+    if abs(nearest - yaw) > 0.02 and side * (nearest - yaw) > 0.0:  # off the lattice's headings: the next one counts as a step
+        turn -= side * STEP
     if option < 2:
         return 0.0, turn
     return (max(0.2, 0.5 * stride) if option < 8 else -0.2), turn

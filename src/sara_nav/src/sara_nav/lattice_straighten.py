@@ -37,6 +37,7 @@ def straighten(field, rules, outline, inside, poses, moves, follow, anchors, lim
     parent, label = np.full((n, 2), -1, np.int32), np.zeros((n, 2), np.int8)
     first, run, second = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
     cost[0, OWN], yaw[0, OWN], limits[0, OWN] = 0.0, poses[0, 2], limit
+    allowed = towards_end(field, rules, outline, inside, poses, moves, follow, limit_end)
     k = 0
     for i in range(n - 1):
         x, y = poses[i, 0], poses[i, 1]
@@ -44,8 +45,8 @@ def straighten(field, rules, outline, inside, poses, moves, follow, anchors, lim
         if cost[i, OWN] < np.inf and next >= 0:  # the way as it is
             length, turn = moves[i, 0], moves[i, 1]
             after = limits[i, OWN]
-            if next == n - 1 and limit_end < rules[HARD]:
-                seconds = arrive(field, rules, outline, inside, poses[n - 1, 0], poses[n - 1, 1], poses[n - 1, 2], length, turn, limit_end)
+            if allowed[next] < rules[HARD]:
+                seconds = arrive(field, rules, outline, inside, poses[next, 0], poses[next, 1], poses[next, 2], length, turn, allowed[next])
             else:
                 seconds, after = move(field, rules, outline, inside, x, y, poses[i, 2], length, turn, after)
             what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
@@ -125,6 +126,22 @@ def anchors_of(field, rules, poses, follow):
             chosen[count], count = i, count + 1
             way = 0.0 if follow[i] >= 0 else way
     return chosen[:count].copy()
+
+
+@kernel
+def towards_end(field, rules, outline, inside, poses, moves, follow, limit_end):
+    """Return the gap (n,) that the way is allowed at each of its poses because it ends so near to something: HARD but for the last."""
+    n = len(poses)
+    allowed = np.full(n, rules[HARD])
+    allowed[n - 1] = limit_end
+    at = n - 1
+    for i in range(n - 2, -1, -1):
+        if follow[i] == at:
+            if allowed[at] < rules[HARD]:
+                _, allowed[i] = move(field, rules, outline, inside, poses[at, 0], poses[at, 1], poses[at, 2], -moves[i, 0], -moves[i, 1],
+                                     allowed[at])
+            at = i
+    return allowed
 
 
 @kernel
