@@ -1,7 +1,8 @@
 """Recovery by asking: the robot stands, says in one sentence what is wrong and what a person could do, and waits.
 
-Once a second it tries to plan. Where the way was blocked it goes on as soon as it is free; where nothing it sees blocks it (something else
-holds it: a safety gate, a curb) it tries once more when its patience is over. A way that stays blocked ends the goal, in words.
+Once a second it tries to plan. Where the way was blocked it goes on as soon as it is free. When its patience is over it tries once more where
+nothing it sees blocks the way (something else holds it: a safety gate, a curb), or where the way is free once it has forgotten what its
+sensors saw: they may not look there any more. A way that stays blocked ends the goal, in words.
 """
 import math
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 
 from sara_nav.limits import range_faults
 from sara_nav.planning import PlanError
-from sara_nav.recovery import RECOVERIES, RecoveryStep
+from sara_nav.recovery import RECOVERIES, ClearCostmapConfig, ClearCostmapRecovery, RecoveryStep
 
 PERIOD = 1.0
 """Seconds between two tries to plan."""
@@ -45,6 +46,7 @@ class AskForHelp:
         self._began = self._tried = -math.inf
         self._was_blocked = False
         self._sentence = ''
+        self._forget = ClearCostmapRecovery(name, ClearCostmapConfig(reset_distance=0.0, force_updating=True))
 
     def start(self, situation):
         """Begin."""
@@ -69,6 +71,8 @@ class AskForHelp:
                 return RecoveryStep(text='%s: the way is free' % self.name)
         if waited >= self.config.patience:
             if self._was_blocked:
+                self._forget.update(situation)
+            if self._way(situation) is None:
                 why = 'help was asked for during %.0f s (%s/patience), but the way stayed blocked: %s' % (waited, self.name, situation.why)
                 return RecoveryStep(text=why, give_up=why)
             return RecoveryStep(text='%s: trying once more' % self.name)

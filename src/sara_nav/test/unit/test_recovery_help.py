@@ -8,9 +8,12 @@ from hypothesis import strategies as st
 
 from sara_nav.collision import LocalWorld
 from sara_nav.costmap import Costmap
+from sara_nav.costmap_pair import CostmapPair
 from sara_nav.footprint import parse_footprint
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
+from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.layers.base import Layer
 from sara_nav.planning import PlanError, dense_plan
 from sara_nav.recovery import RECOVERIES, Situation
 from sara_nav.recovery_help import SIDES, AskForHelp, AskForHelpConfig, nearest_obstacle
@@ -29,17 +32,38 @@ def world(*places):
     return LocalWorld(Costmap(costs, GridGeometry(160, 160, 0.05, -4.0, -4.0)), FOOTPRINT)
 
 
+class Marks(Layer):
+    """What sensors saw of a Waiting: ``remembered`` is forgotten with it."""
+
+    class config_class:
+        enabled = True
+
+        def faults(self):
+            return []
+
+    def __init__(self, name, robot):
+        super().__init__(name)
+        self.robot = robot
+
+    def clear(self, *_):
+        self.robot.cleared += 1
+        if self.robot.remembered:
+            self.robot.planless = False
+        return True
+
+
 class Waiting:
     """A behaviour on a robot that stands; ``blocked`` and ``planless`` say how the way is."""
 
     def __init__(self, blocked=False, planless=False, **config):
         self.behaviour = AskForHelp('ask', AskForHelpConfig(**dict(dict(patience=30.0), **config)))
-        self.t, self.blocked, self.planless, self.plans = 10.0, blocked, planless, 0
+        self.t, self.blocked, self.planless, self.plans, self.remembered, self.cleared = 10.0, blocked, planless, 0, False, 0
         self.behaviour.start(self.situation())
 
     def situation(self):
-        return Situation(self.t, 0.05, HERE, HERE, (0.0, 0.0), world(*([BOX] if self.blocked else [])), None, None, GOAL, 'No way was found.',
-                         self.plan)
+        costmap = LayeredCostmap(CostmapConfig(), [Marks('sonars', self)], FOOTPRINT)
+        return Situation(self.t, 0.05, HERE, HERE, (0.0, 0.0), world(*([BOX] if self.blocked else [])), CostmapPair(costmap, costmap), None, GOAL,
+                         'No way was found.', self.plan)
 
     def plan(self):
         self.plans += 1
@@ -80,6 +104,14 @@ def test_a_way_that_stays_blocked_ends_the_goal_in_words():
     step = robot.wait(60.0)
     assert step.done and robot.t == pytest.approx(40.0, abs=0.06)
     assert '30 s (ask/patience)' in step.give_up and 'No way was found.' in step.give_up
+
+
+def test_what_its_sensors_do_not_look_at_any_more_is_forgotten_when_its_patience_is_over_and_tried():
+    robot = Waiting(planless=True)
+    robot.remembered = True
+    assert not robot.wait(29.0).done and not robot.cleared
+    step = robot.wait(2.0)
+    assert step.done and not step.give_up and robot.cleared
 
 
 def test_it_tries_to_plan_once_a_second():
