@@ -16,6 +16,8 @@ SMOOTHINGS = (0.15, 0.10, 0.06, 0.03)
 """Standard deviations (m) of the Gaussian, from which the first is taken that keeps to the points well enough."""
 STEADY_BEND = 0.15
 """A bend (rad) from one sample to the next that is less than this is that of an arc, not a corner."""
+UNSTEADY = 0.02
+"""Bends of an arc differ by less than this (rad)."""
 
 
 class Leg:
@@ -128,10 +130,16 @@ def _smooth(points, sigma, spacing):
 
 
 def _beyond(points, n):
-    """Return n points (n, 2) that go on beyond the first of some evenly spaced ones as its mirror image: straight on, or round the same bend."""
-    first, second = points[0] - points[1], points[1] - points[2]
-    bend = wrap(math.atan2(first[1], first[0]) - math.atan2(second[1], second[0]))
-    heading = math.atan2(first[1], first[0]) + (0.5 * bend if abs(bend) < STEADY_BEND else 0.0)
-    along = np.array([math.cos(heading), math.sin(heading)])
+    """Return n points (n, 2) that go on beyond the first of some evenly spaced ones: round the same bend where they begin with an arc, else straight on.
+
+    Mirrored at the normal of the path an arc goes on as an arc; turned about the first point a path goes on in its direction.
+    """
+    steps = points[:4] - points[1:5] if len(points) > 4 else points[:1] - points[1:2]
+    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    bends = -np.diff(heading)
     off = points[1:n + 1] - points[0]
+    if not len(bends) or np.abs(bends).max() > STEADY_BEND or np.ptp(bends) > UNSTEADY:
+        return points[0] - off
+    direction = heading[0] + 0.5 * bends[0]
+    along = np.array([math.cos(direction), math.sin(direction)])
     return points[0] + off - 2.0 * (off @ along)[:, None] * along

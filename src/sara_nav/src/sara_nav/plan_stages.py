@@ -101,14 +101,24 @@ def _split(points, corner_angle):
         if abs(heading[last] - heading[k - 1]) > corner_angle:
             corner = k + int(np.argmax(np.abs(np.diff(heading[k - 1:last + 1]))))
             if along[corner] - along[first] > SHORTEST_LEG:
-                parts.append(points[first:corner + 1])
+                parts.append((first, corner))
                 first = corner
             k = last + 1
         else:
             k += 1
     if along[-1] - along[first] > SHORTEST_LEG or not parts:
-        parts.append(points[first:])
-    return parts
+        parts.append((first, len(points) - 1))
+    return [_straight_ends(points[a:b + 1], along[a:b + 1], a > 0, b < len(points) - 1) for a, b in parts]
+
+
+def _straight_ends(points, along, first, last):
+    """Return the points (n, 2) without those next to a corner at either end: a corner that is rounded off leaves no bend to the legs."""
+    keep = np.ones(len(points), bool)
+    if first:
+        keep[1:-1] &= along[1:-1] > along[0] + 0.5 * CORNER_REACH
+    if last:
+        keep[1:-1] &= along[1:-1] < along[-1] - 0.5 * CORNER_REACH
+    return points[keep]
 
 
 def _wrap(angle):
