@@ -1,0 +1,37 @@
+"""The whole stack drives on what was compiled at build time: every kernel for the types it is called with, and numba is not even imported."""
+import json
+import subprocess
+import sys
+
+DRIVE = '''
+import json, sys
+from ahead_of_time import misses
+from sara_bringup.drive import Drive
+from sara_bringup.experiment import EXPERIMENTS
+from sara_bringup.lockstep import Lockstep
+from sara_bringup.mission import load_mission
+from sara_bringup.paths import config_file, share
+from sara_nav.geometry import Pose2D
+mission = load_mission(config_file("square.yaml"))
+lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, 0, localization="%s")
+lockstep.start_up()
+lockstep.move_base.set_goal(Pose2D(*mission.goals[0]), lockstep.time)
+end, begin = lockstep.time + 15.0, lockstep.chair.pose
+while lockstep.time < end:
+    lockstep.step()
+moved = abs(lockstep.chair.pose[0] - begin[0])
+print(json.dumps([moved, misses(), "numba" in sys.modules]))
+'''
+
+
+def driven(localization):
+    done = subprocess.run([sys.executable, '-c', DRIVE % localization], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def test_a_drive_needs_no_numba():
+    for localization in ('ekf', 'ukf'):
+        moved, missed, numba = driven(localization)
+        assert moved > 1.0
+        assert missed == {}, 'warm() of their modules does not call them with these types'
+        assert not numba, 'something is not compiled at build time'
