@@ -12,8 +12,8 @@ from sara_nav.geometry import wrap
 
 SPACING = 0.05
 """Way between two samples (m)."""
-SMOOTHINGS = (0.15, 0.10, 0.06, 0.03)
-"""Standard deviations (m) of the Gaussian, from which the first is taken that keeps to the points well enough."""
+WIDE, FINE, ROUNDS = 0.15, 0.06, 6
+"""Standard deviations (m) of the Gaussian: that which takes out what wavers, so often, and that which makes it smooth at last."""
 STEADY_BEND = 0.15
 """A bend (rad) from one sample to the next that is less than this is that of an arc, not a corner."""
 UNSTEADY = 0.02
@@ -30,12 +30,7 @@ class Leg:
     def __init__(self, points, backward=False, deviation=0.02):
         self.points, self.backward = np.asarray(points, float), bool(backward)
         even, s = _evenly(self.points)
-        for sigma in SMOOTHINGS:
-            xy = _smooth(even, sigma, s[1])
-            if np.hypot(*(xy - even).T).max() <= deviation:
-                break
-        else:
-            xy = even
+        xy = _smooth_within(even, deviation, s[1])
         steps = np.diff(xy, axis=0)
         length = np.hypot(*steps.T)
         self.s = np.append(0.0, length.cumsum())
@@ -113,6 +108,18 @@ def _evenly(points):
     keep = np.append(True, np.diff(s) > 1e-9)
     at = np.linspace(0.0, s[-1], max(3, math.ceil(s[-1] / SPACING) + 1))
     return np.column_stack([np.interp(at, s[keep], points[keep, k]) for k in (0, 1)]), at
+
+
+def _smooth_within(points, deviation, spacing):
+    """Return the points (n, 2) smoothed, each moved by about ``deviation`` (m) at most: smoothed and moved back into that reach in turns."""
+    xy = points
+    for _ in range(ROUNDS if deviation > 0.0 else 0):
+        moved = _smooth(xy, WIDE, spacing) - points
+        size = np.hypot(*moved.T)
+        if size.max() <= deviation:
+            return points + moved
+        xy = points + moved * np.minimum(1.0, deviation / np.maximum(size, 1e-12))[:, None]
+    return _smooth(xy, FINE, spacing) if deviation > 0.0 else points
 
 
 def _smooth(points, sigma, spacing):

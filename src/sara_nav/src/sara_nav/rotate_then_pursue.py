@@ -7,6 +7,8 @@ robot will be when the command takes effect (prediction); without that, a chair 
 """
 import math
 
+import numpy as np
+
 from sara_nav.driving_progress import DONE, FINAL_TURN, FOLLOW, SETTLE, TURN, Progress
 from sara_nav.driving_words import Words, following
 from sara_nav.geometry import Pose2D, wrap
@@ -26,6 +28,8 @@ SETTING_OUT = 0.05
 """Below this speed (m/s) the curvature is chosen freely: turn rates are small."""
 ENDED = 0.01
 """The end of a leg is reached this way (m) before it."""
+NEARLY_EXACT = 0.25
+"""Share of path_deviation by which a path is smoothed where there is no room for more."""
 LONGEST_REPAIR = 0.3
 """A goal missed by less than this (m) may be approached in reverse."""
 
@@ -245,13 +249,17 @@ class RotateThenPursue:
         return LocalCommand(v, w, DRIVING, self._words.say(t, text, text))
 
     def _leg(self, stretch, world):
-        """Return the Leg of a Stretch, smoothed less where the smooth one would touch what the plan does not."""
+        """Return the Leg of a Stretch, smoothed less where the smooth one would touch what the plan does not, as far as the costmap reaches."""
+        g, size = world.geometry, float(np.hypot(*world.footprint.T).max())
+        reach = 0.5 * min(g.width, g.height) * g.resolution - size
+
+        def touches(leg):
+            return int(world.touched(leg.poses(leg.s[leg.s <= reach])).sum())
         leg = Leg(stretch.points, stretch.backward, self.config.path_deviation)
-        if world.touched(leg.poses(leg.s)).any():
-            exact = Leg(stretch.points, stretch.backward, 0.0)
-            if world.touched(exact.poses(exact.s)).sum() < world.touched(leg.poses(leg.s)).sum():
-                return exact
-        return leg
+        if not touches(leg):
+            return leg
+        close = Leg(stretch.points, stretch.backward, NEARLY_EXACT * self.config.path_deviation)
+        return close if touches(close) < touches(leg) else leg
 
     def _settled(self, pose):
         """Standing still at the end of the last leg: go on to the turn, or approach once more. Returns a LocalCommand when that has failed."""
