@@ -40,7 +40,7 @@ class LatticePlannerConfig:
     run_up_cost: float = 4.0
     smooth: bool = True
     greed: float = 6.0
-    max_expansions: int = 60000
+    max_expansions: int = 30000
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""

@@ -170,7 +170,9 @@ class _Problem:
         status, moves, final = self._search_to(tails, first, limit, min(SOON, budget) if tight or tight_end else budget)
         if status != lattice_search.FOUND and (tight or tight_end):
             if tight_end:
-                tails = self._escape(goal, limit_end) or tails
+                ways, known = self._escape(goal, limit_end)
+                tails = ways or tails
+                budget = min(budget, ESCAPE_MOST // 3) if known and not ways else budget
             if tight:
                 status, found, _ = self._search(first, limit, min(ESCAPE_MOST, budget), escape=True)
                 if status == lattice_search.FOUND:
@@ -229,13 +231,13 @@ class _Problem:
         return tails
 
     def _escape(self, goal, limit):
-        """Return the tail, if there is one, from where there is room to turn about to the goal."""
+        """Return ([the tail from where there is room to turn about to the goal, if one is found], whether the search was exhaustive)."""
         pose = np.array([goal.x, goal.y, goal.yaw])
         status, moves, _ = self._search(pose, limit, min(ESCAPE_MOST, self.config.max_expansions), escape=True, backwards=True)
         if status != lattice_search.FOUND:
-            return []
+            return [], status == lattice_search.NO_WAY
         seconds = sum(lattice_body.arrive(*self.world, *move[:3], -move[3], -move[4], limit) for move in moves[:-1].tolist())
-        return [(moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds)]
+        return [(moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds)], True
 
     def _search_to(self, tails, pose, limit, most):
         """Return (status, moves (n, 5), final), see lattice_search.search, of the way to one of the tails."""

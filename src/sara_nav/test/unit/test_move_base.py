@@ -13,6 +13,7 @@ from sara_nav.grid import GridGeometry
 from sara_nav.grid_planner import GridPlanner
 from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.layers.inflation import InflationLayer
+from sara_nav.lattice_planner import LatticePlanner
 from sara_nav.layers.static import StaticLayer
 from sara_nav.map_io import GridMap
 from sara_nav.move_base import MoveBase
@@ -72,6 +73,23 @@ def driving():
     result = robot.go(40)
     assert result.status == 'active' and result.command[0] > 0.3
     return robot
+
+
+def test_a_planner_of_the_footprint_is_told_it_and_told_again_when_it_changes():
+    """Two rooms with a door of 0.80 m between them: the chair fits, the chair with a tray does not."""
+    grid_map = room(walled=True)
+    grid_map.data[52:68, 80] = 0
+    start, goal = Pose2D(1.0, 1.5, 0.0), Pose2D(5.0, 2.5, 0.4)
+    machine = make(grid_map, planner=LatticePlanner())
+    plan, text = machine.make_plan(0.0, start, goal)
+    assert text == '' and plan[-1].tolist() == [5.0, 2.5, 0.4]
+    machine.global_costmap.set_footprint(FOOTPRINT * [1.0, 1.5])
+    plan, text = machine.make_plan(1.0, start, goal)
+    assert plan is None and 'no way leads the footprint' in text
+    machine.global_costmap.set_footprint(FOOTPRINT)
+    robot = Perfect(machine, start)
+    assert machine.set_goal(goal, 0.0) == '' and robot.go(2000, 'succeeded').status == 'succeeded'
+    assert robot.pose.distance(goal) < 0.06
 
 
 def test_idle_commands_nothing():

@@ -26,7 +26,7 @@ def ask(capsys, *arguments):
     return end.value.code, out.out, out.err
 
 
-ENDS = ('--start', 1.2, 1.2, 0.5, '--goal', 6.5, 6.6, -1e-3)
+ENDS = ('--start', 1.2, 1.2, 0.5, '--goal', 6.3, 6.6, -1e-3)
 
 
 @pytest.mark.parametrize('name', [None, *GLOBAL_PLANNERS.names()])
@@ -36,9 +36,9 @@ def test_json_holds_the_plan(capsys, name):
     assert status == 0 and sorted(answer) == ['length_m', 'path', 'planning_ms', 'success']
     assert answer['success'] is True and answer['planning_ms'] > 0.0
     path = np.array(answer['path'])
-    assert path[0, :2] == pytest.approx([1.2, 1.2]) and path[-1] == pytest.approx([6.5, 6.6, -0.001])
+    assert path[0, :2] == pytest.approx([1.2, 1.2]) and path[-1] == pytest.approx([6.3, 6.6, -0.001])
     assert answer['length_m'] == pytest.approx(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
-    assert 7.5 < answer['length_m'] < 9.0 and np.abs(path[:, 2]).max() <= math.pi
+    assert 7.4 < answer['length_m'] < 9.0 and np.abs(path[:, 2]).max() <= math.pi
     costmap = build(load_map(ROOM), radii(parse_footprint(FOOTPRINT))[0])
     assert max(costmap.cost_at(x, y) for x, y, _ in path) < 253
 
@@ -136,3 +136,19 @@ def test_the_picture_shows_map_plan_and_footprints(capsys, tmp_path):
     assert near(6.5, 6.6, (220, 30, 30)) > 100  # and at the goal
     assert (pixels == (220, 30, 30)).all(axis=2).sum() > 600  # with the plan
     assert (pixels[int(3.1 * side), int(5.1 * side)] == 0).all()  # the pillar
+
+
+def test_a_planner_of_the_footprint_plans_for_the_one_that_is_given(capsys):
+    lattice = '--planner', 'sara_nav/LatticePlanner', '--json'
+    by_the_wall = '--start', 1.2, 1.2, 0.5, '--goal', 3.0, -0.6, 0.0
+    status, out, _ = ask(capsys, ROOM, *by_the_wall, *lattice)
+    assert status == 0 and json.loads(out)['path'][-1] == [3.0, -0.6, 0.0]
+    status, _, err = ask(capsys, ROOM, *by_the_wall, *lattice, '--footprint', '[[0.5,0.5],[0.5,-0.5],[-0.5,-0.5],[-0.5,0.5]]')
+    assert status == 1 and 'the footprint at the goal (3.00, -0.60, 0 deg) overlaps an obstacle' in err
+
+
+def test_a_picture_shows_the_footprint_along_the_plan(capsys, tmp_path):
+    picture = tmp_path / 'plan.png'
+    assert ask(capsys, ROOM, *ENDS, '--planner', 'sara_nav/LatticePlanner', '--png', picture)[0] == 0
+    pixels = np.asarray(Image.open(picture))
+    assert (pixels == (110, 150, 235)).all(axis=2).sum() > 500

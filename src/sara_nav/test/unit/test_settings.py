@@ -34,7 +34,7 @@ def test_the_shipped_configuration_is_sound_and_complete():
     topics = config_of(settings, 'ultrasonic', 'local_costmap').topics  # as in the thesis, not in the global one
     assert len(topics) == 8 and '/SJO_range' not in topics
     assert settings.move_base.transform_tolerance == 0.5
-    for name, planner in (('GridPlanner', settings.global_planner), ('RotateThenPursue', settings.local_planner)):
+    for name, planner in (('LatticePlanner', settings.global_planner), ('RotateThenPursue', settings.local_planner)):
         assert set(tree[name]) == {field.name for field in dataclasses.fields(planner.config)}
         assert all(tree[name][k] == getattr(planner.config, k) for k in tree[name])
 
@@ -102,7 +102,7 @@ def test_all_faults_are_said_at_once():
 
 @pytest.mark.parametrize('tree, text', [
     ({'RotateThenPursue': {'max_vel_x': 0.3}}, r'RotateThenPursue/ \(max_vel_x\) have no effect'),
-    ({'DWAPlannerROS': {'sim_time': 4.0, 'vx_samples': 3}}, r'DWAPlannerROS/ \(sim_time, vx_samples\) have no effect'),
+    ({'DWAPlannerROS': {'sim_time': 4.0, 'vx_samples': 5}}, r'DWAPlannerROS/ \(sim_time, vx_samples\) have no effect'),
     ({'conservative_reset': {'reset_distance': 5.0}}, 'conservative_reset/reset_distance has no effect'),
     ({'rotate_recovery': {'frequency': 5.0}}, 'rotate_recovery/frequency has no effect'),
     ({'recovery_behaviors': [], 'rotate_recovery': {'sim_granularity': 0.1}}, 'rotate_recovery/ have no effect'),
@@ -221,3 +221,8 @@ def test_the_old_limit_of_turns_holds_both_ways():
     assert (config.min_vel_theta, config.max_vel_theta) == (-0.5, 0.5)
     config = read_settings(Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5, 'min_vel_theta': -0.3}})).local_planner.config
     assert (config.min_vel_theta, config.max_vel_theta) == (-0.3, 0.5)
+
+
+def test_the_defaults_of_a_planner_that_does_not_drive_need_no_words():
+    assert read({'GridPlanner': {'path_spacing': 0.05}}).warnings == ()
+    assert 'GridPlanner/ (path_spacing) have no effect' in read({'GridPlanner': {'path_spacing': 0.1}}).warnings[0]
