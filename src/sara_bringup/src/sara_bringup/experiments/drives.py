@@ -19,6 +19,7 @@ from sara_nav import move_base
 from sara_nav.geometry import Pose2D, wrap
 
 SETTLE_S = 1.0
+DRIVING = 0.05   # m/s: slower is no driving
 CLICKS, CLICK_TICKS, SHOWN_M = 20, 103, 0.3   # a person presses again when the chair is not shown where it stands; not always at the same phase of the odometry
 SHORT, LONG, OURS = "thesis, sim_time 1.0 s", "thesis, sim_time 2.5 s", "ours"
 SIM_TIMES = {SHORT: 1.0, LONG: 2.5}
@@ -207,6 +208,8 @@ def _figures(lockstep, course, goals, trace):
     result["turned"]["imu"] = [math.degrees(value) for value in (np.unwrap(rows[:, 10])[at] - rows[0, 10])] if np.isfinite(rows[:, 10]).all() else None
     motion = Motion.of(t, poses["true"])
     result["turn_acceleration"] = float(np.abs(np.gradient(motion.w, motion.dt)).max())
+    driving = np.abs(motion.v) > DRIVING
+    result["pace"] = float(np.abs(motion.v[driving]).mean()) if driving.any() else math.nan
     result["legs"] = [_leg(t, yaws[0], goal) for goal in goals]
     result["fused_yaw_error"] = float(np.degrees(np.abs(wrap(poses["fused"][:, 2] - poses["true"][:, 2])).max()))
     result["fused_end_error"] = [math.dist(poses["fused"][row, :2], poses["true"][row, :2]) for row in at]
