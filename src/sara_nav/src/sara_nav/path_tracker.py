@@ -7,6 +7,7 @@ robot's scale within millimetres; corners become arcs. How far it may leave the 
 import math
 
 import numpy as np
+from ahead_of_time import kernel
 
 from sara_nav.geometry import wrap
 
@@ -54,24 +55,7 @@ class Leg:
 
     def nearest(self, x, y, start=0.0):
         """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m further."""
-        first = max(int(np.searchsorted(self.s, start, side='right')) - 1, 0)
-        first = min(first, len(self._direction) - 1)
-        last = min(int(np.searchsorted(self.s, start + 1.0)) + 1, len(self._direction))
-        d = self._direction[first:last]
-        dx, dy = x - self.xy[first:last, 0], y - self.xy[first:last, 1]
-        free = dx * d[:, 0] + dy * d[:, 1]
-        across = d[:, 0] * dy - d[:, 1] * dx
-        length = self.s[first + 1:last + 1] - self.s[first:last]
-        held = np.minimum(np.maximum(free, 0.0), length)
-        distance = np.hypot(across, free - held)
-        best = int(distance.argmin())
-        along = max(float(self.s[first + best] + held[best]), start)
-        offset, left = math.copysign(float(distance[best]), float(across[best])), self.length - along
-        if first + best == len(self._direction) - 1 and free[best] > length[best]:  # beyond the end the last line goes on
-            offset, left = float(across[best]), float(length[best] - free[best])
-        elif first + best == 0 and free[best] < 0.0:
-            offset = float(across[best])
-        return along, offset, left
+        return nearest(self.s, self.xy, self._direction, x, y, start)
 
     def at(self, s):
         """Return (x, y, heading, curvature) at ``s`` m along (scalar or array); beyond the end it goes straight on."""
@@ -86,7 +70,7 @@ class Leg:
         """Return (curvature 1/m, its change 1/m2) at ``s`` m along."""
         if s > self.length:
             return 0.0, 0.0
-        return float(np.interp(s, self.s, self.curvature)), float(np.interp(s, self.s, self.change))
+        return between(s, self.s, self.curvature), between(s, self.s, self.change)
 
     def poses(self, s):
         """Return the robot's poses (n, 3) at s (n,) m along."""
@@ -99,7 +83,7 @@ class Leg:
 
     def heading_error(self, yaw, s):
         """Return the robot's heading less the path's at ``s`` (rad, wrapped)."""
-        return wrap(self.motion_heading(yaw) - float(np.interp(s, self.s, self.heading)))
+        return wrap(self.motion_heading(yaw) - between(s, self.s, self.heading))
 
 
 def _evenly(points):
@@ -150,3 +134,60 @@ def _beyond(points, n):
     direction = heading[0] + 0.5 * bends[0]
     along = np.array([math.cos(direction), math.sin(direction)])
     return points[0] + off - 2.0 * (off @ along)[:, None] * along
+
+
+@kernel
+def _before(s, value):
+    """Return the last index of s (n,), rising, at which it is not above the value; -1 where it is above from the first."""
+    low, high = 0, len(s)
+    while low < high:
+        middle = (low + high) // 2
+        if s[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low - 1
+
+
+@kernel
+def between(value, s, heights):
+    """Return np.interp(value, s, heights) of one value."""
+    k = _before(s, value)
+    if k < 0:
+        return heights[0]
+    if k >= len(s) - 1 or s[k] == value:
+        return heights[min(k, len(s) - 1)]
+    return (heights[k + 1] - heights[k]) / (s[k + 1] - s[k]) * (value - s[k]) + heights[k]
+
+
+@kernel
+def nearest(s, xy, direction, x, y, start):
+    """See Leg.nearest: s (n,) m along the points xy (n, 2), direction (n - 1, 2) from each to the next."""
+    lines = len(direction)
+    first = min(max(_before(s, start), 0), lines - 1)
+    best = first
+    distance, held, free, across, length = math.inf, 0.0, 0.0, 0.0, 0.0
+    for k in range(first, lines):
+        if k > first and s[k - 1] >= start + 1.0:
+            break
+        dx, dy = x - xy[k, 0], y - xy[k, 1]
+        on, off = dx * direction[k, 0] + dy * direction[k, 1], direction[k, 0] * dy - direction[k, 1] * dx
+        line = s[k + 1] - s[k]
+        kept = min(max(on, 0.0), line)
+        away = math.hypot(off, on - kept)
+        if away < distance:
+            best, distance, held, free, across, length = k, away, kept, on, off, line
+    along = max(s[best] + held, start)
+    offset, left = math.copysign(distance, across), s[lines] - along
+    if best == lines - 1 and free > length:  # beyond the end the last line goes on
+        offset, left = across, length - free
+    elif best == 0 and free < 0.0:
+        offset = across
+    return along, offset, left
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
+    between(0.5, s, s)
+    nearest(s, points, points[1:], 0.5, 0.5, 0.0)
