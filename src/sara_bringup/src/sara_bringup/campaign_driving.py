@@ -18,7 +18,7 @@ ACROSS = {"true": 0.03, "fused": 0.05}                  # m: p95 of cross-track 
 BEYOND_DEG = 3.0                                        # any turn, beyond the shortest (true pose)
 REACHED = {"true": 0.98, "fused": 0.95, "boxes": 0.90}  # share of journeys; fused: of those whose way is no longer than SHORT_M
 SHORT_M = 10.0
-REVERSALS_PER_M, LAST_METRE_S, ACCELERATION = 1.0, 15.0, 0.315   # p95; any; any (m/s2 r.m.s.)
+REVERSALS_PER_M, LAST_METRE_S, ACCELERATION = 1.0, 15.0, 0.315   # p95; any: the metre of way, on squares the final turn too; any (m/s2 r.m.s.)
 THINNED = 5                                             # one distance from the leg of so many is kept, at 50 Hz
 CALM_SEEDS = 5                                          # squares each way that the planners are compared on
 
@@ -53,7 +53,7 @@ def _squares_verdict(figures):
         for name, limit in (("corner_position_m", CORNERS[pose][0]), ("corner_yaw_deg", CORNERS[pose][1]), ("cross_track_m", ACROSS[pose])):
             if not figures[f"{pose}_{name}"]["p95"] <= limit:
                 found.append(f"{pose} pose: {name} p95 {figures[f'{pose}_{name}']['p95']:.3f}, at most {limit:g}")
-        found += calm_faults(figures, f"{pose}_")
+        found += calm_faults(figures, f"{pose}_", turning=True)
     if not figures["true_turn_beyond_deg"]["worst"] <= BEYOND_DEG:
         found.append(f"true pose: a turn went {figures['true_turn_beyond_deg']['worst']:.2f} deg beyond the shortest, at most {BEYOND_DEG:g}")
     return found
@@ -62,13 +62,15 @@ def _squares_verdict(figures):
 def calm_figures(judgements):
     """How calm drives were, of their judgements as plain data."""
     return {"reversals_per_m": spread([found["reversals_per_m"] or 0.0 for found in judgements]),
-            "last_metre_s": spread([seconds for found in judgements for seconds in found["last_metre"]] or [math.nan]),
+            "last_metre_s": spread([seconds for found in judgements for seconds in found["last_way"]] or [math.nan]),
+            "last_metre_and_turn_s": spread([seconds for found in judgements for seconds in found["last_metre"]] or [math.nan]),
             "acceleration_rms": spread([found["acceleration_rms"] or 0.0 for found in judgements])}
 
 
-def calm_faults(figures, prefix):
-    """Sentences about what of that is not calm."""
-    limits = (("reversals_per_m", "p95", REVERSALS_PER_M), ("last_metre_s", "worst", LAST_METRE_S), ("acceleration_rms", "worst", ACCELERATION))
+def calm_faults(figures, prefix, turning=False):
+    """Sentences about what of that is not calm; `turning`: the final turn is part of the last metre."""
+    limits = (("reversals_per_m", "p95", REVERSALS_PER_M), ("last_metre_and_turn_s" if turning else "last_metre_s", "worst", LAST_METRE_S),
+              ("acceleration_rms", "worst", ACCELERATION))
     return [f"{prefix}{name} {which} {figures[prefix + name][which]:.3f}, at most {limit:g}" for name, which, limit in limits
             if figures[prefix + name][which] > limit]
 
@@ -109,7 +111,7 @@ def _travel_summary(results):
             figures[f"{mode}_{name}"] = row
             lines.append("{:7} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} {gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} "
                          "{discomfort_per_m:14.2f}".format(mode, name, **row))
-        lines += [f"{mode}: " + line for line in lines_of({key: figures[f"{mode}_all"][key] for key in ("reversals_per_m", "last_metre_s", "acceleration_rms")})]
+        lines += [f"{mode}: " + line for line in lines_of({key: figures[f"{mode}_all"][key] for key in ("reversals_per_m", "last_metre_s", "last_metre_and_turn_s", "acceleration_rms")})]
     lines += [f"not reached: {result['map']} {result['mode']} {result['number']} ({result['way']:.1f} m): {result['text']}" for result in results if not result["reached"]]
     return lines, figures
 

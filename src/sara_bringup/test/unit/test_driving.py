@@ -42,7 +42,7 @@ def test_the_squares_verdict_finds_each_fault(square_results):
         result["judgement"].update(beyond_shortest_deg=3.1, reversals_per_m=1.1, last_metre=[15.1], acceleration_rms=0.32)
     faults = " ".join(part.verdict(part.summary(worse)[1]))
     for words in ("true pose: corner_position_m", "true pose: corner_yaw_deg", "true pose: cross_track_m", "fused pose: corner_position_m", "fused pose: cross_track_m",
-                  "3.10 deg beyond", "reversals_per_m", "last_metre_s", "acceleration_rms"):
+                  "3.10 deg beyond", "reversals_per_m", "last_metre_and_turn_s", "acceleration_rms"):
         assert words in faults
 
 
@@ -91,7 +91,8 @@ def test_a_journey_that_runs_out_of_time_or_makes_contact_is_a_fault():
 def test_the_travel_verdict_counts_shares_of_each_mode():
     part = campaign_driving.travel(0, None)
     assert len(part.cases) == 600
-    calm = {"gap_min": 0.1, "detour": 1.1, "length": 3.0, "seconds": 9.0, "discomfort": 10.0, "reversals_per_m": 0.3, "last_metre": [9.0], "acceleration_rms": 0.1}
+    calm = {"gap_min": 0.1, "detour": 1.1, "length": 3.0, "seconds": 9.0, "discomfort": 10.0, "reversals_per_m": 0.3, "last_metre": [19.0], "last_way": [9.0],
+            "acceleration_rms": 0.1}
 
     def results(missed, **judgement):
         return [{**outcome(map=name, mode=mode, number=number, way=11.0 if number % 2 else 5.0, reached=number >= missed).to_json(), "judgement": {**calm, **judgement}}
@@ -99,7 +100,7 @@ def test_the_travel_verdict_counts_shares_of_each_mode():
     assert part.verdict(part.summary(results(1))[1]) == []                       # 3 of 150, 3 of 75 short ones
     assert [fault.split(":")[0] for fault in part.verdict(part.summary(results(2))[1])] == ["true"]
     assert [fault.split(":")[0] for fault in part.verdict(part.summary(results(6))[1])] == ["true", "fused", "boxes"]
-    assert len(part.verdict(part.summary(results(0, reversals_per_m=1.2, last_metre=[16.0], acceleration_rms=0.4))[1])) == 3
+    assert len(part.verdict(part.summary(results(0, reversals_per_m=1.2, last_way=[16.0], acceleration_rms=0.4))[1])) == 3
     assert "not reached: hall people 0 (5.0 m): " in "\n".join(part.summary(results(1))[0])
 
 
