@@ -1,17 +1,16 @@
 """The bus as its DBC file describes it: names and physical units on one side, frames on the other.
 
-The file is read with cantools, which also packs and unpacks what `codec` does not; identifiers and offsets are written nowhere else.
-What is added here is one family of errors that name the signal, the value it held and what is allowed.
+The file is read with cantools, which also packs and unpacks what `codec` does not; identifiers and offsets are written nowhere else. Of the files
+that come with this package `layout` keeps what was read, and cantools is imported where there is more to ask than that. What is added here is one family of errors that name the signal, the value it held and what is allowed.
 """
 
 import math
 import numbers
 import struct
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
-import cantools
-
+from canserial import layout
 from canserial.codec import Codec
 from canserial.frame import Frame
 
@@ -45,16 +44,29 @@ class BusDescription:
     def __init__(self, path=DEFAULT_DBC):
         self.path = str(path)
         try:
-            database = cantools.database.load_file(self.path)
+            content = Path(path).read_bytes()
+        except OSError as error:
+            raise BusError(f'cannot read the bus description {self.path}: {error}') from error
+        packaged = Path(path).resolve().parent == DBC_FOLDER
+        known = layout.kept(path, content) if packaged else None
+        if known is None:
+            known = layout.Layout.of(self._database)
+            if packaged:
+                layout.keep(path, content, known)
+        self.comment, self.nodes = known.comment, known.nodes
+        self._by_name = {message.name: message for message in known.messages}
+        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in known.messages}
+        self._codecs = {message.name: Codec.of(message) for message in known.messages}
+        self._signals = {message.name: frozenset(signal.name for signal in message.signals) for message in known.messages}
+
+    @cached_property
+    def _database(self):
+        """The file as cantools reads it. Raises BusError."""
+        import cantools
+        try:
+            return cantools.database.load_file(self.path)
         except Exception as error:  # cantools raises a family of its own besides OSError
             raise BusError(f'cannot read the bus description {self.path}: {error}') from error
-        self.comment = next((bus.comment for bus in database.buses if bus.comment), '')
-        self.nodes = {node.name: node.comment for node in database.nodes}
-        self._by_name = {message.name: message for message in database.messages}
-        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
-        self._codecs = {message.name: Codec.of(message) for message in database.messages}
-        self._signals = {message.name: frozenset(signal.name for signal in message.signals)
-                         for message in database.messages}
 
     @classmethod
     def default(cls):
@@ -77,7 +89,7 @@ class BusDescription:
     @property
     def messages(self):
         """What the file says of each message, as cantools' Message objects, in the file's order."""
-        return tuple(self._by_name.values())
+        return tuple(self._database.messages)
 
     @property
     def names(self):
@@ -107,8 +119,8 @@ class BusDescription:
             raise BadValue(f'{name} needs its signals and no others: missing {missing}, unknown {unknown}')
         codec = self._codecs[name]
         try:
-            data = codec.encode(signals) if codec else bytes(message.encode(signals, strict=False))
-        except (cantools.database.errors.Error, struct.error, ValueError, OverflowError, TypeError) as error:
+            data = codec.encode(signals) if codec else self._encode(name, signals)
+        except (struct.error, ValueError, OverflowError, TypeError) as error:
             raise _bad_value(message, signals, error) from error
         return Frame(message.frame_id, data, time, message.is_extended_frame)
 
@@ -120,7 +132,16 @@ class BusDescription:
         if len(frame.data) != message.length:
             raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
         codec = self._codecs[message.name]
-        return message.name, codec.decode(frame.data) if codec else message.decode(frame.data, decode_choices=False)
+        return message.name, codec.decode(frame.data) if codec else self._database.get_message_by_name(message.name).decode(
+            frame.data, decode_choices=False)
+
+    def _encode(self, name, signals):
+        """What has no Codec, by cantools. Raises ValueError among others."""
+        from cantools.database.errors import Error
+        try:
+            return bytes(self._database.get_message_by_name(name).encode(signals, strict=False))
+        except Error as error:
+            raise ValueError(str(error)) from error
 
     def _message(self, name):
         try:

@@ -19,10 +19,10 @@ class Codec:
 
     @classmethod
     def of(cls, message):
-        """The Codec of a cantools Message, or None where it does not fit the pattern."""
+        """The Codec of a layout.Message, or None where it does not fit the pattern."""
         signals = sorted(message.signals, key=lambda signal: signal.start // 8)
         orders = {signal.byte_order for signal in signals}
-        if len(orders) != 1 or message.is_multiplexed() or message.is_container:
+        if len(orders) != 1 or not message.plain:
             return None
         little = orders == {'little_endian'}
         layout, place = '<' if little else '>', 0

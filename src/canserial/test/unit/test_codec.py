@@ -4,6 +4,7 @@ import cantools
 import pytest
 from canserial.bus import BadValue, BusDescription
 from canserial.codec import Codec
+from canserial.layout import Message
 from canserial.frame import Frame
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,14 +43,14 @@ PLAIN = [message for name in ('sara', 'sara_tenths') for message in BusDescripti
 
 
 def test_every_message_of_sara_has_a_codec_and_what_is_laid_out_otherwise_has_none():
-    assert all(Codec.of(message) for message in PLAIN)
-    assert not any(Codec.of(OTHER[name]) for name in ('BITS', 'MIXED', 'CHOSEN', 'REAL', 'ODD'))
+    assert all(Codec.of(Message.of(message)) for message in PLAIN)
+    assert not any(Codec.of(Message.of(OTHER[name])) for name in ('BITS', 'MIXED', 'CHOSEN', 'REAL', 'ODD'))
 
 
 @given(st.sampled_from(PLAIN), st.data())
 def test_bytes_are_unpacked_and_packed_as_cantools_does(message, data):
     raw = data.draw(st.binary(min_size=message.length, max_size=message.length))
-    codec, values = Codec.of(message), message.decode(raw, decode_choices=False)
+    codec, values = Codec.of(Message.of(message)), message.decode(raw, decode_choices=False)
     assert codec.decode(raw) == values
     assert codec.encode(values) == message.encode(values, strict=False)
 
@@ -60,7 +61,7 @@ def test_values_between_the_steps_are_rounded_as_cantools_does(message, data):
         ends = [end * signal.scale + signal.offset for end in (-100.0 if signal.is_signed else 0.0, 100.0)]
         return st.floats(min(ends), max(ends))
     values = {signal.name: data.draw(span(signal)) for signal in message.signals}
-    assert Codec.of(message).encode(values) == message.encode(values, strict=False)
+    assert Codec.of(Message.of(message)).encode(values) == message.encode(values, strict=False)
 
 
 def test_a_message_without_a_codec_goes_through_cantools(tmp_path):
