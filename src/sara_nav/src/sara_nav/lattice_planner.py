@@ -22,7 +22,7 @@ TURN_ROWS = 0.1
 """rad between the rows of a turn in place."""
 SOON = 400
 """States after which a start without room to turn about is first left for the nearest pose that has some."""
-LONGEST, ASTERN = 15.0, 3.0
+LONGEST, ASTERN = 10.0, 3.0
 """m, of a leg, and of one astern, that a way is made straight with."""
 ESCAPE_GREED, ESCAPE_MOST = 5.0, 15000
 """Of the searches for room to turn about."""

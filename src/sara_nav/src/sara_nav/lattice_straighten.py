@@ -9,12 +9,15 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import (ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, arrive, move, turn_to)
+from sara_nav.lattice_body import (BEND, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, REVERSE, SPEED,
+                                   TURN_COST, TURN_RATE, arrive, move, turn_to)
 from sara_nav.lattice_field import distance_at
 from sara_nav.lattice_search import ASTERN, AHEAD, TURNS, sees
 
 BITTY = 1.0
 """s that each of the way's own arcs and turns costs besides, so that legs take their place."""
+LATE = 4.0
+"""s; no arrival is kept that comes so much later than the one with the way's own yaw."""
 APART, TIGHT_APART = 0.7, 0.35
 """m of way between places that legs join."""
 OWN, ANY = 0, 1
@@ -38,24 +41,30 @@ def straighten(field, rules, outline, inside, poses, moves, follow, anchors, lim
     first, run, second = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
     cost[0, OWN], yaw[0, OWN], limits[0, OWN] = 0.0, poses[0, 2], limit
     allowed = towards_end(field, rules, outline, inside, poses, moves, follow, limit_end)
+    taken = np.full(n, np.inf)
+    i = 0
+    while follow[i] >= 0:  # the way as it is, first, so that whatever takes longer need not be looked at
+        next, length, turn = follow[i], moves[i, 0], moves[i, 1]
+        if allowed[next] < rules[HARD]:
+            seconds = arrive(field, rules, outline, inside, poses[next, 0], poses[next, 1], poses[next, 2], length, turn, allowed[next])
+            limits[next, OWN] = rules[HARD]
+        else:
+            seconds, limits[next, OWN] = move(field, rules, outline, inside, poses[i, 0], poses[i, 1], poses[i, 2], length, turn, limits[i, OWN])
+        what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
+        kind[next, OWN] = kind[i, OWN] if what == TURNS else what
+        taken[i] = seconds + (BITTY if turn != 0.0 else 0.0)
+        cost[next, OWN], yaw[next, OWN] = cost[i, OWN] + taken[i] + gear(rules, kind[i, OWN], what), poses[next, 2]
+        parent[next, OWN], label[next, OWN] = i, -1
+        i = next
     k = 0
     for i in range(n - 1):
         x, y = poses[i, 0], poses[i, 1]
         next = follow[i]
-        if cost[i, OWN] < np.inf and next >= 0:  # the way as it is
-            length, turn = moves[i, 0], moves[i, 1]
-            after = limits[i, OWN]
-            if allowed[next] < rules[HARD]:
-                seconds = arrive(field, rules, outline, inside, poses[next, 0], poses[next, 1], poses[next, 2], length, turn, allowed[next])
-            else:
-                seconds, after = move(field, rules, outline, inside, x, y, poses[i, 2], length, turn, after)
-            what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
-            seconds += gear(rules, kind[i, OWN], what)
-            if turn != 0.0:
-                seconds += BITTY
-            total = cost[i, OWN] + seconds
+        if next >= 0 and cost[i, OWN] < np.inf:
+            what = TURNS if moves[i, 0] == 0.0 else AHEAD if moves[i, 0] > 0.0 else ASTERN
+            total = cost[i, OWN] + taken[i] + gear(rules, kind[i, OWN], what)
             if total < cost[next, OWN]:
-                cost[next, OWN], yaw[next, OWN], limits[next, OWN] = total, poses[next, 2], after
+                cost[next, OWN] = total
                 kind[next, OWN] = kind[i, OWN] if what == TURNS else what
                 parent[next, OWN], label[next, OWN] = i, -1
         while anchors[k] < i:
@@ -85,6 +94,11 @@ def straighten(field, rules, outline, inside, poses, moves, follow, anchors, lim
                 known = False
                 for own in range(2):
                     if cost[i, own] == np.inf:
+                        continue
+                    about = abs((heading - yaw[i, own] + math.pi) % (2.0 * math.pi) - math.pi)
+                    least = cost[i, own] + about / rules[TURN_RATE] + rules[TURN_COST] * min(1.0, about / BEND) + \
+                        length / rules[SPEED] * (1.0 if way > 0 else rules[REVERSE])
+                    if least >= cost[j, OWN] and (least >= cost[j, ANY] or least >= cost[j, OWN] + LATE):
                         continue
                     at, turn, after = turn_to(field, rules, outline, inside, x, y, yaw[i, own], heading, limits[i, own])
                     if at == np.inf:
