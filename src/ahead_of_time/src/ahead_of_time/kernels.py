@@ -1,4 +1,6 @@
 """The decorator `kernel`: machine code made at build time where it is there and fresh, numba where it is not."""
+from functools import lru_cache
+
 from . import library
 
 _kernels = []   # those that run machine code made at build time
@@ -12,6 +14,8 @@ def kernel(function=None, **options):
         return library.recorder.record(function, options)
     variants = library.variants(function)
     if variants is None:
+        if library.has_index():
+            teach_numba()  # it may call kernels of other modules that are fresh
         return compiled(function, options)
     result = library.dispatch().Kernel(variants, Late(function, options), function)
     _kernels.append(result)
@@ -47,6 +51,7 @@ class Late:
         return self.dispatcher(*arguments, **keywords)
 
 
+@lru_cache(None)
 def teach_numba():
     """Tell numba's typing what a Kernel is where one compiled function calls another."""
     from numba.core import types

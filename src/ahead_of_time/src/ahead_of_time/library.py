@@ -88,6 +88,11 @@ def object_name(package):
 
 
 @lru_cache(None)
+def has_index():
+    """Whether anything was compiled at build time for this machine."""
+    return _index()[0] is not None
+
+
 def dispatch():
     """The extension module of dispatch.c."""
     return load(DISPATCH, os.path.join(_index()[0], DISPATCH + importlib.machinery.EXTENSION_SUFFIXES[0]))

@@ -4,11 +4,6 @@ from dataclasses import dataclass, fields
 
 from sara_nav.limits import number_faults
 
-GONE = {'lookahead_time': 'tracking_time', 'min_lookahead': 'tracking_length', 'max_lookahead': 'tracking_length',
-        'min_in_place_vel_theta': None}
-"""Parameters of earlier versions, and what does something of the kind now."""
-
-
 @dataclass(frozen=True)
 class RotateThenPursueConfig:
     """Limits and tolerances, SI units; where the name is the peers', so is the meaning."""
