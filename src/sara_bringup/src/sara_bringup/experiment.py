@@ -75,7 +75,7 @@ def thesis(arguments):
     chosen = list(known.values()) if arguments.name == "all" else [known[arguments.name]]
     seeds = {experiment.name: arguments.seeds or experiment.seeds for experiment in chosen}
     cases = {case.key: case for experiment in chosen for case in experiment.cases(seeds[experiment.name])}
-    results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05))
+    results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05), arguments.keep)
     folder, faults = arguments.out or pages_folder(), []
     for experiment in chosen:
         report = experiment.report(results)
@@ -110,6 +110,7 @@ def main():
         sub.add_argument("--seeds", type=_count, help="how many chairs, from seed 0 on; without it, as many as each experiment's page tells")
         sub.add_argument("--processes", type=_count, default=2, help="at the same time; the result does not depend on it")
         sub.add_argument("--out", type=Path, help="folder for pages, figures and JSON; docs/experiments without it")
+        sub.add_argument("--keep", type=Path, help="folder where each run's result is kept and taken from again: to go on after an interruption, not after a change of the code")
     names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
     names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")
     arguments = parser.parse_args()

@@ -39,7 +39,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Report:
-    """What came of an experiment. `findings`: ((what the thesis found, what we find, verdict), ...). `rows`: of Row. `sections`: ((heading, markdown), ...).
+    """What came of an experiment. `short`: a sentence for the summary. `findings`: ((what the thesis found, what we find, verdict), ...). `rows`: of Row. `sections`: ((heading, markdown), ...).
     `figures`: of Figure. `data`: plain data for the JSON. `faults`: sentences; what must hold and does not, empty when all is well."""
 
     findings: tuple
@@ -48,6 +48,7 @@ class Report:
     sections: tuple = ()
     data: dict = field(default_factory=dict)
     faults: tuple = ()
+    short: str = ""
 
     @property
     def verdict(self):
@@ -86,7 +87,8 @@ def interval(found, digits=3, unit=""):
     """A spread as text: mean [95 % interval]."""
     if not found["n"]:
         return "-"
-    return f"{found['mean']:.{digits}f} [{found['low']:.{digits}f}, {found['high']:.{digits}f}]" + (f" {unit}" if unit else "")
+    mean, low, high = (round(found[name], digits) + 0.0 for name in ("mean", "low", "high"))
+    return f"{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]" + (f" {unit}" if unit else "")
 
 
 def rounded(value, digits=6):

@@ -7,15 +7,15 @@ from sara_bringup.experiments import plotting
 from sara_bringup.experiments.plotting import FUSED, IMU, TRUE, WHEELS
 
 
-def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None):
+def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blue="fused"):
     """The paths of {title: trace}, a panel each, with the goals (x, y, deg) as arrows. `walls`: (occupied, resolution, origin) of the map; `window`: (x0, x1, y0, y1) of it
-    that is shown, m."""
+    that is shown, m. `blue`: what the localization is called."""
     with plotting.figure(file, 1, len(traces), size=(size[0] * len(traces) * (0.75 if len(traces) > 1 else 1.0), size[1]), squeeze=False) as (made, grid):
         for axis, (title, trace) in zip(grid[0], traces.items()):
             if walls:
                 _walls(axis, *walls)
             axis.plot(*trace["true"][:, :2].T, color=TRUE, linewidth=2.2, label="true")
-            axis.plot(*trace["fused"][:, :2].T, color=FUSED, linewidth=1.3, label="what navigation takes for it")
+            axis.plot(*trace["fused"][:, :2].T, color=FUSED, linewidth=1.3, label=blue)
             axis.plot(*trace["wheels"][:, :2].T, color=WHEELS, linewidth=1.1, linestyle="--", label="wheel odometry alone")
             for number, (x, y, yaw) in enumerate(goals, 1):
                 axis.annotate("", (x + 0.45 * math.cos(math.radians(yaw)), y + 0.45 * math.sin(math.radians(yaw))), (x, y), arrowprops={"color": IMU, "width": 1.5, "headwidth": 7})
@@ -23,6 +23,7 @@ def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None):
             axis.plot(*start[:2], "o", color=IMU, label="start")
             axis.plot([], [], color=IMU, linewidth=2.5, label="goals")
             axis.set(xlabel="x (m)", ylabel="y (m)", title=title)
+            axis.margins(0.08)
             axis.set_aspect("equal", adjustable="box" if window else "datalim")
             if window:
                 axis.set(xlim=window[:2], ylim=window[2:])
@@ -78,8 +79,10 @@ def angles(file, trace, position="fused"):
             plotting.series(below, trace["t"], trace[position][:, k], colour, name)
         below.set(xlabel="time (s)", ylabel="position (m)")
         for one in (axis, below):
+            low, high = one.get_ylim()
+            one.set_ylim(low, high + 0.22 * (high - low))
             _ends(one, trace)
-            one.legend(loc="upper left")
+            one.legend(loc="upper left", ncols=3)
 
 
 def turned(yaw):

@@ -1,6 +1,6 @@
 """A course driven in lockstep with one of the set-ups that the thesis compares, or with ours; what came of it, as plain data.
 
-A set-up is a planner (the thesis's with its shorter or longer sim_time, or SARA's own), a localization (wheels alone, one of the thesis's
+A set-up is a planner (the thesis's with a shorter or a longer sim_time, or SARA's own), a localization (wheels alone, one of the thesis's
 fusions, SARA's own, the truth) and what read.py gives. Everything else is the chair and the stack as they are.
 """
 import math
@@ -21,8 +21,8 @@ from sara_nav.geometry import Pose2D, wrap
 SETTLE_S = 1.0
 DRIVING = 0.05   # m/s: slower is no driving
 CLICKS, CLICK_TICKS, SHOWN_M = 20, 103, 0.3   # a person presses again when the chair is not shown where it stands; not always at the same phase of the odometry
-SHORT, LONG, OURS = "thesis, sim_time 1.0 s", "thesis, sim_time 2.5 s", "ours"
-SIM_TIMES = {SHORT: 1.0, LONG: 2.5}
+SHORT, MIDDLE, LONG, OURS = "thesis, sim_time 1.0 s", "thesis, sim_time 1.5 s", "thesis, sim_time 2.5 s", "ours"
+SIM_TIMES = {SHORT: 1.0, MIDDLE: 1.5, LONG: 2.5}
 WHEELS, TRUTH, DEFAULT = "wheels alone", "true pose", "default"
 VX, XY, XY_VX = "vx", "x, y", "x, y, vx"
 FILTER, BOTH = "filter", "filter and read.py"

@@ -178,7 +178,7 @@ def filters(results):
                       lambda path: sensor_figures.turn_both_ways(path, [_turn(turn) for turn in trace["turns"]], "Madgwick", "times k =")))
     data = {"cost": {key: {"operations": value[0], "calls": value[1]} for key, value in cost.items()}, "apart_deg": spread(apart),
             **{f"{key}_drift_deg": spread(np.abs(drift[key])) for key in FRAMES}, **{f"{key}_share": spread(share[key].ravel()) for key in FRAMES}}
-    return Report(findings, tuple(rows), figures, data=data)
+    return Report(findings, tuple(rows), figures, data=data, short="Both drift alike and need k; Madgwick's costs more.")
 
 
 def _turn(arrays):
@@ -223,7 +223,7 @@ def covariances(results):
                 ("they are what the filter is to be told", "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter all but ignores the measured turn rate. `thesis_covariances:=true` publishes the listing's", PARTLY))
     if not np.all((published / measured > 0.5) & (published / measured < 2.0)):
         faults.append("read.py's variances of the turn rate are not what the sensor shows")
-    return Report(findings, tuple(rows), data={"variances": data}, faults=tuple(faults))
+    return Report(findings, tuple(rows), data={"variances": data}, faults=tuple(faults), short="As table 4.10, but for the unit in which the thesis publishes the gyroscope's.")
 
 
 def _cases(seeds):

@@ -11,7 +11,7 @@ def write(experiment, report, folder, seeds):
     folder.mkdir(parents=True, exist_ok=True)
     for figure in report.figures:
         figure.draw(folder / f"{figure.name}.png")
-    data = {"experiment": experiment.name, "title": experiment.title, "seeds": seeds, "verdict": report.verdict, "findings": report.findings,
+    data = {"experiment": experiment.name, "title": experiment.title, "seeds": seeds, "verdict": report.verdict, "short": report.short, "findings": report.findings,
             "rows": [vars(row) for row in report.rows], "figures": [figure.name for figure in report.figures], "faults": report.faults, **report.data}
     (folder / f"{experiment.name}.json").write_text(json.dumps(rounded(data), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     (folder / f"{experiment.name}.md").write_text(page(experiment, report, seeds), encoding="utf-8")
@@ -50,7 +50,7 @@ def summary(experiments, folder):
             continue
         data = json.loads(path.read_text(encoding="utf-8"))
         rows.append((f"[{name}]({name}.md)", experiment.title, data["verdict"] + (f"; {len(data['faults'])} not met" if data["faults"] else ""), str(data["seeds"]),
-                     " ".join(ours for _, ours, _ in data["findings"])))
+                     data["short"]))
     text = "\n".join(["# The thesis's experiments, repeated", "",
                       "`make experiments` runs all of them in lockstep, on chairs drawn by seeds, and writes these pages; `rosrun sara_bringup experiment E4` one of them.",
                       "The thesis measured one chair once; what it could not know, the true pose, decides here.", "",

@@ -63,7 +63,8 @@ def report(results):
             Row("SARA's own", "-", f"{interval(own['end_m'], 2, 'm')} off, off the line by {interval(own['straight_m'], 3, 'm')}", "default planner and fusion, own k"))
     faults = [f"SARA's own reached {own['reached']:.0%} of its goals"] if own["reached"] < 1.0 else []
     faults += [f"SARA's own: {own['contacts']} contacts"] if own["contacts"] else []
-    return Report(findings, rows, _figures(results, found), sections, {"set_ups": {" / ".join(key): of for key, of in found.items()}}, tuple(faults))
+    return Report(findings, rows, _figures(results, found), sections, {"set_ups": {" / ".join(key): of for key, of in found.items()}}, tuple(faults),
+                  f"Off the goal: true {true['end_m']['mean']:.1f} m, false {false['end_m']['mean']:.1f} m, SARA's own {own['end_m']['mean']:.2f} m. With true nothing holds the heading, and x, y turn it.")
 
 
 def _figures(results, found):

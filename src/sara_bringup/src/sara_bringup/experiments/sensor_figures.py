@@ -36,7 +36,9 @@ def _over_a_minute(path, samples, which):
             plotting.series(axis, np.arange(len(samples)) * MINUTE_S / len(samples), samples[:, k], plotting.FUSED, label if k == 0 else None, linewidth=0.8)
             axis.axhline(samples[:, k].mean(), color=plotting.WHEELS, label=f"mean {samples[:, k].mean():.4f} {unit}")
             axis.set(ylabel=f"{AXES[k]} ({unit})")
-            axis.legend(loc="upper right")
+            low, high = axis.get_ylim()
+            axis.set_ylim(low, high + 0.25 * (high - low))
+            axis.legend(loc="upper right", ncols=2)
         axes[-1].set_xlabel("time (s)")
 
 

@@ -80,7 +80,8 @@ def report(results):
     traced = next(result for result in found if "trace" in result)
     figure = Figure(sensor_figures.name(17), "Angular velocity and turned angle of a full turn each way, as measured and times k (chair 0).",
                     lambda path: sensor_figures.turn_both_ways(path, [(*turn, traced["gain"]) for turn in traced["trace"]], "measured", "times k ="))
-    return Report(findings, tuple(rows), (figure,), data={"gain": gain, "left_after_gain_deg": spread(check), "gains": [result["gain"] for result in found]}, faults=tuple(faults))
+    return Report(findings, tuple(rows), (figure,), data={"gain": gain, "left_after_gain_deg": spread(check), "gains": [result["gain"] for result in found]}, faults=tuple(faults),
+                  short=f"k = {gain['mean']:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.")
 
 
 EXPERIMENT = Experiment("E6", "full turns and the gain k", SETTING, 20, lambda seeds: [case_of(seed) for seed in range(seeds)], report)
