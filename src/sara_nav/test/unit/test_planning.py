@@ -14,7 +14,6 @@ from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
 from sara_nav.grid_planner import GridPlanner, GridPlannerConfig
 from sara_nav.navfn import NavfnConfig, NavfnROS
-from sara_nav.path_tracker import Leg, split_legs
 from sara_nav.planning import (GLOBAL_PLANNERS, PlanError, UnknownPlanner, dense_plan, nearest_cell, path_length,
                                plan_from_points, simplify)
 
@@ -227,27 +226,3 @@ def test_simplified_paths_stay_within_the_tolerance(points, tolerance):
 def test_dense_plan_points_along_the_path():
     plan = dense_plan([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], 0.3)
     assert plan[5, 2] == 0.0 and plan[-2, 2] == pytest.approx(math.pi / 2) and plan[-1].tolist() == [1.0, 1.0, 0.3]
-
-
-def test_legs_split_at_sharp_corners_only():
-    assert len(split_legs([(0, 0), (1, 0), (2, 0.3), (3, 0.3)], 0.5)) == 1
-    legs = split_legs([(0, 0), (1, 0), (1, 1), (2, 1)], 0.5)
-    assert [leg.length for leg in legs] == [1.0, 1.0, 1.0]
-
-
-@given(st.floats(-0.4, 2.5), st.floats(-0.3, 0.3))
-def test_a_straight_leg_knows_where_one_is(x, y):
-    leg = Leg([(0.0, 0.0), (2.0, 0.0)])
-    leg.locate(x, y)
-    assert leg.left == pytest.approx(2.0 - max(x, 0.0))
-    assert leg.offset == pytest.approx(abs(y) if x >= 0.0 else math.hypot(x, y))
-    assert leg.point_ahead(5.0) == pytest.approx((min(max(x, 0.0), 2.0) + 5.0, 0.0))
-
-
-def test_progress_never_falls_where_a_path_crosses_itself():
-    leg = Leg([(0, 0), (2, 0), (2, 2), (1, 2), (1, -1)])
-    for x in np.arange(0.0, 1.0, 0.1):
-        leg.locate(x, 0.0)
-    assert leg.along < 1.0
-    leg.locate(1.0, 0.0)
-    assert leg.along == pytest.approx(1.0)

@@ -82,6 +82,35 @@ def test_straights_and_arcs_stay_what_they_are_when_smoothed(bend, length, yaw):
     assert abs(offset) < 0.003 and along + left == pytest.approx(leg.length)
 
 
+def plan_of(points):
+    return np.array([(*a, math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in zip(points, points[1:])] + [(*points[-1], 0.0)])
+
+
+def test_legs_split_at_sharp_corners_only():
+    assert len(stages(plan_of([(0, 0), (1, 0), (2, 0.3), (3, 0.3)]), 0.5)) == 1
+    found = stages(plan_of([(0, 0), (1, 0), (1, 1), (2, 1)]), 0.5)
+    assert [Leg(stretch.points).length for stretch in found] == pytest.approx([1.0, 1.0, 1.0])
+
+
+@given(st.floats(-0.4, 1.4), st.floats(-0.3, 0.3))
+def test_a_straight_leg_knows_where_one_is(x, y):
+    leg = Leg([(0.0, 0.0), (0.9, 0.0)])
+    leg.locate(x, y)
+    assert leg.left == pytest.approx(0.9 - max(x, 0.0), abs=1e-6) and leg.offset == pytest.approx(y, abs=1e-6)
+    assert leg.at(leg.along + 5.0)[0] == pytest.approx(min(max(x, 0.0), 0.9) + 5.0, abs=1e-6)
+
+
+def test_progress_never_falls_where_a_path_crosses_itself():
+    leg = Leg([(0, 0), (2, 0), (2, 2), (1, 2), (1, -1)])
+    for x in np.arange(0.0, 1.0, 0.1):
+        leg.locate(x, 0.0)
+    assert leg.along < 1.0
+    leg.locate(1.0, 0.0)
+    assert leg.along == pytest.approx(1.0, abs=1e-3)
+    leg.locate(0.2, 0.0)
+    assert leg.along == pytest.approx(1.0, abs=1e-3)
+
+
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), min_size=2, max_size=8), st.floats(0.0, 0.05))
 def test_no_path_is_moved_far_and_beside_it_left_is_positive(steps, deviation):
     points = np.cumsum([(0.0, 0.0)] + [(0.3 + abs(x), y) for x, y in steps], axis=0)
