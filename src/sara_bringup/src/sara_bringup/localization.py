@@ -3,6 +3,8 @@
 Each has `pose` (x, y, yaw in the map, m, rad), `velocity` (m/s, rad/s), `stamp` (of the pose, s) and `map_from_odom` (x, y, yaw), None
 before they are known; `step(now)` returns whether there is a new pose.
 """
+from functools import lru_cache
+
 import numpy as np
 
 from sara_bringup.paths import parameters
@@ -14,6 +16,14 @@ from sara_localization.geometry import Transform, quaternion_from_rpy
 from sara_localization.transforms import TransformBuffer
 
 RVIZ_COVARIANCE = np.diag((0.25, 0.25, 0.0, 0.0, 0.0, (np.pi / 12.0) ** 2))   # of its "2D Pose Estimate"; m2, rad2
+
+
+@lru_cache(maxsize=64)
+def _diagonal(variances):
+    """(n, n) read-only: a sensor states the same in every message, and the filter knows it again."""
+    square = np.diag(variances)
+    square.flags.writeable = False
+    return square
 
 
 class Estimate:
@@ -32,7 +42,7 @@ class Filter(Estimate):
         tree["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
         self._transforms = TransformBuffer()
         self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
-        self._imu_covariances = [np.diag(variances) for variances in imu_variances]
+        self._imu_covariances = [_diagonal(tuple(variances)) for variances in imu_variances]
 
     def on_imu(self, reading):
         """An ImuReading."""
@@ -45,8 +55,8 @@ class Filter(Estimate):
         x, y, heading, stamp = state.x, state.y, state.heading, state.stamp
         self._transforms.set_transform("odom", "base_link", Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, heading), stamp)
         self._engine.add_odometry("odom0", OdometryData(stamp, "odom", "base_link", (x, y, 0.0), quaternion_from_rpy(0.0, 0.0, heading),
-                                                        np.diag(state.pose_covariance), (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular),
-                                                        np.diag(state.twist_covariance)))
+                                                        _diagonal(tuple(state.pose_covariance)), (state.linear, 0.0, 0.0), (0.0, 0.0, state.angular),
+                                                        _diagonal(tuple(state.twist_covariance))))
 
     def set_pose(self, pose, now):
         """As `/set_pose`, with what RViz's "2D Pose Estimate" thinks of itself: the chair stands at (x, y, yaw), m, rad. Returns why that is not believed, or None."""
