@@ -11,7 +11,7 @@ import unittest
 import actionlib
 import rospy
 import rostest
-from actionlib_msgs.msg import GoalStatus
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
@@ -99,6 +99,17 @@ class NavigationTest(unittest.TestCase):
         state, text = self.ask(stamped(1.5, 1.0, 0.0, frame='odom'))
         self.assertEqual((state, text), (GoalStatus.SUCCEEDED, 'Goal reached.'))
         self.assert_at(2.0, 1.0, 0.0)
+
+    def test_the_status_of_the_goal_says_what_is_being_done(self):
+        said = []
+        subscriber = rospy.Subscriber('move_base/status', GoalStatusArray, lambda message: said.extend(
+            status.text for status in message.status_list if status.status == GoalStatus.ACTIVE))
+        self.start_driving()
+        rospy.sleep(1.0)
+        self.client.cancel_goal()
+        self.client.wait_for_result(rospy.Duration(5.0))
+        subscriber.unregister()
+        self.assertIn('follows the path, 0.50 m/s', said)
 
     def test_cancel_stops_within_a_cycle(self):
         self.start_driving()
