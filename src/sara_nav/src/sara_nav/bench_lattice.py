@@ -100,8 +100,9 @@ def main():
     question = parser.parse_args()
     for path in question.maps:
         row = bench(path, load_map(path), question.pairs, question.seed)
-        print('%s: %d of %d found, %d touch; median %.1f ms, p99 %.1f ms, longest %.0f ms; %.2f m longer than navfn\'s, %.1f m astern in all' % (
-            row.map.split('/')[-1], row.found, row.pairs, row.touching, row.median, row.p99, row.longest, row.longer, row.astern), flush=True)
+        print('%s: %d of %d found, %d touch; median %.1f ms, p99 %.1f ms, longest %.0f ms; %.2f m longer than navfn\'s, '
+              '%.1f m astern in all' % (row.map.split('/')[-1], row.found, row.pairs, row.touching, row.median, row.p99, row.longest,
+                                        row.longer, row.astern), flush=True)
 
 
 if __name__ == '__main__':

@@ -18,14 +18,18 @@ ENTRIES = 20
 (SPEED, TURN_RATE, REVERSE, HARD, CAP, SOFT, WEIGHT, ROOM, ROOM_WEIGHT, TURN_COST, GEAR_COST, ORIGIN_X, ORIGIN_Y, RESOLUTION, SPACING,
  RADIUS, SENSE, NARROW, RUN_UP, RUN_UP_COST) = range(ENTRIES)
 """Entries of ``rules``: m/s and rad/s that moves are timed with; factor of reversing; the least gap; the greatest that is
-told apart; the gap from which on nothing slows a drive, and what the least gap adds to its time; the same two of turns in place; s for beginning a turn and for changing
-between ahead and astern; the grid; m between the outline's points; circumscribed radius; 1, or -1
-where moves are looked for backwards in time, so that ahead is astern; the gap that makes a place narrow; m of straight leg wished for
-before and after such places; s that its want costs at either end."""
+told apart; the gap from which on nothing slows a drive, and what the least gap adds to its time; the same two of the circle that turns
+in place sweep; s for beginning a turn and for changing between ahead and astern; the grid; m between the outline's points; circumscribed
+radius; 1, or -1 where moves are looked for backwards in time, so that ahead is astern; the gap that makes a place narrow; m of straight
+leg wished for before and after such places; s that its want costs at either end."""
 FINE = 0.045
 """m that any point of the body moves between two samples where it is tight."""
-COARSE, ROUGH = 0.2, 0.02
+COARSE = 0.2
+"""m between samples where nothing is near."""
+ROUGH = 0.02
+"""m that a gap may be told too great where it is well above what is allowed."""
 TOUCHING = 0.001
+"""m; the gap allowed about a start or a goal that itself has less than the margin."""
 BEND = 0.35
 """rad; a lesser turn costs only its share of the beginning of a turn."""
 
@@ -52,9 +56,8 @@ class Body:
 def gap(field, rules, outline, inside, x, y, yaw, limit):
     """Return the least distance (m) of the outline at a pose to an obstacle, at most CAP.
 
-    With a positive limit it may be ROUGH too much, but never at or above a limit that the true one is below.
-
-    Where it is less than ``limit`` the walk ends and something less than that is returned. A negative limit, of a body in contact,
+    Between the outline's points, half a spacing may be missed. With a positive limit the result may be ROUGH too much, but for what is
+    below the limit. Where it is less than ``limit`` the walk ends and something less than that is returned. A negative limit, of a body in contact,
     has contacts counted: the result is minus the number of points of ``inside`` on obstacles where there are any.
     """
     scale = 1.0 / rules[RESOLUTION]

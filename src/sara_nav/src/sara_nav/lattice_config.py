@@ -17,9 +17,11 @@ class LatticePlannerConfig:
     astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern. hard_margin: the body comes
     no nearer to an obstacle, beyond the padding its footprint has. clearance, clearance_weight: nearer than clearance a way takes up
     to 1 + clearance_weight times as long, by the fourth power of the share that is missing. turning_room, turning_room_weight: the room
-    wanted round the circle that a turn in place sweeps, and how many times longer it takes, by the square, without any. narrow, run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
-    run_up_cost more at each end, so that doors are come up to straight. smooth: move corners to where the way takes less time, and round them where there is room. greed: how many times longer than the best way of the lattice one may take for being found sooner. max_expansions: states
-    looked at before the search gives up.
+    wanted round the circle that turning in place sweeps, and how many times longer a turn takes, by the square, without any. narrow,
+    run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to run_up_cost more at each
+    end, so that doors are come up to straight. smooth: move corners to where the way takes less time, and round them where there is
+    room. greed: how much more the search, whose way is then made straight, minds what is left than what is behind. max_expansions:
+    states looked at before it gives up.
     """
 
     allow_unknown: bool = False
@@ -53,8 +55,8 @@ class LatticePlannerConfig:
 
     @property
     def soft(self):
-        """The gap (m) from which on nothing slows a move."""
-        return max(self.clearance, self.turning_room, self.hard_margin)
+        """The greatest gap (m) that need be told apart."""
+        return max(self.clearance, self.turning_room, self.hard_margin, self.narrow)
 
     def rules(self, geometry, body):
         """Return the array that the kernels go by."""
@@ -64,8 +66,9 @@ class LatticePlannerConfig:
                             (lb.WEIGHT, self.clearance_weight), (lb.ROOM, self.turning_room),
                             (lb.ROOM_WEIGHT, self.turning_room_weight), (lb.TURN_COST, self.turn_cost),
                             (lb.GEAR_COST, self.gear_cost), (lb.ORIGIN_X, geometry.origin_x), (lb.ORIGIN_Y, geometry.origin_y),
-                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed), (lb.SENSE, 1.0), (lb.NARROW, self.narrow),
-                            (lb.RUN_UP, self.run_up), (lb.RUN_UP_COST, self.run_up_cost)):
+                            (lb.RESOLUTION, geometry.resolution), (lb.SPACING, body.spacing), (lb.RADIUS, body.circumscribed),
+                            (lb.SENSE, 1.0), (lb.NARROW, self.narrow), (lb.RUN_UP, self.run_up),
+                            (lb.RUN_UP_COST, self.run_up_cost)):
             result[name] = value
         return result
 

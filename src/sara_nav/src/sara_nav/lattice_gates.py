@@ -29,7 +29,8 @@ def narrow_places(field, rules, poses, inscribed):
     found = np.empty(n, np.int64)
     near, way = np.empty(n), np.zeros(n)
     for i in range(n):
-        near[i] = distance_at(field, (poses[i, 0] - rules[ORIGIN_X]) / rules[RESOLUTION], (poses[i, 1] - rules[ORIGIN_Y]) / rules[RESOLUTION])
+        u, v = (poses[i, 0] - rules[ORIGIN_X]) / rules[RESOLUTION], (poses[i, 1] - rules[ORIGIN_Y]) / rules[RESOLUTION]
+        near[i] = distance_at(field, u, v)
         if i:
             way[i] = way[i - 1] + math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
     count = 0

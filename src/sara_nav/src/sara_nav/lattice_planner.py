@@ -21,7 +21,7 @@ APPROACH, APPROACH_STEP = 1.6, 0.2
 TURN_ROWS = 0.1
 """rad between the rows of a turn in place."""
 SOON = 400
-"""States after which a start without room to turn about is first left for the nearest pose that has some."""
+"""States after which a start or a goal without room to turn about is looked at apart: how to get from there to where there is some."""
 LONGEST, ASTERN = 10.0, 3.0
 """m, of a leg, and of one astern, that a way is made straight with."""
 ESCAPE_GREED, ESCAPE_MOST = 5.0, 15000
@@ -141,7 +141,8 @@ class _Problem:
         found = np.column_stack([poses[:-1], moves])
         poses, moves, follow = lattice_gates.with_gates(self.world, poses, moves, self.body.inscribed)
         anchors = lattice_straighten.anchors_of(*self.world[:2], poses, follow)
-        steps = lattice_straighten.straighten(*self.world, poses, moves, follow, anchors, limit, limit_end, max(self.radius, 0.0), LONGEST, ASTERN)
+        steps = lattice_straighten.straighten(*self.world, poses, moves, follow, anchors, limit, limit_end, max(self.radius, 0.0),
+                                              LONGEST, ASTERN)
         if len(steps) == 0:  # pieces of its moves that are sampled elsewhere do not all keep the margin to the last tenth of a millimetre
             steps = found
         elif self.config.smooth:

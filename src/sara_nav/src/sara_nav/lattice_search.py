@@ -2,10 +2,9 @@
 
 After Dolgov, Thrun, Montemerlo and Diebel (2010): states are exact poses, of which each cell of position and heading keeps the
 best; a node is joined to the goal analytically where that is free. A differential drive's analytic way is turn, straight, turn.
-Turns end on multiples of STEP; where it is too tight for them there are arcs so slight that
-the body leaves a wall that it stands along without swinging its tail into it. Cells and steps are finer where it is tight. The order is
-weighted A*'s (Pohl 1970): the time so far plus ``greed`` times what the wave says is left, so that the way found takes at most
-``greed`` times as long as the best of this lattice.
+Turns end on multiples of STEP; where it is too tight for them there are arcs so slight that the body leaves a wall that it stands
+along without swinging its tail into it. Cells and steps are finer where it is tight. The order is weighted A*'s (Pohl 1970): the time so
+far plus ``greed`` times what the wave says is left. The wave knows of no turns, so the way found is a good one to make straight, no more.
 """
 import heapq
 import math
@@ -13,7 +12,8 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, TURN_COST, gap, move, turn_to
+from sara_nav.lattice_body import (CAP, ENTRIES, GEAR_COST, HARD, ORIGIN_X, ORIGIN_Y, RADIUS, RESOLUTION, SPEED, TURN_COST, gap,
+                                   move, turn_to)
 from sara_nav.lattice_field import distance_at
 
 STEP = 2.0 * math.pi / 32.0
@@ -109,8 +109,8 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
     """Return (status, expanded, moves (n, 5), final): moves are x, y, yaw at their beginning, length, turn; the last is no move but a
     pose, from which ``final`` tells how the way is joined to the goal: (node, 1 ahead or -1 astern, number of the end).
 
-    start: (x, y, yaw). limit: the gap allowed there (see move). ends (m, 4): x, y, yaw and the seconds from there to the goal. radius: m, of the circle that must see an end before it is joined. most: states
-    expanded before the search gives up. escape: m; where that is not negative, any pose that has so much room round the circle that
+    start: (x, y, yaw). limit: the gap allowed there (see move). ends (m, 4): x, y, yaw and the seconds from there to the goal. radius: m, of
+    the circle that must see an end before it is joined. most: states expanded before the search gives up. escape: m; where that is not negative, any pose that has so much room round the circle that
     turning about sweeps ends the search, in place of ``ends``.
     """
     room = 6 * most + 16

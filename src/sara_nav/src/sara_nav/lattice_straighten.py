@@ -49,7 +49,8 @@ def straighten(field, rules, outline, inside, poses, moves, follow, anchors, lim
             seconds = arrive(field, rules, outline, inside, poses[next, 0], poses[next, 1], poses[next, 2], length, turn, allowed[next])
             limits[next, OWN] = rules[HARD]
         else:
-            seconds, limits[next, OWN] = move(field, rules, outline, inside, poses[i, 0], poses[i, 1], poses[i, 2], length, turn, limits[i, OWN])
+            seconds, limits[next, OWN] = move(field, rules, outline, inside, poses[i, 0], poses[i, 1], poses[i, 2], length, turn,
+                                              limits[i, OWN])
         what = TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
         kind[next, OWN] = kind[i, OWN] if what == TURNS else what
         taken[i] = seconds + (BITTY if turn != 0.0 else 0.0)
@@ -198,4 +199,5 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     rules, points = np.ones(ENTRIES), np.zeros((4, 2))
     anchors_of(np.zeros((4, 4), np.float32), rules, np.ones((2, 3)), np.array([1, -1]))
-    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((2, 2)), np.array([1, -1]), np.array([0, 1]), 0.0, 0.0, 0.1, 5.0, 1.0)
+    straighten(np.zeros((4, 4), np.float32), rules, points, points, np.ones((2, 3)), np.zeros((2, 2)), np.array([1, -1]), np.array([0, 1]),
+               0.0, 0.0, 0.1, 5.0, 1.0)
