@@ -14,9 +14,8 @@ def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blu
         for axis, (title, trace) in zip(grid[0], traces.items()):
             if walls:
                 _walls(axis, *walls)
-            axis.plot(*trace["true"][:, :2].T, color=TRUE, linewidth=2.2, label="true")
-            axis.plot(*trace["fused"][:, :2].T, color=FUSED, linewidth=1.3, label=blue)
-            axis.plot(*trace["wheels"][:, :2].T, color=WHEELS, linewidth=1.1, linestyle="--", label="wheel odometry alone")
+            for name, colour, label, width, style in (("true", TRUE, "true", 2.2, "-"), ("fused", FUSED, blue, 1.3, "-"), ("wheels", WHEELS, "wheel odometry alone", 1.1, "--")):
+                plotting.series(axis, trace[name][:, 0], trace[name][:, 1], colour, label, linewidth=width, linestyle=style)
             for number, (x, y, yaw) in enumerate(goals, 1):
                 axis.annotate("", (x + 0.45 * math.cos(math.radians(yaw)), y + 0.45 * math.sin(math.radians(yaw))), (x, y), arrowprops={"color": IMU, "width": 1.5, "headwidth": 7})
                 axis.annotate(str(number), (x, y), xytext=(7, -13), textcoords="offset points", color=IMU)
@@ -86,9 +85,12 @@ def angles(file, trace, position="fused"):
 
 
 def turned(yaw):
-    """An angle over time, unwrapped, deg; from where it began, brought into one turn."""
-    unwrapped = np.degrees(np.unwrap(yaw))
-    return unwrapped - 360.0 * round(unwrapped[0] / 360.0)
+    """An angle over time, unwrapped, deg; from where it began, brought into one turn. It is not a number where it was none."""
+    known, found = np.isfinite(yaw), np.full(len(yaw), np.nan)
+    if known.any():
+        unwrapped = np.degrees(np.unwrap(yaw[known]))
+        found[known] = unwrapped - 360.0 * round(unwrapped[0] / 360.0)
+    return found
 
 
 def boxes(file, groups, label):

@@ -2,6 +2,7 @@
 from contextlib import contextmanager
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
@@ -26,4 +27,5 @@ def figure(path, rows=1, columns=1, size=(8, 5), **options):
 
 def series(axis, t, values, colour, label, **options):
     """A line over time."""
-    axis.plot(t, values, color=colour, label=label, linewidth=options.pop("linewidth", 1.2), **options)
+    if np.isfinite(values).any():   # what a bag does not hold has no line, and no place in the legend
+        axis.plot(t, values, color=colour, label=label, linewidth=options.pop("linewidth", 1.2), **options)
