@@ -23,12 +23,12 @@ in place sweep; s for beginning a turn and for changing between ahead and astern
 radius; 1, or -1 where moves are looked for backwards in time, so that ahead is astern; the gap that makes a place narrow; m of straight
 leg wished for before and after such places; s that its want costs at either end."""
 FINE = 0.045
-"""m that any point of the body moves between two samples where it is tight."""
+"""m that any point of the body moves between two samples where it is tight; a quarter of that where it has less than the margin."""
 COARSE = 0.2
 """m between samples where nothing is near."""
 ROUGH = 0.02
 """m that a gap may be told too great where it is well above what is allowed."""
-TOUCHING = 0.001
+TOUCHING = 0.002
 """m; the gap allowed about a start or a goal that itself has less than the margin."""
 BEND = 0.35
 """rad; a lesser turn costs only its share of the beginning of a turn."""
@@ -88,11 +88,11 @@ def gap(field, rules, outline, inside, x, y, yaw, limit):
 
 @kernel
 def margin_at(here):
-    """Return the gap to be kept near where a way begins or ends with the gap ``here``: a millimetre, or no more contacts than there are.
+    """Return the gap to be kept near where a way begins or ends with the gap ``here``: TOUCHING, or no more contacts than there are.
 
     A body that stands along a wall cannot leave it but by swinging its tail a little nearer first.
     """
-    return here if here < 0.0 else min(here, TOUCHING)
+    return min(here, TOUCHING) if here > 0.0 else min(here, -0.5)  # flush with something: no contact, but none is to come
 
 
 @kernel
@@ -149,7 +149,7 @@ def move(field, rules, outline, inside, x, y, yaw, length, turn, limit):
     total, done = 0.0, 0.0
     first, last = (0.0, 0.0) if here < rules[NARROW] else (2.0, -1.0)  # shares of the way between which it is narrow
     while done < 1.0:
-        step = min(max(here - hard, FINE), COARSE) / way
+        step = min(max(here - hard, 0.25 * FINE if 0.0 < limit < hard else FINE), COARSE) / way
         if done + step > 1.0 - 1e-9:
             step = 1.0 - done
             done = 1.0

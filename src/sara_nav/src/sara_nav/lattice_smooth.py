@@ -9,7 +9,7 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.lattice_body import BEND, ENTRIES, HARD, SPEED, TURN_RATE, move, turn_to
+from sara_nav.lattice_body import BEND, ENTRIES, HARD, SPEED, TURN_RATE, move, place, turn_to
 
 STEPS = (0.32, 0.16, 0.08, 0.04)
 """m, by which corners are moved."""
@@ -53,13 +53,13 @@ def by_way_of(field, rules, outline, inside, a, x, y, b, ways, before, after, bo
 
 
 @kernel
-def relax(field, rules, outline, inside, moves, yaws, fixed):
+def relax(field, rules, outline, inside, moves, yaws):
     """Return moves (m, 5) x, y, yaw, length, turn without turns in place, which follow from the yaws, after moving corners.
 
-    moves: (n, 5), none of them a turn in place. yaws: those at the start and at the goal (2,). fixed: (n,), moves that stay as they are.
+    moves: (n, 5), none of them a turn in place. yaws: those at the start and at the goal (2,).
     """
     n = len(moves)
-    moves, fixed = moves.copy(), fixed.copy()
+    moves = moves.copy()
     ends = np.empty((n, 2))
     for k in range(n):
         chord = moves[k, 3] * (1.0 if abs(moves[k, 4]) < 1e-9 else math.sin(0.5 * moves[k, 4]) / (0.5 * moves[k, 4]))
@@ -71,7 +71,7 @@ def relax(field, rules, outline, inside, moves, yaws, fixed):
             better = False
             k = 1
             while k < n:
-                if fixed[k] or fixed[k - 1] or moves[k, 4] != 0.0 or moves[k - 1, 4] != 0.0:
+                if moves[k, 4] != 0.0 or moves[k - 1, 4] != 0.0:
                     k += 1
                     continue
                 before = yaws[0] if k == 1 else moves[k - 2, 2] + moves[k - 2, 4]
@@ -89,7 +89,7 @@ def relax(field, rules, outline, inside, moves, yaws, fixed):
                         moves[k - 1, 2] = heading
                         moves[k - 1, 3] = ways[0] * math.hypot(b[0] - a[0], b[1] - a[1])
                         for m in range(k, n - 1):
-                            moves[m], ends[m], fixed[m] = moves[m + 1], ends[m + 1], fixed[m + 1]
+                            moves[m], ends[m] = moves[m + 1], ends[m + 1]
                         n -= 1
                         better = True
                         continue
@@ -113,11 +113,10 @@ def relax(field, rules, outline, inside, moves, yaws, fixed):
 
 
 @kernel
-def rounded(field, rules, outline, inside, moves, fixed_first, fixed_last):
+def rounded(field, rules, outline, inside, moves):
     """Return moves (m, 5) with an arc in place of each turn between two legs one way, where there is room for it.
 
-    moves: (n, 5) without turns in place. A turn of over BEND is rounded only where nothing slows the arc by much. fixed_first,
-    fixed_last: the first, the last move stays as it is.
+    moves: (n, 5) without turns in place. A turn of over BEND is rounded only where nothing slows the arc by much.
     """
     n = len(moves)
     result = np.empty((2 * n, 5))
@@ -127,8 +126,6 @@ def rounded(field, rules, outline, inside, moves, fixed_first, fixed_last):
         result[count] = moves[k]
         count += 1
         if k == n - 1 or moves[k, 4] != 0.0 or moves[k + 1, 4] != 0.0 or moves[k, 3] * moves[k + 1, 3] <= 0.0:
-            continue
-        if (k == 0 and fixed_first) or (k == n - 2 and fixed_last):
             continue
         turn = (moves[k + 1, 2] - moves[k, 2] + math.pi) % (2.0 * math.pi) - math.pi
         if abs(turn) < LEAST_TURN or abs(turn) > 2.6:
@@ -162,7 +159,7 @@ def rounded(field, rules, outline, inside, moves, fixed_first, fixed_last):
 
 
 @kernel
-def with_turns(field, rules, outline, inside, moves, start, goal, limit, limit_end):
+def with_turns(field, rules, outline, inside, moves, start, goal):
     """Return moves (m, 5) with the turns in place that lie between them, from the pose ``start`` (3,) to the pose ``goal`` (3,)."""
     n = len(moves)
     result = np.empty((2 * n + 1, 5))
@@ -172,10 +169,7 @@ def with_turns(field, rules, outline, inside, moves, start, goal, limit, limit_e
             x, y, target = moves[k, 0], moves[k, 1], moves[k, 2]
         else:
             x, y, target = goal[0], goal[1], goal[2]
-        seconds, turn, _ = turn_to(field, rules, outline, inside, x, y, yaw, target, limit if k == 0 else rules[HARD])
-        if seconds == np.inf and k == n:  # it ends nearer than the margin, and is as free as backwards in time
-            _, turn, _ = turn_to(field, rules, outline, inside, x, y, target, yaw, limit_end)
-            turn = -turn
+        _, turn, _ = turn_to(field, rules, outline, inside, x, y, yaw, target, rules[HARD])
         if abs(turn) >= LEAST_TURN:
             result[count, 0], result[count, 1], result[count, 2], result[count, 3], result[count, 4] = x, y, yaw, 0.0, turn
             count += 1
@@ -189,17 +183,25 @@ def with_turns(field, rules, outline, inside, moves, start, goal, limit, limit_e
 def smooth(world, steps, start, goal, limit, limit_end):
     """Return moves (m, 5) that take less time than ``steps`` (n, 5); both from a pose (3,) to a pose (3,).
 
-    world: distances, rules, outline, inside. limit, limit_end: the gaps allowed at the start and at the goal, m.
+    world: distances, rules, outline, inside. limit, limit_end: the gaps allowed at the start and at the goal, m. What begins or ends
+    nearer to something than the margin stays as it is.
     """
-    moves = np.ascontiguousarray(steps[steps[:, 3] != 0.0])
+    hard, first, last = world[1][HARD], 0, len(steps)
+    while first < last and limit < hard:
+        _, limit = move(*world, *steps[first].tolist(), limit)
+        start = place(*steps[first].tolist(), 1.0)
+        first += 1
+    while last > first and limit_end < hard:
+        last -= 1
+        x, y, yaw, length, turn = steps[last].tolist()
+        _, limit_end = move(*world, *place(x, y, yaw, length, turn, 1.0), -length, -turn, limit_end)
+        goal = x, y, yaw
+    moves = np.ascontiguousarray(steps[first:last][steps[first:last, 3] != 0.0])
     if len(moves) == 0:
         return steps
-    fixed = np.zeros(len(moves), bool)
-    near, near_end = limit < world[1][HARD], limit_end < world[1][HARD]
-    fixed[0], fixed[-1] = fixed[0] or near, fixed[-1] or near_end
-    moves = relax(*world, moves, np.array([start[2], goal[2]]), fixed)
-    moves = rounded(*world, moves, near, near_end)
-    return with_turns(*world, moves, start, goal, limit, limit_end)
+    start, goal = np.array(start), np.array(goal)
+    moves = rounded(*world, relax(*world, moves, np.array([start[2], goal[2]])))
+    return np.vstack([steps[:first], with_turns(*world, moves, start, goal), steps[last:]])
 
 
 def warm():
@@ -207,6 +209,6 @@ def warm():
     rules, points, pose = np.ones(ENTRIES), np.zeros((4, 2)), np.ones(3)
     world = np.zeros((4, 4), np.float32), rules, points, points
     moves = np.ones((2, 5))
-    relax(*world, moves, np.zeros(2), np.ones(2, np.bool_))
-    rounded(*world, moves, True, True)
-    with_turns(*world, moves, pose, pose, 0.0, 0.0)
+    relax(*world, moves, np.zeros(2))
+    rounded(*world, moves)
+    with_turns(*world, moves, pose, pose)
