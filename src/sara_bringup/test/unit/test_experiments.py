@@ -85,6 +85,17 @@ def test_the_number_of_processes_changes_nothing_and_gains_come_of_turns(monkeyp
     assert found[0]["a", 4] == {"value": 16, "gain": 5.0} and found[0]["a", 3]["gain"] is None
 
 
+def _never(seed, **_):
+    raise AssertionError("it was run again")
+
+
+def test_kept_results_are_taken_again(tmp_path):
+    cases = [Case(("a", "x, y: 1", seed), _square_of, seed) for seed in range(3)]
+    first = runner.run(cases, 1, _Quiet, tmp_path / "kept")
+    again = runner.run([dataclasses.replace(case, function=_never) for case in cases], 1, _Quiet, tmp_path / "kept")
+    assert first == again and len(list((tmp_path / "kept").iterdir())) == 3
+
+
 class _Quiet:
     def __init__(self, total):
         self.left = total
