@@ -10,7 +10,7 @@ class RotateThenPursueConfig:
 
     max_vel_x: float = 0.5
     min_vel_x: float = -0.2
-    max_vel_theta: float = 0.5
+    max_vel_theta: float = 0.6
     acc_lim_x: float = 0.3
     dec_lim_x: float = 0.8
     comfort_dec_x: float = 0.25
