@@ -1,7 +1,7 @@
 """Whether what a range sensor hears comes nearer by itself: somebody who walks towards the chair, told from walls that the chair drives towards.
 
 The distance to what stands shrinks no faster than the sensor itself moves, plus, while the chair turns, than the edge of the cone sweeps along a wall that
-sends an echo back: |w| d tan(45 degrees) at distance d. What shrinks faster than that, twice in a row and no faster than anybody runs, moves by
+sends an echo back: |w| d tan(30 degrees) at distance d. What shrinks faster than that, twice in a row and no faster than anybody runs, moves by
 itself; a wall that comes into the cone makes one jump, not two steps of a walk.
 """
 
@@ -9,9 +9,12 @@ import math
 from collections import deque
 
 READINGS = 3           # in a row that have to agree
-STEEPEST = math.tan(math.radians(45.0))   # of the walls that a turning cone sweeps along; steeper ones send hardly any echo back
+STEEPEST = math.tan(math.radians(30.0))   # of the walls that a turning cone sweeps along; steeper ones send little back
 LATE = 0.8             # s that a reading may lag behind what the chair does: the median of three, the wheels
 LONGEST_GAP = 0.65     # s between two readings that are compared: one of 0.2 s may be lost, and another have no echo
+NEAR = 0.9             # m: what is nearer than this is met at its first step already, if that is one of so many m/s
+STEP = 0.35, 1.3
+PAUSE = 0.45           # s, for as long as it takes to hear whether there is a second
 HOLD = 0.8             # s that somebody is reckoned with after the last such reading
 
 
@@ -70,3 +73,5 @@ class Mover:
         if len(self._excess) == READINGS - 1 and all(self._slowest <= excess <= self._fastest for excess in self._excess):
             self._speed = sum(self._excess) / len(self._excess)
             self._until = stamp + HOLD
+        elif distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and stamp > self._until:
+            self._speed, self._until = self._excess[-1], stamp + PAUSE

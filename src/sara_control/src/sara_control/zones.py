@@ -5,12 +5,13 @@ such place moves round the chair on a circle (a line if w is 0); where that firs
 to it the free distance, u = |velocity of the place relative to the chair| the speed of approach. Allowed is what keeps
 u t_react + u^2 / (2 a_brake) below the free distance less the stop distance; that holds ahead, astern and in turns alike. The command is
 scaled as a whole, so that it stays on its curve. A creeping speed whose way to rest is shorter than the stop distance is
-always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly. What comes nearer by itself (movers.py), at m, is
-met at rest: it also takes m (t_react + u / a_brake) of the way, and nothing creeps towards it.
+always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly. What comes towards a sensor by itself (movers.py), at m, is
+reckoned with where it will be when the chair stands, m (t_react + u / a_brake) nearer, and nothing creeps towards it.
 Two brakes are reckoned with: the gentle one sets the speed that is aimed at; where only the hard one is left, it is asked for.
 Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; several readings to trigger).
 """
 
+import copy
 import math
 from collections import deque
 from dataclasses import dataclass
@@ -157,8 +158,8 @@ class _Believed:
 
 class _Places:
     """Where something may be, one entry for each ray of each sensor: x, y (m), whether it stops the chair, whose echo it is, how far outside
-    the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s). Of all: the nearest to the body, the
-    farthest from base_link (m), and the fastest by itself (m/s)."""
+    the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s), the ray's direction, and the way (m) along it
+    to the body. Of all: the nearest to the body, the farthest from base_link (m), and the fastest by itself (m/s)."""
 
     def __init__(self, sensors):
         rays = RAYS * len(sensors)
@@ -166,7 +167,8 @@ class _Places:
         self.outside = np.full(rays, math.inf)
         self.stops = np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS)
         self.names = np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS)
-        self.coming = np.zeros(rays)
+        self.coming, self.way = np.zeros(rays), np.zeros(rays)
+        self.directions = np.zeros((2, rays))
         self.nearest, self.farthest, self.fastest = math.inf, 0.0, 0.0
 
 
@@ -232,8 +234,9 @@ class Zones:
             reaction, braking, creep = reaction + config.ease, config.braking, config.creep_speed
         # No place is nearer than `nearest` nor approaches faster than this: mostly that says enough.
         fastest = abs(v) + abs(w) * places.farthest
-        farthest_way = (config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
-                        + places.fastest * (reaction + fastest / braking))
+        farthest_way = config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
+        if places.fastest > 0.0:
+            places = self._when_standing(places, reaction + fastest / braking)
         if places.nearest >= farthest_way:
             return 1.0, ''
         swept = self._swept(places, v, w)
@@ -241,16 +244,14 @@ class Zones:
             return 1.0, ''
         x, y = places.x[swept], places.y[swept]
         u = np.hypot(v - w * y, w * x)
-        coming = places.coming[swept]
-        matters = config.stop_distance + u * reaction + u * u / (2.0 * braking) + coming * (reaction + u / braking)
+        matters = config.stop_distance + u * reaction + u * u / (2.0 * braking)
         near = (places.outside[swept] < matters) & (u > 1e-9)
         if not near.any():
             return 1.0, ''
-        x, y, u, matters, coming = x[near], y[near], u[near], matters[near], coming[near]
-        stops, names = places.stops[swept][near], places.names[swept][near]
-        room = self._free(x, y, v, w, u, matters) - config.stop_distance - coming * reaction
-        delay = reaction + coming / braking
-        allowed = braking * (np.sqrt(delay ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - delay)
+        x, y, u, matters = x[near], y[near], u[near], matters[near]
+        stops, names, coming = places.stops[swept][near], places.names[swept][near], places.coming[swept][near]
+        room = self._free(x, y, v, w, u, matters) - config.stop_distance
+        allowed = braking * (np.sqrt(reaction ** 2 + 2.0 * np.maximum(room, 0.0) / braking) - reaction)
         creeps = ((room > 0.0) | ~stops | (not gentle)) & (coming == 0.0)
         allowed = np.where(creeps, np.maximum(allowed, creep), np.where(room > 0.0, allowed, 0.0))
         factors = allowed / u
@@ -274,7 +275,19 @@ class Zones:
             ranges = np.maximum(sensor.near if distance == -math.inf else distance, way_out)
             x, y = sensor.x + ranges * directions[0], sensor.y + ranges * directions[1]
             places.x[rays], places.y[rays], places.outside[rays], places.radius[rays] = x, y, self._outside(x, y), np.hypot(x, y)
+            places.directions[:, rays], places.way[rays] = directions, ranges - way_out
         places.nearest, places.farthest = float(places.outside.min()), float(places.radius.max())
+
+    def _when_standing(self, places, later):
+        """The places after `later` s: what comes by itself is nearer then, at the body's edge at most."""
+        then = copy.copy(places)
+        nearer = np.minimum(places.coming * later, places.way)
+        then.x, then.y = places.x - nearer * places.directions[0], places.y - nearer * places.directions[1]
+        there = np.isfinite(places.outside)
+        then.outside = np.where(there, self._outside(then.x, then.y), math.inf)
+        then.radius = np.where(there, np.hypot(then.x, then.y), 0.0)
+        then.nearest = float(then.outside.min())
+        return then
 
     def _outside(self, x, y):
         """How far outside the body (m), by the axis on which it is farther; negative within."""

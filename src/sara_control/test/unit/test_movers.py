@@ -8,7 +8,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.movers import HOLD, Mover
+from sara_control.movers import HOLD, PAUSE, Mover
 from sara_control.zones import RangeSensor, ZoneConfig, Zones
 
 CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
@@ -73,6 +73,15 @@ def test_somebody_is_reckoned_with_for_a_while_and_then_no_more():
     assert mover.add(0.6, math.inf, 0.0, 0.0) > 0.9      # no echo: still there as far as anybody knows
 
 
+def test_nearby_the_first_step_makes_it_wait_for_a_second():
+    mover = Mover(FRONT, HALF)
+    assert hear(mover, [0.9, 0.75])[-1] == pytest.approx(0.75)
+    assert mover.speed(0.2 + PAUSE) > 0.0
+    assert mover.add(0.4, 0.75, 0.0, 0.0) > 0.0 and mover.add(0.7, 0.75, 0.0, 0.0) == 0.0
+    assert not any(hear(Mover(FRONT, HALF), [1.5, 1.35]))
+    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.5]))     # no walk: something came into the cone
+
+
 @pytest.mark.parametrize('then', [0.1, -5.0])
 def test_a_clock_set_back_forgets_everything(then):
     mover = Mover(FRONT, HALF)
@@ -119,3 +128,12 @@ def test_nothing_creeps_towards_somebody_who_comes():
     assert met.scale(0.05, 0.0, gentle=False)[0] < 1.0
     standing, _ = approached(0.0, start=distance)
     assert standing.scale(0.05, 0.0)[0] == 1.0
+
+
+def test_a_turn_waits_for_who_comes_to_the_side_that_it_swings_out():
+    met, distance = approached(0.8, start=1.4, sensors=('SLIT',))
+    assert distance > 0.9
+    assert met.scale(0.0, -0.4)[0] < 0.5
+    assert met.scale(0.0, 0.4) == (1.0, '')      # the rear swings away from them
+    standing, _ = approached(0.0, start=distance, sensors=('SLIT',))
+    assert standing.scale(0.0, -0.4) == (1.0, '')
