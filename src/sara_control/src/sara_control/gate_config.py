@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from canserial.checks import is_number
 from sara_control.comfort import read_profiles
 from sara_control.config import ConfigError
-from sara_control.zones import ZoneConfig
+from sara_control.zone_config import ZoneConfig
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sara_control.movers import HOLD, PAUSE, Mover
-from sara_control.zones import RangeSensor, ZoneConfig, Zones
+from sara_control.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones import Zones
 
 CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
 

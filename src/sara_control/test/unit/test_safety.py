@@ -11,7 +11,8 @@ from sara_control.comfort import Comfort, Profile
 from sara_control.gate_config import GateConfig
 from sara_control.reasons import Reason, State
 from sara_control.safety import Command, Decision, Inputs, SafetyGate, _recent
-from sara_control.zones import RangeSensor, ZoneConfig, Zones
+from sara_control.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones import Zones
 
 DT = 0.02
 CONFIG = GateConfig()

@@ -8,7 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sara_control.config import ConfigError
-from sara_control.zones import RangeSensor, ZoneConfig, Zones
+from sara_control.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones import Zones
 
 INF = math.inf
 PLACES = {'SDI': (0.54, 0.18, 10), 'SDD': (0.54, -0.18, -10), 'SLID': (0.35, 0.29, 90), 'SLIT': (-0.35, 0.29, 90),
