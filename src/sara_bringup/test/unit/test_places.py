@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from sara_bringup import places
+from sara_bringup import journeys, places
 from sara_bringup.paths import share
 from sara_bringup.places import Place, PlacesError
 from sara_nav import map_io
@@ -19,7 +19,6 @@ places:
 
 other: 1   # somebody else's
 """
-TURNING_RADIUS = 0.76   # m: half the body's diagonal and the safety gate's stop distance
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,8}", fullmatch=True)
 POSES = st.tuples(st.floats(-99.0, 99.0), st.floats(-99.0, 99.0), st.floats(-3.1, 3.1))
 
@@ -130,4 +129,4 @@ def test_the_chair_can_turn_about_at_the_places_of_our_maps(name):
     free = grid.geometry.resolution * ndimage.distance_transform_edt(grid.data == map_io.FREE)
     for place in places.load(places.beside(share() / "maps" / f"{name}.yaml")).values():
         column, row = grid.geometry.to_cell(place.x, place.y)
-        assert free[row, column] > TURNING_RADIUS, place
+        assert free[row, column] > journeys.TURNING_RADIUS, place
