@@ -23,6 +23,8 @@ from sara_nav.move_base_config import LIMITS, MoveBaseConfig
 from sara_nav.observations import Observation, scan_points
 from sara_nav.planning import GLOBAL_PLANNERS
 from sara_nav.recovery import ClearCostmapConfig, ClearCostmapRecovery, RotateRecovery
+from sara_nav.recovery_back_out import BackOutRecovery
+from sara_nav.recovery_help import AskForHelp, AskForHelpConfig
 
 STRANGE = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-320, -1e300, 1e300, 1e9, -1.0)
 FRAMES = ('map', '/map', 'odom', 'nowhere', '', '/', 'base_link')
@@ -128,16 +130,21 @@ def machine(chance):
         planner_frequency=chance.choice((0.0, 2.0)), planner_patience=chance.choice((0.3, 2.0)),
         controller_patience=chance.choice((0.5, 3.0)), oscillation_timeout=chance.choice((0.0, 1.0)),
         max_planning_retries=chance.choice((-1, -1, 0, 2)), shutdown_costmaps=chance.random() < 0.2,
-        recovery_behavior_enabled=chance.random() < 0.9)
+        recovery_behavior_enabled=chance.random() < 0.9, replan_when_blocked=chance.random() < 0.5,
+        stuck_timeout=chance.choice((0.0, 1.0)), recovery_memory=chance.choice((0.0, 1.0)))
     planners = []
     for registry in (GLOBAL_PLANNERS, LOCAL_PLANNERS):
         cls = registry.find(chance.choice(registry.names()))
         values = {}
         if 'default_tolerance' in cls.config_class.__dataclass_fields__:
             values['default_tolerance'] = chance.choice((0.0, 0.0, 0.5))
+        if 'max_expansions' in cls.config_class.__dataclass_fields__:  # most of these goals have no way: giving up is not to take long
+            values['max_expansions'] = chance.choice((100, 1500))
         planners.append(cls(cls.config_class(**values)))
     recoveries = [ClearCostmapRecovery('clear', ClearCostmapConfig(chance.choice((0.0, 1.0, 3.0)), chance.random() < 0.5,
-                                                                   chance.random() < 0.5)), RotateRecovery('turn')]
+                                                                   chance.random() < 0.5)), RotateRecovery('turn'),
+                  BackOutRecovery('back_out'), AskForHelp('help', AskForHelpConfig(patience=chance.choice((1.0, 3.0))))]
+    recoveries = chance.sample(recoveries, chance.randint(0, len(recoveries)))
     result = MoveBase(config, costmap(chance, False), costmap(chance, chance.random() < 0.7 or offset is not None), *planners,
                       recoveries)
     return result, offset

@@ -62,6 +62,7 @@ class LatticePlanner:
         """
         require_finite(start, goal)
         self.goal_used, self.expanded = goal, 0
+        start, goal = (pose if abs(pose.yaw) <= math.pi else Pose2D(pose.x, pose.y, float(wrap(pose.yaw))) for pose in (start, goal))
         problem = self._problem(costmap, start)
         try:
             return problem.plan(start, goal)

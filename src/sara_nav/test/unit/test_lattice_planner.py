@@ -266,6 +266,15 @@ def test_what_cannot_be_planned_is_said(start, goal, text):
         plan_of(door(), Pose2D(*start), Pose2D(*goal))
 
 
+@pytest.mark.parametrize('turns', [3, -200, 1e300])
+def test_a_yaw_may_have_been_counted_round_and_round(turns):
+    costmap = grid(6.0, 6.0)
+    yaw = turns * 2.0 * math.pi
+    same = Pose2D(4.0, 3.0, float(wrap(yaw)))
+    plan = LatticePlanner().plan(costmap, Pose2D(2.0, 2.0, yaw), Pose2D(4.0, 3.0, yaw))
+    assert np.array_equal(plan, LatticePlanner().plan(costmap, Pose2D(2.0, 2.0, same.yaw), same))
+
+
 def test_where_the_body_is_turned_matters():
     costmap = door()
     ends = Pose2D(2.0, 3.0, 0.0), Pose2D(3.55, 2.0, math.pi / 2.0)  # along the wall, 0.10 m off it
