@@ -1,4 +1,4 @@
-"""`experiment NAME`: the thesis's experiments in one process, without ROS; a table or JSON on stdout, figures in a folder, progress on stderr."""
+"""`experiment NAME`: the thesis's experiments in lockstep, without ROS, and over ROS with --ros; a table or JSON on stdout, figures in a folder, progress on stderr."""
 import argparse
 import json
 import sys
@@ -67,23 +67,57 @@ def pages_folder():
 
 
 def thesis(arguments):
-    """`experiment E1` to `E10`, and `all`: lockstep runs over several chairs, pages, figures and JSON. Exit status 0 if what must hold does."""
+    """`experiment E1` to `E10`, and `all`: lockstep runs over several chairs, pages, figures and JSON; with --ros some of them over ROS too. Exit status 0 if what must hold does."""
     from tqdm import tqdm
 
-    from sara_bringup.experiments import pages, runner
+    from sara_bringup.experiments import agreement, pages, runner
     from sara_bringup.experiments.registry import EXPERIMENTS as known
     chosen = list(known.values()) if arguments.name == "all" else [known[arguments.name]]
     seeds = {experiment.name: arguments.seeds or experiment.seeds for experiment in chosen}
+    folder, faults, failed = arguments.out or pages_folder(), [], []
+    if arguments.ros:
+        failed = _over_ros(arguments, chosen, folder)
     cases = {case.key: case for experiment in chosen for case in experiment.cases(seeds[experiment.name])}
     results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05), arguments.keep)
-    folder, faults = arguments.out or pages_folder(), []
     for experiment in chosen:
         report = experiment.report(results)
+        if experiment.figures:
+            own = {case.key: experiment.figures(results[case.key]) for case in experiment.cases(seeds[experiment.name])}
+            report = agreement.with_ros(report, experiment.name, own, agreement.load(experiment.name, folder))
         written = pages.write(experiment, report, folder, seeds[experiment.name])
         print(f"{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs; {folder / written[0]}, {len(report.figures)} figures)", flush=True)
         faults += [f"{experiment.name}: {fault}" for fault in report.faults]
     pages.summary(known, folder)
-    return faults
+    return faults + failed
+
+
+def _over_ros(arguments, chosen, folder):
+    """Run what is chosen over ROS and put its figures beside the pages; sentences about what came to nothing."""
+    import signal
+
+    from tqdm import tqdm
+
+    from sara_bringup.experiments import agreement, runner, turns
+    from sara_bringup.ros.course_over_ros import OverRosError, run_case
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))   # so that what was started is ended
+    cases = [(experiment, case) for experiment in chosen if experiment.over_ros for case in experiment.cases(arguments.ros)
+             if (any(word in case.key for word in arguments.only) if arguments.only else experiment.over_ros(case.key))]
+    if not cases:
+        return ["nothing is there to run over ROS" + f": no set-up is called {' or '.join(arguments.only)}" * bool(arguments.only)]
+    gains = runner.run([turns.case_of(seed) for seed in sorted({case.seed for _, case in cases if case.gain})], arguments.processes,
+                       lambda total: tqdm(total=total, unit="gain", disable=not total), arguments.keep)
+    failed = []
+    with tqdm(total=len(cases), unit="run over ROS", smoothing=0.05) as done:
+        for experiment, case in cases:
+            done.set_description(" ".join(map(str, case.key)))
+            try:
+                result = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, done.set_postfix_str)
+                agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, arguments.speed)
+            except OverRosError as error:
+                failed.append(f"{' '.join(map(str, case.key))}: {error}")
+                tqdm.write(failed[-1], file=sys.stderr)
+            done.update()
+    return failed
 
 
 def _count(text):
@@ -91,6 +125,13 @@ def _count(text):
     if number < 1:
         raise argparse.ArgumentTypeError(f"{number}, allowed are whole numbers of 1 or more")
     return number
+
+
+def _speed(text):
+    speed = float(text)
+    if not 0.0 < speed <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text}, allowed are numbers above 0, 100 at most")
+    return speed
 
 
 def main():
@@ -110,6 +151,9 @@ def main():
         sub.add_argument("--seeds", type=_count, help="how many chairs, from seed 0 on; without it, as many as each experiment's page tells")
         sub.add_argument("--processes", type=_count, default=2, help="at the same time; the result does not depend on it")
         sub.add_argument("--out", type=Path, help="folder for pages, figures and JSON; docs/experiments without it")
+        sub.add_argument("--ros", type=_count, nargs="?", const=1, metavar="CHAIRS", help="run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a minute a run")
+        sub.add_argument("--only", nargs="+", default=(), metavar="NAME", help="with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each experiment chooses")
+        sub.add_argument("--speed", type=_speed, default=2.0, help="with --ros: simulated seconds per second (2)")
         sub.add_argument("--keep", type=Path, help="folder where each run's result is kept and taken from again: to go on after an interruption, not after a change of the code")
     names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
     names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")

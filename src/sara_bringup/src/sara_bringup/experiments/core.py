@@ -62,7 +62,8 @@ class Report:
 @dataclass(frozen=True)
 class Experiment:
     """`setting`: what the thesis did and what we do, markdown. `seeds`: how many chairs by default. `cases(seeds)`: the Cases. `report(results)`: the Report
-    of {key: dict}."""
+    of {key: dict}. `over_ros`: which of its cases `--ros` runs over ROS if nobody chooses, a function of a key. `figures`: {agreement.Figure: value} of a result,
+    which over ROS and in lockstep are compared."""
 
     name: str
     title: str
@@ -70,6 +71,8 @@ class Experiment:
     seeds: int
     cases: object
     report: object
+    over_ros: object = None
+    figures: object = None
 
 
 def spread(values):

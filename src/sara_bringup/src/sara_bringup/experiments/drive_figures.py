@@ -6,6 +6,8 @@ import numpy as np
 from sara_bringup.experiments import plotting
 from sara_bringup.experiments.plotting import FUSED, IMU, TRUE, WHEELS
 
+ARROW = 30.0   # points
+
 
 def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blue="fused"):
     """The paths of {title: trace}, a panel each, with the goals (x, y, deg) as arrows. `walls`: (occupied, resolution, origin) of the map; `window`: (x0, x1, y0, y1) of it
@@ -16,18 +18,24 @@ def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blu
                 _walls(axis, *walls)
             for name, colour, label, width, style in (("true", TRUE, "true", 2.2, "-"), ("fused", FUSED, blue, 1.3, "-"), ("wheels", WHEELS, "wheel odometry alone", 1.1, "--")):
                 plotting.series(axis, trace[name][:, 0], trace[name][:, 1], colour, label, linewidth=width, linestyle=style)
-            for number, (x, y, yaw) in enumerate(goals, 1):
-                axis.annotate("", (x + 0.45 * math.cos(math.radians(yaw)), y + 0.45 * math.sin(math.radians(yaw))), (x, y), arrowprops={"color": IMU, "width": 1.5, "headwidth": 7})
-                axis.annotate(str(number), (x, y), xytext=(7, -13), textcoords="offset points", color=IMU)
             axis.plot(*start[:2], "o", color=IMU, label="start")
+            axis.plot(*np.array(goals).reshape(-1, 3)[:, :2].T, alpha=0.0)   # goals belong into the picture
             axis.plot([], [], color=IMU, linewidth=2.5, label="goals")
             axis.set(xlabel="x (m)", ylabel="y (m)", title=title)
             axis.margins(0.08)
             axis.set_aspect("equal", adjustable="box" if window else "datalim")
             if window:
                 axis.set(xlim=window[:2], ylim=window[2:])
+            _goals(axis, goals)
         handles, labels = grid[0][0].get_legend_handles_labels()
         made.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=5 if len(traces) > 1 or size[0] > 8 else 3)
+
+
+def _goals(axis, goals):
+    """Arrows of one length, however much the picture shows, and their numbers, legible on any line."""
+    for number, (x, y, yaw) in enumerate(goals, 1):
+        axis.annotate("", (x, y), (ARROW * math.cos(math.radians(yaw)), ARROW * math.sin(math.radians(yaw))), textcoords="offset points", arrowprops={"color": IMU, "arrowstyle": "<|-", "linewidth": 2.5, "shrinkA": 0, "shrinkB": 0})
+        axis.annotate(str(number), (x, y), xytext=(7, -13), textcoords="offset points", color=IMU, bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8})
 
 
 def _walls(axis, occupied, resolution, origin):
@@ -69,10 +77,10 @@ def rates(file, trace):
 def angles(file, trace, position="fused"):
     """Yaw of IMU, wheels and truth over time, and below it x and y as navigation has them (`position`)."""
     with plotting.figure(file, 2, size=(9, 6.5), sharex=True, height_ratios=(3, 2)) as (_, (axis, below)):
-        for name, values, colour, style in (("true", trace["true"][:, 2], TRUE, "-"), ("IMU", trace["imu_yaw"], IMU, "-"), ("wheel odometry", trace["wheels"][:, 2], WHEELS, "--")):
-            plotting.series(axis, trace["t"], turned(values), colour, name, linestyle=style)
-        low, high = axis.get_ylim()
-        axis.set_yticks(np.arange(90 * math.floor(low / 90), high + 1, 90 if high - low < 1000 else 360))
+        for name, values, colour, style, width in (("true", trace["true"][:, 2], TRUE, "-", 2.8), ("IMU", trace["imu_yaw"], IMU, "-", 1.2), ("wheel odometry", trace["wheels"][:, 2], WHEELS, "--", 1.2)):
+            plotting.series(axis, trace["t"], turned(values), colour, name, linestyle=style, linewidth=width)
+        quarters(axis)
+        axis.plot([], [], color="grey", linewidth=0.7, linestyle=":", label="a goal ends")
         axis.set(ylabel="yaw (deg)")
         for k, (name, colour) in enumerate((("x", FUSED), ("y", "tab:orange"))):
             plotting.series(below, trace["t"], trace[position][:, k], colour, name)
@@ -81,7 +89,14 @@ def angles(file, trace, position="fused"):
             low, high = one.get_ylim()
             one.set_ylim(low, high + 0.22 * (high - low))
             _ends(one, trace)
-            one.legend(loc="upper left", ncols=3)
+            one.legend(loc="upper left", ncols=4)
+
+
+def quarters(axis):
+    """Ticks of an angle in deg at quarters, or at whole turns where there are many."""
+    low, high = axis.get_ylim()
+    step = 90 if high - low < 1000 else 360
+    axis.set_yticks(np.arange(step * math.ceil(low / step), high + 1, step))
 
 
 def turned(yaw):
@@ -94,19 +109,24 @@ def turned(yaw):
 
 
 def boxes(file, groups, label):
-    """Distributions side by side on a logarithmic axis: {group: {name: values}}; `label` of the axis. Boxes hold half the values, whiskers 5 to 95 %."""
+    """Distributions side by side on a logarithmic axis: {group: {name: values}}; `label` of the axis. Boxes hold half the values, whiskers 5 to 95 %, a point is a chair."""
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     colours = dict(zip(names, ("tab:red", "tab:orange", "tab:purple", "tab:blue", "tab:grey", "tab:green")))
-    with plotting.figure(file, size=(1.6 + 2.4 * len(groups) + 0.35 * sum(map(len, groups.values())), 4.8)) as (_, axis):
+    with plotting.figure(file, size=(1.6 + 1.2 * len(groups) + 0.4 * sum(map(len, groups.values())), 5.2)) as (_, axis):
         at, ticks = 0.0, []
         for title, group in groups.items():
             first = at
             for name, values in group.items():
-                drawn = axis.boxplot([values], positions=[at], widths=0.7, patch_artist=True, whis=(5, 95), showfliers=False, medianprops={"color": "black"})
-                drawn["boxes"][0].set_facecolor(colours[name])
+                lines = {"color": colours[name], "linewidth": 1.6}
+                drawn = axis.boxplot([values], positions=[at], widths=0.6, patch_artist=True, whis=(5, 95), showfliers=False, medianprops={"color": "black", "zorder": 4},
+                                     whiskerprops=lines, capprops=lines)
+                drawn["boxes"][0].set(facecolor=colours[name], edgecolor=colours[name], linewidth=1.6, alpha=0.5)
+                axis.plot(at + np.linspace(-0.22, 0.22, len(values)) if len(values) > 1 else [at], values, ".", color=colours[name], markersize=5)
                 at += 1.0
             ticks.append(((first + at - 1.0) / 2.0, title))
+            axis.axvline(at, color="grey", linewidth=0.7)
             at += 1.0
+        axis.set_xlim(-1.0, at - 1.0)
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_xticks([tick for tick, _ in ticks], [title for _, title in ticks])
@@ -114,4 +134,4 @@ def boxes(file, groups, label):
         axis.grid(axis="x", visible=False)
         for name in names:
             axis.plot([], [], "s", color=colours[name], label=name)
-        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)

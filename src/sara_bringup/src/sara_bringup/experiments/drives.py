@@ -1,4 +1,4 @@
-"""A course driven in lockstep with one of the set-ups that the thesis compares, or with ours; what came of it, as plain data.
+"""A course driven in lockstep with one of the set-ups that the thesis compares, or with ours; what came of it, as plain data. ros/course_over_ros.py drives the same over ROS.
 
 A set-up is a planner (the thesis's with a shorter or a longer sim_time, or SARA's own), a localization (wheels alone, one of the thesis's
 fusions, SARA's own, the truth) and what read.py gives. Everything else is the chair and the stack as they are.
@@ -19,6 +19,7 @@ from sara_nav import move_base
 from sara_nav.geometry import Pose2D, wrap
 
 SETTLE_S = 1.0
+COLUMNS = 15     # of a row: t; true, fused, wheels' x, y, yaw; IMU's yaw and rate, wheels' rate; commanded v, w
 DRIVING = 0.05   # m/s: slower is no driving
 CLICKS, CLICK_TICKS, SHOWN_M = 20, 103, 0.3   # a person presses again when the chair is not shown where it stands; not always at the same phase of the odometry
 SHORT, MIDDLE, LONG, OURS = "thesis, sim_time 1.0 s", "thesis, sim_time 1.5 s", "thesis, sim_time 2.5 s", "ours"
@@ -182,7 +183,7 @@ def course_driven(seed, course, setup, gain=None, trace=False):
         result = lockstep.result
         goals.append(Goal(asked, given, ended, result.status == move_base.SUCCEEDED, result.text, lockstep.time, before[:2], math.dist(before[:2], asked[:2])))
         before = asked
-    return {"clicks": clicks, **_figures(lockstep, course, tuple(goals), trace)}
+    return {"clicks": clicks, **figures(np.array(lockstep.rows), lockstep.chair.contacts, course, tuple(goals), trace)}
 
 
 def _leg(t, yaw, goal):
@@ -192,10 +193,10 @@ def _leg(t, yaw, goal):
     return {"net": float(part[-1] - part[0]), "all": float(np.abs(np.diff(part)).sum()), "least": abs(math.degrees(wrap(goal.pose[2] - yaw[a])))}
 
 
-def _figures(lockstep, course, goals, trace):
-    rows = np.array(lockstep.rows)
+def figures(rows, contacts, course, goals, trace=False):
+    """A drive's figures as plain data: of `rows` (n, COLUMNS) as Recorded keeps them, in lockstep or over ROS, the contacts, and the Goals in the map (judge.Goal); `trace` as course_driven."""
     t, poses = rows[:, 0], {"true": rows[:, 1:4], "fused": rows[:, 4:7], "wheels": rows[:, 7:10]}
-    result = {"contacts": lockstep.chair.contacts, "seconds": float(t[-1] - t[0]), "texts": [goal.text for goal in goals if not goal.reached]}
+    result = {"contacts": contacts, "seconds": float(t[-1] - t[0]), "texts": [goal.text for goal in goals if not goal.reached]}
     for name, path in poses.items():
         judged = judge(Track(t, path, "true" if name == "true" else "fused", goals)) if np.isfinite(path).all() else None
         if judged is not None:

@@ -1,7 +1,6 @@
 """E7: turns in place by navigation, in steps of 90 deg with pauses of 2 s, both ways, at 0.2 rad/s (thesis 4.3.1, figures 4.19 and 4.20)."""
-import numpy as np
-
 from sara_bringup.experiments import drive_figures, plotting, sensor_figures
+from sara_bringup.experiments.agreement import of_drive
 from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
 from sara_bringup.experiments.drives import DEFAULT, LONG, OURS, XY_VX, Course, SetUp, course_driven
 
@@ -62,10 +61,10 @@ def _draw(path, traces):
     with plotting.figure(path, 2, len(traces), size=(6 * len(traces), 7), sharex="col", squeeze=False) as (_, axes):
         for column, (name, trace) in enumerate(traces.items()):
             above, below = axes[:, column]
-            for label, values, colour, style in (("true", trace["true"][:, 2], plotting.TRUE, "-"), ("fused", trace["fused"][:, 2], plotting.FUSED, "-"), ("wheel odometry", trace["wheels"][:, 2], plotting.WHEELS, "--")):
-                plotting.series(above, trace["t"], drive_figures.turned(values), colour, label, linestyle=style)
-            low, high = above.get_ylim()
-            above.set_yticks(np.arange(90 * np.floor(low / 90), high + 1, 90))
+            for label, values, colour, style, width in (("true", trace["true"][:, 2], plotting.TRUE, "-", 2.8), ("fused", trace["fused"][:, 2], plotting.FUSED, "-", 1.2),
+                                                        ("wheel odometry", trace["wheels"][:, 2], plotting.WHEELS, "--", 1.2)):
+                plotting.series(above, trace["t"], drive_figures.turned(values), colour, label, linestyle=style, linewidth=width)
+            drive_figures.quarters(above)
             plotting.series(below, trace["t"], trace["imu_rate"], plotting.IMU, "IMU")
             plotting.series(below, trace["t"], trace["w"], "grey", "commanded", linestyle="--")
             above.set(ylabel="yaw (deg)" if column == 0 else "", title=f"{name}'s set-up" if name == "thesis" else "SARA's own")
@@ -76,4 +75,4 @@ def _draw(path, traces):
                 axis.legend(loc="upper left", ncols=3)
 
 
-EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 10, cases, report)
+EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 10, cases, report, lambda key: True, of_drive)

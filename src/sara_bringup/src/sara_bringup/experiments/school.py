@@ -2,6 +2,7 @@
 import numpy as np
 
 from sara_bringup.experiments import drive_figures, sensor_figures
+from sara_bringup.experiments.agreement import of_drive
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread, table
 from sara_bringup.experiments.drives import BOTH, DEFAULT, FILTER, LONG, OURS, TRUTH, VX, XY_VX, Course, SetUp, course_driven
 from sara_bringup.experiments.ranking import ranking
@@ -75,14 +76,15 @@ def _figures(results, found):
         return {f"thesis's planner, {name}": results["E10", "thesis", name, 0]["trace"]}
     figures = []
     for yaw, way, name in ((40, 41, TRUE), (42, 43, FALSE)):
-        trace = results["E10", "thesis", name, 0]["trace"]
+        trace, texts = (results["E10", "thesis", name, 0][what] for what in ("trace", "texts"))
+        ended = f" It ended there: \"{texts[0]}\"" if texts else ""
         figures += [Figure(sensor_figures.name(yaw), f"Yaw over time on the way through the corridor, {name} (chair 0).", lambda path, trace=trace: drive_figures.angles(path, trace)),
-                    Figure(sensor_figures.name(way), f"The path on the school's map, {name} (chair 0).", lambda path, name=name: drive_figures.path(path, pair(name), (GOAL,), START, walls, (11, 4.2), WINDOW))]
+                    Figure(sensor_figures.name(way), f"The path on the school's map, {name} (chair 0).{ended}", lambda path, name=name: drive_figures.path(path, pair(name), (GOAL,), START, walls, (11, 4.2), WINDOW))]
     figures.append(Figure("e10_paths", "The same with SARA's own planner and fusion (chair 0).",
                           lambda path: drive_figures.path(path, {"SARA's own": results["E10", "ours", DEFAULT, 0]["trace"]}, (GOAL,), START, walls, (11, 4.2), WINDOW)))
-    figures.append(Figure("e10_ends", "How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %.",
+    figures.append(Figure("e10_ends", "How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %, a point is a chair.",
                           lambda path: drive_figures.boxes(path, {whose: {name: of["values"] for (planner, name), of in found.items() if planner == whose} for whose in ("thesis", "ours")}, "off the goal (m)")))
     return tuple(figures)
 
 
-EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 12, cases, report)
+EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 12, cases, report, lambda key: True, of_drive)

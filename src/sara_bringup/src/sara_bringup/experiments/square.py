@@ -2,6 +2,7 @@
 import numpy as np
 
 from sara_bringup.experiments import drive_figures, sensor_figures
+from sara_bringup.experiments.agreement import of_drive
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread, table
 from sara_bringup.experiments.drives import DEFAULT, LONG, MIDDLE, OURS, SHORT, TRUTH, VX, WHEELS, XY, XY_VX, Course, SetUp, course_driven
 from sara_bringup.experiments.ranking import ranking
@@ -81,7 +82,7 @@ def odometry_alone(results):
                Figure(sensor_figures.name(22), "Angular velocity of IMU and wheel odometry round the square, driven by odometry alone (chair 0).", lambda path: drive_figures.rates(path, trace)),
                Figure(sensor_figures.name(23), "Yaw of IMU and wheel odometry, and the odometry's x and y (chair 0).", lambda path: drive_figures.angles(path, trace, "wheels")),
                Figure("e8_paths", "Driven by wheel odometry alone: the odometry draws a square, the chair does not. With the wheels' geometry calibrated it does (chair 0).",
-                      lambda path: drive_figures.path(path, {name: results["E8", name, 0]["trace"] for name in ("thesis", "ours, calibrated")}, SQUARE.goals, START,
+                      lambda path: drive_figures.path(path, {title: results["E8", name, 0]["trace"] for name, title in (("thesis", "thesis's planner"), ("ours, calibrated", "SARA's own, wheels calibrated"))}, SQUARE.goals, START,
                                                        blue="what navigation goes by")))
     section = ("One thing changed: the wheels' geometry", f"With the multipliers of `wheel_separation` and of both radii that are this chair's own (`rosrun sara_control calibrate_odometry` finds them), the odometry alone ends {interval(ends['ours, calibrated'], 2, 'm')} "
                "off the last corner. So it is the geometry, not the integration, that fails; on a real floor the slip is not so constant.")
@@ -191,10 +192,10 @@ def _figures(results, square):
                           lambda path: drive_figures.path(path, {"thesis's": trace("with (0, -3)", MIDDLE, XY_VX), "SARA's own": trace("with (0, -3)", OURS, DEFAULT)}, SECOND["with (0, -3)"].goals, (0.0, 0.0))))
     figures.append(Figure("e9_paths", "The square with the thesis's planner and vx alone, and with SARA's own planner and fusion (chair 0).",
                           lambda path: drive_figures.path(path, {"thesis's planner, vx": trace("square", LONG, VX), "SARA's own": trace("square", OURS, DEFAULT)}, SQUARE.goals, START)))
-    figures.append(Figure("e9_corners", "How far off a corner the chair truly ends, mean of a drive's four; boxes hold half the chairs, whiskers 5 to 95 %.",
+    figures.append(Figure("e9_corners", "How far off a corner the chair truly ends, mean of a drive's four; boxes hold half the chairs, whiskers 5 to 95 %, a point is a chair.",
                           lambda path: drive_figures.boxes(path, {planner.replace(", ", ",\n"): {name: of["values"] for name, of in group.items()} for planner, group in square.items()}, "corner off (m)")))
     return tuple(figures)
 
 
-EXPERIMENTS = (Experiment("E8", "the square by wheel odometry alone", SETTING_8, 20, cases_8, odometry_alone),
-               Experiment("E9", "the square with sensor fusion", SETTING_9, 12, cases_9, fusions))
+EXPERIMENTS = (Experiment("E8", "the square by wheel odometry alone", SETTING_8, 20, cases_8, odometry_alone, lambda key: True, of_drive),
+               Experiment("E9", "the square with sensor fusion", SETTING_9, 12, cases_9, fusions, lambda key: DEFAULT in key, of_drive))

@@ -1,0 +1,111 @@
+"""drives.course_driven's twin over ROS: the same Course and SetUp, the same figures, by sara.launch with the simulated chair.
+
+roslaunch and course_node.py run as children with a master of their own, and are ended whatever happens.
+"""
+import pickle
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import yaml
+
+from sara_bringup.experiments import drives
+from sara_bringup.paths import share
+from sara_bringup.ros.masters import environment, launched
+from sara_sim.chair import SimulatedChair
+from sara_sim.world import World
+
+START_UP_S = 180.0      # of the wall clock
+SLOWEST = 0.2           # of the asked speed: a busy machine makes the simulated clock wait
+COLOUR = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07")   # of a terminal
+END_S = 20.0            # of the wall clock, for a child to end when it is told to
+
+
+class OverRosError(RuntimeError):
+    """A run over ROS that came to nothing; the text is a sentence, with the last words of whoever failed."""
+
+
+def arguments(seed, course, setup, gain, folder, speed):
+    """{name: value} for experiment.launch. `folder`: a Path for what belongs to this run alone. Raises OverRosError where a set-up cannot be launched."""
+    if setup.raw_rate:
+        raise OverRosError("raw_rate has no launch file: read.py does not publish the chip's own rate")
+    tree = drives.navigation(setup.planner, setup.turn_rate)
+    x, y, yaw = course.placed(course.start)
+    steered = "wheels" if setup.fusion == drives.WHEELS or setup.steer_by_wheels else "fake" if setup.fusion == drives.TRUTH else "ekf"
+    found = {"map": share() / "maps" / f"{course.map}.yaml", "x": x, "y": y, "yaw": yaw, "seed": seed, "speed": speed, "port": folder / "can", "calibration_file": folder / "calibration.yaml",
+             "ekf": setup.localization, "localization": steered, "posed": setup.posed, "filter_beside": str(setup.steer_by_wheels).lower()}
+    if tree:
+        (folder / "navigation.yaml").write_text(yaml.safe_dump(tree))
+        found["navigation"] = folder / "navigation.yaml"
+    if setup.own_gain and gain is not None:
+        found["gain"] = gain
+    if setup.calibrated:
+        chair = SimulatedChair(World.empty(), seed)
+        drawn, nominal = chair.chair, chair.config.wheel_radius
+        found.update(separation=1.0 / drawn.slip, left_radius=drawn.left_radius / nominal, right_radius=drawn.right_radius / nominal)
+    return found
+
+
+def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=lambda text: None):
+    """Drive a Course over ROS with the chair `seed`; the dict that drives.course_driven gives. `speed`: simulated seconds per second. `say`: called with each sentence
+    on the way. Raises OverRosError."""
+    with tempfile.TemporaryDirectory(prefix="sara") as name:
+        folder = Path(name)
+        asked, came, log, words = (folder / file for file in ("course.pickle", "rows.pickle", "launch.log", "course.log"))
+        asked.write_bytes(pickle.dumps((course, setup)))
+        env, launch = environment(), arguments(seed, course, setup, gain, folder, speed)
+        limit = START_UP_S + (len(course.goals) * (course.timeout_s + course.pause_s) + 40.0) / (SLOWEST * speed)
+        with log.open("w") as told, words.open("w") as said, launched("sara_bringup", "experiment.launch", launch, env, stdout=told, stderr=subprocess.STDOUT) as roslaunch:
+            child = subprocess.Popen([sys.executable, "-m", "sara_bringup.ros.course_node", str(asked), str(came)], env=env, stdout=said, stderr=subprocess.STDOUT)
+            try:
+                _watch(roslaunch, child, log, words, time.monotonic() + limit, say)
+            finally:
+                _end(child)
+        if not came.exists():
+            raise OverRosError(f"the drive over ROS left no result (status {child.returncode}): {_last(words)}")
+        driven = pickle.loads(came.read_bytes())
+    return {"clicks": driven["clicks"], **drives.figures(driven["rows"], driven["contacts"], course, driven["goals"], trace)}
+
+
+def run_case(case, gain, speed, say):
+    """A Case of E7 to E10 over ROS; what its function gives in lockstep. Raises OverRosError."""
+    return course_over_ros(case.seed, gain=gain, speed=speed, say=say, **{**case.options, "trace": False})
+
+
+def _watch(roslaunch, child, log, words, until, say):
+    """Until the child has ended. Raises OverRosError where the launch ends before, or nothing comes of it."""
+    said = ""
+    while child.poll() is None:
+        if roslaunch.poll() is not None:
+            raise OverRosError(f"roslaunch ended with status {roslaunch.returncode} before the drive was over: {_last(log)}")
+        if time.monotonic() > until:
+            raise OverRosError(f"the drive over ROS did not end in time; its last words: {_last(words)}")
+        text = _last(words, "")
+        if text != said:
+            said = text
+            say(text)
+        time.sleep(0.2)
+
+
+def _end(child):
+    if child.poll() is None:
+        child.terminate()
+    try:
+        child.wait(END_S)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()
+
+
+def _last(path, nothing="it said nothing"):
+    """What a log has to say of a failure: the last line of the worst kind."""
+    lines = [COLOUR.sub("", line).strip() for line in path.read_text(errors="replace").splitlines()]
+    lines = [line for line in lines if line and not line.startswith("The traceback for")]   # of roslaunch, behind what it has to say
+    for worst in ("RLException", "[FATAL]", "[ERROR]", ""):
+        found = [line for line in lines if line.startswith(worst)]
+        if found:
+            return found[-1]
+    return nothing

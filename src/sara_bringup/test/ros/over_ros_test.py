@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""A course of E7 to E10's kind over ROS comes to what it comes to in lockstep; one that cannot be launched is refused by a sentence, and nothing is left behind."""
+import dataclasses
+import os
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+
+from sara_bringup.experiments import agreement, drives
+from sara_bringup.experiments.drives import BOTH, LONG, OURS, VX, Course, SetUp
+from sara_bringup.ros.course_over_ros import OverRosError, course_over_ros
+
+TOLD = Course((1.0, 1.0, 90.0), ((1.0, 1.5, 90.0),), (10.0, 0.0, 0.0))   # half a metre ahead
+CHAIR = 1
+
+
+def children():
+    """Command lines of this process's children and theirs, but for those that have ended."""
+    parents = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                state, parent = (entry / "stat").read_text().rsplit(")", 1)[1].split()[:2]
+                if state != "Z":
+                    parents[int(entry.name)] = int(parent)
+            except OSError:
+                pass   # it has ended
+    found = {os.getpid()}
+    for _ in parents:
+        found |= {pid for pid, parent in parents.items() if parent in found}
+    return found - {os.getpid()}
+
+
+class OverRosTest(unittest.TestCase):
+    def test_a_course_over_ros_is_the_course_in_lockstep(self):
+        setup = SetUp(LONG, VX, posed=BOTH)
+        ros, lockstep = (function(CHAIR, TOLD, setup) for function in (course_over_ros, drives.course_driven))
+        rospy.loginfo("over ROS: %s; in lockstep: %s", *({figure.name: value for figure, value in agreement.of_drive(result).items()} for result in (ros, lockstep)))
+        self.assertEqual(set(ros), set(lockstep))
+        self.assertEqual(ros["true"]["reached"], 1, ros["texts"])
+        self.assertEqual(ros["contacts"], 0)
+        self.assertGreaterEqual(ros["clicks"], 1)
+        self.assertLess(abs(ros["true"]["length"] - lockstep["true"]["length"]), 0.12)
+        self.assertLess(abs(ros["true"]["position"][0] - lockstep["true"]["position"][0]), 0.12)
+        self.assertLess(abs(ros["true"]["yaw"][0] - lockstep["true"]["yaw"][0]), 5.0)
+        self.assertLess(ros["fused_yaw_error"], 3.0)
+        self.assertEqual(children(), set())
+
+    def test_what_cannot_be_launched_is_refused_by_a_sentence(self):
+        with self.assertRaisesRegex(OverRosError, "nowhere.yaml"):
+            course_over_ros(CHAIR, dataclasses.replace(TOLD, map="nowhere"), SetUp(OURS, VX))
+        self.assertEqual(children(), set())
+
+
+if __name__ == "__main__":
+    rospy.init_node("over_ros_test")
+    rostest.rosrun("sara_bringup", "over_ros", OverRosTest)
