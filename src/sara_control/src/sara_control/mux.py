@@ -148,7 +148,11 @@ class Mux:
 
     def locked(self, t):
         """The priority below which nobody is heard at t (s)."""
-        return max((lock.priority for lock in self.config.locks if self._is_locked(t, lock)), default=0)
+        least = 0
+        for lock in self.config.locks:
+            if lock.priority > least and self._is_locked(t, lock):
+                least = lock.priority
+        return least
 
     def _is_locked(self, t, lock):
         locked, stamp = self._locks[lock.name]
@@ -157,19 +161,21 @@ class Mux:
     def _silent(self, t, name):
         return not -AHEAD <= t - self._heard[name].stamp <= self._sources[name].timeout
 
-    def _driver(self, t):
-        """Who may drive at t."""
+    def _driver(self, t, least):
+        """Who may drive at t, of those whose priority is at least so much."""
         if self._taken:
             return ROBOT
-        least = self.locked(t)
-        speaking = [source for source in self.config.topics
-                    if source.priority >= least and not self._heard[source.name].barred and not self._silent(t, source.name)]
-        return max(speaking, key=lambda source: source.priority).name if speaking else NOBODY
+        driver, highest = NOBODY, -1
+        for source in self.config.topics:
+            if source.priority >= least and source.priority > highest and not self._heard[source.name].barred and not self._silent(t, source.name):
+                driver, highest = source.name, source.priority
+        return driver
 
     def _decide(self, t):
         """Changes of the driver; returns what they say to the wheels, or None."""
-        before, self.driver = self.driver, self._driver(t)
-        self._bar(t)
+        least = self.locked(t)
+        before, self.driver = self.driver, self._driver(t, least)
+        self._bar(t, least)
         if self.driver == before:
             return None
         if self.driver in (NOBODY, ROBOT):
@@ -177,14 +183,13 @@ class Mux:
         heard = self._heard[self.driver]
         return Said(heard.v, heard.w, self.driver)
 
-    def _bar(self, t):
-        """Whoever wants to move and is not heard must come anew."""
-        least = self.locked(t)
-        priority = self._sources[self.driver].priority if self.driver in self._sources else -1
+    def _bar(self, t, least):
+        """Whoever wants to move and is not heard, for a driver or a lock of a higher priority, must come anew."""
+        if self.driver in self._sources:
+            least = max(least, self._sources[self.driver].priority)
         for source in self.config.topics:
-            heard = self._heard[source.name]
-            wants = (heard.v != 0.0 or heard.w != 0.0) and not self._silent(t, source.name)
-            driven_out = self._taken or source.priority < max(least, priority)
-            if wants and driven_out and not heard.barred:
-                heard.barred = True
-                self._driven_out.append(source.name)
+            if self._taken or source.priority < least:
+                heard = self._heard[source.name]
+                if (heard.v != 0.0 or heard.w != 0.0) and not heard.barred and not self._silent(t, source.name):
+                    heard.barred = True
+                    self._driven_out.append(source.name)

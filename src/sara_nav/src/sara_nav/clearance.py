@@ -4,6 +4,7 @@ The gap is the least distance from the footprint's outline to the edge of an obs
 sensors with wide cones see it: all that is within an angle of the way ahead counts as if it stood straight ahead at that distance, since an
 echo does not say where in the cone it comes from.
 """
+import functools
 import math
 from dataclasses import dataclass
 
@@ -31,13 +32,20 @@ def room(world, poses, backward, angle, reach):
     """
     g = world.geometry
     poses = np.ascontiguousarray(world.to_local(poses))
-    sense = -1.0 if backward else 1.0
-    front = float((sense * world.footprint[:, 0]).max())
-    span = 0.6 * float(np.abs(world.footprint[:, 1]).max())  # over which the leading edge looks straight ahead
-    edge = 0.5 * float(g.resolution)
-    gap, x, y, ahead = _room(world.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), world.footprint, poses,
-                             world.unknown_blocks, sense, front, span, math.tan(angle), float(reach))
-    return Room(np.maximum(gap - edge, 0.0), x, y, np.maximum(ahead - edge, 0.0))
+    front, span = lead(world.footprint, backward)
+    return Room(*gaps(world.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), world.footprint, poses,
+                      world.unknown_blocks, -1.0 if backward else 1.0, front, span, math.tan(angle), float(reach)))
+
+
+def lead(footprint, backward):
+    """Return how far (m) the edge of a footprint (k, 2) that leads is before its origin, and over how much of it, on each side, one looks straight ahead."""
+    return _lead(footprint.tobytes(), bool(backward))
+
+
+@functools.lru_cache(maxsize=32)
+def _lead(footprint, backward):
+    corners = np.frombuffer(footprint).reshape(-1, 2)
+    return float(((-1.0 if backward else 1.0) * corners[:, 0]).max()), 0.6 * float(np.abs(corners[:, 1]).max())
 
 
 def place_of(x, y, footprint):
@@ -53,14 +61,14 @@ def place_of(x, y, footprint):
 
 
 @kernel
-def _room(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, sense, front, span, slope, reach):
+def gaps(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, sense, front, span, slope, reach):
+    """Return a Room's gap, x, y and ahead (n,) at poses (n, 3) of the costmap's frame. sense: -1.0 when the rear leads. slope: tangent of the angle."""
     height, width = costs.shape
     n, k = len(poses), len(corners)
     gap, ahead = np.full(n, np.inf), np.full(n, np.inf)
     near_x, near_y = np.zeros(n), np.zeros(n)
-    radius = 0.0
-    for j in range(k):
-        radius = max(radius, math.hypot(corners[j, 0], corners[j, 1]))
+    edges, radius = _edges(corners)
+    cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     margin = radius + reach
     x0 = max(int((poses[:, 0].min() - margin - origin_x) / resolution), 0)
     x1 = min(int((poses[:, 0].max() + margin - origin_x) / resolution), width - 1)
@@ -77,20 +85,23 @@ def _room(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks,
             wx, wy = origin_x + (column + 0.5) * resolution, origin_y + (row + 0.5) * resolution
             for i in range(n):
                 dx, dy = wx - poses[i, 0], wy - poses[i, 1]
-                if dx * dx + dy * dy > margin * margin:
+                away = dx * dx + dy * dy
+                if away > margin * margin:
                     continue
-                c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+                c, s = cosines[i], sines[i]
                 bx, by = c * dx + s * dy, c * dy - s * dx
                 beyond = sense * bx - front
                 if beyond > 0.0:
                     beside = max(abs(by) - span, 0.0)
                     if beside <= slope * beyond:
                         ahead[i] = min(ahead[i], math.hypot(beyond, beside))
+                farthest = radius + min(gap[i], reach) + 1e-9
+                if away > farthest * farthest:
+                    continue  # no part of the outline is as near as what was found
                 squared, inside = np.inf, False
                 for j in range(k):
-                    ax, ay = corners[j, 0], corners[j, 1]
-                    ex, ey = corners[(j + 1) % k, 0] - ax, corners[(j + 1) % k, 1] - ay
-                    along = ((bx - ax) * ex + (by - ay) * ey) / max(ex * ex + ey * ey, 1e-12)
+                    ax, ay, ex, ey, length = edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3], edges[j, 4]
+                    along = ((bx - ax) * ex + (by - ay) * ey) / length
                     along = min(max(along, 0.0), 1.0)
                     squared = min(squared, (bx - ax - along * ex) ** 2 + (by - ay - along * ey) ** 2)
                     if (ay > by) != (ay + ey > by) and bx < ex * (by - ay) / ey + ax:
@@ -98,10 +109,25 @@ def _room(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks,
                 distance = -math.sqrt(squared) if inside else math.sqrt(squared)
                 if distance < gap[i] and distance <= reach:
                     gap[i], near_x[i], near_y[i] = distance, bx, by
+    for i in range(n):  # to the edge of the cell, not to its middle
+        gap[i], ahead[i] = max(gap[i] - 0.5 * resolution, 0.0), max(ahead[i] - 0.5 * resolution, 0.0)
     return gap, near_x, near_y, ahead
+
+
+@kernel
+def _edges(corners):
+    """Return the edges of an outline (k, 2), float64 (k, 5): where each begins, how it goes on, its length squared; and the outline's greatest radius."""
+    k = len(corners)
+    edges, radius = np.empty((k, 5)), 0.0
+    for j in range(k):
+        x, y = corners[j, 0], corners[j, 1]
+        radius = max(radius, math.hypot(x, y))
+        dx, dy = corners[(j + 1) % k, 0] - x, corners[(j + 1) % k, 1] - y
+        edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3], edges[j, 4] = x, y, dx, dy, max(dx * dx + dy * dy, 1e-12)
+    return edges, radius
 
 
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
-    _room(np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, np.zeros((1, 3)), True, 1.0, 1.0, 1.0, 1.0, 1.0)
+    gaps(np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, np.zeros((1, 3)), True, 1.0, 1.0, 1.0, 1.0, 1.0)

@@ -17,6 +17,7 @@ class LocalWorld:
 
     footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles. offset: pose of
     the global frame's origin in the costmap's frame; poses are in the global frame unless a method says otherwise.
+    ``points`` (n, 2): all over the footprint, robot's frame. ``shift``: the offset as (x, y, yaw).
     """
 
     def __init__(self, costmap, footprint, unknown_blocks=True, offset=Pose2D(0.0, 0.0, 0.0)):
@@ -25,7 +26,8 @@ class LocalWorld:
         self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
         self.unknown_blocks = bool(unknown_blocks)
         self.offset = offset
-        self._points = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
+        self.shift = (float(offset.x), float(offset.y), float(offset.yaw))
+        self.points = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
 
     def to_local(self, poses):
         """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
@@ -41,7 +43,7 @@ class LocalWorld:
     def touched(self, poses):
         """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""
         g = self.geometry
-        return touched(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self._points,
+        return touched(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self.points,
                        self.to_local(poses), self.unknown_blocks)
 
     def collides(self, pose):
@@ -79,8 +81,11 @@ def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks
     """
     height, width = costs.shape
     result = np.zeros(len(poses), np.int64)
+    low_x, low_y, high_x, high_y, radius = _box(points)
     for i in range(len(poses)):
         c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        if _far_off(costs, origin_x, origin_y, resolution, unknown_blocks, poses[i, 0], poses[i, 1], c, s, low_x, low_y, high_x, high_y, radius):
+            continue
         for j in range(len(points)):
             x = poses[i, 0] + c * points[j, 0] - s * points[j, 1]
             y = poses[i, 1] + s * points[j, 0] + c * points[j, 1]
@@ -92,6 +97,41 @@ def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks
                 if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
                     result[i] += 1
     return result
+
+
+@kernel
+def _box(points):
+    """Return what points (k, 2) are within: the least and greatest x and y, and the greatest distance from the origin."""
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    squared = 0.0
+    for j in range(len(points)):
+        x, y = points[j, 0], points[j, 1]
+        low_x, low_y, high_x, high_y = min(low_x, x), min(low_y, y), max(high_x, x), max(high_y, y)
+        squared = max(squared, x * x + y * y)
+    return low_x, low_y, high_x, high_y, math.sqrt(squared)
+
+
+@kernel
+def _far_off(costs, origin_x, origin_y, resolution, unknown_blocks, x, y, c, s, low_x, low_y, high_x, high_y, radius):
+    """True when a footprint within a box (robot's frame) surely touches nothing at a pose: all of it is on the map, and no obstacle's middle
+    is nearer to the box than half the diagonal of a cell. False says nothing."""
+    height, width = costs.shape
+    u0, u1 = (x - radius - origin_x) / resolution - 1.0, (x + radius - origin_x) / resolution + 1.0
+    v0, v1 = (y - radius - origin_y) / resolution - 1.0, (y + radius - origin_y) / resolution + 1.0
+    if not (u0 >= 0.0 and v0 >= 0.0 and u1 < width and v1 < height and abs(c) <= 1.0):  # true for NaN
+        return False
+    edge = 0.7072 * resolution
+    for row in range(int(v0), int(v1) + 1):
+        dy = origin_y + (row + 0.5) * resolution - y
+        for column in range(int(u0), int(u1) + 1):
+            cost = costs[row, column]
+            if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+                dx = origin_x + (column + 0.5) * resolution - x
+                along, aside = c * dx + s * dy, c * dy - s * dx
+                if low_x - edge <= along <= high_x + edge and low_y - edge <= aside <= high_y + edge:
+                    return False
+    return True
 
 
 def warm():

@@ -47,6 +47,7 @@ class Leg:
         if len(bend):
             self.curvature[[0, -1]] = bend[[0, -1]]
         self.change = np.gradient(self.curvature, self.s) if len(self.s) > 2 else np.zeros(len(self.s))
+        self.size_of_change = np.abs(self.change)
         self.along, self.left, self.offset = 0.0, self.length, 0.0
 
     def locate(self, x, y):

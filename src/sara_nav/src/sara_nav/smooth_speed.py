@@ -100,6 +100,14 @@ def _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
     return low, at
 
 
+@kernel
+def following(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
+    """`next_speed` with its limits one by one."""
+    chosen, at = _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt)
+    after = v + chosen * dt
+    return (after, chosen, at) if after > 0.0 else (0.0, 0.0, at)
+
+
 def next_speed(v, a, highest, ways, caps, limits, dt):
     """Return (speed, acceleration, index) after dt (s): as fast as keeps ``highest`` (m/s) and, at each way ahead, its cap.
 
@@ -107,10 +115,8 @@ def next_speed(v, a, highest, ways, caps, limits, dt):
     caps[i]. index: of the cap that slows, -1 when none does. Where the jerk limit no longer allows a cap to be kept, it brakes
     as hard as it does allow.
     """
-    chosen, at = _next(float(v), float(a), float(highest), np.asarray(ways, np.float64), np.asarray(caps, np.float64),
-                       limits.acceleration, limits.braking, limits.jerk, float(dt))
-    after = v + chosen * dt
-    return (after, chosen, at) if after > 0.0 else (0.0, 0.0, at)
+    return following(float(v), float(a), float(highest), np.asarray(ways, np.float64), np.asarray(caps, np.float64),
+                     limits.acceleration, limits.braking, limits.jerk, float(dt))
 
 
 def approach(v, a, target, acceleration, jerk, dt):

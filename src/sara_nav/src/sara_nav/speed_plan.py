@@ -9,19 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_nav.clearance import place_of, room
-from sara_nav.smooth_speed import SpeedLimits, next_speed, way_to_slow
+from sara_nav import speed_ahead
+from sara_nav.clearance import lead, place_of
 
-STEP = 0.1
-"""Way (m) between two places ahead that are looked at."""
-BEYOND = 0.3
-"""Way (m) that is looked at beyond what braking takes."""
-BLOCKED_BEFORE = 0.03
-"""Way (m) before a place where the footprint would touch something at which it rests."""
-CREEP = 0.02
-"""The slowest speed (m/s) of the end of a leg, which would else be neared for ever."""
-FREE, BEND, NARROW, AHEAD, END, BLOCKED = 'free', 'bend', 'narrow', 'ahead', 'end', 'blocked'
-"""Why it is slow."""
+FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ahead', 'end', 'blocked')
+"""Why it is slow, in the order of speed_ahead's numbers."""
 
 
 @dataclass(frozen=True)
@@ -67,56 +59,23 @@ class SpeedPlan:
     """Plans the speed along a leg, cycle by cycle; remembers speed and acceleration of the last command. config: RotateThenPursueConfig."""
 
     def __init__(self, config):
-        self.config = config
+        self.config = c = config
         self.acceleration = 0.0
+        turns = (float(c.max_vel_theta), float(c.acc_lim_theta), float(c.max_lateral_acc))
+        brakes = (float(c.acc_lim_x), float(c.comfort_dec_x), float(c.dec_lim_x), float(c.jerk_lim_x))
+        self._limits = {backward: (float(-c.min_vel_x if backward else c.max_vel_x), float(c.max_vel_x), *brakes, *turns) for backward in (False, True)}
+        self._sight = (float(c.wide_gap), float(c.narrow_vel), math.tan(c.ahead_angle), float(c.ahead_stop_distance), float(c.ahead_reaction_time),
+                       float(c.ahead_dec))
 
     def pace(self, leg, speed, curvature, world, turn_gain, dt):
         """Return the Pace after ``speed`` (m/s, of the last command) where the robot is on the leg.
 
         curvature: that is driven now (1/m). world: LocalWorld. turn_gain: turn rate driven over commanded.
         """
-        c = self.config
-        highest = c.max_vel_x if not leg.backward else -c.min_vel_x
-        look = speed * 0.5 + way_to_slow(speed, max(self.acceleration, 0.0), 0.0, c.comfort_dec_x, c.jerk_lim_x) + BEYOND
-        ways = np.arange(0.0, min(look, max(leg.left, 0.0)) + STEP, STEP)
-        s = leg.along + ways
-        seen = room(world, leg.poses(s), leg.backward, c.ahead_angle, 1.2)
-        options = np.vstack([bend_speed(leg, s, turn_gain, c), gap_speed(seen.gap, c), np.maximum(ahead_speed(seen.ahead, c), c.narrow_vel)])
-        bends = 0.9 * turn_gain * c.max_vel_theta / max(abs(curvature), 1e-6)
-        options[0, 0] = min(options[0, 0], max(bends, CREEP))
-        caps = options.min(axis=0)
-        free = self._free(leg, world, look)
-        ways = np.append(ways, [leg.left, free])
-        caps = np.append(caps, [0.0, 0.0])
-        useful = caps < highest
-        useful[-2:] = True
-        picked = np.flatnonzero(useful & np.isfinite(ways))
-        limits = SpeedLimits(c.acc_lim_x, c.comfort_dec_x, c.jerk_lim_x)
-        after, acceleration, at = next_speed(speed, self.acceleration, highest, ways[picked], caps[picked], limits, dt)
-        index = int(picked[at]) if at >= 0 else -1
-        if index >= 0 and ways[index] - way_to_slow(after, acceleration, caps[index], c.comfort_dec_x, c.jerk_lim_x) < -0.05:
-            # It came suddenly: braked for harder.
-            limits = SpeedLimits(c.acc_lim_x, c.dec_lim_x, c.jerk_lim_x)
-            after, acceleration, _ = next_speed(speed, self.acceleration, highest, ways[picked], caps[picked], limits, dt)
-        if acceleration <= 0.0 and after < CREEP and leg.left > 0.0 and free > 0.0:
-            after, acceleration = CREEP if speed >= CREEP else min(speed + c.acc_lim_x * dt, CREEP), 0.0
-        cause = self._cause(index, options, seen, leg, free, world) if index >= 0 else Cause(FREE)
-        return Pace(after, acceleration, float(caps[index]) if index >= 0 else highest, cause)
-
-    def _cause(self, index, options, seen, leg, free, world):
-        n = options.shape[1]
-        if index == n:
-            return Cause(END, max(leg.left, 0.0))
-        if index == n + 1:
-            return Cause(BLOCKED, max(free, 0.0))
-        kind = (BEND, NARROW, AHEAD)[int(options[:, index].argmin())]
-        if kind == NARROW:
-            return Cause(NARROW, float(seen.gap[index]), place_of(seen.x[index], seen.y[index], world.footprint))
-        return Cause(kind, float(seen.ahead[index]) if kind == AHEAD else 0.0)
-
-    def _free(self, leg, world, look):
-        """Return the way (m) along the leg until its footprint would touch more than it does now, +Inf where it does not within ``look``."""
-        ways = np.arange(0.0, min(look, max(leg.left, 0.0)) + 0.04, 0.04)
-        touched = world.touched(leg.poses(leg.along + ways))
-        worse = np.flatnonzero(touched > touched[0])
-        return float(ways[worse[0]]) - BLOCKED_BEFORE - 0.04 if len(worse) else math.inf
+        g, backward = world.geometry, leg.backward
+        after, acceleration, cap, why, size, x, y = speed_ahead.pace(
+            leg.s, leg.xy, leg.heading, leg.curvature, leg.size_of_change, leg.along, leg.left, backward, float(speed), float(self.acceleration),
+            float(curvature), float(turn_gain), float(dt), self._limits[backward], self._sight, world.costmap.costs, float(g.origin_x), float(g.origin_y),
+            float(g.resolution), world.footprint, world.points, *lead(world.footprint, backward), world.shift, world.unknown_blocks)
+        where = place_of(x, y, world.footprint) if KINDS[why] == NARROW else ''
+        return Pace(after, acceleration, cap, Cause(KINDS[why], size, where))

@@ -48,7 +48,7 @@ def apply(grid, seen_at, free_at, origin_x, origin_y, resolution, x, y, yaw, dis
     height, width = grid.shape
     band = max(resolution * distance, 0.71 * resolution)
     length = distance + band
-    x0, y0, xn, yn = _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution)
+    x0, y0, xn, yn = sector_window(x, y, yaw, length, half, origin_x, origin_y, resolution)
     x0, y0, xn, yn = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
     if xn <= x0 or yn <= y0:
         return (0, 0, 0, 0), (0, 0, 0, 0)
@@ -69,9 +69,13 @@ def apply(grid, seen_at, free_at, origin_x, origin_y, resolution, x, y, yaw, dis
     slope = math.tan(half) if half < 1.5 else np.inf
     keep = free_at.shape == grid.shape
     carve = keep and not clear and _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since)
+    corners = _around(c, s, length, half, slope, 0.71 * resolution)
     for row in range(y0, yn):
         dy = origin_y + (row + 0.5) * resolution - y
-        for column in range(x0, xn):
+        least, most = _reach(corners, dy)
+        first = x0 if least == -np.inf else max(x0, int(math.floor((x + least - origin_x) / resolution - 1.0)))
+        last = xn if most == np.inf else min(xn, int(math.ceil((x + most - origin_x) / resolution + 1.0)))
+        for column in range(first, last):
             dx = origin_x + (column + 0.5) * resolution - x
             if grid[row, column] <= surely_free and dx * dx + dy * dy < quiet:
                 if keep:
@@ -116,6 +120,41 @@ def apply(grid, seen_at, free_at, origin_x, origin_y, resolution, x, y, yaw, dis
 
 
 @kernel
+def _around(c, s, length, half, slope, thick):
+    """Return four corners (4, 2), m from the sensor along the grid's axes, around a cone and a beam as thick as that on either side of its axis.
+
+    Corners at infinity where the cone is so wide that they say nothing.
+    """
+    corners = np.empty((4, 2))
+    if half >= 1.5:
+        corners[:] = np.inf
+        return corners
+    thick, length = thick + 1e-6, length + 1e-6
+    wide = max(slope * length, thick) + 1e-6
+    for k in range(4):
+        along = -1e-6 if k == 0 or k == 3 else length
+        aside = (thick if along < 0.0 else wide) * (1.0 if k < 2 else -1.0)
+        corners[k, 0], corners[k, 1] = c * along - s * aside, s * along + c * aside
+    return corners
+
+
+@kernel
+def _reach(corners, y):
+    """Return the least and the greatest x of a convex outline's (k, 2) points at y: the one above the other where it has none there, without bounds where its corners say nothing."""
+    if corners[0, 0] == np.inf:
+        return -np.inf, np.inf
+    least, most = 1e9, -1e9
+    for k in range(len(corners)):
+        ax, ay, bx, by = corners[k - 1, 0], corners[k - 1, 1], corners[k, 0], corners[k, 1]
+        if min(ay, by) <= y <= max(ay, by):
+            x = ax if ay == by else ax + (y - ay) / (by - ay) * (bx - ax)
+            least, most = min(least, x), max(most, x)
+            if ay == by:
+                least, most = min(least, bx), max(most, bx)
+    return least, most
+
+
+@kernel
 def _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since):
     """True when there are cells on the arc of an echo that were not seen free since a time (s)."""
     for row in range(y0, yn):
@@ -151,8 +190,8 @@ def _turn(ax, ay, bx, by, cx, cy):
 
 
 @kernel
-def _bounds(x, y, yaw, length, half, origin_x, origin_y, resolution):
-    """Return the window around a sector of a circle, not cut to the grid."""
+def sector_window(x, y, yaw, length, half, origin_x, origin_y, resolution):
+    """Return the window (x0, y0, xn, yn) of cells around a sector of a circle, not cut to the grid."""
     low_x = high_x = x
     low_y = high_y = y
     for k in range(6):

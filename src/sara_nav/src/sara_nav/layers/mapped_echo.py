@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 from ahead_of_time import kernel
+from sara_nav.layers.cone import sector_window
 
 LETHAL = 254
 REACH = 3
@@ -38,15 +39,19 @@ def explained(costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw
             continue
         x, y = frame_x + c * r[0] - s * r[1], frame_y + s * r[0] + c * r[1]
         yaw, distance, half = frame_yaw + r[2], r[3], r[4]
-        reach = distance + tolerance
-        x0, y0 = int(math.floor((x - reach - origin_x) / resolution)), int(math.floor((y - reach - origin_y) / resolution))
-        xn, yn = int(math.floor((x + reach - origin_x) / resolution)) + 1, int(math.floor((y + reach - origin_y) / resolution)) + 1
+        # As far from the sensor as the arc or, with ``near``, no farther: nothing else can be within the tolerance of it.
+        nearest, farthest = (0.0 if near[i] else max(distance - tolerance - 1e-9, 0.0)) ** 2, (distance + tolerance + 1e-9) ** 2
+        x0, y0, xn, yn = sector_window(x, y, yaw, distance, half, origin_x, origin_y, resolution)
+        more = int(tolerance / resolution) + 2
+        x0, y0, xn, yn = x0 - more, y0 - more, xn + more, yn + more
         for row in range(max(y0, 0), min(yn, height)):
             dy = origin_y + (row + 0.5) * resolution - y
             for column in range(max(x0, 0), min(xn, width)):
                 if costs[row, column] != LETHAL:
                     continue
                 dx = origin_x + (column + 0.5) * resolution - x
+                if not nearest <= dx * dx + dy * dy <= farthest:
+                    continue
                 if (_gap(dx, dy, yaw, half, distance, near[i]) <= tolerance
                         and _echoes(costs, column, row, math.cos(yaw), math.sin(yaw), cos_steepest)):
                     result[i] = True

@@ -1,0 +1,98 @@
+"""Room beside and before a footprint, and what it touches: against the plain sums, cell by cell and point by point."""
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sara_nav.clearance import place_of, room
+from sara_nav.collision import LocalWorld
+from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
+from sara_nav.footprint import parse_footprint
+from sara_nav.grid import GridGeometry
+
+SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
+LAME = parse_footprint([[0.60, 0.05], [0.10, -0.30], [-0.40, -0.25], [-0.45, 0.33], [0.20, 0.40]])
+SIDE = 80
+GRID = GridGeometry(SIDE, SIDE, 0.05, -2.0, -2.0)
+cells = st.lists(st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1), st.sampled_from((LETHAL, UNKNOWN))), max_size=12)
+walls = st.lists(st.tuples(st.integers(0, SIDE - 1), st.booleans()), max_size=2)
+poses = st.lists(st.tuples(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats(-7.0, 7.0)), min_size=1, max_size=6)
+
+
+def world_of(marks, lines=(), footprint=SARA, unknown_blocks=True):
+    costs = np.zeros(GRID.shape, np.uint8)
+    for at, upright in lines:
+        costs[:, at:at + 2] = LETHAL if upright else costs[:, at:at + 2]
+        costs[at:at + 2, :] = costs[at:at + 2, :] if upright else LETHAL
+    for row, column, cost in marks:
+        costs[row, column] = cost
+    return LocalWorld(Costmap(costs, GRID), footprint, unknown_blocks)
+
+
+def blocked(world, row, column):
+    if not (0 <= row < SIDE and 0 <= column < SIDE):
+        return True
+    cost = world.costmap.costs[row, column]
+    return cost == LETHAL or (cost == UNKNOWN and world.unknown_blocks)
+
+
+def outline_gap(world, bx, by):
+    """The signed distance of a point (robot's frame) from the outline, by the textbook."""
+    squared, inside, corners = math.inf, False, world.footprint
+    for (ax, ay), (cx, cy) in zip(corners, np.roll(corners, -1, axis=0)):
+        ex, ey = cx - ax, cy - ay
+        along = min(max(((bx - ax) * ex + (by - ay) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+        squared = min(squared, (bx - ax - along * ex) ** 2 + (by - ay - along * ey) ** 2)
+        if (ay > by) != (cy > by) and bx < ex * (by - ay) / ey + ax:
+            inside = not inside
+    return -math.sqrt(squared) if inside else math.sqrt(squared)
+
+
+@settings(deadline=None, max_examples=120)
+@given(cells, walls, poses, st.sampled_from((SARA, LAME)), st.booleans())
+def test_as_many_points_touch_as_lie_on_obstacles(marks, lines, at, footprint, unknown_blocks):
+    world = world_of(marks, lines, footprint, unknown_blocks)
+    expected = []
+    for x, y, yaw in at:
+        c, s = math.cos(yaw), math.sin(yaw)
+        u = (x + c * world.points[:, 0] - s * world.points[:, 1] + 2.0) / 0.05
+        v = (y + s * world.points[:, 0] + c * world.points[:, 1] + 2.0) / 0.05
+        expected.append(sum(blocked(world, math.floor(b), math.floor(a)) for a, b in zip(u, v)))
+    assert world.touched(at).tolist() == expected
+
+
+@settings(deadline=None, max_examples=120)
+@given(cells, walls, poses, st.booleans(), st.floats(0.2, 1.2), st.floats(0.2, 1.5), st.sampled_from((SARA, LAME)))
+def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at, backward, angle, reach, footprint):
+    world = world_of(marks, lines, footprint)
+    seen = room(world, np.array(at), backward, angle, reach)
+    radius = float(np.hypot(*footprint.T).max())
+    sense = -1.0 if backward else 1.0
+    front, span = float((sense * footprint[:, 0]).max()), 0.6 * float(np.abs(footprint[:, 1]).max())
+    rows, columns = np.nonzero(world.costmap.costs >= LETHAL)
+    inner = [all(0 < k < SIDE - 1 for k in (r, c)) and min(world.costmap.costs[r - 1, c], world.costmap.costs[r + 1, c], world.costmap.costs[r, c - 1],
+                                                           world.costmap.costs[r, c + 1]) >= LETHAL for r, c in zip(rows, columns)]
+    for i, (x, y, yaw) in enumerate(at):
+        gap = ahead = math.inf
+        for r, c, within in zip(rows, columns, inner):
+            dx, dy = -2.0 + (c + 0.5) * 0.05 - x, -2.0 + (r + 0.5) * 0.05 - y
+            if within or math.hypot(dx, dy) > radius + reach - 1e-9:
+                continue
+            bx, by = math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx
+            beyond, beside = sense * bx - front, max(abs(by) - span, 0.0)
+            if beyond > 0.0 and beside <= math.tan(angle) * beyond - 1e-9:
+                ahead = min(ahead, math.hypot(beyond, beside))
+            distance = outline_gap(world, bx, by)
+            if distance <= reach - 1e-9:
+                gap = min(gap, distance)
+        assert seen.gap[i] == pytest.approx(max(gap - 0.025, 0.0), abs=1e-8) or gap == math.inf and seen.gap[i] >= reach - 0.0251
+        assert seen.ahead[i] == pytest.approx(max(ahead - 0.025, 0.0), abs=1e-8) or seen.ahead[i] <= max(ahead - 0.025, 0.0)
+        if math.isfinite(seen.gap[i]):
+            assert max(outline_gap(world, seen.x[i], seen.y[i]) - 0.025, 0.0) == pytest.approx(seen.gap[i], abs=1e-8)
+
+
+def test_places_about_the_robot_have_names():
+    assert [place_of(x, y, SARA) for x, y in ((1.0, 0.0), (0.6, 0.3), (0.0, 0.4), (-1.0, -0.4), (-1.0, 0.0))] \
+        == ['front', 'front left', 'left', 'rear right', 'rear']
