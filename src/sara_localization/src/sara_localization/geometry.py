@@ -69,11 +69,10 @@ def multiply(a, b) -> Quaternion:
 
 def rotate(q, v) -> Vector:
     """The 3-vector v turned by the unit quaternion q: v + 2 w (u x v) + 2 u x (u x v)."""
-    u = q[:3]
-    t = cross(u, v)
-    s = cross(u, t)
-    w = q[3]
-    return (v[0] + 2.0 * (w * t[0] + s[0]), v[1] + 2.0 * (w * t[1] + s[1]), v[2] + 2.0 * (w * t[2] + s[2]))
+    ux, uy, uz, w = q
+    vx, vy, vz = v
+    tx, ty, tz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return (vx + 2.0 * (w * tx + (uy * tz - uz * ty)), vy + 2.0 * (w * ty + (uz * tx - ux * tz)), vz + 2.0 * (w * tz + (ux * ty - uy * tx)))
 
 
 def rotation_matrix(q) -> np.ndarray:

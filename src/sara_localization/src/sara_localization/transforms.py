@@ -30,17 +30,28 @@ class _Timed:
         self.stamps, self.samples = [], []
 
     def insert(self, stamp, parent, transform) -> bool:
-        if self.stamps and stamp < self.stamps[-1] - CACHE_TIME:
+        stamps = self.stamps
+        if not stamps or stamp > stamps[-1]:   # as they come, nearly always
+            stamps.append(stamp)
+            self.samples.append((parent, transform))
+            if len(stamps) > 64 and stamps[64] < stamp - CACHE_TIME:
+                self._forget()
+            return True
+        if stamp < stamps[-1] - CACHE_TIME:
             return False
-        k = bisect_left(self.stamps, stamp)
-        if k < len(self.stamps) and self.stamps[k] == stamp:
+        k = bisect_left(stamps, stamp)
+        if stamps[k] == stamp:
             return False
-        self.stamps.insert(k, stamp)
+        stamps.insert(k, stamp)
         self.samples.insert(k, (parent, transform))
+        self._forget()
+        return True
+
+    def _forget(self):
+        """Drop what is too old, many at a time."""
         expired = bisect_left(self.stamps, self.stamps[-1] - CACHE_TIME)
         if expired > 64:
             del self.stamps[:expired], self.samples[:expired]
-        return True
 
     @property
     def parent(self):
@@ -168,5 +179,10 @@ class TransformBuffer:
         return transform
 
     def _latest_common_time(self, up_target, up_source):
-        frames = (self._frames[name] for name in (*up_target, *up_source))
-        return min((frame.stamps[-1] for frame in frames if frame.stamps), default=None)
+        latest = None
+        for line in (up_target, up_source):
+            for name in line:
+                stamps = self._frames[name].stamps
+                if stamps and (latest is None or stamps[-1] < latest):
+                    latest = stamps[-1]
+        return latest
