@@ -20,11 +20,8 @@ run: build ## drive the simulated chair round the thesis's square; results in ou
 test: build ## every test: units without ROS, then the rostests
 	@tools/run_tests.sh
 
-bench: build ## how fast it is, against a yardstick timed in the same run
-	@$(ENV) rosrun sara_bringup bench
-	@$(ENV) rosrun sara_bringup bench_nav --out out/bench_nav.json
-	@$(ENV) rosrun sara_bringup bench_bus --out out/bench_bus.json
-	@$(ENV) rosrun sara_localization bench_filter
+bench: build ## how fast it is, against a yardstick timed in the same run; out/bench.json (CHECK=1: fails on what got slower)
+	@$(ENV) rosrun sara_bringup bench --out out $(if $(CHECK),--check)
 
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json

@@ -19,6 +19,7 @@ import rospy
 
 from canserial.bus import BusDescription
 from canserial.msg import Encoder
+from nav_msgs.msg import Odometry
 from sara_bringup.ros.masters import environment, launched
 from sara_sim.lawicel import LawicelAdapter
 from sara_sim.terminal import Terminal
@@ -64,19 +65,25 @@ def cpu_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def peak_memory_mb(pid):
+    """The most memory that a process has held, MB."""
+    line = next(line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("VmHWM"))
+    return int(line.split()[1]) / 1024.0
+
+
 def process_of(node):
     """Process id of a running node."""
     return ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2]
 
 
-def measure(rate, seconds):
-    """{name: figure} of one run."""
+def measure(rate, seconds, log=None):
+    """{name: figure} of one run. log: a file for what the nodes say; None: the terminal."""
     env = environment()
     os.environ["ROS_MASTER_URI"] = env["ROS_MASTER_URI"]
     arrived = {}
     with tempfile.TemporaryDirectory(prefix="sara") as folder, Terminal(f"{folder}/can") as terminal:
         feed = Feed(terminal, rate)
-        with launched("canserial", "canserial.launch", {"port": f"{folder}/can"}, env):
+        with launched("canserial", "canserial.launch", {"port": f"{folder}/can"}, env, stdout=log, stderr=log):
             while not rosgraph.is_master_online():
                 time.sleep(0.1)
             rospy.init_node("bench_bus", disable_signals=True)
@@ -91,13 +98,52 @@ def measure(rate, seconds):
             pids = {name: process_of(name) for name in ("/canserial", "/read")}
             before, began = {name: cpu_seconds(pid) for name, pid in pids.items()}, time.monotonic()
             feeding.join()
+            memory = max(peak_memory_mb(pid) for pid in pids.values())
             used = {name: (cpu_seconds(pid) - before[name]) / (time.monotonic() - began) for name, pid in pids.items()}
             time.sleep(DRAIN_S)
     counted = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate))
     latency = 1e3 * np.array([arrived[number] - feed.sent[number] for number in counted if number in arrived])
     return {"frames": len(counted), "seconds": seconds, "lost": len(counted) - len(latency), "refused_by_the_port": feed.dropped,
-            "p50_ms": float(np.percentile(latency, 50)), "p99_ms": float(np.percentile(latency, 99)), "max_ms": float(latency.max()),
+            "p50_ms": float(np.percentile(latency, 50)), "p99_ms": float(np.percentile(latency, 99)), "max_ms": float(latency.max()), "memory_mb": memory,
             "cpu_percent": {name: 100.0 * share for name, share in used.items()}}
+
+
+FRAMES_PERIOD_S = 0.1    # of each wheel's counter, as on the chair
+PAIR_S = 0.02            # between the two wheels' frames
+
+
+def measure_odometry(seconds, log=None):
+    """([ms from the bytes of the later frame of a pair to the odometry made of it, ...], how many pairs made none), with diff_drive_controller; log: as in `measure`."""
+    env = environment()
+    os.environ["ROS_MASTER_URI"] = env["ROS_MASTER_URI"]
+    arrived, latency, lost = [], [], 0
+    with tempfile.TemporaryDirectory(prefix="sara") as folder, Terminal(f"{folder}/can") as terminal:
+        feed = Feed(terminal, 1.0 / FRAMES_PERIOD_S)
+        with launched("sara_bringup", "bench_odometry.launch", {"port": f"{folder}/can"}, env, stdout=log, stderr=log):
+            while not rosgraph.is_master_online():
+                time.sleep(0.1)
+            rospy.init_node("bench_odometry", disable_signals=True)
+            topic = rospy.Subscriber("/diff_drive_controller/odom", Odometry, lambda message: arrived.append(time.monotonic()), queue_size=100, tcp_nodelay=True)
+            while not (feed.adapter.is_open and topic.get_num_connections()):
+                feed.listen()
+                time.sleep(0.001)
+            start, pairs = time.monotonic(), int((RAMP_S + seconds) / FRAMES_PERIOD_S)
+            for number in range(2 * pairs):
+                due = start + number // 2 * FRAMES_PERIOD_S + number % 2 * PAIR_S
+                while time.monotonic() < due:
+                    feed.listen()
+                    time.sleep(max(0.0, min(0.005, due - time.monotonic())))
+                data = feed.adapter.frame_bytes(feed.bus.encode(("ENCODER_RIGHT", "ENCODER_LEFT")[number % 2], steps=100 * (number // 2), time=1000 * (number // 2)))
+                feed.sent[number] = time.monotonic()
+                feed.dropped += not terminal.write(data)
+            time.sleep(0.2)
+    for number in range(2 * int(RAMP_S / FRAMES_PERIOD_S) + 1, 2 * pairs - 2, 2):
+        came = [at for at in arrived if feed.sent[number] <= at < feed.sent[number + 1]]
+        if came:
+            latency.append(1e3 * (came[0] - feed.sent[number]))
+        else:
+            lost += 1
+    return latency, lost
 
 
 def main():

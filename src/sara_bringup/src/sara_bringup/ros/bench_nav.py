@@ -26,7 +26,7 @@ from sensor_msgs.msg import Range
 
 from sara_bringup.journeys import PLANNERS
 from sara_bringup.ranges import mountings
-from sara_bringup.ros.bench_bus import cpu_seconds, process_of
+from sara_bringup.ros.bench_bus import cpu_seconds, peak_memory_mb, process_of
 from sara_bringup.ros.masters import environment, launched
 
 START, GOAL = (2.0, 4.0, 0.4), (14.0, 4.6, 0.0)     # in the hall: x m, y m, yaw rad
@@ -87,12 +87,6 @@ def _transform(parent, child, pose, stamp=None):
     message.transform.translation.x, message.transform.translation.y = pose[:2]
     message.transform.rotation.z, message.transform.rotation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
     return message
-
-
-def peak_memory_mb(pid):
-    """The most memory that a process has held, MB."""
-    line = next(line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("VmHWM"))
-    return int(line.split()[1]) / 1024.0
 
 
 def measure(planner, timeout=120.0):

@@ -2,8 +2,10 @@
 
     rosrun sara_localization bench_filter [--filter ekf|ukf|both] [--seconds 20] [--out FILE.json]
 
-A master of its own is started, so that nothing on the machine is disturbed. Beside it stands robot_localization's node on the
-machine that its figure was taken on (2 cores, C++): 1.77 % of a core for the EKF, 1.93 % for the UKF.
+A master of its own is started, so that nothing on the machine is disturbed. Beside the filter, at the same time and from the same
+publishers, runs a bare rospy node with the same traffic (bench_bare.py): what a machine makes of a rospy node swings by a factor of two,
+and the ratio of the two much less. robot_localization's node took, on the machine that its figure was taken on (2 cores, C++),
+1.77 % of a core for the EKF, 1.93 % for the UKF; a bare rospy node there took 1.5 %.
 """
 from __future__ import annotations
 
@@ -13,17 +15,22 @@ import os
 import sys
 import time
 from pathlib import Path
+from typing import Dict
 from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
+from tf2_msgs.msg import TFMessage
 
 from .own_master import own_master, running
+from .wire import unread
 
 PEER_PERCENT = {'ekf': 1.77, 'ukf': 1.93}
+PEERS_BARE_PERCENT = 1.5
 ALLOWED_PERCENT = 3.5
+OUTPUTS = {'/filter': ('odometry/filtered', '/tf'), '/bare': ('bare/odometry', 'bare/tf')}
 RAMP = 4.0      # s: connections and compiled code settle
 
 
@@ -38,7 +45,7 @@ def _messages():
     return odometry, imu
 
 
-def _used(pid):
+def used(pid):
     """(CPU seconds, peak memory in MB) of a process."""
     fields = Path('/proc/%d/stat' % pid).read_text().rsplit(')', 1)[1].split()
     status = Path('/proc/%d/status' % pid).read_text()
@@ -59,21 +66,42 @@ def _feed(seconds, odometry_pub, imu_pub, odometry, imu):
             odometry_pub.publish(odometry)
 
 
-def measure(seconds: float, odometry_pub, imu_pub) -> dict:
-    """{cpu_percent, peak_mb, output_hz} of the node /filter on the present master."""
-    arrived = []
-    output = rospy.Subscriber('odometry/filtered', Odometry, lambda msg: arrived.append(msg.header.stamp), queue_size=100)
-    while not (output.get_num_connections() and odometry_pub.get_num_connections() and imu_pub.get_num_connections()):
+def measure(seconds: float, odometry_pub, imu_pub) -> Dict[str, dict]:
+    """{node: {cpu_percent, peak_mb, output_hz}} of /filter and /bare on the present master."""
+    arrived, ears, outputs = {node: [] for node in OUTPUTS}, [], []
+    for node, (odometry, transforms) in OUTPUTS.items():
+        outputs.append(rospy.Subscriber(odometry, unread(Odometry), arrived[node].append, queue_size=100))
+        ears.append(rospy.Subscriber(transforms, unread(TFMessage), lambda msg: None, queue_size=100))
+    while not (all(s.get_num_connections() for s in outputs + ears)
+               and min(odometry_pub.get_num_connections(), imu_pub.get_num_connections()) >= len(OUTPUTS)):
         time.sleep(0.05)
     messages = _messages()
     _feed(RAMP, odometry_pub, imu_pub, *messages)
-    pid = ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode('/filter')).getPid(rospy.get_name())[2]
-    before, began, count = _used(pid)[0], time.monotonic(), len(arrived)
+    pids = {node: ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2] for node in OUTPUTS}
+    before, counts, began = {node: used(pid)[0] for node, pid in pids.items()}, {n: len(a) for n, a in arrived.items()}, time.monotonic()
     _feed(seconds, odometry_pub, imu_pub, *messages)
-    lasted = time.monotonic() - began
-    after, peak = _used(pid)
-    output.unregister()
-    return {'cpu_percent': 100.0 * (after - before) / lasted, 'peak_mb': peak, 'output_hz': (len(arrived) - count) / lasted}
+    lasted, result = time.monotonic() - began, {}
+    for node, pid in pids.items():
+        after, peak = used(pid)
+        result[node] = {'cpu_percent': 100.0 * (after - before[node]) / lasted, 'peak_mb': peak,
+                        'output_hz': (len(arrived[node]) - counts[node]) / lasted}
+    for subscriber in outputs + ears:
+        subscriber.unregister()
+    return result
+
+
+def runs(kinds, seconds, rounds=1):
+    """Yield (kind, measure()'s result) for each of the kinds, `rounds` times in turn, on a master of their own. Makes this process a ROS node."""
+    with own_master() as port:
+        rospy.init_node('bench_filter', disable_signals=True)
+        odometry_pub = rospy.Publisher('/diff_drive_controller/odom', Odometry, queue_size=10, tcp_nodelay=True)
+        imu_pub = rospy.Publisher('/imu/data', Imu, queue_size=10, tcp_nodelay=True)
+        for _ in range(rounds):
+            for kind in kinds:
+                with running('roslaunch', '--no-summary', '-p', str(port), 'sara_localization', 'bench.launch', 'filter:=' + kind), \
+                        running(sys.executable, '-m', __name__.rpartition('.')[0] + '.bench_bare'):
+                    yield kind, measure(seconds, odometry_pub, imu_pub)
+        rospy.signal_shutdown('done')
 
 
 def main(argv=None):
@@ -83,16 +111,13 @@ def main(argv=None):
     parser.add_argument('--out', type=Path, help='JSON file')
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     results = {}
-    with own_master() as port:
-        rospy.init_node('bench_filter', disable_signals=True)
-        odometry_pub = rospy.Publisher('/diff_drive_controller/odom', Odometry, queue_size=10, tcp_nodelay=True)
-        imu_pub = rospy.Publisher('/imu/data', Imu, queue_size=10, tcp_nodelay=True)
-        for kind in ('ekf', 'ukf') if arguments.filter == 'both' else (arguments.filter,):
-            with running('roslaunch', '--no-summary', '-p', str(port), 'sara_localization', 'bench.launch', 'filter:=' + kind):
-                result = results[kind] = measure(arguments.seconds, odometry_pub, imu_pub)
-            print('%s_localization_node: %.2f %% of a core, %.0f MB, %.1f Hz out (the peer: %.2f %%)'
-                  % (kind, result['cpu_percent'], result['peak_mb'], result['output_hz'], PEER_PERCENT[kind]), flush=True)
-        rospy.signal_shutdown('done')
+    for kind, result in runs(('ekf', 'ukf') if arguments.filter == 'both' else (arguments.filter,), arguments.seconds):
+        node, bare = result['/filter'], result['/bare']
+        results[kind] = {**node, 'bare': bare}
+        print('%s_localization_node: %.2f %% of a core, %.0f MB, %.1f Hz out (the peer: %.2f %%); %.2f of a bare rospy node with this traffic, '
+              'which takes %.2f %%, %.0f MB (the peer: %.2f of 1.5 %%)'
+              % (kind, node['cpu_percent'], node['peak_mb'], node['output_hz'], PEER_PERCENT[kind], node['cpu_percent'] / bare['cpu_percent'],
+                 bare['cpu_percent'], bare['peak_mb'], PEER_PERCENT[kind] / PEERS_BARE_PERCENT), flush=True)
     if arguments.out:
         arguments.out.write_text(json.dumps(results, indent=1))
     sys.exit(0 if all(result['cpu_percent'] <= ALLOWED_PERCENT for result in results.values()) else 1)
