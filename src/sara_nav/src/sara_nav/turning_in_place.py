@@ -1,6 +1,8 @@
 """One turn in place after the other, each cycle as a LocalCommand: begun when there is room, slower beside obstacles, stopped when something is met."""
 import math
 
+import numpy as np
+
 from sara_nav.clearance import room
 from sara_nav.driving_words import turning
 from sara_nav.geometry import wrap
@@ -10,7 +12,7 @@ from sara_nav.speed_plan import gap_speed
 from sara_nav.stopping_way import blocked_where, stopping_turn
 
 LOOK = 0.4
-"""Angle (rad) of a turn whose gaps set its rate."""
+"""Angle (rad) of a turn whose gaps set its rate: the farthest corner sweeps past them no faster than the robot would drive past them."""
 
 
 class TurningInPlace:
@@ -56,7 +58,8 @@ class TurningInPlace:
         c, turn = self.config, self._turn
         turn.left += wrap(error - turn.left)
         seen = room(world, turn_poses(now, max(min(turn.left, LOOK), -LOOK)), False, c.ahead_angle, c.wide_gap)
-        highest = c.max_vel_theta * float(gap_speed(seen.gap.min(), c)) / c.max_vel_x
+        corner = float(gap_speed(seen.gap.min(), c)) / float(np.hypot(*world.footprint.T).max())
+        highest = min(c.max_vel_theta, corner / gain)
         rate = turn.rate(error, last, gain, highest, c, dt)
         if rate == 0.0 and last == 0.0:
             self._turn = None

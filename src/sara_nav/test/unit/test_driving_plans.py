@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 sys.path.insert(0, str(Path(__file__).parent))
 from test_driving import FOOTPRINT, SimChair, costmap, degrees_between, room  # noqa: E402
 
+from sara_nav import clearance  # noqa: E402
 from sara_nav.collision import LocalWorld  # noqa: E402
 from sara_nav.geometry import Pose2D, wrap  # noqa: E402
 from sara_nav.local_planner import BLOCKED, DRIVING, OFF_PATH, REACHED, RotateThenPursue, RotateThenPursueConfig  # noqa: E402
+from sara_nav.speed_plan import gap_speed  # noqa: E402
 
 HALL = LocalWorld(costmap(room()).costmap, FOOTPRINT)
 
@@ -203,6 +205,22 @@ def test_the_long_way_round_is_turned_only_where_the_short_one_is_not_free():
             assert chair.turned == pytest.approx(turned, abs=0.05)
         else:
             assert 'no room to turn left by 103 deg' in command.text and turned < 0.0
+
+
+@pytest.mark.parametrize('free', [0.10, 0.16, 0.25])
+def test_a_turn_sweeps_past_walls_no_faster_than_the_chair_drives_past_them_and_no_slower_than_that_needs(free):
+    wall = 3.0 + math.hypot(0.54, 0.29) + free
+    world, c = walls((1.0, 5.0, wall, wall + 0.2)), RotateThenPursueConfig()
+    command, chair, trail = drive([(3.0, 3.0, 0.0), (3.0, 3.0, 3.0)], world=world)
+    assert command.state == REACHED and world.touched([(p.x, p.y, p.yaw) for _, p, _ in trail]).max() == 0
+    corner = float(np.hypot(*FOOTPRINT.T).max()) / chair.slip
+    gaps = clearance.room(world, [(p.x, p.y, p.yaw) for _, p, _ in trail], False, c.ahead_angle, c.wide_gap).gap
+    swept = np.abs([k.w for _, _, k in trail]) * corner
+    allowed = gap_speed(gaps, c)
+    assert (swept <= np.maximum(allowed, 0.02) + 0.02).all()
+    fastest = min(c.max_vel_theta * corner, gap_speed(gaps.min(), c))
+    narrow = gaps < gaps.min() + 0.02
+    assert swept[narrow].max() >= 0.9 * fastest
 
 
 def test_no_room_to_turn_is_said_before_anything_moves():
