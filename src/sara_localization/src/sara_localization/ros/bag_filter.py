@@ -13,7 +13,7 @@ from ..engine import FilterEngine
 from ..stamps import Stamp
 from ..transforms import TransformBuffer
 from . import bag_tools, conversions
-from .bag_tools import TF_TOPICS
+from .bag_tools import TF_TOPICS, Unread
 from .inputs import KINDS, resolved
 
 TICKS_AFTER_LAST = 5
@@ -49,8 +49,9 @@ class BagFilter:
         return [*self._by_topic, *TF_TOPICS, SET_POSE] + ([CONTROL] if self.config.control is not None else [])
 
     def deliver(self, topic: str, msg, received: rospy.Time):
-        """One message of the bag at the time (rospy.Time) it was received."""
+        """One message of the bag, or a bag_tools.Unread, at the time (rospy.Time) it was received."""
         topic = resolved(topic)
+        read = msg.message if isinstance(msg, Unread) and topic in (*TF_TOPICS, SET_POSE, CONTROL) else msg
         now = conversions.seconds(received)
         nanoseconds = received.to_nsec()
         if self.start is None and (topic in self._by_topic or topic == '/tf'):
@@ -60,13 +61,13 @@ class BagFilter:
             while self._next < nanoseconds:
                 self._tick()
         if topic in TF_TOPICS:
-            bag_tools.enter_transforms(self.buffer, topic, msg)
+            bag_tools.enter_transforms(self.buffer, topic, read)
         elif topic == SET_POSE:
-            refused = self.engine.set_pose(conversions.pose(msg), now)
+            refused = self.engine.set_pose(conversions.pose(read), now)
             if refused:
                 self.report(refused)
         elif topic == CONTROL and self.config.control is not None:
-            stamp, command = conversions.command(msg, now)
+            stamp, command = conversions.command(read, now)
             self.engine.add_control(command, stamp)
         for i in self._by_topic.get(topic, ()):
             data = bag_tools.converted(i, topic, msg)

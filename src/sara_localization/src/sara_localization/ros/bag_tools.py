@@ -79,12 +79,32 @@ def by_topic(config):
     return found
 
 
+class Unread:
+    """A message as it lies in a bag: what an input takes is read straight from its bytes, which spares making the message."""
+
+    __slots__ = ('_type', 'bytes', '_class')
+
+    def __init__(self, type_, data, class_):
+        self._type, self.bytes, self._class = type_, data, class_
+
+    @property
+    def message(self):
+        """The message itself."""
+        return self._class().deserialize(self.bytes)
+
+
+def unread_messages(bag: rosbag.Bag, topics):
+    """Yield (topic, Unread, rospy.Time of reception) of a bag, in its order."""
+    for topic, (type_, data, _, _, class_), received in bag.read_messages(topics=topics, raw=True):
+        yield topic, Unread(type_, data, class_), received
+
+
 def converted(i, topic: str, msg):
-    """A message of the bag as the plain data of an input's kind; raises UsageError for another type."""
+    """A message of the bag, or an Unread, as the plain data of an input's kind; raises UsageError for another type."""
     kind = KINDS[i.kind]
     if msg._type != kind.type:  # pylint: disable=protected-access
         raise UsageError('%s: %s is a %s in this bag, a %s is needed' % (i.name, topic, msg._type, kind.type))
-    return kind.convert(msg)
+    return kind.read(msg.bytes) if isinstance(msg, Unread) else kind.convert(msg)
 
 
 class Warnings:

@@ -140,7 +140,7 @@ def _play(source, machine, quiet) -> float:
     total = source.get_message_count(names) if names else 0
     began = time.perf_counter()
     with tqdm(total=total, unit='msg', file=sys.stderr, disable=quiet, mininterval=0.2) as bar:
-        for topic, msg, received in source.read_messages(topics=names) if names else ():
+        for topic, msg, received in bag_tools.unread_messages(source, names) if names else ():
             machine.deliver(topic, msg, received)
             bar.update()
         machine.finish()
