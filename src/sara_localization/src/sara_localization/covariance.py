@@ -9,6 +9,8 @@ from ahead_of_time import kernel
 SMALLEST_VARIANCE = 1e-9
 # Who knows a variable no better than this knows nothing; squares of it are still numbers.
 LARGEST_VARIANCE = 1e20
+WIDTH = 16
+"""Rows of matrices that are padded to this length: see narrow.py."""
 # A pivot of the correlation matrix below this is taken for round-off.
 _SMALLEST_PIVOT = 1e-13
 
@@ -31,17 +33,42 @@ def cholesky(A, L):
 
 
 @kernel
+def eliminates(P, U):
+    """As positive_definite, for n <= WIDTH; by pivots of Gauss, without square roots. U (n, WIDTH) or more rows: where it works."""
+    n = P.shape[0]
+    for i in range(n):
+        for j in range(n):
+            U[i, j] = P[i, j]
+        for j in range(n, WIDTH):
+            U[i, j] = 0.0
+    for i in range(n):
+        pivot = U[i, i]
+        if not (isfinite(P[i, i]) and P[i, i] > 0.0 and pivot > _SMALLEST_PIVOT * P[i, i]):
+            return False
+        scale = 1.0 / pivot
+        for k in range(i + 1, n):
+            f = U[i, k] * scale
+            if f != 0.0:
+                for j in range(WIDTH):
+                    U[k, j] -= f * U[i, j]
+    return True
+
+
+@kernel
 def positive_definite(P):
-    """Whether P (n, n) is finite and positive definite by a margin of round-off, whatever the units of its rows."""
-    for i in range(P.shape[0]):
+    """Whether P (n, n), symmetric, is finite and positive definite by a margin of round-off, whatever the units of its rows."""
+    n = P.shape[0]
+    if n <= WIDTH:
+        return eliminates(P, np.empty((n, WIDTH)))
+    for i in range(n):
         if not (isfinite(P[i, i]) and P[i, i] > 0.0):
             return False
     return cholesky(P, np.empty(P.shape))
 
 
 @kernel
-def bound(P):
-    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether P is positive definite."""
+def limit(P):
+    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay."""
     n = P.shape[0]
     for i in range(n):
         if P[i, i] > LARGEST_VARIANCE:
@@ -50,6 +77,12 @@ def bound(P):
                 P[i, j] *= factor
                 P[j, i] = P[i, j]
             P[i, i] = LARGEST_VARIANCE
+
+
+@kernel
+def bound(P):
+    """`limit`, and then whether P is positive definite."""
+    limit(P)
     return positive_definite(P)
 
 

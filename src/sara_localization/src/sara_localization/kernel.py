@@ -13,38 +13,21 @@ variable is the sum of one of the 15 and, where `extra` names one, of a bias: h 
 """
 from __future__ import annotations
 
-from math import fabs, isfinite, pi, sqrt
+from math import fabs, isfinite, sqrt
 from typing import Optional
 
 import numpy as np
 from ahead_of_time import kernel
 
-from .covariance import SMALLEST_VARIANCE, bound, cholesky, positive_definite
+from .covariance import SMALLEST_VARIANCE, WIDTH, bound, cholesky, eliminates, limit, positive_definite
 from .motion_model import advance, jacobian
+from .narrow import correct as narrow_correct
+from .narrow import propagate
+from .residual import innovation, wrap_angles, wrapped
 
-TAU = 2.0 * pi
 UNSURE_ANGLE = 2.0
 """The variance of an angle (rad2) beyond which sigma points close to the centre say nothing about it."""
 TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
-
-
-@kernel
-def wrapped(angle):
-    """The finite angle (rad) brought to [-pi, pi]."""
-    if -pi <= angle <= pi:
-        return angle
-    rest = np.fmod(angle, TAU)
-    if rest > pi:
-        return rest - TAU
-    return rest + TAU if rest < -pi else rest
-
-
-@kernel
-def wrap_angles(x):
-    """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
-    for i in range(3, 6):
-        if isfinite(x[i]):
-            x[i] = wrapped(x[i])
 
 
 @kernel
@@ -57,6 +40,11 @@ def predict(x, P, Q, dt, at):
     F = jacobian(at, dt)
     advance(x, dt)
     wrap_angles(x)
+    if n <= WIDTH:
+        work = np.empty((2 * n, WIDTH))
+        propagate(P, F, Q, dt, work)
+        limit(P)
+        return eliminates(P, work)
     A = P.copy()
     for r in range(9):
         first = 3 if r < 6 else r + 6
@@ -88,20 +76,6 @@ def floored(z, R):
             S[i, j] = R[i, j]
         S[i, i] = max(fabs(R[i, i]), SMALLEST_VARIANCE)
     return finite, S
-
-
-@kernel
-def innovation(x, indices, extra, z):
-    """y = z - h x (k,), angles wrapped."""
-    y = np.empty(z.shape[0])
-    for j in range(z.shape[0]):
-        i = indices[j]
-        y[j] = z[j] - x[i]
-        if extra[j] >= 0:
-            y[j] -= x[extra[j]]
-        if 3 <= i <= 5 and isfinite(y[j]):
-            y[j] = wrapped(y[j])
-    return y
 
 
 @kernel
@@ -184,8 +158,28 @@ def correct(x, P, indices, extra, z, R, gate):
 
 
 @kernel
+def separate(z, R):
+    """Whether z (k,) and R (k, k) are finite and R is diagonal."""
+    for i in range(z.shape[0]):
+        if not (isfinite(z[i]) and isfinite(R[i, i])):
+            return False
+        for j in range(i):
+            if not (R[i, j] == 0.0 and R[j, i] == 0.0):
+                return False
+    return True
+
+
+@kernel
 def take(x, P, indices, extra, z, R, gate):
     """`correct` with the variances of R made positive first (`floored`); NOT_FINITE, and nothing done, where z or R is not."""
+    n = x.shape[0]
+    if n <= WIDTH and separate(z, R):
+        C = np.empty((n + 3, WIDTH))
+        result, distance = narrow_correct(x, P, indices, extra, z, R, gate, C)
+        if result != TAKEN:
+            return result, distance, True
+        wrap_angles(x)
+        return result, distance, eliminates(P, C)
     finite, S = floored(z, R)
     if not finite:
         return NOT_FINITE, 0.0, True
