@@ -78,14 +78,16 @@ def thesis(arguments):
     if arguments.ros:
         failed = _over_ros(arguments, chosen, folder)
     cases = {case.key: case for experiment in chosen for case in experiment.cases(seeds[experiment.name])}
-    results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05), arguments.keep)
+    costs = {}
+    results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05), arguments.keep, costs)
     for experiment in chosen:
         report = experiment.report(results)
         if experiment.figures:
             own = {case.key: experiment.figures(results[case.key]) for case in experiment.cases(seeds[experiment.name])}
-            report = agreement.with_ros(report, experiment.name, own, agreement.load(experiment.name, folder))
+            report = agreement.with_ros(report, experiment.name, own, agreement.load(experiment.name, folder) or agreement.load(experiment.name, pages_folder()))
         written = pages.write(experiment, report, folder, seeds[experiment.name])
-        print(f"{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs; {folder / written[0]}, {len(report.figures)} figures)", flush=True)
+        cost = sum(costs.get(case.key, 0.0) for case in experiment.cases(seeds[experiment.name]))
+        print(f"{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs, {cost:.0f} s of CPU; {folder / written[0]}, {len(report.figures)} figures)", flush=True)
         faults += [f"{experiment.name}: {fault}" for fault in report.faults]
     pages.summary(known, folder)
     return faults + failed
@@ -154,7 +156,7 @@ def main():
         sub.add_argument("--ros", type=_count, nargs="?", const=1, metavar="CHAIRS", help="run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a minute a run")
         sub.add_argument("--only", nargs="+", default=(), metavar="NAME", help="with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each experiment chooses")
         sub.add_argument("--speed", type=_speed, default=2.0, help="with --ros: simulated seconds per second (2)")
-        sub.add_argument("--keep", type=Path, help="folder where each run's result is kept and taken from again: to go on after an interruption, not after a change of the code")
+        sub.add_argument("--keep", type=Path, help="folder where each run's result is kept and taken from again while the code is the same: to go on after an interruption")
     names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
     names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")
     arguments = parser.parse_args()

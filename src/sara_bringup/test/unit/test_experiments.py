@@ -93,7 +93,7 @@ def test_kept_results_are_taken_again(tmp_path):
     cases = [Case(("a", "x, y: 1", seed), _square_of, seed) for seed in range(3)]
     first = runner.run(cases, 1, _Quiet, tmp_path / "kept")
     again = runner.run([dataclasses.replace(case, function=_never) for case in cases], 1, _Quiet, tmp_path / "kept")
-    assert first == again and len(list((tmp_path / "kept").iterdir())) == 3
+    assert first == again and len(list((tmp_path / "kept").glob("*/*"))) == 3
 
 
 class _Quiet:
@@ -281,3 +281,24 @@ def test_a_default_that_fails_is_not_met():
         if key[1:4] == ("square", OURS, DEFAULT):
             lost[key] = {**lost[key], "true": {**lost[key]["true"], "reached": 3}}
     assert any("default" in fault for fault in square.fusions(lost).faults)
+
+
+def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):
+    (tmp_path / "pkg" / "src" / "experiments").mkdir(parents=True)
+    (tmp_path / "pkg" / "test").mkdir()
+    sources = {name: tmp_path / "pkg" / name for name in ("src/a.py", "b.yaml", "src/experiments/pages.py", "test/c.py")}
+    for path in sources.values():
+        path.write_text("1")
+    prints = {"": runner.fingerprint(tmp_path)}
+    for name, path in sources.items():
+        path.write_text("2")
+        prints[name] = runner.fingerprint(tmp_path)
+    assert len({prints[""], prints["src/a.py"], prints["b.yaml"]}) == 3
+    assert prints["b.yaml"] == prints["src/experiments/pages.py"] == prints["test/c.py"], "what only draws and writes"
+    case = Case(("a", 0), _square_of, 0)
+    costs = {}
+    for code, ran in (("one", True), ("one", False), ("two", True)):
+        monkeypatch.setattr(runner, "fingerprint", lambda code=code: code)
+        costs.clear()
+        runner.run([case], 1, _Quiet, tmp_path / "kept", costs)
+        assert (case.key in costs) == ran

@@ -75,4 +75,4 @@ def _draw(path, traces):
                 axis.legend(loc="upper left", ncols=3)
 
 
-EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 10, cases, report, lambda key: True, of_drive)
+EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 6, cases, report, lambda key: True, of_drive)

@@ -87,4 +87,4 @@ def _figures(results, found):
     return tuple(figures)
 
 
-EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 12, cases, report, lambda key: True, of_drive)
+EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 8, cases, report, lambda key: True, of_drive)

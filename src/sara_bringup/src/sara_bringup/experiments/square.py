@@ -197,5 +197,5 @@ def _figures(results, square):
     return tuple(figures)
 
 
-EXPERIMENTS = (Experiment("E8", "the square by wheel odometry alone", SETTING_8, 20, cases_8, odometry_alone, lambda key: True, of_drive),
-               Experiment("E9", "the square with sensor fusion", SETTING_9, 12, cases_9, fusions, lambda key: DEFAULT in key, of_drive))
+EXPERIMENTS = (Experiment("E8", "the square by wheel odometry alone", SETTING_8, 10, cases_8, odometry_alone, lambda key: True, of_drive),
+               Experiment("E9", "the square with sensor fusion", SETTING_9, 6, cases_9, fusions, lambda key: DEFAULT in key, of_drive))

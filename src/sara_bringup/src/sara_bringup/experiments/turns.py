@@ -84,4 +84,4 @@ def report(results):
                   short=f"k = {gain['mean']:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.")
 
 
-EXPERIMENT = Experiment("E6", "full turns and the gain k", SETTING, 20, lambda seeds: [case_of(seed) for seed in range(seeds)], report)
+EXPERIMENT = Experiment("E6", "full turns and the gain k", SETTING, 10, lambda seeds: [case_of(seed) for seed in range(seeds)], report)

@@ -83,7 +83,8 @@ class Listener:
         t = true[:, 0]
         wheels = _newest(kept[ODOMETRY], t)
         placed = np.array([compose(start, tuple(row)) for row in wheels[:, :3]]).reshape(-1, 3)
-        fused = {WHEELS: placed, TRUTH: true[:, 1:]}.get(fusion, _newest(kept[FUSED], t))
+        known = np.searchsorted(t, kept[ODOMETRY][np.searchsorted(kept[ODOMETRY][:, 0], t, "right") - 1, 0])   # the true pose is told with the odometry
+        fused = placed if fusion == WHEELS else true[np.clip(known, 0, len(t) - 1), 1:] if fusion == TRUTH else _newest(kept[FUSED], t)
         return np.column_stack([true, fused, placed, _newest(kept[IMU], t), wheels[:, 3], _newest(kept[COMMAND], t)])
 
 
@@ -115,10 +116,11 @@ def point_out(listener, start, posed):
 
 
 def drive(course, setup):
-    """Drive it; {rows, goals, contacts, clicks}, what drives.figures takes. Raises goals.Unavailable."""
+    """Drive it; {rows, goals, contacts, clicks}, what drives.figures takes, and the `speed` that the machine kept up, times real time. Raises goals.Unavailable."""
     listener, driver = Listener(), goals.Driver(WAIT_S)
     listener.wait(lambda: all(listener.heard[topic] for topic in (TRUE, ODOMETRY, IMU)) and listener.told, "the true pose, the odometry, the IMU and the simulator's diagnostics")
     start = before = course.placed(course.start)
+    began, wall = rospy.get_time(), time.monotonic()
     clicks, contacts, done = point_out(listener, start, setup.posed) if setup.posed else 0, listener.contacts, []
     for goal in course.goals:
         asked, given = course.placed(goal), rospy.get_time()
@@ -127,12 +129,12 @@ def drive(course, setup):
         pause(course.pause_s)
         done.append(Goal(asked, given, ended, reached, text, rospy.get_time(), before[:2], math.dist(before[:2], asked[:2])))
         before = asked
-    told = listener.told
+    speed, told = (rospy.get_time() - began) / (time.monotonic() - wall), listener.told
     listener.wait(lambda: listener.told > told, "the simulator's diagnostics")
     rows = listener.rows(done[0].given, done[-1].judged, start, setup.fusion)
     if len(rows) < 2:
         raise goals.Unavailable(f"no true pose was heard in the {done[-1].judged - done[0].given:.0f} s of the drive")
-    return {"rows": rows, "goals": tuple(done), "contacts": listener.contacts - contacts, "clicks": clicks}
+    return {"rows": rows, "goals": tuple(done), "contacts": listener.contacts - contacts, "clicks": clicks, "speed": speed}
 
 
 def wait_for_launch():
