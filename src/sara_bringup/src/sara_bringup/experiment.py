@@ -108,12 +108,14 @@ def _over_ros(arguments, chosen, folder):
         return ["nothing is there to run over ROS" + f": no set-up is called {' or '.join(arguments.only)}" * bool(arguments.only)]
     gains = runner.run([turns.case_of(seed) for seed in sorted({case.seed for _, case in cases if case.gain})], arguments.processes,
                        lambda total: tqdm(total=total, unit="gain", disable=not total), arguments.keep)
-    failed = []
+    failed, done_before = [], {}
     with tqdm(total=len(cases), unit="run over ROS", smoothing=0.05) as done:
         for experiment, case in cases:
             done.set_description(" ".join(map(str, case.key)))
             try:
-                result = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, done.set_postfix_str)
+                if case.key not in done_before:   # E1 and E2, E4 and E5 have their runs in common
+                    done_before[case.key] = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, done.set_postfix_str)
+                result = done_before[case.key]
                 agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, arguments.speed)
             except OverRosError as error:
                 failed.append(f"{' '.join(map(str, case.key))}: {error}")

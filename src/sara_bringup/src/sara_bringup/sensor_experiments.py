@@ -61,9 +61,13 @@ class AtRest:
         """The chair `seed`, before or after its sensor node has written the offset registers."""
         bus = BusDescription.default()
         chair = _chair(seed, calibrated, bus)
+        return cls.of(bus.decode(frame) for frame in _frames(chair, MINUTE_S))
+
+    @classmethod
+    def of(cls, decoded):
+        """Of what was decoded: (name, values) of frames."""
         accel, gyro = [], []
-        for frame in _frames(chair, MINUTE_S):
-            name, values = bus.decode(frame)
+        for name, values in decoded:
             if name == "RANGE_ACCEL":
                 accel.append((values["ax"], values["ay"], values["az"]))
             elif name == "IMPACT_GYRO":
@@ -97,9 +101,13 @@ def _minute(chair, bus, offset):
     """Integrate yaw over a minute at rest, `offset` (deg/s) taken off each rate."""
     samples = [(t, values["gz"], chair.box.physics.gyro_bias[2]) for t, values in _decoded(chair, bus, MINUTE_S, "IMPACT_GYRO")]
     t, rate, bias = np.array(samples).T
-    rate = rate - offset
-    yaw = np.concatenate(([0.0], np.cumsum(rate[1:] * np.diff(t))))
-    return YawAtRest(t - t[0], yaw, float(rate.mean()), offset, float(bias.mean()))
+    t, mean, yaw = integrated(t, rate - offset)
+    return YawAtRest(t, yaw, mean, offset, float(bias.mean()))
+
+
+def integrated(t, rate):
+    """(t from zero, mean rate, yaw) of rates at times: s, deg/s, deg."""
+    return t - t[0], float(rate.mean()), np.concatenate(([0.0], np.cumsum(rate[1:] * np.diff(t))))
 
 
 def yaw_in_the_sensor_node(seed, bus=None, config=ChairConfig()):

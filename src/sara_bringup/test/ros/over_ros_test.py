@@ -5,12 +5,16 @@ import os
 import unittest
 from pathlib import Path
 
+import numpy as np
 import rospy
 import rostest
 
+from canserial.bus import BusDescription
 from sara_bringup.experiments import agreement, drives
 from sara_bringup.experiments.drives import BOTH, LONG, OURS, VX, Course, SetUp
+from sara_bringup.ros.bench_over_ros import heard
 from sara_bringup.ros.course_over_ros import OverRosError, course_over_ros
+from sara_bringup.sensor_experiments import AtRest
 
 TOLD = Course((1.0, 1.0, 90.0), ((1.0, 1.5, 90.0),), (10.0, 0.0, 0.0))   # half a metre ahead
 CHAIR = 1
@@ -46,6 +50,15 @@ class OverRosTest(unittest.TestCase):
         self.assertLess(abs(ros["true"]["position"][0] - lockstep["true"]["position"][0]), 0.12)
         self.assertLess(abs(ros["true"]["yaw"][0] - lockstep["true"]["yaw"][0]), 5.0)
         self.assertLess(ros["fused_yaw_error"], 3.0)
+        self.assertEqual(children(), set())
+
+    def test_the_chips_over_ros_are_the_chips_in_lockstep(self):
+        bus = BusDescription.default()
+        ros, lockstep = AtRest.of(bus.decode(frame) for frame in heard("after", CHAIR, 4.0)), AtRest.record(CHAIR, True)
+        self.assertGreater(len(ros.gyro), 0.8 * len(lockstep.gyro))
+        for one, other in ((ros.gyro, lockstep.gyro), (ros.accel, lockstep.accel)):
+            np.testing.assert_allclose(one.mean(axis=0), other.mean(axis=0), atol=6.0 * other.std(axis=0).max() / len(ros.gyro) ** 0.5)
+            np.testing.assert_allclose(one.std(axis=0), other.std(axis=0), rtol=0.4)
         self.assertEqual(children(), set())
 
     def test_what_cannot_be_launched_is_refused_by_a_sentence(self):

@@ -14,6 +14,11 @@ from sara_bringup.experiments.core import rounded, table
 LIMIT = 3.0
 
 
+def every_case(_key):
+    """Experiment.over_ros where every case is run over ROS."""
+    return True
+
+
 @dataclass(frozen=True)
 class Figure:
     """One that is compared: its name with the unit, and the decimals that are shown."""
@@ -108,11 +113,18 @@ def with_ros(report, name, lockstep, ros):
     text = (f"`rosrun sara_bringup experiment {name} --ros`: the same descriptions through the launch files, the simulated chair behind its adapter under all nodes; chair{'s' * (len(chairs) > 1)} {', '.join(map(str, chairs))}. "
             f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs. Bold: more than {LIMIT:g} deviations from lockstep's mean. {told}.\n\n")
     names = list(dict.fromkeys(figure for _, figure, _ in known))
-    rows = [(", ".join(set_up[1:]), *(_cell(figure, figures[figure]) if figure in figures else "" for figure in names)) for set_up, figures in compared.items()]
-    faults = tuple(f"over ROS, {', '.join(set_up[1:])}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± {of.deviation:.{figure.digits}f}" for set_up, figure, of in out)
+    if len(compared) > 1:
+        head, rows = ("", *(figure.name for figure in names)), [(_called(set_up), *(_cell(figure, figures[figure]) if figure in figures else "" for figure in names)) for set_up, figures in compared.items()]
+    else:
+        head, rows = ("", *map(_called, compared)), [(figure.name, _cell(figure, of)) for _, figure, of in known]
+    faults = tuple(f"over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± {of.deviation:.{figure.digits}f}" for set_up, figure, of in out)
     data = {"over_ros": {" / ".join(map(str, set_up)): {figure.name: {"ros": of.ros, "lockstep_mean": of.mean, "lockstep_deviation": of.deviation, "apart": of.apart, "agrees": of.agrees}
                                                         for figure, of in figures.items()} for set_up, figures in compared.items()}}
-    return replace(report, sections=(*report.sections, ("Over ROS", text + table(("", *(figure.name for figure in names)), rows))), data={**report.data, **data}, faults=(*report.faults, *faults))
+    return replace(report, sections=(*report.sections, ("Over ROS", text + table(head, rows))), data={**report.data, **data}, faults=(*report.faults, *faults))
+
+
+def _called(set_up):
+    return ", ".join(map(str, set_up[1:])) or "the chair on the bench"
 
 
 def _values(figure, of):

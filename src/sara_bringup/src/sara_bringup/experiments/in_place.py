@@ -1,6 +1,6 @@
 """E7: turns in place by navigation, in steps of 90 deg with pauses of 2 s, both ways, at 0.2 rad/s (thesis 4.3.1, figures 4.19 and 4.20)."""
 from sara_bringup.experiments import drive_figures, plotting, sensor_figures
-from sara_bringup.experiments.agreement import of_drive
+from sara_bringup.experiments.agreement import every_case, of_drive
 from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
 from sara_bringup.experiments.drives import DEFAULT, LONG, OURS, XY_VX, Course, SetUp, course_driven
 
@@ -75,4 +75,4 @@ def _draw(path, traces):
                 axis.legend(loc="upper left", ncols=3)
 
 
-EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 6, cases, report, lambda key: True, of_drive)
+EXPERIMENT = Experiment("E7", "turns in place by navigation", SETTING, 6, cases, report, every_case, of_drive)

@@ -10,8 +10,9 @@ import numpy as np
 from canserial.bus import BusDescription
 from canserial.config import ReaderConfig
 from sara_bringup import sensor_experiments
-from sara_bringup.experiments import plotting, sensor_figures
-from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
+from sara_bringup.experiments import core, plotting, sensor_figures
+from sara_bringup.experiments.agreement import Figure, every_case
+from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Report, Row, interval, spread
 from sara_lowlevel import complementary, madgwick
 from sara_sim.chair import STEP_S, SimulatedChair
 from sara_sim.world import World
@@ -88,13 +89,19 @@ def turning(seed, angle):
 def case(seed):
     """Drift, spread and the share of a full turn of both filters; of chair 0 the arrays too."""
     rest, turns = at_rest(seed), [turning(seed, angle) for angle in (360.0, -360.0)]
+    result = compared(rest, turns)
+    if seed == 0:
+        result["trace"] = {"rest": rest, "turns": turns, "last": at_rest(seed, sensor_experiments.tenths())}
+    return result
+
+
+def compared(rest, turns):
+    """The result of the arrays of a minute at rest and of a full turn each way."""
     result = {key: {"drift": float(rest[key][-1, 3]), "sigma": rest[key][:, 1:3].std(axis=0, ddof=1).tolist(),
                     "share": [float(turn[key][-1, 3] / turn[key][-1, 4]) for turn in turns],
                     "tilt_in_turn": [float(np.abs(turn[key][:, 1:3] - rest[key][:, 1:3].mean(axis=0)).max()) for turn in turns]} for key in FRAMES}
     result["variances"] = {"accel": rest["accel"][:, 1:].var(axis=0, ddof=1).tolist(), "gyro": rest["gyro"][:, 1:].var(axis=0, ddof=1).tolist(),
                            "angles": rest["complementary"][:, 1:3].var(axis=0, ddof=1).tolist() + [float(np.var(rest["complementary"][:, 3], ddof=1))]}
-    if seed == 0:
-        result["trace"] = {"rest": rest, "turns": turns, "last": at_rest(seed, sensor_experiments.tenths())}
     return result
 
 
@@ -169,12 +176,12 @@ def filters(results):
                  f"({np.mean([result['madgwick']['sigma'] for result in found]):.3f} instead of {np.mean([result['complementary']['sigma'] for result in found]):.3f} deg), which navigation in the plane does not use",
                  CONFIRMED if cost["madgwick"][0] > cost["complementary"][0] else PARTLY))
     trace = found[0]["trace"]
-    figures = (Figure(sensor_figures.name(12), "Angles of Madgwick's filter with the chair at rest, the complementary filter's beside them (chair 0).", lambda path: _angles(path, trace["rest"], "both")),
-               Figure(sensor_figures.name(13), "Angles at rest with the last firmware (rates in tenths), calibrated, Madgwick's filter (chair 0). The mean of a minute is taken off roll and pitch, which show the mounting's tilt.",
+    figures = (core.Figure(sensor_figures.name(12), "Angles of Madgwick's filter with the chair at rest, the complementary filter's beside them (chair 0).", lambda path: _angles(path, trace["rest"], "both")),
+               core.Figure(sensor_figures.name(13), "Angles at rest with the last firmware (rates in tenths), calibrated, Madgwick's filter (chair 0). The mean of a minute is taken off roll and pitch, which show the mounting's tilt.",
                       lambda path: _angles(path, trace["last"], "madgwick")),
-               Figure(sensor_figures.name(15), "Histograms of roll and pitch at rest, last firmware, Madgwick's filter (chair 0).",
+               core.Figure(sensor_figures.name(15), "Histograms of roll and pitch at rest, last firmware, Madgwick's filter (chair 0).",
                       lambda path: sensor_figures.histograms(path, trace["last"]["madgwick"][:, 1:3] - trace["last"]["madgwick"][:, 1:3].mean(axis=0), ("roll", "pitch"), "deg")),
-               Figure(sensor_figures.name(18), "Angular velocity and turned angle of a full turn each way by Madgwick's filter, as measured and times k (chair 0).",
+               core.Figure(sensor_figures.name(18), "Angular velocity and turned angle of a full turn each way by Madgwick's filter, as measured and times k (chair 0).",
                       lambda path: sensor_figures.turn_both_ways(path, [_turn(turn) for turn in trace["turns"]], "Madgwick", "times k =")))
     data = {"cost": {key: {"operations": value[0], "calls": value[1]} for key, value in cost.items()}, "apart_deg": spread(apart),
             **{f"{key}_drift_deg": spread(np.abs(drift[key])) for key in FRAMES}, **{f"{key}_share": spread(share[key].ravel()) for key in FRAMES}}
@@ -226,9 +233,20 @@ def covariances(results):
     return Report(findings, tuple(rows), data={"variances": data}, faults=tuple(faults), short="As table 4.10, but for the unit in which the thesis publishes the gyroscope's.")
 
 
+def _figures_of_filters(result):
+    """What of a result is compared with a run over ROS."""
+    return {Figure(f"{name}: {what}", digits): value for key, name in (("complementary", "complementary"), ("madgwick", "Madgwick"))
+            for what, digits, value in (("yaw after a minute, deg", 2, result[key]["drift"]), ("share of a full turn", 4, float(np.mean(result[key]["share"]))), ("sigma of roll, deg", 3, result[key]["sigma"][0]))}
+
+
+def _figures_of_variances(result):
+    """The same of E5."""
+    return {Figure(f"{kind} {axis}, {unit}", 5): result["variances"][kind][k] for kind, unit in (("accel", "(m/s2)2"), ("gyro", "(deg/s)2"), ("angles", "deg2")) for k, axis in enumerate("xyz")}
+
+
 def _cases(seeds):
     return [Case(("orientation", seed), case, seed) for seed in range(seeds)]
 
 
-EXPERIMENTS = (Experiment("E4", "complementary filter against Madgwick's", "Both filters run in the sensor node on the same samples (A = 0.9; beta as configured): a minute at rest, and a full turn each way (thesis 4.2.3.1 b, figures 4.12 to 4.18).", 10, _cases, filters),
-               Experiment("E5", "variances of the calibrated sensor", "Variances over the minute at rest of E4, the sensor node calibrated (thesis 4.2.3.2).", 10, _cases, covariances))
+EXPERIMENTS = (Experiment("E4", "complementary filter against Madgwick's", "Both filters run in the sensor node on the same samples (A = 0.9; beta as configured): a minute at rest, and a full turn each way (thesis 4.2.3.1 b, figures 4.12 to 4.18).", 10, _cases, filters, every_case, _figures_of_filters),
+               Experiment("E5", "variances of the calibrated sensor", "Variances over the minute at rest of E4, the sensor node calibrated (thesis 4.2.3.2).", 10, _cases, covariances, every_case, _figures_of_variances))

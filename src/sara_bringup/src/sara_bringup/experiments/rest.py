@@ -4,6 +4,7 @@ import numpy as np
 from sara_bringup import sensor_experiments as experiments
 from sara_bringup import sensor_report as thesis
 from sara_bringup.experiments import sensor_figures
+from sara_bringup.experiments.agreement import Figure, every_case
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Report, Row, interval, spread
 from sara_sim.config import ChairConfig
 
@@ -15,8 +16,13 @@ QUIET = 0.1        # share of the chip's noise, where one thing is changed
 def rest_case(seed):
     """Mean, sigma, skewness and excess kurtosis of a minute before and after; the samples of chair 0 too."""
     rest = experiments.before_and_after(seed)
+    return {**moments(rest), **({"rest": rest} if seed == 0 else {})}
+
+
+def moments(rest):
+    """Those of {"before": AtRest, "after": AtRest}, and how many frames there were."""
     result = {f"{which}_{when}": _moments(getattr(rest[when], which)) for which in ("accel", "gyro") for when in ("before", "after")}
-    return {**result, "count": len(rest["after"].gyro), **({"rest": rest} if seed == 0 else {})}
+    return {**result, "count": len(rest["after"].gyro)}
 
 
 def _moments(samples):
@@ -125,13 +131,26 @@ def yaw(results):
                   f"Calibrating on the PC leaves {100 * less:.0f} % less; sent in tenths yaw drifts all the same, for the gyroscope's noise is not small beside a tenth.")
 
 
+def _figures_at_rest(which, unit):
+    """What of a result is compared with a run over ROS."""
+    def figures(result):
+        return {Figure(f"{axis}, {name} {when}, {unit}", 4): result[f"{which}_{when}"][name][k] for when in ("before", "after") for name in ("mean", "sigma") for k, axis in enumerate(AXES)}
+    return figures
+
+
+def _figures_of_yaw(result):
+    """The same of E3; the truth, which the error of the PC's offset is taken against, is the simulator's alone."""
+    return {Figure("mean rate, calibrated in the node, deg/s", 4): result["node"]["rate"], Figure("yaw after a minute, deg", 2): result["node"]["end"],
+            Figure("mean rate, on the PC, deg/s", 4): float(np.mean([trial["rate"] for trial in result["pc"]])), Figure("yaw after a minute, on the PC, deg", 2): float(np.mean([trial["end"] for trial in result["pc"]]))}
+
+
 def _rest_cases(seeds):
     return [Case(("rest", seed), rest_case, seed) for seed in range(seeds)]
 
 
 REST = "The chair stands for a minute; what the frames say is read on the PC, before its sensor node has calibrated the chip and after (offset registers of the MPU6050)."
-EXPERIMENTS = (Experiment("E1", "the accelerometer at rest", f"{REST} Thesis 4.2.1.", 10, _rest_cases, accelerometer),
-               Experiment("E2", "the gyroscope at rest", f"{REST} Thesis 4.2.2. (Its table 4.6 contradicts 4.4 and is left out.)", 10, _rest_cases, gyroscope),
+EXPERIMENTS = (Experiment("E1", "the accelerometer at rest", f"{REST} Thesis 4.2.1.", 10, _rest_cases, accelerometer, every_case, _figures_at_rest("accel", "m/s2")),
+               Experiment("E2", "the gyroscope at rest", f"{REST} Thesis 4.2.2. (Its table 4.6 contradicts 4.4 and is left out.)", 10, _rest_cases, gyroscope, every_case, _figures_at_rest("gyro", "deg/s")),
                Experiment("E3", "yaw at rest", "A minute at rest; yaw is the integral of the rate, with the calibration in the sensor node, on the PC (four times, each before a minute of its own), with the thesis's fixed offset, "
                           "and with the last firmware, which sends tenths of a degree per second (thesis 4.2.3.1). The error of the PC's calibration is taken against the chip's true bias, which the simulator knows.", 10,
-                          lambda seeds: [Case(("yaw", seed), yaw_case, seed) for seed in range(seeds)], yaw))
+                          lambda seeds: [Case(("yaw", seed), yaw_case, seed) for seed in range(seeds)], yaw, every_case, _figures_of_yaw))

@@ -2,7 +2,7 @@
 import numpy as np
 
 from sara_bringup.experiments import drive_figures, sensor_figures
-from sara_bringup.experiments.agreement import of_drive
+from sara_bringup.experiments.agreement import every_case, of_drive
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread, table
 from sara_bringup.experiments.drives import BOTH, DEFAULT, FILTER, LONG, OURS, TRUTH, VX, XY_VX, Course, SetUp, course_driven
 from sara_bringup.experiments.ranking import ranking
@@ -87,4 +87,4 @@ def _figures(results, found):
     return tuple(figures)
 
 
-EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 8, cases, report, lambda key: True, of_drive)
+EXPERIMENT = Experiment("E10", "navigation in a school, pose and goal by RViz", SETTING, 8, cases, report, every_case, of_drive)

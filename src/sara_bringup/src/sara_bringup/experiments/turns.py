@@ -3,8 +3,9 @@
 import numpy as np
 
 from sara_bringup import sensor_experiments, sensor_report
-from sara_bringup.experiments import sensor_figures
-from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
+from sara_bringup.experiments import core, sensor_figures
+from sara_bringup.experiments.agreement import Figure, every_case
+from sara_bringup.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Report, Row, interval, spread
 
 SETTING = """
 The chair turns in place to 90, 180, 270 and 360 deg, both ways, by its joystick; read.py integrates the gyroscope's rate (offset calibrated at rest) and the turned angle is
@@ -19,13 +20,22 @@ ENOUGH, HALF_RANGE = 10, 0.0035   # fewer chairs than this need not have the mea
 def case(seed, trace=False):
     """The marks both ways, k, and another full turn each way with it; `trace`: rate and angle over time."""
     recorder = _Recorder(seed) if trace else None
-    turns = sensor_experiments.full_turns(seed)
-    rows = turns.gain.rows
-    result = {"gain": turns.gain.gain, "error": turns.gain.error, "rows": rows, "check": turns.check,
-              "marks": {mark: sensor_report.at_mark(turns, mark) for mark in sensor_report.TURNS}}
+    result = judged(sensor_experiments.full_turns(seed))
     if recorder:
         result["trace"] = [recorder.turn(360.0), recorder.turn(-360.0)]
     return result
+
+
+def judged(turns):
+    """The result of Turns."""
+    return {"gain": turns.gain.gain, "error": turns.gain.error, "rows": turns.gain.rows, "check": turns.check,
+            "marks": {mark: sensor_report.at_mark(turns, mark) for mark in sensor_report.TURNS}}
+
+
+def _figures(result):
+    """What of a result is compared with a run over ROS."""
+    return {**{Figure(f"{mark:.0f} deg is measured as, deg", 2): measured for mark, measured in result["marks"].items()}, Figure("k", 4): result["gain"],
+            Figure("left of a full turn after k, deg", 2): max(abs(measured - true) for true, measured in result["check"])}
 
 
 def case_of(seed):
@@ -78,10 +88,10 @@ def report(results):
                  CONFIRMED if linear and not faults else PARTLY),
                 ("a factor k of about 1.08 mends it", f"k = {gain['mean']:.3f}; with its own k a chair's full turn is at most {max(check):.2f} deg off", CONFIRMED if not faults else PARTLY))
     traced = next(result for result in found if "trace" in result)
-    figure = Figure(sensor_figures.name(17), "Angular velocity and turned angle of a full turn each way, as measured and times k (chair 0).",
+    figure = core.Figure(sensor_figures.name(17), "Angular velocity and turned angle of a full turn each way, as measured and times k (chair 0).",
                     lambda path: sensor_figures.turn_both_ways(path, [(*turn, traced["gain"]) for turn in traced["trace"]], "measured", "times k ="))
     return Report(findings, tuple(rows), (figure,), data={"gain": gain, "left_after_gain_deg": spread(check), "gains": [result["gain"] for result in found]}, faults=tuple(faults),
                   short=f"k = {gain['mean']:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.")
 
 
-EXPERIMENT = Experiment("E6", "full turns and the gain k", SETTING, 10, lambda seeds: [case_of(seed) for seed in range(seeds)], report)
+EXPERIMENT = Experiment("E6", "full turns and the gain k", SETTING, 10, lambda seeds: [case_of(seed) for seed in range(seeds)], report, every_case, _figures)

@@ -55,26 +55,36 @@ def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=
     on the way. Raises OverRosError."""
     with tempfile.TemporaryDirectory(prefix="sara") as name:
         folder = Path(name)
-        asked, came, log, words = (folder / file for file in ("course.pickle", "rows.pickle", "launch.log", "course.log"))
+        asked = folder / "course.pickle"
         asked.write_bytes(pickle.dumps((course, setup)))
-        env, launch = environment(), arguments(seed, course, setup, gain, folder, speed)
-        limit = START_UP_S + (len(course.goals) * (course.timeout_s + course.pause_s) + 40.0) / (SLOWEST * speed)
-        with log.open("w") as told, words.open("w") as said, launched("sara_bringup", "experiment.launch", launch, env, stdout=told, stderr=subprocess.STDOUT) as roslaunch:
-            child = subprocess.Popen([sys.executable, "-m", "sara_bringup.ros.course_node", str(asked), str(came)], env=env, stdout=said, stderr=subprocess.STDOUT)
-            try:
-                _watch(roslaunch, child, log, words, time.monotonic() + limit, say)
-            finally:
-                _end(child)
-        if not came.exists():
-            raise OverRosError(f"the drive over ROS left no result (status {child.returncode}): {_last(words)}")
-        driven = pickle.loads(came.read_bytes())
+        seconds = len(course.goals) * (course.timeout_s + course.pause_s) + 40.0
+        driven = beside(("experiment.launch", arguments(seed, course, setup, gain, folder, speed)), ("sara_bringup.ros.course_node", asked), folder, seconds / speed, say)
     if driven["speed"] < KEPT_UP * speed:
         say(f"the machine is busy: {driven['speed']:.2f} instead of {speed:g} times real time; figures may suffer")
     return {"clicks": driven["clicks"], **drives.figures(driven["rows"], driven["contacts"], course, driven["goals"], trace)}
 
 
+def beside(launch, node, folder, seconds, say):
+    """Start a launch (file of sara_bringup, {argument: value}) and a module of ours beside it (name, words; the last, a file for its pickled result, is added), with a master of their own; what it leaves.
+    `folder`: for them alone. `seconds`: of the wall clock that it should take. Raises OverRosError."""
+    came, log, words, env = folder / "result.pickle", folder / "launch.log", folder / "node.log", environment()
+    came.unlink(missing_ok=True)
+    with log.open("w") as told, words.open("w") as said, launched("sara_bringup", *launch, env, stdout=told, stderr=subprocess.STDOUT) as roslaunch:
+        child = subprocess.Popen([sys.executable, "-m", *map(str, node), str(came)], env=env, stdout=said, stderr=subprocess.STDOUT)
+        try:
+            _watch(roslaunch, child, log, words, time.monotonic() + START_UP_S + seconds / SLOWEST, say)
+        finally:
+            _end(child)
+    if not came.exists():
+        raise OverRosError(f"the run over ROS left no result (status {child.returncode}): {_last(words)}")
+    return pickle.loads(came.read_bytes())
+
+
 def run_case(case, gain, speed, say):
-    """A Case of E7 to E10 over ROS; what its function gives in lockstep. Raises OverRosError."""
+    """A Case over ROS; what its function gives in lockstep, as far as its experiment's `figures` need it. Raises OverRosError."""
+    if case.function is not drives.course_driven:
+        from sara_bringup.ros import bench_over_ros
+        return bench_over_ros.run_case(case, speed, say)
     return course_over_ros(case.seed, gain=gain, speed=speed, say=say, **{**case.options, "trace": False})
 
 
@@ -83,9 +93,9 @@ def _watch(roslaunch, child, log, words, until, say):
     said = ""
     while child.poll() is None:
         if roslaunch.poll() is not None:
-            raise OverRosError(f"roslaunch ended with status {roslaunch.returncode} before the drive was over: {_last(log)}")
+            raise OverRosError(f"roslaunch ended with status {roslaunch.returncode} before the run was over: {_last(log)}")
         if time.monotonic() > until:
-            raise OverRosError(f"the drive over ROS did not end in time; its last words: {_last(words)}")
+            raise OverRosError(f"the run over ROS did not end in time; its last words: {_last(words)}")
         text = _last(words, "")
         if text != said:
             said = text
