@@ -20,14 +20,17 @@ kernels() {
     (set +u; source "$setup"; "$python" -m ahead_of_time.build "$space/lib/python3/dist-packages" sara_bringup sara_localization sara_nav sara_sim 2>>"$log") \
         || { tail -n 40 "$log" >&2; echo "the kernels were not compiled: $log says why" >&2; exit 1; }
 }
-if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then kernels devel; exit 0; fi
+# Python writes down what it compiled where it may, but not under PYTHONDONTWRITEBYTECODE nor in a tree it may not write to: then each process would compile
+# a hundred modules before it begins.
+bytecode() { "$python" -m compileall -q src >>"$log" 2>&1 || true; }
+if [ "$target" = all ] && [ -f build/built.stamp ] && [ "$stamp" = "$(cat build/built.stamp)" ]; then kernels devel; bytecode; exit 0; fi
 echo "== build: catkin packages into devel/ (log: $log)"
 : >"$log"
 run cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DCATKIN_DEVEL_PREFIX="$PWD/devel" -DCMAKE_INSTALL_PREFIX="$PWD/install" \
     -DPYTHON_EXECUTABLE="$python" -DCATKIN_ENABLE_TESTING=ON
 run cmake --build build --target "$target" -- -j"$(nproc)"
 echo "$stamp" >build/built.stamp
-[ "$target" = all ] && kernels devel
+[ "$target" = all ] && kernels devel && bytecode
 # catkin leaves `env python3` in what it installs; on a machine with another python3 first on PATH that one has no ROS.
 if [ "$target" = install ]; then
     grep -rlE '^#!/usr/bin/env python3' install/lib/*/ | xargs -r sed -i "1s|^#!/usr/bin/env python3.*|#!$python|"

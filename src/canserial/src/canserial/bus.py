@@ -55,9 +55,9 @@ class BusDescription:
                 layout.keep(path, content, known)
         self.comment, self.nodes = known.comment, known.nodes
         self._by_name = {message.name: message for message in known.messages}
-        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in known.messages}
         self._codecs = {message.name: Codec.of(message) for message in known.messages}
-        self._signals = {message.name: frozenset(signal.name for signal in message.signals) for message in known.messages}
+        self._by_id = {(message.frame_id, message.is_extended_frame): (
+            message.name, message.length, self._codecs[message.name] and self._codecs[message.name].decode) for message in known.messages}
 
     @cached_property
     def _database(self):
@@ -100,6 +100,10 @@ class BusDescription:
         """The identifier of the message `name`; raises UnknownFrame."""
         return self._message(name).frame_id
 
+    def signals(self, name):
+        """The names of a message's signals; raises UnknownFrame."""
+        return tuple(signal.name for signal in self._message(name).signals)
+
     def resolution(self, name, signal):
         """The step of a signal, in its physical unit; raises UnknownFrame."""
         for candidate in self._message(name).signals:
@@ -113,30 +117,37 @@ class BusDescription:
         Raises UnknownFrame, BadValue.
         """
         message = self._message(name)
-        if signals.keys() != self._signals[name]:
-            missing = sorted(self._signals[name] - signals.keys())
-            unknown = sorted(signals.keys() - self._signals[name])
-            raise BadValue(f'{name} needs its signals and no others: missing {missing}, unknown {unknown}')
+        if len(signals) != len(message.signals):
+            raise self._other_signals(name, signals)
         codec = self._codecs[name]
         try:
             data = codec.encode(signals) if codec else self._encode(name, signals)
+        except KeyError:
+            raise self._other_signals(name, signals) from None
         except (struct.error, ValueError, OverflowError, TypeError) as error:
             raise _bad_value(message, signals, error) from error
         return Frame(message.frame_id, data, time, message.is_extended_frame)
 
+    def _other_signals(self, name, signals):
+        """The error of a message that is to be encoded from others than its signals."""
+        own = set(self.signals(name))
+        return BadValue(f'{name} needs its signals and no others: missing {sorted(own - signals.keys())}, unknown {sorted(signals.keys() - own)}')
+
     def decode(self, frame):
         """(name, {signal: value in physical units}) of a Frame. Raises UnknownFrame, BadLength."""
-        message = self._by_id.get((frame.id, frame.extended))
-        if message is None:
+        known = self._by_id.get((frame.id, frame.extended))
+        if known is None:
             raise UnknownFrame(f'no frame 0x{frame.id:X} in {self.path}')
-        if len(frame.data) != message.length:
-            raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
-        codec = self._codecs[message.name]
-        return message.name, codec.decode(frame.data) if codec else self._database.get_message_by_name(message.name).decode(
-            frame.data, decode_choices=False)
+        name, length, decode = known
+        if len(frame.data) != length:
+            raise BadLength(f'{name} has {len(frame.data)} bytes, {length} are right')
+        return name, decode(frame.data) if decode else self._database.get_message_by_name(name).decode(frame.data, decode_choices=False)
 
     def _encode(self, name, signals):
-        """What has no Codec, by cantools. Raises ValueError among others."""
+        """What has no Codec, by cantools. Raises KeyError where a signal is missing, ValueError among others."""
+        missing = [signal for signal in self.signals(name) if signal not in signals]
+        if missing:
+            raise KeyError(missing[0])
         from cantools.database.errors import Error
         try:
             return bytes(self._database.get_message_by_name(name).encode(signals, strict=False))

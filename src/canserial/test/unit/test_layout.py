@@ -44,7 +44,7 @@ def test_a_folder_that_cannot_be_written_does_no_harm(file):
 def test_frames_pass_without_cantools():
     bus = BusDescription(DBC_FOLDER / 'sara.dbc')   # it is kept from here on, at the latest
     done = subprocess.run([sys.executable, '-c', 'import sys\nfrom canserial.bus import BusDescription\nbus = BusDescription.default()\n'
-                           'name, values = bus.decode(bus.encode(bus.names[0], 1.0, **{s: 0.0 for s in bus._signals[bus.names[0]]}))\n'
+                           'name, values = bus.decode(bus.encode(bus.names[0], 1.0, **{s: 0.0 for s in bus.signals(bus.names[0])}))\n'
                            'print(name, "cantools" in sys.modules, bus.comment, bus.nodes, len(bus.messages), "cantools" in sys.modules)'],
                           capture_output=True, text=True, check=True)
     assert done.stdout.strip() == f'{bus.names[0]} False {bus.comment} {bus.nodes} {len(bus.messages)} True'

@@ -68,8 +68,8 @@ class Filter(Estimate):
         output = self._engine.tick(now)
         if output is None:
             return False
-        x = output.state
-        self.pose, self.velocity, self.stamp = (float(x[0]), float(x[1]), float(x[5])), (float(x[6]), float(x[11])), output.stamp
+        x = output.state.tolist()
+        self.pose, self.velocity, self.stamp = (x[0], x[1], x[5]), (x[6], x[11]), output.stamp
         if output.map_to_odom is not None:
             stamped = output.map_to_odom
             self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)

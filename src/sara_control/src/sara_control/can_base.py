@@ -117,12 +117,12 @@ class CanBase:
         if not self.may_drive:
             return self.stop()
         # Beyond what a frame can carry both wheels slow down together: the arc stays.
-        fastest = max(abs(speed) / (127.0 * step) for speed, step in zip((left, right), self._resolution))
+        left_step, right_step = self._resolution
+        fastest = max(abs(left) / (127.0 * left_step), abs(right) / (127.0 * right_step))
         if fastest > 1.0:
             left, right = left / fastest, right / fastest
             self.counters['command_too_fast'] += 1
-        values = [self._round(index, speed) for index, speed in enumerate((left, right))]
-        return self._bus.encode('WHEEL_COMMAND', left=values[0], right=values[1], mode=CLOSED_LOOP)
+        return self._bus.encode('WHEEL_COMMAND', left=self._round(0, left), right=self._round(1, right), mode=CLOSED_LOOP)
 
     def stop(self):
         """The frame that stops both wheels at once."""

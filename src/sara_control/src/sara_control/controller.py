@@ -114,8 +114,8 @@ class DiffDriveController:
         if wanted is None and self.config.stop_deceleration is not None:
             command = self._brake(dt)
         else:
-            command = tuple(limiter.limit(v, v0, v1, dt) for limiter, v, v0, v1
-                            in zip(self._limiters, wanted or (0.0, 0.0), self.command, self._before))
+            (v, w), (v0, w0), (v1, w1), (linear, angular) = wanted or (0.0, 0.0), self.command, self._before, self._limiters
+            command = linear.limit(v, v0, v1, dt), angular.limit(w, w0, w1, dt)
         self._before, self.command = self.command, command
         wheels = self._wheel_speeds(*command)
         if not self.config.open_loop:

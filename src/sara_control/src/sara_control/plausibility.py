@@ -45,12 +45,14 @@ class Plausibility:
     @property
     def encoder_stamp(self):
         """When the wheel that has been silent longer last spoke, s."""
-        return min(wheel.stamp for wheel in self._wheels)
+        right, left = self._wheels
+        return min(right.stamp, left.stamp)
 
     @property
     def speed(self):
         """The faster wheel's speed, m/s, NaN before both are known."""
-        right, left = (abs(wheel.speed) * self.config.wheel_radius for wheel in self._wheels)
+        right, left = self._wheels
+        right, left = abs(right.speed) * self.config.wheel_radius, abs(left.speed) * self.config.wheel_radius
         return math.nan if math.isnan(right + left) else max(right, left)
 
     def on_command(self, t, v, w, obeyed):
@@ -58,11 +60,11 @@ class Plausibility:
         dt = 0.0 if self._last is None else min(max(t - self._last, 0.0), 0.1)
         self._last = t
         half = 0.5 * w * self.config.wheel_separation
-        command = (v + half) / self.config.wheel_radius, (v - half) / self.config.wheel_radius
-        gain = 1.0 - math.exp(-dt / LAG)
-        for index in (RIGHT, LEFT):
-            self._expected[index] += gain * (command[index] - self._expected[index])
-        self._watch.on_command(command[LEFT], command[RIGHT], dt if obeyed else 0.0)
+        right, left = (v + half) / self.config.wheel_radius, (v - half) / self.config.wheel_radius
+        gain, expected = 1.0 - math.exp(-dt / LAG), self._expected
+        expected[RIGHT] += gain * (right - expected[RIGHT])
+        expected[LEFT] += gain * (left - expected[LEFT])
+        self._watch.on_command(left, right, dt if obeyed else 0.0)
         if not obeyed or (v == w == 0.0 and not self.speed * 2.0 > self.config.runaway_speed):
             self._forget()
         self._commanded = obeyed

@@ -35,13 +35,14 @@ class WheelWatch:
 
     def on_command(self, left, right, dt):
         """These wheel speeds (rad/s) held for dt (s)."""
-        gain = 1.0 - math.exp(-dt / LAG)
-        for index, command in enumerate((left, right)):
-            self._speed[index] += (command - self._speed[index]) * gain
+        gain, speeds = 1.0 - math.exp(-dt / LAG), self._speed
+        for index, command in ((0, left), (1, right)):
+            speed = speeds[index] = speeds[index] + (command - speeds[index]) * gain
             # Neither what the wheel did before the command nor what it has not come to yet: the smaller of the two.
-            speed = min(abs(self._speed[index]), abs(command))
-            if speed >= SLOWEST and self._speed[index] * command > 0.0:
-                self._expected[index] += speed * dt * self.radii[index]
+            if speed * command > 0.0:
+                speed = min(abs(speed), abs(command))
+                if speed >= SLOWEST:
+                    self._expected[index] += speed * dt * self.radii[index]
 
     def on_wheels(self, left, right):
         """Wheel positions, rad. True when this reading made a wheel be called frozen."""

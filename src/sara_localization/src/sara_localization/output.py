@@ -51,7 +51,8 @@ class Output:
     def of(self, kf) -> FilterOutput:
         """The estimate of a filter at the time of its state."""
         config, stamp, x = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy()
-        pose = Transform.from_xyz_rpy(*x[POSITION].tolist(), *x[ANGLES].tolist())
+        values = x.tolist()
+        pose = Transform.from_xyz_rpy(*values[POSITION], *values[ANGLES])
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
         transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
         self._published_stamp = stamp

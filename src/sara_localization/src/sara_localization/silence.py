@@ -64,9 +64,11 @@ class Silence:
     def hold(self, kf, now):
         """After a tick's measurements: zero what nobody has measured for hold_after."""
         self.moving, self.turning = now - self._motion_at > self.hold_after, now - self._turn_at > self.hold_after
+        if not self.holding:
+            return
         held = ([*range(VELOCITY.start, VELOCITY.stop), *range(ACCELERATION.start, ACCELERATION.stop)] if self.moving else []) \
             + ([*range(RATES.start, RATES.stop)] if self.turning else [])
-        if not held or not kf.x[held].any():
+        if not kf.x[held].any():
             return
         x, P = kf.x.copy(), kf.P.copy()
         variances = P[held, held]

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 from sara_nav.planning import Registry
 
-LOCAL_PLANNERS = Registry('base_local_planner')
+LOCAL_PLANNERS = Registry('base_local_planner', {
+    'sara_nav/RotateThenPursue': 'sara_nav.rotate_then_pursue', 'dwa_local_planner/DWAPlannerROS': 'sara_nav.dwa_planner',
+    'base_local_planner/TrajectoryPlannerROS': 'sara_nav.trajectory_planner'})
 
 DRIVING, REACHED, BLOCKED, OFF_PATH, FAILED = 'driving', 'reached', 'blocked', 'off_path', 'failed'
 """States of a LocalCommand. BLOCKED: no command is safe now. OFF_PATH: the plan cannot be followed from here, a new one

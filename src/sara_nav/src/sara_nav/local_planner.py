@@ -1,4 +1,4 @@
-"""All local planners, by name: importing this module enters every one of them in LOCAL_PLANNERS."""
+"""All local planners, and the kernels that they use."""
 from sara_nav import clearance, collision, critics, map_grid, outline, path_tracker, rollout, smooth_speed, speed_ahead
 from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig  # noqa: F401
 from sara_nav.local_command import (BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED,  # noqa: F401

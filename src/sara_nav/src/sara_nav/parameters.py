@@ -37,6 +37,10 @@ class Parameters:
         """True when somebody set ``path`` ('a/b')."""
         return path in self._values
 
+    def has_any(self, group):
+        """True when somebody set anything below ``group`` (ending in '/')."""
+        return any(path.startswith(group) for path in self._values)
+
     def take(self, path, default):
         """Return the value at ``path``, of the default's type, or the default; a wrong type becomes a fault.
 

@@ -20,13 +20,13 @@ class UnknownPlanner(ValueError):
 class Registry:
     """Planners, layers, behaviours by the name users write into ``parameter``.
 
-    modules: those that register some, imported when the first name is asked for. refused: {name: what to use
-    instead} of those users may know that are not here.
+    modules: those that register some, imported when the first name is asked for; or {name: the module that registers it}, each imported
+    when its own name is. refused: {name: what to use instead} of those users may know that are not here.
     """
 
     def __init__(self, parameter, modules=(), refused=None):
         self.parameter = parameter
-        self._modules = tuple(modules)
+        self._modules = dict(modules) if isinstance(modules, dict) else tuple(modules)
         self.refused = dict(refused or {})
         self._classes = {}
 
@@ -40,6 +40,8 @@ class Registry:
 
     def names(self):
         """Return the names that can be asked for, sorted."""
+        if isinstance(self._modules, dict):
+            return sorted({*self._modules, *self._classes})
         for module in self._modules:
             importlib.import_module(module)
         return sorted(self._classes)
@@ -48,6 +50,8 @@ class Registry:
         """Return the class of that name; raises UnknownPlanner, whose text says what there is."""
         names = self.names()
         try:
+            if name not in self._classes and isinstance(self._modules, dict):
+                importlib.import_module(self._modules[name])
             return self._classes[name]
         except (KeyError, TypeError):
             pass
@@ -57,7 +61,9 @@ class Registry:
 
 
 GLOBAL_PLANNERS = Registry(
-    'base_global_planner', ('sara_nav.grid_planner', 'sara_nav.lattice_planner', 'sara_nav.navfn', 'sara_nav.global_planner'), {
+    'base_global_planner', {
+        'sara_nav/GridPlanner': 'sara_nav.grid_planner', 'sara_nav/LatticePlanner': 'sara_nav.lattice_planner', 'navfn/NavfnROS': 'sara_nav.navfn',
+        'global_planner/GlobalPlanner': 'sara_nav.global_planner'}, {
         'carrot_planner/CarrotPlanner': 'navfn/NavfnROS with a default_tolerance, which moves a goal in an obstacle '
                                         'to the nearest place that can be reached'})
 

@@ -55,20 +55,23 @@ class Prediction:
 
     def _at(self, t):
         """Return the command (v, w) in force at t."""
-        found = self._commands[0][1:]
-        for at, v, w in self._commands:
-            if at > t:
-                break
-            found = v, w
-        return found
+        for at, v, w in reversed(self._commands):
+            if at <= t:
+                return v, w
+        return self._commands[0][1:]
 
     def _between(self, start, end):
-        """Yield (start, end, v, w) of the commands in force between two times."""
-        commands = list(self._commands)
-        for (at, v, w), following in zip(commands, [*commands[1:], (math.inf,)]):
-            low, high = max(at, start), min(following[0], end)
-            if high > low:
-                yield low, high, v, w
+        """Return [(start, end, v, w)] of the commands in force between two times, in their order."""
+        found = []
+        for at, v, w in reversed(self._commands):
+            low = max(at, start)
+            if end > low:
+                found.append((low, end, v, w))
+            if at <= start:
+                break
+            end = min(end, at)
+        found.reverse()
+        return found
 
     def _learn(self, t, yaw):
         """Compare how much the robot has turned since the last pose with what was commanded for that time."""

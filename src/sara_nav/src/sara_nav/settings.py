@@ -2,7 +2,7 @@
 from dataclasses import dataclass, fields, replace
 
 from sara_nav.costmap_settings import CostmapSettings, read_costmap
-from sara_nav.local_planner import LOCAL_PLANNERS
+from sara_nav.local_command import LOCAL_PLANNERS
 from sara_nav.move_base import MoveBase
 from sara_nav.move_base_config import MoveBaseConfig
 from sara_nav.planning import GLOBAL_PLANNERS, UnknownPlanner
@@ -90,6 +90,8 @@ def read_settings(parameters):
     for registry, planner in ((GLOBAL_PLANNERS, planners[0]), (LOCAL_PLANNERS, planners[1])):
         for other in registry.names():
             group = other.split('/')[-1] + '/'
+            if not parameters.has_any(group):
+                continue
             defaults = {entry.name: entry.default for entry in fields(registry.find(other).config_class)}
             unread = parameters.ignore(group, defaults) if planner is not None and other != planner.plugin_name else ()
             if unread:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from math import cos, exp, pi, sin
 
+from sara_sim import rolling
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.drift import Drift
 from sara_sim.options import ChairOptions
@@ -48,6 +49,7 @@ class Drive:
         self._since_touch = CONTACT_RELEASE_S
         self._lag = config.motor_lag * (options.mass + options.payload) / options.mass
         self._decay = exp(-dt / self._lag)
+        self._motor = (float(config.dead_band), float(config.max_wheel_speed))
         self.drift = Drift(world, config, options, self._lag, self.pose)
 
     @property
@@ -62,6 +64,29 @@ class Drive:
 
     def step(self, right_target: float, left_target: float) -> None:
         """Move on by `dt` towards the given wheel speeds (rad/s)."""
+        if self.drift.active or self.world.obstacles.all or not self._rolled(right_target, left_target):
+            self._pushed_on(right_target, left_target)
+
+    def _rolled(self, right_target: float, left_target: float) -> bool:
+        """The step where nothing but the wheels moves the chair and only walls could stop it; False, and nothing done, where one does."""
+        chair, (grip_right, grip_left) = self.chair, self.grip
+        pose, (right, left), speeds, motion, moves = rolling.roll(
+            (self.x, self.y, self.yaw), (self.right_speed, self.left_speed), (float(right_target), float(left_target)),
+            (chair.right_radius * grip_right, chair.left_radius * grip_left), chair.slip, self.config.track, self._motor, self.dt, self._lag,
+            self._decay, (self.speed, self.yaw_rate))
+        if moves and self.world.overlaps(*pose, self.config.length, self.config.width):
+            return False
+        self._since_touch += self.dt
+        self.touching = False
+        self.x, self.y, self.yaw = pose
+        self.right += right
+        self.left += left
+        self.right_speed, self.left_speed = speeds
+        self.speed, self.yaw_rate, self.acceleration, self.yaw_acceleration = motion
+        return True
+
+    def _pushed_on(self, right_target: float, left_target: float) -> None:
+        """The step with all that may move or stop the chair."""
         chair, drift = self.chair, self.drift
         right, right_speed = self._wheel(right_target, self.right_speed)
         left, left_speed = self._wheel(left_target, self.left_speed)

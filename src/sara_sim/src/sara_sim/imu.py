@@ -55,15 +55,20 @@ class Imu:
         square = yaw_rate * yaw_rate
         fx = (ax - yaw_acceleration * place.y - square * place.x) / g
         fy = (ay + yaw_acceleration * place.x - square * place.y) / g
-        fz = az / g
-        wx = wy = 0.0
-        if roll or pitch or roll_rate or pitch_rate:
-            fx -= sin(pitch)
-            fy += cos(pitch) * sin(roll)
-            fz += cos(pitch) * cos(roll) - 1.0
-            wx, wy = degrees(roll_rate), degrees(pitch_rate)
-        wz = degrees(yaw_rate)
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self._rotation
+        wz = degrees(yaw_rate)
+        if not (roll or pitch or roll_rate or pitch_rate or az):   # on a level floor
+            value[0] += xx * fx + xy * fy
+            value[1] += yx * fx + yy * fy
+            value[2] += zx * fx + zy * fy
+            value[3] += xz * wz
+            value[4] += yz * wz
+            value[5] += self._scale * (zz * wz)
+            return value
+        fx -= sin(pitch)
+        fy += cos(pitch) * sin(roll)
+        fz = az / g + (cos(pitch) * cos(roll) - 1.0)
+        wx, wy = degrees(roll_rate), degrees(pitch_rate)
         value[0] += xx * fx + xy * fy + xz * fz
         value[1] += yx * fx + yy * fy + yz * fz
         value[2] += zx * fx + zy * fy + zz * fz

@@ -113,11 +113,11 @@ class Mpu6050:
         """`length` bytes from `register` on. Reading INT_STATUS clears it."""
         if self._fresh:
             self._convert()
-        registers = self._registers
-        data = [*registers[register:register + length]]
-        if register <= INT_STATUS < register + length or registers[INT_PIN_CFG] & 0x10:
+        registers, end = self._registers, register + length
+        data = [*registers[register:end]]
+        if register <= INT_STATUS < end or registers[INT_PIN_CFG] & 0x10:
             registers[INT_STATUS] = 0
-        if register + length > REGISTERS:  # the address wraps at the end of the file
+        if end > REGISTERS:  # the address wraps at the end of the file
             data += registers[:length - len(data)]
         return data
 
