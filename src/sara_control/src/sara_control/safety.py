@@ -7,7 +7,7 @@ The emergency stop is latched: only reset() releases it, at rest.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_control.reasons import Reason, State
 
@@ -16,8 +16,7 @@ LONGEST_STEP = 0.1     # s: after a longer pause speeds change as if it had been
 GIVE_UP_PERIOD = 1.0   # s between two words to a commander that is not listened to
 
 
-@dataclass(frozen=True)
-class Command:
+class Command(NamedTuple):
     """v (m/s), w (rad/s), both finite, given at stamp (s)."""
 
     v: float
@@ -25,8 +24,7 @@ class Command:
     stamp: float
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(NamedTuple):
     """What the gate is told in a step.
 
     bus, encoders, imu, ranges, localization: when the newest good reading came, s; of several sensors, that of the one that has been
@@ -46,8 +44,7 @@ class Inputs:
     speed: float = math.nan
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by themselves."""
 
     v: float

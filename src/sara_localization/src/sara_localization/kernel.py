@@ -263,14 +263,13 @@ def unscented_step(x, P, Q, dynamic, dt, alpha, beta, kappa):
 
 
 @kernel
-def differentiated(rates, P, before, dt):
-    """(3,) the change of the rates (3,) since `before` per second over dt, and its covariance (3, 3), of x[9:12] and P (n, n)."""
-    change, covariance, scale = np.empty(3), np.empty((3, 3)), 2.0 / (dt * dt)
+def differentiate(x, P, before, dt, change, covariance):
+    """Put the change of the rates x[9:12] since `before` (3,) per second over dt into `change` (3,), and its covariance into (3, 3)."""
+    scale = 2.0 / (dt * dt)
     for i in range(3):
-        change[i] = (rates[i] - before[i]) / dt
+        change[i] = (x[9 + i] - before[i]) / dt
         for j in range(3):
             covariance[i, j] = P[9 + i, 9 + j] * scale
-    return change, covariance
 
 
 def warm(kind: Optional[str] = None) -> None:
@@ -286,6 +285,6 @@ def warm(kind: Optional[str] = None) -> None:
     innovation(x, indices, extra, z)
     take(x, P, indices, extra, z, R, np.inf)
     all_finite(x, P)
-    differentiated(np.zeros(3), P, np.zeros(3), 0.02)
+    differentiate(np.zeros(15), P, np.zeros(3), 0.02, np.zeros(3), np.zeros((3, 3)))
     if kind != 'ekf':
         unscented_step(x, P, np.eye(15), False, 0.01, 1e-3, 2.0, 0.0)

@@ -43,10 +43,10 @@ class Output:
         dt, period = now - self._rates_time, 1.0 / self.config.frequency
         if abs(dt - period) < CLOCK_RESOLUTION:
             dt = period
-        rates = kf.x[RATES].copy()
         if dt > 0.0:
-            self.angular_acceleration, self.angular_acceleration_covariance = kernel.differentiated(rates, kf.P, self._rates, dt)
-        self._rates, self._rates_time = rates, now
+            self.angular_acceleration, self.angular_acceleration_covariance = np.empty(3), np.empty((3, 3))
+            kernel.differentiate(kf.x, kf.P, self._rates, dt, self.angular_acceleration, self.angular_acceleration_covariance)
+        self._rates, self._rates_time = kf.x[RATES].copy(), now
 
     def of(self, kf) -> FilterOutput:
         """The estimate of a filter at the time of its state."""

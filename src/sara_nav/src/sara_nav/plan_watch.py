@@ -1,5 +1,6 @@
 """Whether a plan that is being driven has been crossed by something new since it was made."""
 import numpy as np
+from ahead_of_time import kernel
 
 AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
@@ -28,9 +29,7 @@ class PlanWatch:
     def follow(self, pose):
         """The robot is at a Pose2D, some way further along the plan."""
         if self._plan is not None:
-            end = np.searchsorted(self._along, self._along[self._at] + AHEAD, 'right')
-            near = self._plan[self._at:end]
-            self._at += int(((near[:, 0] - pose.x) ** 2 + (near[:, 1] - pose.y) ** 2).argmin())
+            self._at = nearest(self._plan, self._along, self._at, float(pose.x), float(pose.y))
 
     def blocked(self, world):
         """Return how far (m) along the plan from the robot it is blocked now, or None when it is not."""
@@ -38,3 +37,21 @@ class PlanWatch:
             return None
         worse = np.flatnonzero(world.touched(self._plan[self._at:]) > self._touched[self._at:])
         return float(self._along[self._at + worse[0]] - self._along[self._at]) if len(worse) else None
+
+
+@kernel
+def nearest(plan, along, at, x, y):
+    """Return the index of the pose of a plan (n, 3) that is nearest to (x, y), from ``at`` on and AHEAD further along (n,) m at most."""
+    best, least = at, np.inf
+    for k in range(at, len(plan)):
+        if along[k] > along[at] + AHEAD:
+            break
+        squared = (plan[k, 0] - x) ** 2 + (plan[k, 1] - y) ** 2
+        if squared < least:
+            best, least = k, squared
+    return best
+
+
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    nearest(np.zeros((2, 3)), np.zeros(2), 0, 0.0, 0.0)
