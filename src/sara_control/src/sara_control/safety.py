@@ -7,7 +7,7 @@ The emergency stop is latched: only reset() releases it, at rest.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from sara_control.reasons import Reason, State
 
@@ -16,7 +16,8 @@ LONGEST_STEP = 0.1     # s: after a longer pause speeds change as if it had been
 GIVE_UP_PERIOD = 1.0   # s between two words to a commander that is not listened to
 
 
-class Command(NamedTuple):
+@dataclass(frozen=True)
+class Command:
     """v (m/s), w (rad/s), both finite, given at stamp (s)."""
 
     v: float
@@ -24,7 +25,8 @@ class Command(NamedTuple):
     stamp: float
 
 
-class Inputs(NamedTuple):
+@dataclass(frozen=True)
+class Inputs:
     """What the gate is told in a step.
 
     bus, encoders, imu, ranges, localization: when the newest good reading came, s; of several sensors, that of the one that has been
@@ -44,7 +46,8 @@ class Inputs(NamedTuple):
     speed: float = math.nan
 
 
-class Decision(NamedTuple):
+@dataclass(frozen=True)
+class Decision:
     """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by themselves."""
 
     v: float

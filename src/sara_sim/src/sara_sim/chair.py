@@ -160,33 +160,34 @@ class SimulatedChair:
         """Advance 10 ms. Returns the frames that arrive at the PC in it, in order, `time` being when (s)."""
         self._tick += 1
         self._sensor_tick += 1
-        now = self._tick / STEPS_PER_S
-        wire, drive, motor, box = self.wire, self.drive, self.motor, self.box
+        now, sensor_now = self._tick / STEPS_PER_S, self._sensor_tick / STEPS_PER_S
+        wire, drive, box = self.wire, self.drive, self.box
         if self.faults.active:
             self.faults.step(now)
         silent = self.silent_nodes
+        motor = None if 'motor' in silent else self.motor
         for frame in wire.to_nodes(now):
-            if 'motor' not in silent:
+            if motor is not None:
                 motor.receive(frame, now)
         if self.world.obstacles.all:
             self.world.obstacles.move_to(now)
-        drive.step(*(motor.target if 'motor' not in silent else (0.0, 0.0)))
+        drive.step(*(motor.target if motor is not None else (0.0, 0.0)))
         if drive.resting:
-            box.rest(self._sensor_tick / STEPS_PER_S)
+            box.rest(sensor_now)
         else:
-            box.step(self._sensor_tick / STEPS_PER_S, *drive.motion())
+            box.step(sensor_now, *drive.motion())
         if 'joystick' not in silent:
             for frame in self.joystick_node.update(now, *(self.grabbed or self.joystick)):
-                if 'motor' not in silent:
+                if motor is not None:
                     motor.receive(frame, now)
                 wire.send(frame, now)
-        if 'motor' not in silent:
+        if motor is not None:
             right, left = self.encoders.read(*drive.steps())
             load = LOAD_V * (abs(drive.right_speed) + abs(drive.left_speed))
             for frame in motor.update(now, right, left, battery=self.battery - load):
                 self.joystick_node.receive(frame, now)
                 wire.send(frame, now)
         if 'sensor' not in silent:
-            for frame in self.sensors.update(self._sensor_tick / STEPS_PER_S):
+            for frame in self.sensors.update(sensor_now):
                 wire.send(frame, now)
         return wire.to_pc(now)

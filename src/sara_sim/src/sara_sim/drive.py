@@ -9,7 +9,7 @@ What else moves it (castors, ramps, a push: `drift.py`) is added to that; docs/s
 
 from __future__ import annotations
 
-from math import cos, exp, pi, sin
+from math import cos, exp, floor, pi, sin
 
 from sara_sim import rolling
 from sara_sim.config import ChairConfig, DrawnChair
@@ -49,6 +49,7 @@ class Drive:
         self._since_touch = CONTACT_RELEASE_S
         self._lag = config.motor_lag * (options.mass + options.payload) / options.mass
         self._decay = exp(-dt / self._lag)
+        self._edges = config.steps_per_turn / (2.0 * pi)
         self._motor = (float(config.dead_band), float(config.max_wheel_speed))
         self.drift = Drift(world, config, options, self._lag, self.pose)
 
@@ -194,5 +195,4 @@ class Drive:
 
     def steps(self) -> tuple[int, int]:
         """Encoder edges (right, left): whole ones, counted on from the counters at the start."""
-        edges = self.config.steps_per_turn / (2.0 * pi)
-        return int(self.right * edges // 1) + self.options.right_steps, int(self.left * edges // 1) + self.options.left_steps
+        return floor(self.right * self._edges) + self.options.right_steps, floor(self.left * self._edges) + self.options.left_steps

@@ -8,6 +8,7 @@ echoes that the map explains mark nothing, for the cone of an ultrasonic sensor 
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,7 @@ MOST_WAITING = 1000
 """Readings kept between two updates; older ones are dropped."""
 
 
-@dataclass(frozen=True)
-class RangeReading:
+class RangeReading(NamedTuple):
     """One reading: ``source`` topic, ``stamp`` s, sensor's x, y, yaw (m, rad) in the costmap's global frame, ``range``
     m or +-Inf, limits m, ``field_of_view`` rad (the whole cone)."""
 
