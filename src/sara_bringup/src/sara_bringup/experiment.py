@@ -100,7 +100,7 @@ def _over_ros(arguments, chosen, folder):
     from tqdm import tqdm
 
     from sara_bringup.experiments import agreement, runner, turns
-    from sara_bringup.ros.course_over_ros import OverRosError, run_case
+    from sara_bringup.ros.course_over_ros import BUSY, OverRosError, run_case
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))   # so that what was started is ended
     cases = [(experiment, case) for experiment in chosen if experiment.over_ros for case in experiment.cases(arguments.ros)
              if (any(word in case.key for word in arguments.only) if arguments.only else experiment.over_ros(case.key))]
@@ -111,14 +111,20 @@ def _over_ros(arguments, chosen, folder):
     failed, done_before = [], {}
     with tqdm(total=len(cases), unit="run over ROS", smoothing=0.05) as done:
         for experiment, case in cases:
-            done.set_description(" ".join(map(str, case.key)))
+            name = " ".join(map(str, case.key))
+            done.set_description(name)
+
+            def say(text, name=name):
+                done.set_postfix_str(text)
+                if text.startswith(BUSY):
+                    tqdm.write(f"{name}: {text}", file=sys.stderr)
             try:
                 if case.key not in done_before:   # E1 and E2, E4 and E5 have their runs in common
-                    done_before[case.key] = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, done.set_postfix_str)
+                    done_before[case.key] = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, say)
                 result = done_before[case.key]
                 agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, arguments.speed)
             except OverRosError as error:
-                failed.append(f"{' '.join(map(str, case.key))}: {error}")
+                failed.append(f"{name}: {error}")
                 tqdm.write(failed[-1], file=sys.stderr)
             done.update()
     return failed

@@ -22,7 +22,7 @@ def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blu
             axis.plot(*np.array(goals).reshape(-1, 3)[:, :2].T, alpha=0.0)   # goals belong into the picture
             axis.plot([], [], color=IMU, linewidth=2.5, label="goals")
             axis.set(xlabel="x (m)", ylabel="y (m)", title=title)
-            axis.margins(0.08)
+            axis.margins(0.12)
             axis.set_aspect("equal", adjustable="box" if window else "datalim")
             if window:
                 axis.set(xlim=window[:2], ylim=window[2:])
@@ -60,7 +60,7 @@ def definition(file, goals, start):
 
 def _ends(axis, trace):
     for end in trace["ends"]:
-        axis.axvline(end, color="grey", linewidth=0.7, linestyle=":")
+        axis.axvline(end, color="dimgrey", linewidth=1.0, linestyle=":")
 
 
 def rates(file, trace):
@@ -69,7 +69,7 @@ def rates(file, trace):
         plotting.series(axis, trace["t"], trace["imu_rate"], IMU, "IMU")
         plotting.series(axis, trace["t"], trace["wheel_rate"], WHEELS, "wheel odometry", linestyle="--")
         _ends(axis, trace)
-        axis.plot([], [], color="grey", linewidth=0.7, linestyle=":", label="a goal ends")
+        axis.plot([], [], color="dimgrey", linewidth=1.0, linestyle=":", label="a goal ends")
         axis.set(xlabel="time (s)", ylabel="angular velocity z (rad/s)")
         axis.legend(loc="upper left", ncols=3, bbox_to_anchor=(0.0, 1.14))
 
@@ -80,7 +80,7 @@ def angles(file, trace, position="fused"):
         for name, values, colour, style, width in (("true", trace["true"][:, 2], TRUE, "-", 2.8), ("IMU", trace["imu_yaw"], IMU, "-", 1.2), ("wheel odometry", trace["wheels"][:, 2], WHEELS, "--", 1.2)):
             plotting.series(axis, trace["t"], turned(values), colour, name, linestyle=style, linewidth=width)
         quarters(axis)
-        axis.plot([], [], color="grey", linewidth=0.7, linestyle=":", label="a goal ends")
+        axis.plot([], [], color="dimgrey", linewidth=1.0, linestyle=":", label="a goal ends")
         axis.set(ylabel="yaw (deg)")
         for k, (name, colour) in enumerate((("x", FUSED), ("y", "tab:orange"))):
             plotting.series(below, trace["t"], trace[position][:, k], colour, name)

@@ -19,6 +19,7 @@ from sara_sim.chair import SimulatedChair
 from sara_sim.world import World
 
 START_UP_S = 180.0      # of the wall clock
+BUSY = "the machine is busy"
 KEPT_UP = 0.9           # of the asked speed; less is told
 SLOWEST = 0.2           # of the asked speed: a busy machine makes the simulated clock wait
 COLOUR = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07")   # of a terminal
@@ -60,7 +61,7 @@ def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=
         seconds = len(course.goals) * (course.timeout_s + course.pause_s) + 40.0
         driven = beside(("experiment.launch", arguments(seed, course, setup, gain, folder, speed)), ("sara_bringup.ros.course_node", asked), folder, seconds / speed, say)
     if driven["speed"] < KEPT_UP * speed:
-        say(f"the machine is busy: {driven['speed']:.2f} instead of {speed:g} times real time; figures may suffer")
+        say(f"{BUSY}: {driven['speed']:.2f} instead of {speed:g} times real time; figures may suffer")
     return {"clicks": driven["clicks"], **drives.figures(driven["rows"], driven["contacts"], course, driven["goals"], trace)}
 
 
