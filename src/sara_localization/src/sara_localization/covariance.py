@@ -33,14 +33,12 @@ def cholesky(A, L):
 
 
 @kernel
-def eliminates(P, U):
-    """As positive_definite, for n <= WIDTH; by pivots of Gauss, without square roots. U (n, WIDTH) or more rows: where it works."""
+def pivots(U, P):
+    """Whether P (n, n) is finite and positive definite by a margin of round-off, n <= WIDTH, by Gauss's pivots: without square roots.
+
+    U: n rows of WIDTH or more, of which the upper half holds P's, padded with numbers; it is overwritten.
+    """
     n = P.shape[0]
-    for i in range(n):
-        for j in range(n):
-            U[i, j] = P[i, j]
-        for j in range(n, WIDTH):
-            U[i, j] = 0.0
     for i in range(n):
         pivot = U[i, i]
         if not (isfinite(P[i, i]) and P[i, i] > 0.0 and pivot > _SMALLEST_PIVOT * P[i, i]):
@@ -53,13 +51,16 @@ def eliminates(P, U):
                     U[k, j] -= f * U[i, j]
     return True
 
-
 @kernel
 def positive_definite(P):
     """Whether P (n, n), symmetric, is finite and positive definite by a margin of round-off, whatever the units of its rows."""
     n = P.shape[0]
     if n <= WIDTH:
-        return eliminates(P, np.empty((n, WIDTH)))
+        U = np.zeros((n, WIDTH))
+        for i in range(n):
+            for j in range(n):
+                U[i, j] = P[i, j]
+        return pivots(U, P)
     for i in range(n):
         if not (isfinite(P[i, i]) and P[i, i] > 0.0):
             return False
@@ -68,15 +69,17 @@ def positive_definite(P):
 
 @kernel
 def limit(P):
-    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay."""
-    n = P.shape[0]
+    """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether one was above."""
+    n, changed = P.shape[0], False
     for i in range(n):
         if P[i, i] > LARGEST_VARIANCE:
+            changed = True
             factor = sqrt(LARGEST_VARIANCE / P[i, i])
             for j in range(n):
                 P[i, j] *= factor
                 P[j, i] = P[i, j]
             P[i, i] = LARGEST_VARIANCE
+    return changed
 
 
 @kernel

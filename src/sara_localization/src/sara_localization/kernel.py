@@ -19,7 +19,7 @@ from typing import Optional
 import numpy as np
 from ahead_of_time import kernel
 
-from .covariance import SMALLEST_VARIANCE, WIDTH, bound, cholesky, eliminates, limit, positive_definite
+from .covariance import SMALLEST_VARIANCE, WIDTH, bound, cholesky, limit, pivots, positive_definite
 from .motion_model import advance, jacobian
 from .narrow import correct as narrow_correct
 from .narrow import propagate
@@ -43,8 +43,9 @@ def predict(x, P, Q, dt, at):
     if n <= WIDTH:
         work = np.empty((2 * n, WIDTH))
         propagate(P, F, Q, dt, work)
-        limit(P)
-        return eliminates(P, work)
+        if limit(P):
+            return positive_definite(P)
+        return pivots(work, P)
     A = P.copy()
     for r in range(9):
         first = 3 if r < 6 else r + 6
@@ -179,7 +180,7 @@ def take(x, P, indices, extra, z, R, gate):
         if result != TAKEN:
             return result, distance, True
         wrap_angles(x)
-        return result, distance, eliminates(P, C)
+        return result, distance, pivots(C, P)
     finite, S = floored(z, R)
     if not finite:
         return NOT_FINITE, 0.0, True

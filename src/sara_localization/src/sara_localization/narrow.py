@@ -19,24 +19,24 @@ BADLY, TAKEN, REJECTED = 2, 0, 1
 def propagate(P, F, Q, dt, A):
     """P <- F P F' + Q dt in place, n <= WIDTH; P (n, n), Q (n, n) per second, F (15, 15) the motion model's, which is overwritten.
 
-    A (2 n, WIDTH) is where it works: F P above, its transpose below.
+    A (2 n, WIDTH) is where it works: F P above, its transpose below; in the end it holds the upper half of the new P.
     """
     n = P.shape[0]
     for i in range(n):
         for k in range(n):
-            A[i, k] = P[i, k]
+            A[i, k] = A[n + i, k] = P[i, k]
+        for k in range(n, WIDTH):
+            A[i, k] = A[n + i, k] = 0.0
     for r in range(9):
         F[r, r] -= 1.0
         for c in range(3 if r < 6 else r + 6, 15):
             f = F[r, c]
             if f != 0.0:
-                for k in range(n):
-                    A[r, k] += f * P[c, k]
-    for i in range(n):
+                for k in range(WIDTH):
+                    A[r, k] += f * A[n + c, k]
+    for i in range(9):
         for k in range(n):
             A[n + k, i] = A[i, k]
-        for k in range(n, WIDTH):
-            A[n + i, k] = 0.0
     for r in range(9):
         for k in range(WIDTH):
             A[r, k] = A[n + r, k]
@@ -45,17 +45,21 @@ def propagate(P, F, Q, dt, A):
             if f != 0.0:
                 for k in range(WIDTH):
                     A[r, k] += A[n + c, k] * f
+    for r in range(9, n):
+        for k in range(WIDTH):
+            A[r, k] = A[n + r, k]
     for r in range(n):
-        row = r if r < 9 else n + r
         for i in range(r, n):
-            P[i, r] = P[r, i] = A[row, i] + 0.5 * (Q[i, r] + Q[r, i]) * dt
+            A[r, i] += 0.5 * (Q[i, r] + Q[r, i]) * dt
+            P[i, r] = P[r, i] = A[r, i]
 
 
 @kernel
 def correct(x, P, indices, extra, z, R, gate, C):
     """Take in k uncorrelated variables z (k,), R (k, k) diagonal, n <= WIDTH, in place; the rest as kernel.correct.
 
-    C (n + 3, WIDTH) is where it works. Angles of x are not wrapped. Returns (TAKEN, REJECTED or BADLY, as kernel.correct; the squared
+    C (n + 3, WIDTH) is where it works; in the end it holds the upper half of the new P. Angles of x are not wrapped. Returns (TAKEN,
+    REJECTED or BADLY, as kernel.correct; the squared
     Mahalanobis distance).
     """
     n, k = P.shape[0], z.shape[0]

@@ -10,6 +10,7 @@ import importlib
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -43,6 +44,9 @@ OTHERS = ("bus", "odometry", "filter_nodes", "move_base", "stack")
 """Benches of other processes: how much memory this one holds says nothing."""
 
 
+PATIENCE_S = 300.0   # for one bench
+
+
 def rows(name, benches=None):
     """Yield the Rows of a bench, each with the yardstick before and after it; what a bench raises becomes a Row that says so."""
     module, _, function = (benches or BENCHES)[name].partition(":")
@@ -73,6 +77,18 @@ def child(name, path, benches=None):
     Path(path).write_text(json.dumps(found))
 
 
+def _end(process):
+    """End a bench, and the nodes that it started, if it still runs."""
+    for how in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        if process.poll() is not None:
+            return
+        os.killpg(process.pid, how)
+        try:
+            process.wait(20.0)
+        except subprocess.TimeoutExpired:
+            pass
+
+
 def run(names, out):
     """The Rows of these benches, each in a process of its own."""
     found = []
@@ -81,8 +97,14 @@ def run(names, out):
         print(f"[{number} of {len(names)}] {name}", flush=True)
         with tempfile.TemporaryDirectory(prefix="sara") as folder:
             path = Path(folder) / "rows.json"
-            environment = {**os.environ, "ROS_LOG_DIR": str(out / "log")}
-            subprocess.run([sys.executable, "-m", __name__ if __name__ != "__main__" else "sara_bringup.ros.bench", "--child", name, str(path)], check=False, env=environment)
+            process = subprocess.Popen([sys.executable, "-m", "sara_bringup.ros.bench", "--child", name, str(path)], start_new_session=True,
+                                       env={**os.environ, "ROS_LOG_DIR": str(out / "log")})
+            try:
+                process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                print(f"  {name} has not ended after {PATIENCE_S:.0f} s: it is given up", flush=True)
+            finally:
+                _end(process)
             if path.is_file():
                 found += [Row.from_json(entry) for entry in json.loads(path.read_text())]
             else:

@@ -5,7 +5,7 @@ from sara_bringup.benches.timed import Limit, Timed, timed
 from sara_bringup.ros import bench_bus, bench_nav
 from sara_localization.ros import bench_filter
 
-FILTER_SECONDS, ROUNDS = 8.0, 2
+FILTER_SECONDS, ROUNDS = 8.0, {"ekf": 3, "ukf": 1}
 BUS_RATE, BUS_SECONDS, ODOMETRY_SECONDS = 1000, 12.0, 10.0
 NAV_PLANNER, PEERS_NAV_PERCENT = "RotateThenPursue", 6.3
 LIMITS = {"ekf": Limit("median", 2.5)}
@@ -22,7 +22,8 @@ def filter_nodes():
                      memory=max(result["/filter"]["peak_mb"] for result in taken),
                      text=f"{ratio:.2f} of the bare node beside it; the peer took {peer / bench_filter.PEERS_BARE_PERCENT:.2f} of one"),
                timed(f"a bare rospy node with the same traffic, beside the {kind}", "% of a core", bare, peer=bench_filter.PEERS_BARE_PERCENT,
-                     memory=max(result["/bare"]["peak_mb"] for result in taken))]
+                     memory=max(result["/bare"]["peak_mb"] for result in taken)),
+               timed(f"memory of {kind}_localization_node", "MB", [result["/filter"]["peak_mb"] for result in taken], scaled=False, limit=Limit("median", 170.0))]
 
 
 def _in_a_process(kind):
@@ -33,7 +34,7 @@ def _in_a_process(kind):
 
 
 def _runs(kind):
-    return list(bench_filter.runs([kind], FILTER_SECONDS, ROUNDS))
+    return list(bench_filter.runs([kind], FILTER_SECONDS, ROUNDS[kind]))
 
 
 def bus():
