@@ -14,7 +14,7 @@ DEFAULT_PLANNER = "RotateThenPursue"
 LARGE = ("willow", "100by100_15")
 PLAN_LIMITS = {(name, planner): Limit("ratio", bound) for name in LARGE for planner, bound in (("NavfnROS", 1.1), ("NavfnROS, A*", 1.0))}
 PLAN_LIMITS["willow", "LatticePlanner"] = Limit("median", 150.0)
-QUERIES = {"100by100_15": 12, "warehouse": 20}
+QUERIES, FEW = 30, 8    # plans of a figure that has a limit, and of one that has none
 
 
 def shared_data():
@@ -32,7 +32,7 @@ def global_planners():
     for name, entry in peers()["plan_ms_median"].items():
         found = False
         for case, (_, _, column) in bench_planners.CASES.items():
-            for row in bench_planners.bench_rows(plan_folders(), [name], [case], QUERIES.get(name, 30)):
+            for row in bench_planners.bench_rows(plan_folders(), [name], [case], QUERIES if (name, case) in PLAN_LIMITS else FEW):
                 found = True
                 yield Timed(f"plan on {name}: {case}", "ms", row.median, row.p99, row.plans, peer=entry.get(column), limit=PLAN_LIMITS.get((name, case)))
         if not found:
