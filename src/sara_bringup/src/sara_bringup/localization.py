@@ -32,6 +32,9 @@ class Estimate:
     def __init__(self):
         self.pose = self.velocity = self.stamp = self.map_from_odom = None
 
+    def on_range(self, _reading):
+        """A RangeReading: of use to what corrects the pose by the map alone (corrected.py)."""
+
 
 class Filter(Estimate):
     """`start`: (x, y, yaw), m, rad. `kind`: ekf or ukf, which both read sara_localization's config/ekf_SET.yaml. `imu_variances`: read.py's."""

@@ -10,6 +10,7 @@ from canserial.config import ReaderConfig
 from canserial.reader import Reader
 from canserial.readings import ImuReading, RangeReading
 from sara_bringup.command_chain import CommandChain
+from sara_bringup.corrected import Corrected
 from sara_bringup.localization import Filter, Truth
 from sara_bringup.paths import parameters
 from sara_bringup.planar import compose
@@ -36,10 +37,11 @@ class Lockstep:
 
     `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml. `gain`: of this chair's gyro,
     as its calibration file would hold it; None: read.py's own default. `localization`: "ekf", "ukf", or "fake" for the true pose.
-    `navigation`: a tree laid over sara_nav.yaml's. `tick` counts the steps.
+    `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars hear of the map; as in
+    sara.launch, None: with the default set alone. `tick` counts the steps.
     """
 
-    def __init__(self, map_path, start, seed, ekf="default", gain=None, localization="ekf", navigation=None):
+    def __init__(self, map_path, start, seed, ekf="default", gain=None, localization="ekf", navigation=None, ranges=None):
         bus = BusDescription.default()
         self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
         reader = parameters("canserial", "read.yaml")
@@ -53,7 +55,10 @@ class Lockstep:
         else:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
         settings = read_settings(Parameters(merged(parameters("sara_nav", "sara_nav.yaml"), navigation or {})))
-        self.move_base = settings.make_move_base(map_io.load_map(str(map_path)))
+        grid = map_io.load_map(str(map_path))
+        if localization != "fake" and (ekf == "default" if ranges is None else ranges):
+            self.localization = Corrected(self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max))
+        self.move_base = settings.make_move_base(grid)
         self.ranges = RangeFeeds(self.move_base, self.reader.config)
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self.tick = 0
@@ -104,6 +109,7 @@ class Lockstep:
         if isinstance(reading, ImuReading):
             self.localization.on_imu(reading)
         elif isinstance(reading, RangeReading):
+            self.localization.on_range(reading)
             self.ranges.add(reading, self._map_pose(), self.odometry)
 
     def _on_odometry(self, state):

@@ -215,7 +215,7 @@ class FilterEngine:
             self.output.differentiate(self.filter, now)
         output = self.output.of(self.filter)
         if self.silence:
-            self.silence.anchor(output.map_to_odom.transform if output.map_to_odom and self.config.publishes_map_to_odom else None)
+            self.silence.anchor(self.output.world_from_odom(output))
         return output
 
     def _idle(self, now):

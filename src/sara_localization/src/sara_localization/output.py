@@ -59,6 +59,16 @@ class Output:
         return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, kf.P[:SIZE, :SIZE].copy(), pose,
                             transform, fresh, self.angular_acceleration, self.angular_acceleration_covariance)
 
+    def world_from_odom(self, output: FilterOutput) -> Optional[Transform]:
+        """Where the odometry's frame is by this output, given out or (publish_tf: false) not; None where the world is not the map, or not known."""
+        config = self.config
+        if not config.publishes_map_to_odom:
+            return None
+        if config.publish_tf:
+            return output.map_to_odom.transform if output.map_to_odom else None
+        stamped = self._transform(output.stamp, output.pose) if output.published and not config.invert_tf else None
+        return stamped.transform if stamped else None
+
     def _transform(self, stamp, pose) -> Optional[StampedTransform]:
         config, dated = self.config, later(stamp, self.config.transform_time_offset)
         if config.invert_tf:

@@ -1,0 +1,36 @@
+"""What range_localization says of itself in /diagnostics, as plain data."""
+from __future__ import annotations
+
+import math
+from typing import Tuple
+
+from .diagnostics import ERROR, OK, WARN, Status
+from .range_correction import FAULTS, RangeCorrection
+
+SILENT_AFTER = 5.0
+"""s without a range, or without dead reckoning, until that is told."""
+LOST_SIGMA = 0.3
+"""m of standard deviation from which on the estimate is of little use."""
+
+
+def status(name: str, correction: RangeCorrection, now: float, last_pose, last_range, missing='') -> Status:
+    """`last_pose`, `last_range`: when the last came (s), None before the first; `missing`: the sentence about a transform that is not there."""
+    counts, (place, yaw) = correction.counts, correction.sigma
+    faults = [what for what in FAULTS if counts[what] and what != 'no_map']
+    level, message = OK, 'the pose is corrected by %d ranges' % counts['used']
+    if correction.map is None:
+        level, message = ERROR, 'waiting for the map'
+    elif last_pose is None or now - last_pose > SILENT_AFTER:
+        level, message = ERROR, 'waiting for dead reckoning on odom'
+    elif missing:
+        level, message = ERROR, missing
+    elif last_range is None or now - last_range > SILENT_AFTER:
+        level, message = WARN, 'no range has come for %g s or more: the pose is dead reckoning' % SILENT_AFTER
+    elif place > LOST_SIGMA:
+        level, message = WARN, 'the pose is uncertain by %.2f m: no wall of the map was heard for long' % place
+    elif faults:
+        level, message = WARN, 'data are faulty: ' + ', '.join('%s %d' % (what, counts[what]) for what in faults)
+    x, y, turn = correction.offset
+    values: Tuple[Tuple[str, str], ...] = tuple((what, str(count)) for what, count in sorted(counts.items())) + (
+        ('sigma (m)', '%.3f' % place), ('sigma (deg)', '%.2f' % math.degrees(yaw)), ('correction (m, m, deg)', '%.3f %.3f %.2f' % (x, y, math.degrees(turn))))
+    return Status(name, level, message, values)

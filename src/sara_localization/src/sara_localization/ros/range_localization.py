@@ -1,0 +1,174 @@
+"""range_localization: dead reckoning in the map, corrected by ranges against that map; amcl's place in the tree of frames.
+
+In: odom (Odometry: a pose in the map by dead reckoning), map, ~range_topics (Range), set_pose, /tf. Out: map -> odom,
+odometry/corrected, amcl_pose, /diagnostics.
+"""
+from __future__ import annotations
+
+import sys
+import threading
+
+import numpy as np
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from sensor_msgs.msg import Range
+from tf2_msgs.msg import TFMessage
+
+from ..config import ConfigError
+from ..data import StampedTransform
+from ..fake import true_pose
+from ..geometry import Transform
+from ..range_config import RangeConfig
+from ..range_correction import RangeCorrection, RangeData, RangeMap
+from ..range_status import status
+from ..stamps import later
+from . import conversions
+from .tf2_transforms import Tf2Transforms
+
+QUEUE = 100
+DIAGNOSTICS_PERIOD = 1.0
+PATIENCE = 5.0
+PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
+"""x, y, yaw in a (6, 6) covariance."""
+
+
+class RangeNode:
+    """Callbacks and the timer share one lock."""
+
+    def __init__(self, config: RangeConfig):
+        self.config, self.correction = config, RangeCorrection(config)
+        self.lock, self.transforms = threading.Lock(), Tf2Transforms()
+        self.mounts, self.missing, self.told = {}, '', set()
+        self.last_pose = self.last_range = None
+        self.odometry_pub = rospy.Publisher('odometry/corrected', Odometry, queue_size=20, tcp_nodelay=True)
+        self.transform_pub = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
+        self.pose_pub = rospy.Publisher('amcl_pose', PoseWithCovarianceStamped, queue_size=1, latch=True)
+        self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
+        self.subscribers = [rospy.Subscriber('map', OccupancyGrid, self.on_map, queue_size=1),
+                            rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=1, tcp_nodelay=True),
+                            rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=QUEUE, tcp_nodelay=True)]
+        self.subscribers += [rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=QUEUE, tcp_nodelay=True) for topic in config.range_topics]
+        self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
+
+    def on_map(self, msg):
+        """A map takes the place of the one before."""
+        info = msg.info
+        try:
+            if msg.header.frame_id.lstrip('/') not in ('', self.config.global_frame_id):
+                raise ValueError('it is in the frame "%s", not in %s' % (msg.header.frame_id, self.config.global_frame_id))
+            q = info.origin.orientation
+            origin = true_pose((info.origin.position.x, info.origin.position.y, 0.0), (q.x, q.y, q.z, q.w))
+            if origin is None:
+                raise ValueError('its origin is no pose')
+            cells = np.array(msg.data, np.int8).reshape(info.height, info.width)
+            map_ = RangeMap.from_occupancy(cells, info.resolution, (*origin.translation[:2], origin.rpy[2]), self.config.map_occupied_above)
+        except ValueError as error:
+            rospy.logwarn('the map is not used: %s', error)
+            return
+        with self.lock:
+            self.correction.map = map_
+
+    def on_set_pose(self, _msg):
+        """Whoever dead-reckons begins there: it is believed anew."""
+        with self.lock:
+            self.correction.forget()
+
+    def on_odometry(self, msg):
+        """Dead reckoning: take it, and give out what it is in the map."""
+        data, config = conversions.odometry(msg), self.config
+        pose = true_pose(data.position, data.orientation)
+        if data.frame_id.lstrip('/') != config.global_frame_id:
+            self._warn_once('frame', 'odom is in the frame "%s": ignored; it must be in %s' % (data.frame_id, config.global_frame_id))
+            return
+        if pose is None or data.stamp <= 0.0:
+            self.correction.counts['bad_pose'] += 1
+            self._warn_once('bad_pose', 'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'))
+            return
+        with self.lock:
+            self.last_pose = data.stamp
+            self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.rpy[2]))
+            x, y, yaw = self.correction.offset
+            corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
+            base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
+            self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
+                config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
+        if base_from_odom is not None:
+            self.transform_pub.publish(TFMessage([conversions.transform_message(StampedTransform(
+                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, corrected @ base_from_odom))]))
+        covariance = np.array(data.pose_covariance)
+        covariance[PLANAR] = P
+        msg.pose.covariance = covariance.ravel().tolist()
+        conversions.fill_pose(msg.pose.pose, corrected)
+        self.odometry_pub.publish(msg)
+
+    def on_range(self, msg, topic):
+        """A reading; where its sensor sits is looked up once."""
+        stamp, frame = conversions.seconds(msg.header.stamp), msg.header.frame_id
+        with self.lock:
+            mount = self.mounts.get(frame)
+            if mount is None:
+                found = self.transforms.lookup(self.config.base_frame_id, frame.lstrip('/'), stamp) if frame else None
+                if found is None:
+                    self._count('no_mount', topic, 'a reading on %s comes from the frame "%s", of which tf does not know where it is' % (topic, frame))
+                    return
+                mount = self.mounts[frame] = (found.translation[0], found.translation[1], found.rpy[2])
+            what = self.correction.on_range(RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view))
+            self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
+            if what == 'bad_range':
+                self._warn_once(topic + what, 'a reading on %s holds what is no range: dropped' % topic)
+            pose, P = self.correction.pose, self.correction.P
+        if what == 'used':
+            self._publish_pose(msg.header.stamp, pose, P)
+
+    def _publish_pose(self, stamp, pose, P):
+        msg = PoseWithCovarianceStamped()
+        msg.header.stamp, msg.header.frame_id = stamp, self.config.global_frame_id
+        conversions.fill_pose(msg.pose.pose, Transform.from_xyz_rpy(pose[0], pose[1], 0.0, 0.0, 0.0, pose[2]))
+        covariance = np.zeros((6, 6))
+        covariance[PLANAR] = P
+        msg.pose.covariance = covariance.ravel().tolist()
+        self.pose_pub.publish(msg)
+
+    def _count(self, what, key, sentence):
+        self.correction.counts[what] += 1
+        self._warn_once(key + what, sentence)
+
+    def _warn_once(self, key, sentence):
+        if key not in self.told:
+            self.told.add(key)
+            rospy.logwarn(sentence)
+
+    def diagnose(self, _event):
+        """Once a second to /diagnostics; and to the log what is being waited for."""
+        try:
+            with self.lock:
+                now = rospy.Time.now()
+                told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing)
+            if told.level:
+                rospy.logwarn_throttle(PATIENCE, told.message)
+            array = DiagnosticArray()
+            array.header.stamp = now
+            array.status.append(DiagnosticStatus(name=told.name, level=told.level, message=told.message, hardware_id='none',
+                                                 values=[KeyValue(k, v) for k, v in told.values]))
+            self.diagnostics_pub.publish(array)
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():
+                raise
+
+
+def main():
+    rospy.init_node('range_localization')
+    try:
+        config = RangeConfig.from_params(rospy.get_param('~', {}))
+    except ConfigError as error:
+        for fault in error.faults:
+            rospy.logfatal(fault)
+        for warning in error.warnings:
+            rospy.logwarn(warning)
+        sys.exit(1)
+    for warning in config.warnings:
+        rospy.logwarn(warning)
+    node = RangeNode(config)  # noqa: F841 (kept alive)
+    rospy.spin()

@@ -1,0 +1,298 @@
+"""The laws of correcting a pose by ranges against a map. Ranges are reckoned here from the walls' equations, not from the cells."""
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from sara_localization import map_echo
+from sara_localization.config import ConfigError
+from sara_localization.diagnostics import ERROR, OK, WARN
+from sara_localization.range_config import RangeConfig
+from sara_localization.range_correction import RangeCorrection, RangeData, RangeMap
+from sara_localization.range_status import status
+
+CELL, HALF = 0.05, math.radians(30.0)
+SIZE_X, SIZE_Y = 3.0, 2.6      # m, free inside of the walls of a room that begins at (0, 0)
+MOUNTS = {'front': (0.5, 0.1, 0.1), 'left': (0.3, 0.3, math.pi / 2), 'left_rear': (-0.3, 0.3, math.pi / 2), 'right': (0.3, -0.3, -math.pi / 2), 'rear': (-0.5, 0.0, math.pi)}
+CONFIG = RangeConfig(range_topics=('/a',))
+
+
+def room(size_x=SIZE_X, size_y=SIZE_Y, ends=True, origin=(0.0, 0.0, 0.0)):
+    """Walls of three cells about a free room; without ends the walls along x go on to the border of the map."""
+    nx, ny = round(size_x / CELL), round(size_y / CELL)
+    data = np.zeros((ny + 6, nx + 6), np.int8)
+    data[:3], data[-3:] = 100, 100
+    if ends:
+        data[:, :3], data[:, -3:] = 100, 100
+    x, y, yaw = origin
+    c, s = math.cos(yaw), math.sin(yaw)
+    corner = x - 3 * CELL * (c - s), y - 3 * CELL * (s + c), yaw
+    return RangeMap.from_occupancy(data, CELL, corner, 65.0)
+
+
+def compose(a, b):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]
+
+
+def heard(pose, mount, size_x=SIZE_X, size_y=SIZE_Y, ends=True):
+    """The nearest of the room's walls in the cone, m, or inf."""
+    x, y, axis = compose(pose, mount)
+    walls = [(y, -math.pi / 2), (size_y - y, math.pi / 2)] + ([(x, math.pi), (size_x - x, 0.0)] if ends else [])
+    found = []
+    for away, normal in walls:
+        off = max(abs(math.remainder(normal - axis, 2 * math.pi)) - HALF, 0.0)
+        if off < math.pi / 2 - 1e-6:
+            found.append(away / math.cos(off))
+    return min(found, default=math.inf)
+
+
+def data(name, stamp, range_):
+    return RangeData(name, stamp, MOUNTS[name], range_, 0.16, 2.5, 2 * HALF)
+
+
+def ride(correction, error, seconds=40.0, hear=heard, watch=None, centre=(1.5, 1.3)):
+    """To and fro, turning, in the room: the dead reckoning is off by `error` from the start, as a frame that lies there."""
+    back = (-math.cos(error[2]) * error[0] - math.sin(error[2]) * error[1], math.sin(error[2]) * error[0] - math.cos(error[2]) * error[1], -error[2])
+    true = (*centre, 0.0)
+    for k in range(round(seconds * 50)):
+        t = 10.0 + k * 0.02
+        true = (centre[0] + 0.3 * math.sin(0.5 * (t - 10.0)), centre[1], 0.4 * math.sin(0.3 * (t - 10.0)))
+        correction.on_pose(t, compose(back, true))
+        if k % 10 == 9:
+            for name, mount in MOUNTS.items():
+                correction.on_range(data(name, t, hear(true, mount)))
+        if watch:
+            watch(t, true)
+    return true
+
+
+def off(pose, true):
+    return math.dist(pose[:2], true[:2]), abs(math.degrees(math.remainder(pose[2] - true[2], 2 * math.pi)))
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.04, 0.04))
+def test_exact_ranges_bring_a_shifted_pose_back(x, y, yaw):
+    correction = RangeCorrection(CONFIG, room())
+    true = ride(correction, (x, y, yaw))
+    place, turn = off(correction.pose, true)
+    assert place < 0.02 and turn < 0.5
+    assert correction.counts['used'] > 50 and correction.sigma[0] < 0.05
+
+
+def test_what_is_right_stays_right():
+    correction = RangeCorrection(CONFIG, room())
+    true = ride(correction, (0.0, 0.0, 0.0))
+    assert off(correction.pose, true)[0] < 0.01
+
+
+def test_what_no_wall_tells_is_not_changed():
+    size_x = 40.0
+    correction = RangeCorrection(CONFIG, room(size_x, ends=False))
+    hear = lambda pose, mount: heard(pose, mount, size_x, ends=False)  # noqa: E731
+    true = ride(correction, (0.08, 0.08, 0.0), hear=hear, centre=(20.0, 1.3))
+    assert abs(correction.pose[1] - true[1]) < 0.01             # across the corridor: corrected
+    assert correction.pose[0] - true[0] == pytest.approx(-0.08, abs=0.01)   # along it: as wrong as before, and known to be
+    assert correction.sigma[0] > math.sqrt(CONFIG.initial_cov_xx)
+
+
+def test_a_map_turned_with_all_in_it_is_the_same():
+    plain, turned = RangeCorrection(CONFIG, room()), RangeCorrection(CONFIG, room(origin=(4.0, -2.0, 0.7)))
+    world = (4.0, -2.0, 0.7)
+    for k in range(1000):
+        t = 10.0 + k * 0.02
+        true = (1.5 + 0.3 * math.sin(0.5 * t), 1.3, 0.3 * math.sin(0.3 * t))
+        wrong = (true[0] + 0.05, true[1] - 0.04, true[2])
+        plain.on_pose(t, wrong)
+        turned.on_pose(t, compose(world, wrong))
+        if k % 10 == 9:
+            for name, mount in MOUNTS.items():
+                range_ = heard(true, mount)
+                assert plain.on_range(data(name, t, range_)) == turned.on_range(data(name, t, range_))
+    assert turned.pose == pytest.approx(compose(world, plain.pose), abs=1e-6)
+    assert plain.counts['used'] > 30
+
+
+@pytest.mark.parametrize('nearer', [0.35, 0.6, 0.9])
+def test_what_the_map_does_not_hold_changes_nothing(nearer):
+    correction = RangeCorrection(CONFIG, room())
+    ride(correction, (0.0, 0.0, 0.0), hear=lambda pose, mount: max(heard(pose, mount) - nearer, 0.2))
+    assert correction.offset == (0.0, 0.0, 0.0)
+    assert correction.counts['used'] == 0 and correction.counts['shorter'] > 50
+
+
+def test_a_box_beside_walls_does_not_take_the_pose_along():
+    """One sensor hears a box all the time, the others the walls."""
+    correction = RangeCorrection(CONFIG, room())
+    box = lambda pose, mount: heard(pose, mount) - (0.4 if mount == MOUNTS['left'] else 0.0)  # noqa: E731
+    true = ride(correction, (0.05, -0.05, 0.0), hear=box)
+    assert off(correction.pose, true)[0] < 0.02
+
+
+def test_without_walls_nothing_is_changed_to_the_last_digit():
+    empty = RangeMap.from_occupancy(np.zeros((400, 400), np.int8), CELL, (-10.0, -10.0, 0.0), 65.0)
+    correction = RangeCorrection(CONFIG, empty)
+    ride(correction, (0.0, 0.0, 0.0), seconds=5.0)
+    assert correction.offset == (0.0, 0.0, 0.0)
+    assert correction.counts['used'] == 0 and correction.counts['not_predicted'] > 0
+
+
+def test_the_unknown_predicts_nothing():
+    map_ = room()
+    map_.cells[map_.cells == map_echo.OCCUPIED] = map_echo.UNKNOWN
+    correction = RangeCorrection(CONFIG, map_)
+    ride(correction, (0.05, 0.0, 0.0), seconds=5.0)
+    assert correction.counts['used'] == 0 and correction.offset == (0.0, 0.0, 0.0)
+
+
+def test_what_is_given_out_moves_no_faster_than_allowed():
+    correction, last = RangeCorrection(CONFIG, room()), []
+    err = (0.1, 0.1, 0.03)
+
+    def watch(t, true):
+        # Where a robot that stands would be shown: the correction's own motion.
+        shown = compose(correction.offset, correction._trail[-1][1])
+        if last:
+            before = compose(last[0], correction._trail[-1][1])
+            assert math.dist(shown[:2], before[:2]) <= CONFIG.max_correction_rate * 0.02 + 1e-9
+            assert abs(shown[2] - before[2]) <= CONFIG.max_correction_turn_rate * 0.02 + 1e-9
+        last[:] = [correction.offset]
+    true = ride(correction, err, watch=watch)
+    shown = compose(correction.offset, correction._trail[-1][1])
+    assert off(shown, true)[0] < 0.02
+
+
+def test_a_wall_must_be_heard_twice():
+    correction = RangeCorrection(CONFIG, room())
+    pose = (1.5, 1.3, 0.0)
+    correction.on_pose(1.0, pose)
+    assert correction.on_range(data('left', 1.0, 1.05)) == 'first'
+    assert correction.pose == pose
+    correction.on_pose(1.2, pose)
+    assert correction.on_range(data('left', 1.2, 0.4)) == 'shorter'       # and forgets the one before
+    assert correction.on_range(data('left', 1.2, 1.05)) == 'first'
+    correction.on_pose(1.4, pose)
+    assert correction.on_range(data('left', 1.4, 1.05)) == 'used'
+    assert correction.pose[1] < 1.3
+    correction.on_pose(1.6, pose)
+    assert correction.on_range(data('left', 1.6, 1.05)) == 'same_place'   # it has not moved: nothing new
+
+
+def test_late_readings_are_put_where_the_robot_was():
+    late = RangeCorrection(replace(CONFIG, range_delay=0.3), room())
+    pending = []
+    for k in range(1500):
+        t = 10.0 + k * 0.02
+        true = (1.5 + 0.3 * math.sin(0.8 * t), 1.3, 0.3 * math.sin(0.5 * t))
+        late.on_pose(t, true)
+        if k % 10 == 9:
+            pending.append([(name, heard(true, mount)) for name, mount in MOUNTS.items()])
+        if k % 10 == 4 and len(pending) > 1:
+            for name, range_ in pending[-2 if len(pending) > 1 else -1]:
+                late.on_range(data(name, t, range_))
+    assert off(late.pose, true)[0] < 0.01 and late.counts['used'] > 50
+
+
+def test_faulty_data_are_dropped_and_counted():
+    correction = RangeCorrection(CONFIG)
+    correction.on_pose(1.0, (1.5, 1.3, 0.0))
+    assert correction.on_range(data('left', 1.0, 1.0)) == 'no_map'
+    correction.map = room()
+    good = data('left', 1.0, 1.0)
+    for bad in (good._replace(range=math.nan), good._replace(stamp=math.nan), good._replace(stamp=math.inf), good._replace(field_of_view=0.0),
+                good._replace(field_of_view=math.nan), good._replace(mount=(math.nan, 0.0, 0.0))):
+        assert correction.on_range(bad) == 'bad_range'
+    assert correction.on_range(good._replace(stamp=0.5)) == 'no_pose'
+    assert correction.on_range(good._replace(stamp=3.0)) == 'no_pose'
+    for far in (math.inf, -math.inf, 0.1, 2.45, -1.0):
+        assert correction.on_range(good._replace(range=far)) == 'out_of_span'
+    correction.on_pose(math.nan, (0.0, 0.0, 0.0))
+    correction.on_pose(2.0, (math.inf, 0.0, 0.0))
+    assert correction.counts['bad_pose'] == 2 and correction.counts['bad_range'] == 6 and correction.counts['out_of_span'] == 5
+    assert correction.pose == (1.5, 1.3, 0.0) and correction.offset == (0.0, 0.0, 0.0)
+
+
+def test_who_is_put_elsewhere_is_believed_anew():
+    correction = RangeCorrection(CONFIG, room())
+    ride(correction, (0.08, 0.05, 0.0))
+    assert correction.offset != (0.0, 0.0, 0.0)
+    correction.on_pose(60.0, (2.0, 1.0, 1.0))
+    assert correction.pose == (2.0, 1.0, 1.0) and correction.counts['jumped'] == 1
+    assert correction.sigma[0] == pytest.approx(math.sqrt(CONFIG.initial_cov_xx))
+    correction.on_pose(20.0, (2.1, 1.0, 1.0))          # the clock went back
+    assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 2
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.4, SIZE_X - 0.4), st.floats(0.4, SIZE_Y - 0.4), st.floats(-math.pi, math.pi))
+def test_a_predicted_plane_is_where_the_wall_is_and_its_slopes_are_right(x, y, yaw):
+    map_ = room()
+    shift = 3 * CELL
+    some, none = np.diag([0.01, 0.01, 0.01]), np.zeros((3, 3))
+
+    def at(x, y, yaw, axes=none):
+        sx, sy, axis = compose((x, y, yaw), MOUNTS['left'])
+        return map_echo.predict(map_.cells, CELL, x + shift, y + shift, yaw, sx + shift, sy + shift, axis, HALF, 2.5, 0.03, axes)
+    sensor = compose((x, y, yaw), MOUNTS['left'])
+    what, distance, *slopes = at(x, y, yaw, some)
+    if what != map_echo.PLANE or not (0.0 < sensor[0] < SIZE_X and 0.0 < sensor[1] < SIZE_Y):
+        return
+    assert distance == pytest.approx(heard((x, y, yaw), MOUNTS['left']), abs=0.005)
+    h = 0.004
+    for k, step in enumerate(np.eye(3) * h):
+        moved = at(x + step[0], y + step[1], yaw + step[2])
+        assert moved[0] == map_echo.PLANE
+        assert (moved[1] - distance) / h == pytest.approx(slopes[k], abs=0.15)
+
+
+@pytest.mark.parametrize('wall', ['post', 'end', 'border'])
+def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
+    cells = np.zeros((120, 120), np.uint8)
+    if wall == 'post':
+        cells[60:62, 39:41] = map_echo.OCCUPIED
+    elif wall == 'end':
+        cells[60:62, 42:] = map_echo.OCCUPIED
+    else:
+        cells[40:, 58:] = map_echo.OCCUPIED             # the sensor looks along it
+    what, distance, _ = map_echo.echo(cells, CELL, 2.0, 2.2, math.pi / 2, HALF, 2.5, 0.03)
+    assert what == map_echo.AMBIGUOUS and math.isnan(distance)
+
+
+@pytest.mark.parametrize('params, words', [
+    ({}, 'range_topics'), ({'range_topics': 'SDI_range'}, 'range_topics'), ({'range_topics': ['/a'], 'gate': 0.0}, 'gate'),
+    ({'range_topics': ['/a'], 'range_min_range': 3.0}, 'range_min_range'), ({'range_topics': ['/a'], 'odom_alpha1': -1.0}, 'odom_alpha1'),
+    ({'range_topics': ['/a'], 'update_min_d': 'far'}, 'update_min_d'), ({'range_topics': ['/a'], 'base_frame_id': 'map'}, 'must differ'),
+    ({'range_topics': ['/a'], 'map_occupied_above': 100.0}, 'map_occupied_above')])
+def test_bad_settings_are_told(params, words):
+    with pytest.raises(ConfigError) as told:
+        RangeConfig.from_params(params)
+    assert any(words in fault for fault in told.value.faults)
+
+
+def test_settings_are_taken_and_unknown_ones_told():
+    config = RangeConfig.from_params({'range_topics': ['/a', '/b'], 'range_delay': 0.3, 'global_frame_id': '/world', 'laser_max_range': 2.0})
+    assert config.range_topics == ('/a', '/b') and config.range_delay == 0.3 and config.global_frame_id == 'world'
+    assert config.warnings == ('laser_max_range is no parameter of range_localization: ignored.',)
+
+
+def test_maps_that_are_none_are_refused():
+    for cells, resolution, origin in ((np.zeros((0, 0)), 0.05, (0, 0, 0)), (np.zeros(9), 0.05, (0, 0, 0)), (np.zeros((3, 3)), 0.0, (0, 0, 0)), (np.zeros((3, 3)), 0.05, (math.nan, 0, 0))):
+        with pytest.raises(ValueError):
+            RangeMap.from_occupancy(cells, resolution, origin, 65.0)
+
+
+def test_diagnostics_say_what_is_waited_for():
+    correction = RangeCorrection(CONFIG)
+    assert status('n', correction, 1.0, None, None).message == 'waiting for the map'
+    correction.map = room()
+    assert status('n', correction, 1.0, None, None)[1:3] == (ERROR, 'waiting for dead reckoning on odom')
+    assert status('n', correction, 9.0, 8.9, 1.0).level == WARN
+    assert status('n', correction, 9.0, 8.9, 8.9, 'no transform odom -> base_link')[1:3] == (ERROR, 'no transform odom -> base_link')
+    ride(correction, (0.05, 0.0, 0.0))
+    told = status('n', correction, 50.0, 50.0, 50.0)
+    assert told.level == OK and dict(told.values)['used'] == str(correction.counts['used'])
+    correction.on_range(data('left', math.nan, 1.0))
+    assert status('n', correction, 50.0, 50.0, 50.0).level == WARN
