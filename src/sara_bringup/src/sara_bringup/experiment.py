@@ -18,7 +18,7 @@ EXPERIMENTS = {"square": "square.yaml"}
 def run(name, seed, ekf="default", progress=None, gain=None):
     """Drive the experiment `name` on the chair `seed`, whose gyro has been calibrated to `gain`, or not; return its Drive and the Lockstep it ran on."""
     mission = load_mission(config_file(EXPERIMENTS[name]))
-    lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, seed, ekf, gain)
+    lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, seed, ekf, gain, ranges=False)
     return drive(lockstep, mission, Drive(name, seed, mission.start, ekf), progress), lockstep
 
 

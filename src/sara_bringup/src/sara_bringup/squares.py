@@ -15,7 +15,7 @@ def square(direction, pose, seed, gain=None, navigation=None, prepare=None):
     `direction` of MISSIONS, `pose` of POSES, `gain` of that chair's gyro, `navigation`: a tree laid over sara_nav.yaml; `prepare`: called with the Lockstep before it starts.
     """
     mission, room = load_mission(config_file(MISSIONS[direction])), share() / "maps" / "room.yaml"
-    lockstep = Lockstep(room, mission.start, seed, gain=gain, localization=POSES[pose], navigation=navigation)
+    lockstep = Lockstep(room, mission.start, seed, gain=gain, localization=POSES[pose], navigation=navigation, ranges=False)
     if prepare is not None:
         prepare(lockstep)
     driven = drive(lockstep, mission, Drive(f"square_{direction}", seed, mission.start))

@@ -159,7 +159,7 @@ class RangeCorrection:
             return 'no_map'
         here = self._at(r.stamp - c.range_delay)
         if here is None:
-            return 'no_pose'
+            return 'waiting' if self._young(r.stamp - c.range_delay) else 'no_pose'
         passed, self._passed[r.name] = self._passed.get(r.name), None
         if not max(c.range_min_range, r.least) <= r.range <= min(c.range_max_range, r.most):
             return 'out_of_span'
@@ -179,6 +179,11 @@ class RangeCorrection:
         self._used[r.name] = here
         self._correct(H, y, S)
         return 'used'
+
+    def _young(self, stamp):
+        """Whether a time (s) is not remembered because the dead reckoning has not gone on for long."""
+        trail = self._trail
+        return not trail or (stamp < trail[0][0] and trail[-1][0] - trail[0][0] < 0.9 * MEMORY_S)
 
     def _at(self, stamp):
         """The dead-reckoned pose at a time (s), None where that is not remembered."""

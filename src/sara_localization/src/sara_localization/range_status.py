@@ -13,10 +13,11 @@ LOST_SIGMA = 0.3
 """m of standard deviation from which on the estimate is of little use."""
 
 
-def status(name: str, correction: RangeCorrection, now: float, last_pose, last_range, missing='') -> Status:
-    """`last_pose`, `last_range`: when the last came (s), None before the first; `missing`: the sentence about a transform that is not there."""
+def status(name: str, correction: RangeCorrection, now: float, last_pose, last_range, missing='', before=None) -> Status:
+    """`last_pose`, `last_range`: when the last came (s), None before the first; `missing`: the sentence about a transform that is not there.
+    `before`: the counts of the last time, for faults are told when they are new."""
     counts, (place, yaw) = correction.counts, correction.sigma
-    faults = [what for what in FAULTS if counts[what] and what != 'no_map']
+    faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
     level, message = OK, 'the pose is corrected by %d ranges' % counts['used']
     if correction.map is None:
         level, message = ERROR, 'waiting for the map'

@@ -205,7 +205,7 @@ def test_faulty_data_are_dropped_and_counted():
     for bad in (good._replace(range=math.nan), good._replace(stamp=math.nan), good._replace(stamp=math.inf), good._replace(field_of_view=0.0),
                 good._replace(field_of_view=math.nan), good._replace(mount=(math.nan, 0.0, 0.0))):
         assert correction.on_range(bad) == 'bad_range'
-    assert correction.on_range(good._replace(stamp=0.5)) == 'no_pose'
+    assert correction.on_range(good._replace(stamp=0.5)) == 'waiting'       # the dead reckoning has just begun
     assert correction.on_range(good._replace(stamp=3.0)) == 'no_pose'
     for far in (math.inf, -math.inf, 0.1, 2.45, -1.0):
         assert correction.on_range(good._replace(range=far)) == 'out_of_span'
@@ -296,3 +296,4 @@ def test_diagnostics_say_what_is_waited_for():
     assert told.level == OK and dict(told.values)['used'] == str(correction.counts['used'])
     correction.on_range(data('left', math.nan, 1.0))
     assert status('n', correction, 50.0, 50.0, 50.0).level == WARN
+    assert status('n', correction, 50.0, 50.0, 50.0, before=dict(correction.counts)).level == OK

@@ -40,7 +40,7 @@ class RangeNode:
     def __init__(self, config: RangeConfig):
         self.config, self.correction = config, RangeCorrection(config)
         self.lock, self.transforms = threading.Lock(), Tf2Transforms()
-        self.mounts, self.missing, self.told = {}, '', set()
+        self.mounts, self.missing, self.told, self.counted = {}, '', set(), {}
         self.last_pose = self.last_range = None
         self.odometry_pub = rospy.Publisher('odometry/corrected', Odometry, queue_size=20, tcp_nodelay=True)
         self.transform_pub = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
@@ -145,7 +145,8 @@ class RangeNode:
         try:
             with self.lock:
                 now = rospy.Time.now()
-                told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing)
+                told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
+                self.counted = dict(self.correction.counts)
             if told.level:
                 rospy.logwarn_throttle(PATIENCE, told.message)
             array = DiagnosticArray()
