@@ -25,7 +25,7 @@ def drive(ekf, out, seed, speed, rviz):
     env = environment()
     with tempfile.TemporaryDirectory(prefix="sara") as folder:
         arguments = {"ekf": ekf, "seed": seed, "speed": speed, "rviz": str(rviz).lower(), "port": f"{folder}/can", "record": "true",
-                     "bag": out / f"square_{ekf}.bag"}
+                     "bag": out / f"square_{ekf}.bag", "ranges": "false"}   # wheels and gyro alone, as the thesis drove it
         with launched("sara_bringup", "sara.launch", arguments, env):
             subprocess.run(["rosrun", "sara_bringup", "square.py", f"_result:={result}", f"_seed:={seed}", f"_ekf:={ekf}", "__name:=square"],
                            check=False, env=env)
