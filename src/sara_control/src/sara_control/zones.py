@@ -17,6 +17,7 @@ from collections import deque
 
 import numpy as np
 
+from sara_control import zone_places
 from sara_control.movers import Mover
 from sara_control.zone_config import SLACK
 
@@ -47,8 +48,8 @@ class _Believed:
 
 class _Places:
     """Where something may be, one entry for each ray of each sensor: x, y (m), whether it stops the chair, whose echo it is, how far outside
-    the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s), the ray's direction, and the way (m) along it
-    to the body. Of all: the nearest to the body, the farthest from base_link (m), and the fastest by itself (m/s)."""
+    the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s), the ray's direction, the way (m) along it
+    to the body, and how far along it the body ends. Of all: the nearest to the body, the farthest from base_link (m), and the fastest by itself (m/s)."""
 
     def __init__(self, sensors):
         rays = RAYS * len(sensors)
@@ -57,7 +58,7 @@ class _Places:
         self.stops = np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS)
         self.names = np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS)
         self.coming, self.way = np.zeros(rays), np.zeros(rays)
-        self.directions = np.zeros((2, rays))
+        self.directions, self.way_out = np.zeros((2, rays)), np.zeros(rays)
         self.nearest, self.farthest, self.fastest = math.inf, 0.0, 0.0
 
 
@@ -67,17 +68,17 @@ class Zones:
     def __init__(self, config):
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
-        self._half = 0.5 * config.length, 0.5 * config.width + config.side_margin
+        self._half = 0.5 * config.length, 0.5 * config.width + float(config.side_margin)
         self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
         self._movers = {name: Mover(sensor, half) for name, sensor in self.sensors.items()}
-        self._rays = {}
-        for name, sensor in self.sensors.items():
+        self._places = places = _Places(config.sensors)
+        self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
+        for name, rays in self._rays_of.items():
+            sensor = self.sensors[name]
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
             directions = np.stack([np.cos(angles), np.sin(angles)])
-            self._rays[name] = (directions, self._way_out(sensor, directions))
-        self._places = _Places(config.sensors)
-        self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
+            places.directions[:, rays], places.way_out[rays] = directions, self._way_out(sensor, directions)
 
     def _way_out(self, sensor, directions):
         """How far along each ray the body ends: an echo within it is of what stands at its edge."""
@@ -126,7 +127,7 @@ class Zones:
         farthest_way = config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
         if places.fastest > 0.0:
             places = self._when_standing(places, reaction + fastest / braking)
-        if places.nearest >= farthest_way:
+        if places.nearest >= farthest_way or not self._matters(places, v, w, reaction, braking):
             return 1.0, ''
         swept = self._swept(places, v, w)
         if not swept.any():
@@ -157,15 +158,9 @@ class Zones:
     def _place(self, sensor, distance):
         """Something is at this range (m) of a sensor, on any of its rays."""
         places, rays = self._places, self._rays_of[sensor.name]
-        if distance == math.inf:
-            places.outside[rays], places.radius[rays] = math.inf, 0.0
-        else:
-            directions, way_out = self._rays[sensor.name]
-            ranges = np.maximum(sensor.near if distance == -math.inf else distance, way_out)
-            x, y = sensor.x + ranges * directions[0], sensor.y + ranges * directions[1]
-            places.x[rays], places.y[rays], places.outside[rays], places.radius[rays] = x, y, self._outside(x, y), np.hypot(x, y)
-            places.directions[:, rays], places.way[rays] = directions, ranges - way_out
-        places.nearest, places.farthest = float(places.outside.min()), float(places.radius.max())
+        places.nearest, places.farthest = zone_places.put(
+            places.x, places.y, places.outside, places.radius, places.way, places.directions, places.way_out, rays.start, rays.stop, float(sensor.x),
+            float(sensor.y), float(sensor.near if distance == -math.inf else distance), *self._half)
 
     def _when_standing(self, places, later):
         """The places after `later` s: what comes by itself is nearer then, at the body's edge at most."""
@@ -181,6 +176,12 @@ class Zones:
     def _outside(self, x, y):
         """How far outside the body (m), by the axis on which it is farther; negative within."""
         return np.maximum(np.abs(x) - self._half[0], np.abs(y) - self._half[1])
+
+    def _matters(self, places, v, w, reaction, braking):
+        """Whether there is any place that needs a closer look, at the command (v m/s, w rad/s) with so many s until it brakes, at so many m/s2."""
+        half_x, half_y = self._half
+        return zone_places.matters(places.x, places.y, places.outside, places.radius, float(v), float(w), half_y, half_y ** 2, half_x ** 2 + half_y ** 2,
+                                   float(self.config.stop_distance), float(reaction), float(braking))
 
     def _swept(self, places, v, w):
         """Which places the body meets sooner or later on its curve, ahead or astern; the others need no closer look.

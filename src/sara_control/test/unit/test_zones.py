@@ -241,6 +241,9 @@ def test_config_names_every_fault():
 class CloseLook(Zones):
     """Zones that look closely at every place."""
 
+    def _matters(self, places, v, w, reaction, braking):
+        return True
+
     def _swept(self, places, v, w):
         return np.ones(len(places.x), bool)
 
@@ -255,3 +258,25 @@ def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, k
         quick.on_range(name, distance)
         slow.on_range(name, distance)
     assert quick.scale(v, w, gentle) == slow.scale(v, w, gentle)
+
+
+@given(st.lists(st.tuples(st.sampled_from(sorted(PLACES)), st.sampled_from([-INF, INF]) | st.floats(0.0, 6.0)), min_size=1, max_size=12))
+@settings(max_examples=300, deadline=None)
+def test_places_are_where_the_echoes_say(readings):
+    """As arrays say it, for all sensors at once and to the last digit."""
+    zones, heard = Zones(CONFIG), {}
+    for name, distance in readings:
+        zones._place(zones.sensors[name], distance)
+        heard[name] = distance
+    places = zones._places
+    for name, distance in heard.items():
+        sensor, rays = zones.sensors[name], zones._rays_of[name]
+        if distance == INF:
+            assert (places.outside[rays] == INF).all() and (places.radius[rays] == 0.0).all()
+            continue
+        along = np.maximum(sensor.near if distance == -INF else distance, places.way_out[rays])
+        x, y = sensor.x + along * places.directions[0, rays], sensor.y + along * places.directions[1, rays]
+        expected = {'x': x, 'y': y, 'outside': zones._outside(x, y), 'radius': np.hypot(x, y), 'way': along - places.way_out[rays]}
+        for part, values in expected.items():
+            assert (getattr(places, part)[rays] == values).all(), part
+    assert (places.nearest, places.farthest) == (places.outside.min(), places.radius.max())
