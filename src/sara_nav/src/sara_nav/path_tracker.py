@@ -26,6 +26,7 @@ class Leg:
 
     points (n, 2) m. deviation: how far smoothing may move the path (m). After ``locate``: ``along`` (m from its start,
     never falling), ``left`` (m to its end, negative beyond), ``offset`` (m, the robot is to the left of the path, as it is driven).
+    ``s``, ``xy``, ``heading``, ``curvature``, ``change``: of its samples; ``direction`` (n - 1, 2): from each to the next.
     """
 
     def __init__(self, points, backward=False, deviation=0.02):
@@ -36,7 +37,7 @@ class Leg:
         length = np.hypot(*steps.T)
         self.s = np.append(0.0, length.cumsum())
         self.xy, self.length = xy, float(self.s[-1])
-        self._direction = steps / length[:, None]
+        self.direction = steps / length[:, None]
         heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
         middle = 0.5 * (self.s[1:] + self.s[:-1])
         self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
@@ -56,7 +57,7 @@ class Leg:
 
     def nearest(self, x, y, start=0.0):
         """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m further."""
-        return nearest(self.s, self.xy, self._direction, x, y, start)
+        return nearest(self.s, self.xy, self.direction, x, y, start)
 
     def at(self, s):
         """Return (x, y, heading, curvature) at ``s`` m along (scalar or array); beyond the end it goes straight on."""

@@ -3,7 +3,9 @@ import math
 
 import numpy as np
 
+from sara_nav import stopping_steps
 from sara_nav.clearance import place_of, room
+from sara_nav.tracking_law import STEEPEST
 
 REACTION = 0.2
 """Seconds until it brakes."""
@@ -14,17 +16,9 @@ MARGIN = 0.02
 def stopping_way(leg, law, now, speed, curvature, config):
     """Return the poses (n, 3) from a Pose2D on, by the tracking law along the leg, from ``speed`` (m/s) and a curvature (1/m) braking by
     dec_lim_x to rest, and a margin."""
-    poses, pose, along = [(now.x, now.y, now.yaw)], now, leg.along
-    sense = -1.0 if leg.backward else 1.0
-    left = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
-    while left > 1e-6:
-        step = min(left, 0.04)
-        along, offset, _ = leg.nearest(pose.x, pose.y, along)
-        curvature = law.next_curvature(curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed)
-        pose = pose.advance(sense * step, step * curvature, 1.0)
-        poses.append((pose.x, pose.y, pose.yaw))
-        left -= step
-    return np.array(poses)
+    way = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
+    return stopping_steps.follow(leg.s, leg.xy, leg.direction, leg.heading, leg.curvature, leg.change, leg.along, leg.backward, now.x, now.y, now.yaw,
+                                 float(way), float(curvature), float(law.reach(speed)), STEEPEST, float(law.sharpest))
 
 
 def stopping_turn(now, rate, config):

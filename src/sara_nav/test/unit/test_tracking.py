@@ -18,7 +18,7 @@ from sara_nav.prediction import Prediction
 from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.smooth_turn import free_angle, planned_way, way_round
 from sara_nav.speed_plan import ahead_speed, gap_speed
-from sara_nav.stopping_way import blocked_where
+from sara_nav.stopping_way import MARGIN, REACTION, blocked_where, stopping_way
 from sara_nav.tracking_law import STEEPEST, TrackingLaw
 
 FOOTPRINT = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -235,3 +235,25 @@ def test_words_of_one_kind_stay_for_a_second():
     words = Words()
     assert [words.say(t, key, text) for t, key, text in ((0.0, 'a', '1'), (0.5, 'a', '2'), (1.1, 'a', '3'), (1.2, 'b', '4'), (1.3, 'a', '5'), (0.2, 'a', '6'))] \
         == ['1', '1', '3', '4', '5', '6']
+
+
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 1.0), st.floats(-0.3, 0.3), st.floats(-0.6, 0.6), st.floats(0.05, 1.0), st.floats(-2.0, 2.0), st.booleans())
+@settings(deadline=None, max_examples=100)
+def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, curvature, backward):
+    """Step by step as the law, the leg and the pose say it, each by itself."""
+    leg = Leg(np.array(arc(Pose2D(1.0, 2.0, 0.3), 1.5, bend))[:, :2], backward)
+    x, y, heading, _ = (float(value) for value in leg.at(way))
+    now = Pose2D(x - aside * math.sin(heading), y + aside * math.cos(heading), wrap(heading + off + (math.pi if backward else 0.0)))
+    leg.locate(now.x, now.y)
+    law, pose, along = TrackingLaw(CONFIG.tracking_length, CONFIG.tracking_time), now, leg.along
+    expected, left = [(now.x, now.y, now.yaw)], speed * REACTION + speed * speed / (2.0 * CONFIG.dec_lim_x) + MARGIN
+    found = stopping_way(leg, law, now, speed, curvature, CONFIG)
+    while left > 1e-6:
+        step = min(left, 0.04)
+        along, offset, _ = leg.nearest(pose.x, pose.y, along)
+        curvature = law.next_curvature(curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed)
+        pose = pose.advance(-step if backward else step, step * curvature, 1.0)
+        expected.append((pose.x, pose.y, pose.yaw))
+        left -= step
+    assert found.shape == (len(expected), 3)
+    assert found == pytest.approx(np.array(expected), abs=1e-9)
