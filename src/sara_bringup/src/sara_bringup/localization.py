@@ -73,8 +73,8 @@ class Filter(Estimate):
             return False
         x = output.state.tolist()
         self.pose, self.velocity, self.stamp = (x[0], x[1], x[5]), (x[6], x[11]), output.stamp
-        if output.map_to_odom is not None:
-            stamped = output.map_to_odom
+        stamped = output.map_to_odom
+        if stamped is not None:
             self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
             position, rpy = stamped.transform.translation, stamped.transform.rpy
             self.map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))

@@ -115,9 +115,8 @@ class Guard:
 
     def _inputs(self):
         watch = self.plausibility
-        return Inputs(bus=self._bus, encoders=watch.encoder_stamp, imu=watch.imu_stamp,
-                      ranges=min(self._ranges.values(), default=math.inf), localization=self._localization, fault=watch.fault,
-                      impact=self._impact, pc_drives=self._pc_drives, source=self._source, speed=watch.speed)
+        return Inputs(self._bus, watch.encoder_stamp, watch.imu_stamp, min(self._ranges.values(), default=math.inf), self._localization, watch.fault,
+                      self._impact, self._pc_drives, self._source, watch.speed)
 
     def missing(self, t):
         """Names of what is watched and has not spoken for a second at t, for a log that says what is waited for."""

@@ -8,6 +8,7 @@ The emergency stop is latched: only reset() releases it, at rest.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_control.reasons import Reason, State
 
@@ -25,8 +26,7 @@ class Command:
     stamp: float
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(NamedTuple):
     """What the gate is told in a step.
 
     bus, encoders, imu, ranges, localization: when the newest good reading came, s; of several sensors, that of the one that has been
@@ -46,8 +46,7 @@ class Inputs:
     speed: float = math.nan
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by themselves."""
 
     v: float

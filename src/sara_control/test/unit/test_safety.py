@@ -548,9 +548,9 @@ def test_a_command_of_the_very_moment_the_chair_became_ready_counts():
 
 @pytest.mark.parametrize('data', [Command(0.0, 0.0, 0.0), Inputs(), Decision(0.0, 0.0, State.IDLE, None, False)])
 def test_what_travels_cannot_be_changed_on_the_way(data):
-    for field in dataclasses.fields(data):
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            setattr(data, field.name, 1.0)
+    for name in (data._fields if isinstance(data, tuple) else [field.name for field in dataclasses.fields(data)]):
+        with pytest.raises(AttributeError):
+            setattr(data, name, 1.0)
 
 
 def test_a_second_is_a_second_soon_after_the_clock_began():

@@ -91,7 +91,7 @@ class TransformBuffer:
     """A tree of frames, filled by hand, from a bag or by the filter itself."""
 
     def __init__(self):
-        self._frames, self._ways = {}, {}
+        self._frames, self._ways, self._newest = {}, {}, {}
 
     def set_transform(self, parent: str, child: str, transform: Transform, stamp: Optional[float] = None) -> bool:
         """Enter parent_from_child at a stamp (s, a Stamp for the last digits), or for good with stamp None.
@@ -103,7 +103,7 @@ class TransformBuffer:
             return False
         if stamp is None:
             self._frames[child] = _Static(parent, transform)
-            self._ways.clear()
+            self._tree_changed()
             return True
         if not math.isfinite(stamp):
             return False
@@ -113,13 +113,17 @@ class TransformBuffer:
         before = frame.parent
         taken = frame.insert(nanoseconds(stamp), parent, transform)
         if frame.parent != before:
-            self._ways.clear()
+            self._tree_changed()
         return taken
+
+    def _tree_changed(self):
+        self._ways.clear()
+        self._newest.clear()
 
     def clear(self):
         """Forget what moves; what is static stays."""
         self._frames = {child: frame for child, frame in self._frames.items() if isinstance(frame, _Static)}
-        self._ways.clear()
+        self._tree_changed()
 
     def lookup(self, target: str, source: str, stamp: Optional[float]) -> Optional[Transform]:
         """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
@@ -134,7 +138,15 @@ class TransformBuffer:
             found = self._along(*way, at) if at <= latest else None
             if found is not None:
                 return found
+            if len(way[0]) + len(way[1]) == 1:   # what a single frame's newest sample says is worked out once
+                return self._of_newest(target, source, way, latest)
         return self._along(*way, latest)
+
+    def _of_newest(self, target, source, way, latest):
+        kept = self._newest.get((target, source))
+        if kept is None or kept[0] != latest:
+            kept = self._newest[target, source] = latest, self._along(*way, latest)
+        return kept[1]
 
     def _ancestors(self, frame):
         """The frame and those above it, by their newest parents."""

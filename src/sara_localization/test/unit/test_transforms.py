@@ -53,3 +53,16 @@ def test_a_frame_with_a_new_parent_is_joined_as_it_is_now(buffer):
     buffer.set_transform('map', 'base_link', at(20.0), stamp=105.0)
     assert buffer.lookup('map', 'imu_link', 101.5).translation[0] == pytest.approx(20.5)
     assert buffer.lookup('odom', 'base_link', 101.5) is None
+
+
+def test_what_is_newest_is_asked_anew_after_another_sample_and_under_another_parent():
+    buffer = TransformBuffer()
+    for k in range(3):
+        there = Transform.from_xyz_rpy(x=float(k), yaw=0.1 * k)
+        buffer.set_transform('odom', 'base_link', there, float(k))
+        for _ in range(2):
+            assert buffer.lookup('odom', 'base_link', k + 0.5) == there
+            assert buffer.lookup('base_link', 'odom', k + 0.5) == there.inverse()
+    buffer.set_transform('elsewhere', 'base_link', Transform.from_xyz_rpy(x=9.0), 3.0)
+    assert buffer.lookup('odom', 'base_link', 3.5) is None
+    assert buffer.lookup('elsewhere', 'base_link', 3.5) == Transform.from_xyz_rpy(x=9.0)

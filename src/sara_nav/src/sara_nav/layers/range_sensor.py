@@ -167,7 +167,7 @@ class RangeSensorLayer(Layer):
         self._waiting.append(reading)
 
     def _fault(self, r):
-        if not (math.isfinite(r.stamp) and all(abs(v) <= FARTHEST for v in (r.x, r.y, r.yaw))):
+        if not (math.isfinite(r.stamp) and abs(r.x) <= FARTHEST and abs(r.y) <= FARTHEST and abs(r.yaw) <= FARTHEST):
             return 'bad_poses', 'its stamp is no number, or its pose none within %g' % FARTHEST
         if not (0.0 <= r.min_range <= r.max_range <= FARTHEST and r.max_range > 0.0):
             return 'bad_limits', 'min_range %r, max_range %r' % (r.min_range, r.max_range)
