@@ -11,7 +11,7 @@ MAY_KNOW = {
     "sara_sim": {"ahead_of_time", "sara_lowlevel", "canserial"},
     "sara_nav": {"ahead_of_time"},
     "sara_localization": {"ahead_of_time"},
-    "sara_control": {"canserial"},
+    "sara_control": {"ahead_of_time", "canserial"},
     "sara_lowlevel": {"canserial"},
     "canserial": set(),
     "ahead_of_time": set(),

@@ -66,6 +66,7 @@ class Zones:
     """Ranges in, speed limits out."""
 
     def __init__(self, config):
+        zone_places.warm()   # nothing compiles on the move
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
         self._half = 0.5 * config.length, 0.5 * config.width + float(config.side_margin)
