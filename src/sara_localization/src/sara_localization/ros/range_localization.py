@@ -95,13 +95,13 @@ class RangeNode:
             self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
                 config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
         if base_from_odom is not None:
-            self.transform_pub.publish(TFMessage([conversions.transform_message(StampedTransform(
+            _publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
                 later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, corrected @ base_from_odom))]))
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
         conversions.fill_pose(msg.pose.pose, corrected)
-        self.odometry_pub.publish(msg)
+        _publish(self.odometry_pub, msg)
 
     def on_range(self, msg, topic):
         """A reading; where its sensor sits is looked up once."""
@@ -129,7 +129,7 @@ class RangeNode:
         covariance = np.zeros((6, 6))
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
-        self.pose_pub.publish(msg)
+        _publish(self.pose_pub, msg)
 
     def _count(self, what, key, sentence):
         self.correction.counts[what] += 1
@@ -142,21 +142,26 @@ class RangeNode:
 
     def diagnose(self, _event):
         """Once a second to /diagnostics; and to the log what is being waited for."""
-        try:
-            with self.lock:
-                now = rospy.Time.now()
-                told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
-                self.counted = dict(self.correction.counts)
-            if told.level:
-                rospy.logwarn_throttle(PATIENCE, told.message)
-            array = DiagnosticArray()
-            array.header.stamp = now
-            array.status.append(DiagnosticStatus(name=told.name, level=told.level, message=told.message, hardware_id='none',
-                                                 values=[KeyValue(k, v) for k, v in told.values]))
-            self.diagnostics_pub.publish(array)
-        except rospy.ROSException:
-            if not rospy.core.is_shutdown_requested():
-                raise
+        with self.lock:
+            now = rospy.Time.now()
+            told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
+            self.counted = dict(self.correction.counts)
+        if told.level:
+            rospy.logwarn_throttle(PATIENCE, told.message)
+        array = DiagnosticArray()
+        array.header.stamp = now
+        array.status.append(DiagnosticStatus(name=told.name, level=told.level, message=told.message, hardware_id='none',
+                                             values=[KeyValue(k, v) for k, v in told.values]))
+        _publish(self.diagnostics_pub, array)
+
+
+def _publish(publisher, message):
+    """Publish; a message that comes while the node is being shut down is not told any more."""
+    try:
+        publisher.publish(message)
+    except rospy.ROSException:
+        if not rospy.core.is_shutdown_requested():
+            raise
 
 
 def main():
