@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import yaml
+from PIL import Image
 
-from sara_nav import pgm
 from sara_nav.grid import GridError, GridGeometry
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
@@ -166,23 +166,13 @@ def read_image(path):
     looked up, grey with alpha counts as RGBA. Raises ImageError.
     """
     try:
-        with open(path, 'rb') as file:
-            pixels = pgm.grey(file.read())
-    except FileNotFoundError:
-        raise ImageError('map image %s does not exist' % path) from None
-    except OSError as error:
-        raise ImageError('map image %s cannot be read: %s' % (path, error)) from None
-    return _by_pillow(path) if pixels is None else pixels
-
-
-def _by_pillow(path):
-    from PIL import Image
-    try:
         with Image.open(path) as image:
             if image.mode.startswith('I'):
                 pixels = np.asarray(image)
             else:
                 pixels = np.asarray(image.convert(_plain_mode(image)))
+    except FileNotFoundError:
+        raise ImageError('map image %s does not exist' % path) from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise ImageError('map image %s cannot be read: %s' % (path, error)) from None
     if pixels.dtype != np.uint8:  # 16 bits

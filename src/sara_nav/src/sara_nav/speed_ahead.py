@@ -1,7 +1,7 @@
 """What a leg and a costmap allow of speed ahead, place by place, and the next command that keeps to it: speed_plan's numbers, compiled.
 
 One call a cycle: from the leg's samples to the next speed nothing is handed back to Python, whose arrays of a dozen numbers would cost more
-than all that is computed of them. The plain form of each cap is in speed_plan, which the tests hold this against.
+than all that is computed of them. The tests hold it against its plain form.
 """
 import math
 
@@ -165,3 +165,4 @@ def warm():
     s, xy, corners = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
     pace(s, xy, s, s, s, 0.0, 1.0, False, 0.1, 0.0, 0.0, 1.0, 0.05, (0.5,) * 9, (0.5,) * 6, np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, corners,
          1.0, 1.0, (0.0, 0.0, 0.0), True)
+    gap_cap(0.1, 0.1, 0.5, 0.3)

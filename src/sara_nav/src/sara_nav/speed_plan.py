@@ -7,8 +7,6 @@ Macenski et al. (2023, Regulated pure pursuit); braking for caps ahead is the ti
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from sara_nav import speed_ahead
 from sara_nav.clearance import lead, place_of
 
@@ -35,24 +33,9 @@ class Pace:
     cause: Cause
 
 
-def ahead_speed(free, c):
-    """Return the speeds (m/s) at which a robot with ``free`` m before it (array) can still react and come to rest: v t + v^2 / 2 a = free - stop."""
-    way = np.maximum(np.asarray(free, float) - c.ahead_stop_distance, 0.0)
-    with np.errstate(invalid='ignore'):
-        return c.ahead_dec * (np.sqrt(c.ahead_reaction_time ** 2 + 2.0 * way / c.ahead_dec) - c.ahead_reaction_time)
-
-
 def gap_speed(gap, c):
-    """Return the speeds (m/s) beside obstacles: narrow_vel at a gap (m, array) of 0, max_vel_x from wide_gap on, evenly between."""
-    return c.narrow_vel + (c.max_vel_x - c.narrow_vel) * np.minimum(np.asarray(gap, float) / c.wide_gap, 1.0)
-
-
-def bend_speed(leg, s, turn_gain, c):
-    """Return the speeds (m/s) at s (n,) m along that the path's bends allow: w = v k, its change v^2 k', lateral v^2 k."""
-    k = np.abs(leg.at(s)[3]) + 1e-9
-    change = np.where(s > leg.length, 0.0, np.interp(s, leg.s, np.abs(leg.change))) + 1e-9
-    return np.minimum.reduce([0.9 * turn_gain * c.max_vel_theta / k, np.sqrt(0.8 * turn_gain * c.acc_lim_theta / change),
-                              np.sqrt(c.max_lateral_acc / k)])
+    """Return the speed (m/s) beside an obstacle at a gap (m): narrow_vel at 0, max_vel_x from wide_gap on, evenly between. c: RotateThenPursueConfig."""
+    return speed_ahead.gap_cap(float(gap), float(c.narrow_vel), float(c.max_vel_x), float(c.wide_gap))
 
 
 class SpeedPlan:

@@ -58,7 +58,7 @@ class TurningInPlace:
         c, turn = self.config, self._turn
         turn.left += wrap(error - turn.left)
         seen = room(world, turn_poses(now, max(min(turn.left, LOOK), -LOOK)), False, c.ahead_angle, c.wide_gap)
-        corner = float(gap_speed(seen.gap.min(), c)) / float(np.hypot(*world.footprint.T).max())
+        corner = gap_speed(seen.gap.min(), c) / float(np.hypot(*world.footprint.T).max())
         highest = min(c.max_vel_theta, corner / gain)
         rate = turn.rate(error, last, gain, highest, c, dt)
         if rate == 0.0 and last == 0.0:

@@ -216,7 +216,7 @@ def test_a_turn_sweeps_past_walls_no_faster_than_the_chair_drives_past_them_and_
     corner = float(np.hypot(*FOOTPRINT.T).max()) / chair.slip
     gaps = clearance.room(world, [(p.x, p.y, p.yaw) for _, p, _ in trail], False, c.ahead_angle, c.wide_gap).gap
     swept = np.abs([k.w for _, _, k in trail]) * corner
-    allowed = gap_speed(gaps, c)
+    allowed = np.array([gap_speed(gap, c) for gap in gaps])
     assert (swept <= np.maximum(allowed, 0.02) + 0.02).all()
     fastest = min(c.max_vel_theta * corner, gap_speed(gaps.min(), c))
     narrow = gaps < gaps.min() + 0.02

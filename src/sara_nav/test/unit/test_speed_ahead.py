@@ -16,12 +16,31 @@ from sara_nav.path_tracker import Leg
 from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.smooth_speed import SpeedLimits, next_speed, way_to_slow
 from sara_nav.speed_ahead import BEYOND, BLOCKED_BEFORE, CREEP, FINE, REACH, STEP, SUDDEN
-from sara_nav.speed_plan import KINDS, SpeedPlan, ahead_speed, bend_speed, gap_speed
+from sara_nav.speed_plan import KINDS, SpeedPlan
 
 CONFIG = RotateThenPursueConfig()
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 GRID = GridGeometry(120, 120, 0.05, -3.0, -3.0)
 marks = st.lists(st.tuples(st.integers(0, 119), st.integers(0, 119)), max_size=6)
+
+
+def ahead_speed(free, c):
+    """The speeds (m/s) at which a robot with `free` m before it (array) can still react and come to rest: v t + v^2 / 2 a = free - stop."""
+    way = np.maximum(np.asarray(free, float) - c.ahead_stop_distance, 0.0)
+    return c.ahead_dec * (np.sqrt(c.ahead_reaction_time ** 2 + 2.0 * way / c.ahead_dec) - c.ahead_reaction_time)
+
+
+def gap_speed(gap, c):
+    """The speeds (m/s) beside obstacles: narrow_vel at a gap (m, array) of 0, max_vel_x from wide_gap on, evenly between."""
+    return c.narrow_vel + (c.max_vel_x - c.narrow_vel) * np.minimum(np.asarray(gap, float) / c.wide_gap, 1.0)
+
+
+def bend_speed(leg, s, turn_gain, c):
+    """The speeds (m/s) at s (n,) m along that the path's bends allow: w = v k, its change v^2 k', lateral v^2 k."""
+    k = np.abs(leg.at(s)[3]) + 1e-9
+    change = np.where(s > leg.length, 0.0, np.interp(s, leg.s, np.abs(leg.change))) + 1e-9
+    return np.minimum.reduce([0.9 * turn_gain * c.max_vel_theta / k, np.sqrt(0.8 * turn_gain * c.acc_lim_theta / change),
+                              np.sqrt(c.max_lateral_acc / k)])
 
 
 def plain(leg, speed, acceleration, curvature, world, gain, dt, c=CONFIG):

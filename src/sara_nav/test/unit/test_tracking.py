@@ -17,7 +17,8 @@ from sara_nav.plan_stages import Stretch, Turn, final_angle, stages
 from sara_nav.prediction import Prediction
 from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.smooth_turn import free_angle, planned_way, way_round
-from sara_nav.speed_plan import ahead_speed, gap_speed
+from sara_nav.speed_ahead import ahead_cap
+from sara_nav.speed_plan import gap_speed
 from sara_nav.stopping_way import MARGIN, REACTION, blocked_where, stopping_way
 from sara_nav.tracking_law import STEEPEST, TrackingLaw
 
@@ -212,11 +213,12 @@ def test_places_have_names():
 
 @given(st.floats(0.0, 3.0), st.floats(0.0, 1.0))
 def test_speeds_allowed_grow_with_room_and_leave_the_way_to_react_and_brake(free, gap):
-    v = float(ahead_speed(free, CONFIG))
+    c = CONFIG.ahead_stop_distance, CONFIG.ahead_reaction_time, CONFIG.ahead_dec
+    v = ahead_cap(free, *c)
     assert v * CONFIG.ahead_reaction_time + v * v / (2.0 * CONFIG.ahead_dec) == pytest.approx(max(free - CONFIG.ahead_stop_distance, 0.0), abs=1e-9)
-    assert CONFIG.narrow_vel <= float(gap_speed(gap, CONFIG)) <= CONFIG.max_vel_x
-    assert float(gap_speed(gap + 0.1, CONFIG)) >= float(gap_speed(gap, CONFIG))
-    assert float(ahead_speed(math.inf, CONFIG)) == math.inf and float(gap_speed(math.inf, CONFIG)) == CONFIG.max_vel_x
+    assert CONFIG.narrow_vel <= gap_speed(gap, CONFIG) <= CONFIG.max_vel_x
+    assert gap_speed(gap + 0.1, CONFIG) >= gap_speed(gap, CONFIG)
+    assert ahead_cap(math.inf, *c) == math.inf and gap_speed(math.inf, CONFIG) == CONFIG.max_vel_x
 
 
 def test_the_short_way_round_unless_it_is_not_free_or_planned_otherwise():
