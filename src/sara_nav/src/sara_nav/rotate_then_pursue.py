@@ -154,7 +154,8 @@ class RotateThenPursue:
         if self._last[0] != 0.0 or abs(velocity[0]) > 2.0 * c.trans_stopped_vel:
             return self._braked(t, dt, now, world, 'comes to rest to turn')
         if not self._turning.under_way:
-            blocked = self._turning.begin(now, error, world, stage.angle if planned else 0.0, 0.0 if planned else 0.5 * c.turn_in_place_angle)
+            blocked = self._turning.begin(now, error, world, stage.angle if planned else 0.0, 0.0 if planned else 0.5 * c.turn_in_place_angle,
+                                          c.turn_first_angle)
             if blocked and (planned or abs(error) > c.turn_in_place_angle):
                 return blocked
             if blocked:

@@ -22,11 +22,13 @@ def planned_way(error, angle):
 
 
 class SmoothTurn:
-    """One turn in place by ``left`` (rad, with its sense), which is what is still to turn; ``acceleration`` (rad/s2) of the size of the rate."""
+    """One turn in place by ``left`` (rad, with its sense), which is what is still to turn; ``acceleration`` (rad/s2) of the size of the rate.
+    ``enough`` (rad): a turn that went too far by no more than this is over, for what follows takes it up."""
 
-    def __init__(self, left):
-        self.left = left
+    def __init__(self, left, enough=0.0):
+        self.left, self.enough = left, enough
         self.acceleration = 0.0
+        self._sense = math.copysign(1.0, left)
 
     def rate(self, error, last, turn_gain, highest, config, dt):
         """Return the rate (rad/s) to command, 0.0 when the heading is reached.
@@ -36,7 +38,7 @@ class SmoothTurn:
         self.left += wrap(error - self.left)  # the same way round, whatever the wrap
         sense = math.copysign(1.0, last if last else self.left)
         left = sense * self.left / turn_gain
-        if not last and left < REACHED:
+        if not last and (left < REACHED or -self.enough <= self._sense * self.left < 0.0):
             return 0.0
         limits = SpeedLimits(config.acc_lim_theta, config.comfort_dec_theta, config.jerk_lim_theta)
         rate, self.acceleration, _ = next_speed(abs(last), self.acceleration, highest, [left], [0.0], limits, dt)

@@ -36,17 +36,17 @@ class TurningInPlace:
         c = self.config
         return bool(room(world, turn_poses(now, angle), False, c.ahead_angle, c.wide_gap).gap.min() < c.ahead_stop_distance)
 
-    def begin(self, now, error, world, planned=0.0, spare=0.0):
+    def begin(self, now, error, world, planned=0.0, spare=0.0, enough=0.0):
         """Begin to turn by ``error`` (rad, wrapped) from a Pose2D; return None, or the LocalCommand that says why not.
 
         planned: by how much a plan turns there (rad, with its sense), which is kept to; 0.0: none does. spare (rad): the turn is begun
-        although so much of it is not free.
+        although so much of it is not free. enough (rad): it is over when it went too far by no more than this.
         """
         angle, free = way_round(world, now, planned_way(error, planned) if planned else error, bool(planned))
         if abs(angle) - free > spare:
             return LocalCommand(0.0, 0.0, BLOCKED, 'no room to turn %s by %.0f deg: the %s would touch something' % (
                 'left' if angle > 0.0 else 'right', abs(math.degrees(angle)), blocked_where(world, turn_poses(now, angle))))
-        self._turn = SmoothTurn(angle)
+        self._turn = SmoothTurn(angle, enough)
         return None
 
     def step(self, t, dt, now, error, last, gain, world, what):
