@@ -142,7 +142,7 @@ def test_the_wheels_are_taken_for_the_pose_or_the_truth_is():
 
 def test_a_calibrated_chair_s_odometry_turns_as_the_chair_does():
     quarter = Course((0.0, 0.0, 0.0), ((0.0, 0.0, 90.0),), (15.0, 4.0, 0.0))
-    wrong, right = (drives.course_driven(1, quarter, SetUp(OURS, WHEELS, calibrated=calibrated))["turned"] for calibrated in (False, True))
+    wrong, right = (drives.course_driven(1, quarter, SetUp(OURS, WHEELS, calibrated=calibrated))["turned"] for calibrated in ("", drives.GEOMETRY))
     assert wrong["wheels"][0] / wrong["true"][0] > 1.2 and right["wheels"][0] / right["true"][0] == pytest.approx(1.0, abs=0.02)
 
 
@@ -252,8 +252,11 @@ def test_verdicts_of_the_fusions_follow_the_results(tmp_path):
 
 
 def test_odometry_alone_fails_and_calibrated_does_not_in_truth():
-    results = runner.run(square.cases_8(1), 1, _Quiet)
+    results = runner.run(square.cases_8(2), 1, _Quiet)
     report = square.odometry_alone(results)
+    low, high = report.data["gain_error_range"]
+    least, most = report.data["gain_error_range_radii_known"]
+    assert low < least and most < high and 1.25 <= least and most <= 1.30, "what is left when the radii are known is the slip"
     assert report.faults == () and report.data["last_corner_m"]["ours"]["mean"] > 2.0 and report.data["last_corner_m"]["ours, calibrated"]["mean"] < 0.1
 
 

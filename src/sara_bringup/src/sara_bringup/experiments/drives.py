@@ -27,6 +27,7 @@ SIM_TIMES = {SHORT: 1.0, MIDDLE: 1.5, LONG: 2.5}
 WHEELS, TRUTH, DEFAULT = "wheels alone", "true pose", "default"
 VX, XY, XY_VX = "vx", "x, y", "x, y, vx"
 FILTER, BOTH = "filter", "filter and read.py"
+RADII, GEOMETRY = "radii", "radii and separation"
 FILES = {VX: "thesis_vx", XY: "thesis_xy", XY_VX: "thesis", DEFAULT: "default"}   # sara_localization's config/ekf_*.yaml
 
 
@@ -65,8 +66,8 @@ class SetUp:
     fuses beside the yaw is the chip's, without offset and gain, as the thesis's listing has it. `steer_by_wheels`: the filter runs, but navigation drives by
     the wheels' odometry. `file`: another ekf_*.yaml than the fusion's.
     `posed`: "" where the chair knows from the start where it stands; else filter and IMU start at zero, and RViz's "2D Pose Estimate" tells the filter alone ("filter"),
-    or read.py's yaw too ("filter and read.py"). `turn_rate`: rad/s, the fastest turn in place; 0: the planner's own. `calibrated`: the
-    wheels' geometry is the chair's own."""
+    or read.py's yaw too ("filter and read.py"). `turn_rate`: rad/s, the fastest turn in place; 0: the planner's own. `calibrated`: what of
+    the wheels' geometry the odometry has as this chair has it: "", RADII or GEOMETRY."""
 
     planner: str
     fusion: str
@@ -76,7 +77,7 @@ class SetUp:
     file: str = ""
     posed: str = ""
     turn_rate: float = 0.0
-    calibrated: bool = False
+    calibrated: str = ""
 
     @property
     def localization(self):
@@ -107,6 +108,12 @@ class Course:
         return np.column_stack([c * x + s * y, c * y - s * x, poses[:, 2] - angle])
 
 
+def multipliers(setup, chair):
+    """Those of wheel_separation, the left and the right wheel's radius, that a `calibrated` SetUp gives the odometry of a SimulatedChair; of RADII alone the first is 1."""
+    drawn, nominal = chair.chair, chair.config.wheel_radius
+    return 1.0 / drawn.slip if setup.calibrated == GEOMETRY else 1.0, drawn.left_radius / nominal, drawn.right_radius / nominal
+
+
 class Recorded(Lockstep):
     """A Lockstep that keeps what the thesis plotted: poses, and turn rates of IMU, wheels and command."""
 
@@ -119,9 +126,8 @@ class Recorded(Lockstep):
             self.localization = Wheels(self._start)
         self.rows = []
         if setup.calibrated:
-            drawn, nominal = self.chair.chair, self.chair.config.wheel_radius
-            self.wheels.controller.set_geometry(wheel_separation_multiplier=1.0 / drawn.slip, left_wheel_radius_multiplier=drawn.left_radius / nominal,
-                                                right_wheel_radius_multiplier=drawn.right_radius / nominal)
+            separation, left, right = multipliers(setup, self.chair)
+            self.wheels.controller.set_geometry(wheel_separation_multiplier=separation, left_wheel_radius_multiplier=left, right_wheel_radius_multiplier=right)
         if setup.posed:
             self.localization = Filter((0.0, 0.0, 0.0), "ekf", setup.localization, self.reader.config.variances)
             self.reader.set_yaw(0.0, 0.0)

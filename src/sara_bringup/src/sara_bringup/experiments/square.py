@@ -4,7 +4,7 @@ import numpy as np
 from sara_bringup.experiments import drive_figures, sensor_figures
 from sara_bringup.experiments.agreement import every_case, of_drive
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread, table
-from sara_bringup.experiments.drives import DEFAULT, LONG, MIDDLE, OURS, SHORT, TRUTH, VX, WHEELS, XY, XY_VX, Course, SetUp, course_driven
+from sara_bringup.experiments.drives import DEFAULT, GEOMETRY, LONG, MIDDLE, OURS, RADII, SHORT, TRUTH, VX, WHEELS, XY, XY_VX, Course, SetUp, course_driven
 from sara_bringup.experiments.ranking import ranking
 
 START = (1.0, 1.0, 0.0)
@@ -15,7 +15,9 @@ TABLE_13 = ((90, 70), (180, 143), (270, 216), (360, 270))   # odometry, IMU; deg
 LOST_M = 0.5          # a corner further off than this, on average, is a lost square
 LONG_WAY_DEG = 90.0   # turned so much beyond the shortest on a leg, or more than half a turn in all: the long way round
 
-ODOMETRY = {"thesis": SetUp(LONG, WHEELS), "ours": SetUp(OURS, WHEELS), "ours, calibrated": SetUp(OURS, WHEELS, calibrated=True)}
+GAIN_ERROR = (1.25, 1.33)   # odometry's yaw / true yaw, table 4.13
+
+ODOMETRY = {"thesis": SetUp(LONG, WHEELS), "ours": SetUp(OURS, WHEELS), "ours, radii known": SetUp(OURS, WHEELS, calibrated=RADII), "ours, calibrated": SetUp(OURS, WHEELS, calibrated=GEOMETRY)}
 FUSIONS = {SHORT: (VX, XY, XY_VX), MIDDLE: (XY_VX,), LONG: (VX, XY, XY_VX, TRUTH), OURS: (VX, XY, XY_VX, DEFAULT, TRUTH)}
 COMPARED = (SHORT, LONG, OURS)
 STEERED, STEPS = "vx, steered by the wheels", "steps of x, y"
@@ -24,7 +26,7 @@ ON_SECOND = {MIDDLE: SetUp(MIDDLE, XY_VX), LONG: SetUp(LONG, XY_VX), OURS: SetUp
 
 SETTING_8 = """
 The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0), navigation going by the wheels' odometry alone; the IMU is recorded beside it (thesis 4.3.2). Driven in an open hall, with the thesis's planner
-(trajectory rollout, `config/thesis_planner.yaml`, with the longer `sim_time`, which does not turn the long way round) and with SARA's own; and with SARA's own once more after `calibrate_odometry`, whose multipliers are then those of the chair.
+(trajectory rollout, `config/thesis_planner.yaml`, with the longer `sim_time`, which does not turn the long way round) and with SARA's own; and with SARA's own once more after `calibrate_odometry`, whose multipliers are then those of the chair; and with those of the radii alone.
 """
 SETTING_9 = """
 The same square with what the thesis fuses beside the IMU's yaw and turn rate: vx; x and y; x, y and vx (`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`); its planner with `sim_time` 1.0 s, raised to 1.5 s and to 2.5 s (the thesis raises it
@@ -62,6 +64,7 @@ def odometry_alone(results):
     drives = {name: _of(results, "E8", name) for name in ODOMETRY}
     turned = [(np.array(drive["turned"]["wheels"]), np.array(drive["turned"]["true"]), np.array(drive["turned"]["imu"])) for drive in drives["thesis"]]
     ratios = np.array([wheels / true for wheels, true, _ in turned])
+    slip = np.array([np.divide(drive["turned"]["wheels"], drive["turned"]["true"]) for drive in drives["ours, radii known"]])
     for k, (wheels, imu) in enumerate(TABLE_13):
         true, measured = spread([row[1][k] for row in turned]), spread([row[2][k] for row in turned])
         rows.append(Row(f"corner {k + 1}: odometry says {wheels} deg; turned", f"IMU {imu} deg ({wheels / imu:.2f})", f"{interval(true, 1, 'deg')} true, {interval(measured, 1)} by the IMU ({ratios[:, k].mean():.2f})",
@@ -69,14 +72,15 @@ def odometry_alone(results):
     ends = {name: spread([drive["true"]["position"][-1] for drive in found]) for name, found in drives.items()}
     seen = spread([drive["fused"]["position"][-1] for drive in drives["thesis"]])
     rows += [Row(f"{name}: off the last corner", "the points are not reached" if name == "thesis" else "-", interval(end, 2, "m") + f"; as the odometry sees it {interval(seen, 2, 'm')}" * (name == "thesis"),
-                 "" if name == "thesis" else "another planner does not help" if name == "ours" else "one thing changed: the wheels' geometry is the chair's own") for name, end in ends.items()]
-    data = {"gain_error": spread(ratios.ravel()), "gain_error_range": [float(ratios.min()), float(ratios.max())], "last_corner_m": ends}
-    low, high = ratios.min(), ratios.max()
-    if not (1.20 <= low and high <= 1.38):
-        faults.append(f"the odometry's gain error is {low:.3f} to {high:.3f}, table 4.13 has 1.25 to 1.33")
+                 "" if name == "thesis" else "another planner does not help" if name == "ours" else "one thing changed: the odometry knows both radii" if name == "ours, radii known" else "one thing changed: the wheels' geometry is the chair's own") for name, end in ends.items()]
+    low, high, least, most = ratios.min(), ratios.max(), slip.min(), slip.max()
+    data = {"gain_error": spread(ratios.ravel()), "gain_error_range": [float(low), float(high)], "gain_error_range_radii_known": [float(least), float(most)], "last_corner_m": ends}
+    for what, found in (("on average over all chairs", (ratios.mean(),)), ("of the slip alone", (least, most))):
+        if not (GAIN_ERROR[0] <= min(found) and max(found) <= GAIN_ERROR[1]):
+            faults.append(f"the odometry's gain error {what} is {' to '.join(f'{value:.3f}' for value in found)}, table 4.13 has {GAIN_ERROR[0]} to {GAIN_ERROR[1]}")
     findings = (("by odometry alone the square fails", f"it ends {interval(ends['thesis'], 1, 'm')} beside the last corner, and takes itself to be there within {seen['max']:.2f} m", CONFIRMED if ends["thesis"]["low"] > LOST_M else CONTRADICTED),
-                ("the odometry's yaw has a gain error of 1.25 to 1.30 (table 4.13: 1.25 to 1.33)", f"{low:.2f} to {high:.2f}, {ratios.mean():.3f} on average: a radius of the wheels that is not quite the other's adds to the slip",
-                 CONFIRMED if not faults else PARTLY))
+                ("the odometry's yaw has a gain error of 1.25 to 1.30 (table 4.13: 1.25 to 1.33)", f"{ratios.mean():.3f} on average, {low:.2f} to {high:.2f} over all chairs; {least:.3f} to {most:.3f} where the odometry knows the wheels' radii",
+                 CONTRADICTED if faults else CONFIRMED if GAIN_ERROR[0] <= low and high <= GAIN_ERROR[1] else PARTLY))
     trace = results["E8", "thesis", 0]["trace"]
     figures = (Figure(sensor_figures.name(21), "The square as it is asked for.", lambda path: drive_figures.definition(path, SQUARE.goals, START)),
                Figure(sensor_figures.name(22), "Angular velocity of IMU and wheel odometry round the square, driven by odometry alone (chair 0).", lambda path: drive_figures.rates(path, trace)),
@@ -84,9 +88,11 @@ def odometry_alone(results):
                Figure("e8_paths", "Driven by wheel odometry alone: the odometry draws a square, the chair does not. With the wheels' geometry calibrated it does (chair 0).",
                       lambda path: drive_figures.path(path, {title: results["E8", name, 0]["trace"] for name, title in (("thesis", "thesis's planner"), ("ours, calibrated", "SARA's own, wheels calibrated"))}, SQUARE.goals, START,
                                                        blue="what navigation goes by")))
+    radii = ("One thing changed: the wheels' radii", f"Both wheels are taken for 0.155 m, and each chair's differ by half a percent or so (drawn by the seed): over 4 m that is a degree or more, which slip has no part in. With this chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one on "
+             f"every chair and at every corner; without them {low:.3f} to {high:.3f}. What is left is the slip, which the simulator draws from 1.25 to 1.30 (the thesis's own words for its table).")
     section = ("One thing changed: the wheels' geometry", f"With the multipliers of `wheel_separation` and of both radii that are this chair's own (`rosrun sara_control calibrate_odometry` finds them), the odometry alone ends {interval(ends['ours, calibrated'], 2, 'm')} "
                "off the last corner. So it is the geometry, not the integration, that fails; on a real floor the slip is not so constant.")
-    return Report(findings, tuple(rows), figures, (section,), data, tuple(faults),
+    return Report(findings, tuple(rows), figures, (radii, section), data, tuple(faults),
                   f"It ends {ends['thesis']['mean']:.1f} m off and does not know it; the odometry's yaw is {low:.2f} to {high:.2f} times the true one. With the wheels' geometry calibrated: {ends['ours, calibrated']['mean']:.2f} m.")
 
 

@@ -45,9 +45,7 @@ def arguments(seed, course, setup, gain, folder, speed):
     if setup.own_gain and gain is not None:
         found["gain"] = gain
     if setup.calibrated:
-        chair = SimulatedChair(World.empty(), seed)
-        drawn, nominal = chair.chair, chair.config.wheel_radius
-        found.update(separation=1.0 / drawn.slip, left_radius=drawn.left_radius / nominal, right_radius=drawn.right_radius / nominal)
+        found.update(zip(("separation", "left_radius", "right_radius"), drives.multipliers(setup, SimulatedChair(World.empty(), seed))))
     return found
 
 
