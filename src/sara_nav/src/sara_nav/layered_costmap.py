@@ -3,6 +3,7 @@
 costmap_2d's LayeredCostmap and Costmap2DROS without ROS: the scheme is Lu, Hershberger and Smart's (IROS 2014). A rolling
 costmap moves with the robot by whole cells; what it still sees is kept.
 """
+import functools
 import math
 from dataclasses import dataclass
 
@@ -72,6 +73,7 @@ class LayeredCostmap:
     """
 
     def __init__(self, config, layers, footprint):
+        warm()
         faults = config.faults()
         if faults:
             raise ValueError('; '.join(faults))
@@ -245,7 +247,8 @@ class LayeredCostmap:
                 if name.split('/')[-1] in layer_names and layer.clear(*low, *high, bool(invert))]
 
 
+@functools.lru_cache(maxsize=None)
 def warm():
-    """Compile, or load from the cache, every kernel that costmaps use."""
+    """Compile, or load from the cache, every kernel that costmaps use, once; making a costmap does it too."""
     for module in (collision, distances, obstacle, range_sensor, static):
         module.warm()

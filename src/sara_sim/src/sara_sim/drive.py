@@ -34,6 +34,7 @@ class Drive:
     def __init__(self, world: World, config: ChairConfig, chair: DrawnChair, start: tuple[float, float, float], dt: float,
                  options: ChairOptions = ChairOptions()):
         """`start`: (x, y, yaw) m, rad. Raises WorldError where the chair would stand in a wall or an obstacle."""
+        rolling.warm()   # here and not in the middle of a drive
         self.world, self.config, self.chair, self.dt, self.options = world, config, chair, dt, options
         self.x, self.y, self.yaw = (float(value) for value in start)
         where = (self.x, self.y, self.yaw, config.length, config.width)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import rospy
 import tf2_ros
 
-from sara_nav import layered_costmap
 from sara_nav.costmap_settings import read_costmap
 from sara_nav.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
 from sara_nav.layered_costmap import CostmapConfig
@@ -70,7 +69,6 @@ class CostmapShell:
         self.pose_problem = ''
         self._unpadded, self._padding = settings.unpadded, settings.footprint_padding
         self._tf = tf
-        layered_costmap.warm()
         self.inputs = CostmapInputs(self.name, costmap, tf)
         self._footprints = FootprintInput('~%s/%s' % (self.name, settings.footprint_topic))
         self._publisher = CostmapPublisher(self.name, costmap, settings.published_footprint_topic, self.lock)

@@ -11,8 +11,8 @@ from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeed
                                 RecoveryStatus)
 from std_msgs.msg import String
 
-from sara_nav import kernels, local_planner
 from sara_nav import move_base as mb
+from sara_nav import warming
 from sara_nav.cycle_watch import CycleWatch
 from sara_nav.goal_input import GoalError
 from sara_nav.move_base_config import StepResult
@@ -40,15 +40,6 @@ def read_parameters():
     return Parameters(tree if isinstance(tree, dict) else {}, above)
 
 
-def warm(machine):
-    """Compile, or load, what the machine's planners need, so that nothing compiles on the move. (Costmaps and the planners with
-    a potential see to themselves.)"""
-    if machine.global_planner.plugin_name.startswith('sara_nav/'):
-        kernels.warm()
-    if not machine.local_planner.plugin_name.startswith('sara_nav/'):
-        local_planner.warm()
-
-
 class MoveBaseNode:
     """The shell around MoveBase; see the module. ``lock`` is held while the machine works."""
 
@@ -61,7 +52,7 @@ class MoveBaseNode:
         self.counts = {'refused_goals': 0}
         self.last_end = ''
         self._stopped = False
-        warm(self.machine)
+        warming.warm()
         self.watch = CycleWatch()
         self.report = Report(self)
         self.tf = TransformListener()
@@ -148,7 +139,6 @@ class MoveBaseNode:
         other = any(getattr(old, name) != getattr(config, name) for name in listed)
         self.machine.reconfigure(config, global_planner, local_planner, self.settings.recoveries.make(config) if other else None)
         if global_planner or local_planner:
-            warm(self.machine)
             self.topics.close()
             self.topics = self._planner_topics()
         if global_planner:
