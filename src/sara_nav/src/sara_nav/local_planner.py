@@ -1,5 +1,5 @@
 """All local planners, and the kernels that they use."""
-from sara_nav import clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, stopping_steps
+from sara_nav import clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, stopping_steps, tracking_law
 from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig  # noqa: F401
 from sara_nav.local_command import (BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED,  # noqa: F401
                                     LocalCommand)
@@ -9,5 +9,5 @@ from sara_nav.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConf
 
 def warm():
     """Compile, or load from the cache, every kernel the local planners use."""
-    for module in (clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, stopping_steps):
+    for module in (clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, stopping_steps, tracking_law):
         module.warm()

@@ -5,7 +5,6 @@ import numpy as np
 
 from sara_nav import stopping_steps
 from sara_nav.clearance import place_of, room
-from sara_nav.tracking_law import STEEPEST
 
 REACTION = 0.2
 """Seconds until it brakes."""
@@ -18,7 +17,7 @@ def stopping_way(leg, law, now, speed, curvature, config):
     dec_lim_x to rest, and a margin."""
     way = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
     return stopping_steps.follow(leg.s, leg.xy, leg.direction, leg.heading, leg.curvature, leg.change, leg.along, leg.backward, now.x, now.y, now.yaw,
-                                 float(way), float(curvature), float(law.reach(speed)), STEEPEST, float(law.sharpest))
+                                 float(way), float(curvature), float(law.reach(speed)), float(law.sharpest))
 
 
 def stopping_turn(now, rate, config):
