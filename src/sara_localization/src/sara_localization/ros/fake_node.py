@@ -5,19 +5,19 @@ In: base_pose_ground_truth (Odometry), initialpose. Out: map -> odom, amcl_pose,
 """
 from __future__ import annotations
 
-import sys
 import threading
 from collections import Counter, deque
 
 import rospy
 import tf2_ros
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from ..config import ConfigError
+from ..diagnostics import ERROR, OK, Status
 from ..fake import FakeConfig, FakeLocalization, true_pose
 from . import conversions
+from .shell import configured, diagnostic_array, publish
 
 QUEUE = 100
 PATIENCE = 5.0
@@ -104,43 +104,25 @@ class FakeNode:
         msg.header.frame_id = cloud.header.frame_id = self.config.global_frame_id
         conversions.fill_pose(msg.pose.pose, pose)
         cloud.poses.append(msg.pose.pose)
-        self.pose_pub.publish(msg)
-        self.cloud_pub.publish(cloud)
+        publish(self.pose_pub, msg)
+        publish(self.cloud_pub, cloud)
 
     def diagnose(self, _event):
         """Once a second to /diagnostics; and to the log what is being waited for."""
-        try:
-            with self.lock:
-                counts, waiting = dict(self.counts), len(self.waiting)
-            level, message = DiagnosticStatus.OK, 'map -> odom is published'
-            if not counts.get('received'):
-                level, message = DiagnosticStatus.ERROR, 'waiting for true poses on %s' % rospy.resolve_name('base_pose_ground_truth')
-            elif not counts.get('used') or waiting == QUEUE:
-                level = DiagnosticStatus.ERROR
-                message = 'waiting for the transform %s -> %s' % (self.config.odom_frame_id, self.config.base_frame_id)
-            if level:
-                rospy.logwarn_throttle(PATIENCE, message)
-            array = DiagnosticArray()
-            array.header.stamp = rospy.Time.now()
-            array.status.append(DiagnosticStatus(name=rospy.get_name().lstrip('/') + ': fake_localization', level=level, message=message,
-                                                 hardware_id='none', values=[KeyValue(k, str(v)) for k, v in sorted(counts.items())]))
-            self.diagnostics_pub.publish(array)
-        except rospy.ROSException:
-            if not rospy.core.is_shutdown_requested():
-                raise
+        with self.lock:
+            counts, waiting = dict(self.counts), len(self.waiting)
+        level, message = OK, 'map -> odom is published'
+        if not counts.get('received'):
+            level, message = ERROR, 'waiting for true poses on %s' % rospy.resolve_name('base_pose_ground_truth')
+        elif not counts.get('used') or waiting == QUEUE:
+            level, message = ERROR, 'waiting for the transform %s -> %s' % (self.config.odom_frame_id, self.config.base_frame_id)
+        if level:
+            rospy.logwarn_throttle(PATIENCE, message)
+        told = Status('fake_localization', level, message, tuple((key, str(count)) for key, count in sorted(counts.items())))
+        publish(self.diagnostics_pub, diagnostic_array(rospy.Time.now(), [told]))
 
 
 def main():
     rospy.init_node('fake_localization')
-    try:
-        config = FakeConfig.from_params(rospy.get_param('~', {}))
-    except ConfigError as error:
-        for fault in error.faults:
-            rospy.logfatal(fault)
-        for warning in error.warnings:
-            rospy.logwarn(warning)
-        sys.exit(1)
-    for warning in config.warnings:
-        rospy.logwarn(warning)
-    node = FakeNode(config)  # noqa: F841 (kept alive)
+    node = FakeNode(configured(FakeConfig))  # noqa: F841 (kept alive)
     rospy.spin()

@@ -7,7 +7,7 @@ import threading
 import time
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, EmptyResponse
@@ -24,6 +24,7 @@ from .cycle import Cycle
 from .inputs import KINDS, published_topics, why_silent
 from .mailbox import Mailbox
 from .outbox import Outbox
+from .shell import diagnostic_array
 from .tf2_transforms import Tf2Transforms
 
 DIAGNOSTICS_PERIOD = 1.0
@@ -194,7 +195,7 @@ class FilterNode:
             reasons = '; '.join(self.silent_because.get(name) for name in silent if self.silent_because.get(name))
             rospy.logwarn_throttle(WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, reasons))))
         told = [status] if self.config.print_diagnostics else []
-        self._tell(now, told + [self.frequency_diagnostics.status(now)])
+        self.diagnostics_pub.publish(diagnostic_array(conversions.ros_time(now), told + [self.frequency_diagnostics.status(now)]))
 
     def _extensions(self, statuses):
         """(key, value) for what is only there when an extension asks for it."""
@@ -217,14 +218,6 @@ class FilterNode:
             topics = {i.name: (i.kind, rospy.resolve_name(i.topic)) for i in self.config.inputs}
             self.silent_because = {name: why_silent(*topics[name], published) for name in silent}
         return [(name + '_silent', why) for name, why in self.silent_because.items() if why and name in silent]
-
-    def _tell(self, now, statuses):
-        array = DiagnosticArray()
-        array.header.stamp = conversions.ros_time(now)
-        for s in statuses:
-            array.status.append(DiagnosticStatus(name='%s: %s' % (rospy.get_name().lstrip('/'), s.name), level=s.level, message=s.message,
-                                                 hardware_id='none', values=[KeyValue(key, value) for key, value in s.values]))
-        self.diagnostics_pub.publish(array)
 
 
 def watch_clock():

@@ -5,18 +5,16 @@ odometry/corrected, amcl_pose, /diagnostics.
 """
 from __future__ import annotations
 
-import sys
 import threading
 
 import numpy as np
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
 
-from ..config import ConfigError
 from ..data import StampedTransform
 from ..fake import true_pose
 from ..geometry import Transform
@@ -25,6 +23,7 @@ from ..range_correction import RangeCorrection, RangeData, RangeMap
 from ..range_status import status
 from ..stamps import later
 from . import conversions
+from .shell import configured, diagnostic_array, publish
 from .tf2_transforms import Tf2Transforms
 
 QUEUE = 100
@@ -95,13 +94,13 @@ class RangeNode:
             self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
                 config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
         if base_from_odom is not None:
-            _publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
+            publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
                 later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, corrected @ base_from_odom))]))
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
         conversions.fill_pose(msg.pose.pose, corrected)
-        _publish(self.odometry_pub, msg)
+        publish(self.odometry_pub, msg)
 
     def on_range(self, msg, topic):
         """A reading; where its sensor sits is looked up once."""
@@ -129,7 +128,7 @@ class RangeNode:
         covariance = np.zeros((6, 6))
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
-        _publish(self.pose_pub, msg)
+        publish(self.pose_pub, msg)
 
     def _count(self, what, key, sentence):
         self.correction.counts[what] += 1
@@ -144,37 +143,14 @@ class RangeNode:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
-            told = status(rospy.get_name().lstrip('/') + ': range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
+            told = status('range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
             self.counted = dict(self.correction.counts)
         if told.level:
             rospy.logwarn_throttle(PATIENCE, told.message)
-        array = DiagnosticArray()
-        array.header.stamp = now
-        array.status.append(DiagnosticStatus(name=told.name, level=told.level, message=told.message, hardware_id='none',
-                                             values=[KeyValue(k, v) for k, v in told.values]))
-        _publish(self.diagnostics_pub, array)
-
-
-def _publish(publisher, message):
-    """Publish; a message that comes while the node is being shut down is not told any more."""
-    try:
-        publisher.publish(message)
-    except rospy.ROSException:
-        if not rospy.core.is_shutdown_requested():
-            raise
+        publish(self.diagnostics_pub, diagnostic_array(now, [told]))
 
 
 def main():
     rospy.init_node('range_localization')
-    try:
-        config = RangeConfig.from_params(rospy.get_param('~', {}))
-    except ConfigError as error:
-        for fault in error.faults:
-            rospy.logfatal(fault)
-        for warning in error.warnings:
-            rospy.logwarn(warning)
-        sys.exit(1)
-    for warning in config.warnings:
-        rospy.logwarn(warning)
-    node = RangeNode(config)  # noqa: F841 (kept alive)
+    node = RangeNode(configured(RangeConfig))  # noqa: F841 (kept alive)
     rospy.spin()
