@@ -51,6 +51,7 @@ def pivots(U, P):
                     U[k, j] -= f * U[i, j]
     return True
 
+
 @kernel
 def positive_definite(P):
     """Whether P (n, n), symmetric, is finite and positive definite by a margin of round-off, whatever the units of its rows."""

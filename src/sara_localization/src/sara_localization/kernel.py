@@ -23,11 +23,10 @@ from .covariance import SMALLEST_VARIANCE, WIDTH, bound, cholesky, limit, pivots
 from .motion_model import advance, jacobian
 from .narrow import correct as narrow_correct
 from .narrow import propagate
-from .residual import innovation, wrap_angles, wrapped
+from .residual import CORRELATED_BADLY, NOT_FINITE, REJECTED, TAKEN, innovation, wrap_angles
 
 UNSURE_ANGLE = 2.0
 """The variance of an angle (rad2) beyond which sigma points close to the centre say nothing about it."""
-TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 
 
 @kernel

@@ -10,9 +10,7 @@ from math import fabs
 from ahead_of_time import kernel
 
 from .covariance import SMALLEST_VARIANCE, WIDTH
-from .residual import residual
-
-BADLY, TAKEN, REJECTED = 2, 0, 1
+from .residual import CORRELATED_BADLY, REJECTED, TAKEN, residual
 
 
 @kernel
@@ -58,9 +56,8 @@ def propagate(P, F, Q, dt, A):
 def correct(x, P, indices, extra, z, R, gate, C):
     """Take in k uncorrelated variables z (k,), R (k, k) diagonal, n <= WIDTH, in place; the rest as kernel.correct.
 
-    C (n + 3, WIDTH) is where it works; in the end it holds the upper half of the new P. Angles of x are not wrapped. Returns (TAKEN,
-    REJECTED or BADLY, as kernel.correct; the squared
-    Mahalanobis distance).
+    C (n + 3, WIDTH) is where it works; in the end it holds the upper half of the new P. Angles of x are not wrapped.
+    Returns (TAKEN, REJECTED or CORRELATED_BADLY, as kernel.correct; the squared Mahalanobis distance).
     """
     n, k = P.shape[0], z.shape[0]
     moved, column, gains = n, n + 1, n + 2      # rows of C
@@ -86,7 +83,7 @@ def correct(x, P, indices, extra, z, R, gate, C):
         r = max(fabs(R[j, j]), SMALLEST_VARIANCE)
         S = prior + r
         if not S > 0.0:
-            return BADLY, 0.0
+            return CORRELATED_BADLY, 0.0
         distance += rest * rest / S
         for m in range(WIDTH):
             C[gains, m] = C[column, m] / S

@@ -7,6 +7,8 @@ import numpy as np
 from ahead_of_time import kernel
 
 TAU = 2.0 * pi
+TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
+"""What becomes of a measurement."""
 
 
 @kernel
