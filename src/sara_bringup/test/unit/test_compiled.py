@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 DRIVE = '''
 import json, sys
 import ahead_of_time
@@ -21,15 +23,17 @@ def watched(function=None, **options):
     return call
 ahead_of_time.kernel = watched
 from sara_bringup.drive import Drive
-from sara_bringup.experiment import EXPERIMENTS
+from sara_bringup.journeys import PLANNERS, Planner
 from sara_bringup.lockstep import Lockstep
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file, share
 from sara_nav import warming
 from sara_nav.geometry import Pose2D
+how = PLANNERS["%(planner)s"] if "%(planner)s" in PLANNERS else Planner("TrajectoryPlannerROS", "%(planner)s")
 mission = load_mission(config_file("square.yaml"))
 warming.warm()
-lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, 0, localization="%s")
+lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, 0, localization="%(localization)s", navigation=how.navigation)
+how.prepare(lockstep)
 at_start = set(called)
 lockstep.start_up()
 lockstep.move_base.set_goal(Pose2D(*mission.goals[0]), lockstep.time)
@@ -41,15 +45,16 @@ print(json.dumps([moved, misses(), "numba" in sys.modules, len(called), sorted(c
 '''
 
 
-def driven(localization):
-    done = subprocess.run([sys.executable, '-c', DRIVE % localization], capture_output=True, text=True, check=True)
+def driven(localization, planner):
+    script = DRIVE % {'localization': localization, 'planner': planner}
+    done = subprocess.run([sys.executable, '-c', script], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
-def test_a_drive_needs_no_numba():
-    for localization in ('ekf', 'ukf'):
-        moved, missed, numba, kernels, late = driven(localization)
-        assert moved > 1.0
-        assert missed == {}, 'warm() of their modules does not call them with these types'
-        assert not numba, 'something is not compiled at build time'
-        assert kernels > 30 and not late, 'called on the move first: whoever calls them has them ready when it is made, or sara_nav.warming does'
+@pytest.mark.parametrize('localization, planner', [('ekf', 'default'), ('ukf', 'default'), ('fake', 'TrajectoryPlannerROS'), ('fake', 'DWAPlannerROS'), ('ekf', 'thesis_planner.yaml')])
+def test_a_drive_needs_no_numba(localization, planner):
+    moved, missed, numba, kernels, late = driven(localization, planner)
+    assert moved > 1.0
+    assert missed == {}, 'warm() of their modules does not call them with these types'
+    assert not numba, 'something is not compiled at build time'
+    assert kernels > 30 and not late, 'called on the move first: whoever calls them has them ready when it is made, or sara_nav.warming does'

@@ -142,3 +142,4 @@ def warm():
     score(costs, (0.0, 0.0, 1.0), np.zeros((4, 2)), costs, distance, distance, np.zeros((1, 2), np.int64), state,
           np.zeros((1, 2)), pair, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (False, 0.0, 0.0), (False, 1.0), 0.0)
     roll(state, pair, pair, (1.0, 1.0, 1.0), False)
+    towards(0.0, 0.0, 1.0, 0.1)
