@@ -11,7 +11,6 @@ import tempfile
 import threading
 import time
 from pathlib import Path
-from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rosgraph
@@ -21,6 +20,7 @@ from canserial.bus import BusDescription
 from canserial.msg import Encoder
 from nav_msgs.msg import Odometry
 from sara_bringup.ros.masters import environment, launched
+from sara_localization.ros.node_cost import cpu_seconds, peak_memory_mb, process_of
 from sara_sim.lawicel import LawicelAdapter
 from sara_sim.terminal import Terminal
 
@@ -57,23 +57,6 @@ class Feed:
             data = self.adapter.frame_bytes(self.bus.encode(names[number % 2], steps=number, time=number * 10000 // self.rate))
             self.sent[number] = time.monotonic()
             self.dropped += not self.terminal.write(data)
-
-
-def cpu_seconds(pid):
-    """User and system time a process has used so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def peak_memory_mb(pid):
-    """The most memory that a process has held, MB."""
-    line = next(line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("VmHWM"))
-    return int(line.split()[1]) / 1024.0
-
-
-def process_of(node):
-    """Process id of a running node."""
-    return ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2]
 
 
 def measure(rate, seconds, log=None):

@@ -3,6 +3,7 @@ import os
 
 from sara_bringup.benches.timed import Limit, Timed, timed
 from sara_bringup.ros import bench_bus, bench_nav
+from sara_bringup.ros.masters import in_a_process
 from sara_localization.ros import bench_filter
 
 FILTER_SECONDS, ROUNDS = 8.0, {"ekf": 3, "ukf": 1}
@@ -14,7 +15,7 @@ LIMITS = {"ekf": Limit("median", 2.5)}
 def filter_nodes():
     """CPU of ekf_localization_node and ukf_localization_node, and of a bare rospy node with the same traffic at the same time."""
     for kind in ("ekf", "ukf"):
-        taken = [result for _, result in _in_a_process(kind)]
+        taken = [result for _, result in in_a_process(_runs, kind)]
         node, bare = ([result[name]["cpu_percent"] for result in taken] for name in ("/filter", "/bare"))
         ratio = min(node) / min(bare)
         peer = bench_filter.PEER_PERCENT[kind]
@@ -24,13 +25,6 @@ def filter_nodes():
                timed(f"a bare rospy node with the same traffic, beside the {kind}", "% of a core", bare, peer=bench_filter.PEERS_BARE_PERCENT,
                      memory=max(result["/bare"]["peak_mb"] for result in taken)),
                timed(f"memory of {kind}_localization_node", "MB", [result["/filter"]["peak_mb"] for result in taken], scaled=False, limit=Limit("median", 170.0))]
-
-
-def _in_a_process(kind):
-    """A process can be a ROS node only once."""
-    import multiprocessing
-    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
-        return pool.apply(_runs, (kind,))
 
 
 def _runs(kind):

@@ -6,7 +6,6 @@ real time: speed is the question. The C++ move_base was measured the same way, w
 import argparse
 import json
 import math
-import multiprocessing
 import os
 import sys
 import threading
@@ -20,14 +19,15 @@ import tf2_ros
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped, Twist
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Range
 
 from sara_bringup.journeys import PLANNERS
 from sara_bringup.ranges import mountings
-from sara_bringup.ros.bench_bus import cpu_seconds, peak_memory_mb, process_of
-from sara_bringup.ros.masters import environment, launched
+from sara_bringup.ros.goals import goal_at
+from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_localization.ros.node_cost import cpu_seconds, peak_memory_mb, process_of
 
 START, GOAL = (2.0, 4.0, 0.4), (14.0, 4.6, 0.0)     # in the hall: x m, y m, yaw rad
 PEERS = {"TrajectoryPlannerROS": 6.3, "DWAPlannerROS": 4.1}     # % of a core
@@ -108,11 +108,8 @@ def measure(planner, timeout=120.0):
         idle_before, idle_began = cpu_seconds(pid), time.monotonic()
         time.sleep(4.0)
         idle = (cpu_seconds(pid) - idle_before) / (time.monotonic() - idle_began)
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id = "map"
-        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y, goal.target_pose.pose.orientation.w = GOAL[0], GOAL[1], 1.0
         before, began = cpu_seconds(pid), time.monotonic()
-        client.send_goal(goal)
+        client.send_goal(goal_at(GOAL))
         done = client.wait_for_result(rospy.Duration(timeout))
         seconds = time.monotonic() - began
         used = (cpu_seconds(pid) - before) / seconds
@@ -150,9 +147,7 @@ def main():
     LOG.unlink(missing_ok=True)
     print(f"move_base driving {math.dist(START[:2], GOAL[:2]):.1f} m at 10 Hz over ROS; % of a core (log: {LOG})", flush=True)
     for planner in arguments.planners or PLANNERS:
-        # A process of its own for each: a process can be a ROS node only once.
-        with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
-            results.append(pool.apply(drive, (planner,)))
+        results.append(in_a_process(drive, planner))
         result = results[-1]
         peer = f" (C++: {result['peers_percent']} %)" if result["peers_percent"] else ""
         print(f"  {planner:22} {result['cpu_percent']:5.1f} %{peer}, idle {result['idle_percent']:.1f} %, {result['memory_mb']:.0f} MB, {result['seconds']:.0f} s, "

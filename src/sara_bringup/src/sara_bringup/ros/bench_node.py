@@ -7,7 +7,6 @@ bench_over_ros.py starts it beside launch/bench_top.launch, and makes the experi
 import math
 import pickle
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,6 @@ from canserial.msg import CAN
 from canserial.ros.conversions import msg_to_frame
 from sara_bringup.planar import yaw_of
 from sara_bringup.ros import goals
-from sara_bringup.ros.course_node import wait_for_launch
 from sara_bringup.ros.patrol import pause
 from sara_bringup.sensor_experiments import MINUTE_S, PAUSE_S, TURN_AXIS
 from sara_lowlevel.config import SensorConfig
@@ -38,23 +36,15 @@ class Bench:
         rospy.Subscriber("/canrx", CAN, lambda message: self.frames.append(msg_to_frame(message)), queue_size=1000, tcp_nodelay=True)
         rospy.Subscriber("/imu/data", Imu, lambda message: self.imu.append((message.header.stamp.to_sec(), yaw_of(message.orientation))), tcp_nodelay=True)
         rospy.Subscriber("/ground_truth", Odometry, lambda message: self.true.append((message.header.stamp.to_sec(), yaw_of(message.pose.pose.orientation))), tcp_nodelay=True)
-        self._until(lambda: self.frames and self.true, "frames of the bus and the true pose")
-
-    @staticmethod
-    def _until(condition, what):
-        end = time.monotonic() + WAIT_S
-        while not condition():
-            if time.monotonic() > end:
-                raise goals.Unavailable(f"{what}: not within {WAIT_S:.0f} s")
-            time.sleep(0.01)
+        goals.until(lambda: self.frames and self.true, "frames of the bus and the true pose", WAIT_S)
 
     def settle(self):
         """Until a chip that nobody waited for has settled."""
-        self._until(lambda: rospy.get_time() >= SensorConfig().settle_time, "the clock")
+        goals.until(lambda: rospy.get_time() >= SensorConfig().settle_time, "the clock", WAIT_S)
 
     def calibrated(self):
         """Until read.py gives a yaw."""
-        self._until(lambda: self.imu, "read.py's calibration")
+        goals.until(lambda: self.imu, "read.py's calibration", WAIT_S)
 
     def minute(self):
         """Frames of a minute."""
@@ -76,7 +66,7 @@ class Bench:
         answer = hand("joystick_grabbed", f"{{x: {512 - side * TURN_AXIS}, y: 512}}")
         if not answer.success:
             raise goals.Unavailable(f"the joystick cannot be moved: {answer.message}")
-        self._until(lambda: side * (angle - self.turned(self.true, since)) <= 0.0, f"a turn to {angle:g} deg")
+        goals.until(lambda: side * (angle - self.turned(self.true, since)) <= 0.0, f"a turn to {angle:g} deg", WAIT_S)
         rospy.ServiceProxy("/simulator/clear_faults", Trigger)()
         pause(PAUSE_S)
         return self.turned(self.true, since), self.turned(self.imu, since)
@@ -132,7 +122,7 @@ TASKS = {"before": minute_before, "after": Bench.minute, "yaw": yaw_of_read, "tu
 
 def main(words):
     """The process."""
-    wait_for_launch()
+    goals.wait_for_launch(WAIT_S)
     goals.begin("bench")
     Path(words[1]).write_bytes(pickle.dumps(TASKS[words[0]](Bench())))
     return goals.REACHED

@@ -1,7 +1,6 @@
 """The whole stack with the simulator, as `roslaunch sara_bringup sara.launch calibration:=saved` starts it: how long until the chair moves, how soon a
 goal becomes a command, and what every process costs while it drives. In real time, on a ROS master of its own."""
 import math
-import multiprocessing
 import os
 import tempfile
 import time
@@ -12,15 +11,15 @@ import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from canserial.calibration_file import Calibration, save
 from sara_bringup.benches.timed import Limit, Timed, timed
-from sara_bringup.ros.bench_bus import cpu_seconds, peak_memory_mb
-from sara_bringup.ros.goals import HOLDS
-from sara_bringup.ros.masters import environment, launched
+from sara_bringup.ros.goals import HOLDS, goal_at, wait_for_launch
+from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_localization.ros.node_cost import cpu_seconds, peak_memory_mb
 
 GOAL, NEXT = (5.0, 1.0, math.pi / 2), (5.0, 5.0, math.pi)     # of the square: x m, y m, yaw rad
 STARTS = 3          # launches, of which the last goes on driving
@@ -65,14 +64,6 @@ class Ears:
             time.sleep(0.002)
 
 
-def _goal(pose):
-    goal = MoveBaseGoal()
-    goal.target_pose.header.frame_id, goal.target_pose.header.stamp = "map", rospy.Time.now()
-    goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
-    goal.target_pose.pose.orientation.z, goal.target_pose.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-    return goal
-
-
 def descendants(pid):
     """Process ids of a process and of all it started, itself first."""
     found = [pid]
@@ -102,7 +93,7 @@ def _until_command(client, ears):
     """Seconds from a goal to the first command; the goal is taken back then."""
     ears.forget()
     sent = time.monotonic()
-    client.send_goal(_goal(NEXT))
+    client.send_goal(goal_at(NEXT))
     ears.wait("command")
     client.cancel_goal()
     client.wait_for_result(rospy.Duration(5.0))
@@ -127,8 +118,7 @@ def start_and_drive(driving):
             while not rosgraph.is_master_online():
                 time.sleep(0.02)
             mark("the master answers")
-            while not rosgraph.Master("/bench_stack").hasParam("/use_sim_time"):
-                time.sleep(0.02)
+            wait_for_launch(PATIENCE_S)
             rospy.init_node("bench_stack", disable_signals=True)
             ears, client = Ears(), actionlib.SimpleActionClient("move_base", MoveBaseAction)
             while not client.wait_for_server(rospy.Duration(0.05)):
@@ -139,7 +129,7 @@ def start_and_drive(driving):
             mark("the gate is open", ears.first["gate"])
             ears.forget()
             sent = time.monotonic()
-            client.send_goal(_goal(GOAL))
+            client.send_goal(goal_at(GOAL))
             ears.wait("command", "motion")
             commands = [ears.first["command"] - sent]
             mark("the first goal is sent", sent)
@@ -158,15 +148,9 @@ def start_and_drive(driving):
     return {"start": sorted(marks, key=lambda entry: entry[1]), "start_cpu": start_cpu, "commands": commands, "cpu": {names[pid]: share for pid, share in cpu.items()}, "memory": memory}
 
 
-def _in_a_process(driving):
-    """A process can be a ROS node only once."""
-    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
-        return pool.apply(start_and_drive, (driving,))
-
-
 def stack():
     """From a few launches."""
-    starts = sorted((_in_a_process(number == STARTS - 1) for number in range(STARTS)), key=lambda start: start["start"][-1][1])
+    starts = sorted((in_a_process(start_and_drive, number == STARTS - 1) for number in range(STARTS)), key=lambda start: start["start"][-1][1])
     marks = "; ".join(f"{at:.2f} s {what}" for what, at in starts[len(starts) // 2]["start"])
     yield [timed("roslaunch to first motion", "s", [start["start"][-1][1] for start in starts], scaled=False, limit=Limit("median", 6.0), text=marks),
            timed("CPU of all processes until then", "s", [start["start_cpu"] for start in starts])]

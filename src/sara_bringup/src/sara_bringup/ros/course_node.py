@@ -7,12 +7,10 @@ course_over_ros.py starts it beside the launch. What is heard is kept with its s
 import math
 import pickle
 import sys
-import threading
 import time
 from pathlib import Path
 
 import numpy as np
-import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
@@ -64,14 +62,6 @@ class Listener:
                 if value.key == "contacts":
                     self.contacts, self.told = int(value.value), self.told + 1
 
-    def wait(self, condition, what):
-        """Until condition() holds. Raises goals.Unavailable."""
-        end = time.monotonic() + HEARD_S
-        while not condition():
-            if time.monotonic() > end:
-                raise goals.Unavailable(f"{what}: not within {HEARD_S:.0f} s")
-            time.sleep(0.02)
-
     def newest(self, topic):
         """Its values, None before the first."""
         return self.heard[topic][-1][1:] if self.heard[topic] else None
@@ -99,7 +89,7 @@ def _newest(rows, t):
 def point_out(listener, start, posed):
     """RViz's "2D Pose Estimate", again until the filter shows it; experiment.launch has seen to who hears it. Returns how often it took."""
     told = rospy.Publisher("/set_pose", PoseWithCovarianceStamped, queue_size=1)
-    listener.wait(lambda: told.get_num_connections() >= (2 if posed == BOTH else 1), "nobody listens to /set_pose")
+    goals.until(lambda: told.get_num_connections() >= (2 if posed == BOTH else 1), "listeners to /set_pose", HEARD_S)
     clicks = 0
     while clicks < CLICKS:
         clicks += 1
@@ -118,7 +108,7 @@ def point_out(listener, start, posed):
 def drive(course, setup):
     """Drive it; {rows, goals, contacts, clicks}, what drives.figures takes, and the `speed` that the machine kept up, times real time. Raises goals.Unavailable."""
     listener, driver = Listener(), goals.Driver(WAIT_S)
-    listener.wait(lambda: all(listener.heard[topic] for topic in (TRUE, ODOMETRY, IMU)) and listener.told, "the true pose, the odometry, the IMU and the simulator's diagnostics")
+    goals.until(lambda: all(listener.heard[topic] for topic in (TRUE, ODOMETRY, IMU)) and listener.told, "the true pose, the odometry, the IMU and the simulator's diagnostics", HEARD_S)
     start = before = course.placed(course.start)
     began, wall = rospy.get_time(), time.monotonic()
     clicks, contacts, done = point_out(listener, start, setup.posed) if setup.posed else 0, listener.contacts, []
@@ -130,26 +120,17 @@ def drive(course, setup):
         done.append(Goal(asked, given, ended, reached, text, rospy.get_time(), before[:2], math.dist(before[:2], asked[:2])))
         before = asked
     speed, told = (rospy.get_time() - began) / (time.monotonic() - wall), listener.told
-    listener.wait(lambda: listener.told > told, "the simulator's diagnostics")
+    goals.until(lambda: listener.told > told, "the simulator's diagnostics", HEARD_S)
     rows = listener.rows(done[0].given, done[-1].judged, start, setup.fusion)
     if len(rows) < 2:
         raise goals.Unavailable(f"no true pose was heard in the {done[-1].judged - done[0].given:.0f} s of the drive")
     return {"rows": rows, "goals": tuple(done), "contacts": listener.contacts - contacts, "clicks": clicks, "speed": speed}
 
 
-def wait_for_launch():
-    """The launch beside may still be starting the master, and whose clock there is stands in its parameters. Raises goals.Unavailable."""
-    master, end = rosgraph.Master("/course"), time.monotonic() + WAIT_S
-    while not (master.is_online() and master.hasParam("/use_sim_time")):
-        if time.monotonic() > end:
-            raise goals.Unavailable(f"the launch did not come up within {WAIT_S:.0f} s")
-        time.sleep(0.1)
-
-
 def main(words):
     """The process: what is pickled in the first file is driven, what came of it goes into the second."""
     course, setup = pickle.loads(Path(words[0]).read_bytes())
-    wait_for_launch()
+    goals.wait_for_launch(WAIT_S)
     goals.begin("course")
     Path(words[1]).write_bytes(pickle.dumps(drive(course, setup)))
     return goals.REACHED

@@ -32,6 +32,36 @@ def say(text):
     print(text, flush=True)
 
 
+def until(condition, what, seconds):
+    """Until condition() holds, looked at again and again. Raises Unavailable after so long (s of wall time); `what` is waited for."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise Unavailable(f"{what}: not within {seconds:.0f} s")
+        time.sleep(0.02)
+
+
+def wait_for_launch(seconds):
+    """Until the launch beside has set its parameters: a node that begins earlier may take another clock than everybody else. Raises Unavailable.
+
+    roslaunch starts the master, then sets all parameters, then starts the nodes; so a move_base is a sign, too, where nobody says whose clock there is.
+    """
+    master, status = rosgraph.Master("/sara_bringup"), rospy.resolve_name("move_base/status")
+
+    def ready():
+        return master.is_online() and (master.hasParam("/use_sim_time") or any(topic == status for topic, _ in master.getSystemState()[0]))
+    until(ready, "the launch, with move_base or /use_sim_time", seconds)
+
+
+def goal_at(pose, frame="map"):
+    """The MoveBaseGoal of a pose (x m, y m, yaw rad) in a frame, as of now."""
+    goal = MoveBaseGoal()
+    goal.target_pose.header.frame_id, goal.target_pose.header.stamp = frame, rospy.Time.now()
+    goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
+    goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(pose[2] / 2.0), math.cos(pose[2] / 2.0))
+    return goal
+
+
 def begin(name):
     """Become a ROS node whose Ctrl-C is a KeyboardInterrupt. Raises Unavailable without a master."""
     if not rosgraph.is_master_online():
@@ -121,14 +151,10 @@ class Driver:
 
     def go(self, place, timeout=0.0, quiet=False):
         """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none. KeyboardInterrupt cancels the goal and goes on."""
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id, goal.target_pose.header.stamp = self.robot.map_frame, rospy.Time.now()
-        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = place.x, place.y
-        goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(place.yaw / 2.0), math.cos(place.yaw / 2.0))
         over, began, progress = threading.Event(), rospy.get_time(), Progress(place)
         self._heard = time.monotonic()
         say(f"going to {place}")
-        self._client.send_goal(goal, done_cb=lambda _state, _result: over.set())
+        self._client.send_goal(goal_at((place.x, place.y, place.yaw), self.robot.map_frame), done_cb=lambda _state, _result: over.set())
         late = ""
         try:
             while not over.wait(0.1):

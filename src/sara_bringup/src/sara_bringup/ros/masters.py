@@ -1,4 +1,5 @@
 """A ROS master of one's own for the length of a run, so that nothing on the machine is disturbed."""
+import multiprocessing
 import os
 import signal
 import socket
@@ -26,3 +27,9 @@ def launched(package, launch_file, arguments, env, **popen):
     finally:
         process.send_signal(signal.SIGINT)
         process.wait()
+
+
+def in_a_process(function, *arguments):
+    """function(*arguments) in a process that ends with it: one can be a ROS node only once."""
+    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
+        return pool.apply(function, arguments)

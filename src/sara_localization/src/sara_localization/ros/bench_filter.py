@@ -11,19 +11,17 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import time
 from pathlib import Path
 from typing import Dict
-from xmlrpc.client import ServerProxy
 
-import rosgraph
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from .node_cost import cpu_seconds, peak_memory_mb, process_of
 from .own_master import own_master, running
 from .wire import unread
 
@@ -43,14 +41,6 @@ def _messages():
     imu.orientation_covariance = imu.angular_velocity_covariance = imu.linear_acceleration_covariance = [
         1e-3 if k % 4 == 0 else 0.0 for k in range(9)]
     return odometry, imu
-
-
-def used(pid):
-    """(CPU seconds, peak memory in MB) of a process."""
-    fields = Path('/proc/%d/stat' % pid).read_text().rsplit(')', 1)[1].split()
-    status = Path('/proc/%d/status' % pid).read_text()
-    peak = float(status.split('VmHWM:')[1].split()[0]) / 1024.0
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK'), peak
 
 
 def _feed(seconds, odometry_pub, imu_pub, odometry, imu):
@@ -77,13 +67,12 @@ def measure(seconds: float, odometry_pub, imu_pub) -> Dict[str, dict]:
         time.sleep(0.05)
     messages = _messages()
     _feed(RAMP, odometry_pub, imu_pub, *messages)
-    pids = {node: ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2] for node in OUTPUTS}
-    before, counts, began = {node: used(pid)[0] for node, pid in pids.items()}, {n: len(a) for n, a in arrived.items()}, time.monotonic()
+    pids = {node: process_of(node) for node in OUTPUTS}
+    before, counts, began = {node: cpu_seconds(pid) for node, pid in pids.items()}, {n: len(a) for n, a in arrived.items()}, time.monotonic()
     _feed(seconds, odometry_pub, imu_pub, *messages)
     lasted, result = time.monotonic() - began, {}
     for node, pid in pids.items():
-        after, peak = used(pid)
-        result[node] = {'cpu_percent': 100.0 * (after - before[node]) / lasted, 'peak_mb': peak,
+        result[node] = {'cpu_percent': 100.0 * (cpu_seconds(pid) - before[node]) / lasted, 'peak_mb': peak_memory_mb(pid),
                         'output_hz': (len(arrived[node]) - counts[node]) / lasted}
     for subscriber in outputs + ears:
         subscriber.unregister()
