@@ -2,10 +2,13 @@
 """A course of E7 to E10's kind over ROS comes to what it comes to in lockstep; one that cannot be launched is refused by a sentence, and nothing is left behind."""
 import dataclasses
 import os
+import subprocess
+import sys
 import unittest
 from pathlib import Path
 
 import numpy as np
+import rosgraph
 import rospy
 import rostest
 
@@ -14,7 +17,9 @@ from sara_bringup.experiments import agreement, drives
 from sara_bringup.experiments.drives import BOTH, LONG, OURS, VX, Course, SetUp
 from sara_bringup.ros.bench_over_ros import heard
 from sara_bringup.ros.course_over_ros import OverRosError, course_over_ros
+from sara_bringup.ros.masters import environment
 from sara_bringup.sensor_experiments import AtRest
+from sara_localization.ros.own_master import running
 
 TOLD = Course((1.0, 1.0, 90.0), ((1.0, 1.5, 90.0),), (10.0, 0.0, 0.0))   # half a metre ahead
 CHAIR = 1
@@ -59,6 +64,19 @@ class OverRosTest(unittest.TestCase):
         for one, other in ((ros.gyro, lockstep.gyro), (ros.accel, lockstep.accel)):
             np.testing.assert_allclose(one.mean(axis=0), other.mean(axis=0), atol=6.0 * other.std(axis=0).max() / len(ros.gyro) ** 0.5)
             np.testing.assert_allclose(one.std(axis=0), other.std(axis=0), rtol=0.4)
+        self.assertEqual(children(), set())
+
+    def test_a_node_waits_for_the_launch_s_parameters_not_for_the_master_alone(self):
+        env = environment()
+        port = env["ROS_MASTER_URI"].rsplit(":", 1)[1]
+        asks = [sys.executable, "-c", "from sara_bringup.ros import goals; goals.wait_for_launch(60.0); goals.say('ready')"]
+        with running("rosmaster", "--core", "-p", port, env=env) as master, subprocess.Popen(asks, env=env, stdout=subprocess.PIPE, text=True) as node:
+            with self.assertRaises(subprocess.TimeoutExpired):
+                node.wait(4.0)
+            rosgraph.Master("/over_ros_test", env["ROS_MASTER_URI"]).setParam("/use_sim_time", True)
+            self.assertEqual(node.communicate(timeout=60.0)[0], "ready\n")
+            self.assertEqual(node.returncode, 0)
+            master.terminate()   # it does not mind an interrupt
         self.assertEqual(children(), set())
 
     def test_what_cannot_be_launched_is_refused_by_a_sentence(self):

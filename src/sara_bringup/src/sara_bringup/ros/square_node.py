@@ -6,7 +6,6 @@ import json
 import math
 import sys
 import threading
-import time
 from pathlib import Path
 
 import actionlib
@@ -14,8 +13,7 @@ import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Quaternion
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
@@ -24,7 +22,9 @@ from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file
 from sara_bringup.planar import yaw_of
 from sara_bringup.report import table
+from sara_bringup.ros import goals
 
+LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
 SETTLE_S = 1.0   # the chair comes to rest before a corner is judged
 
 
@@ -73,15 +73,6 @@ class Recorder:
             self.drive.add_corner(*corner)
 
 
-def _goal(pose):
-    goal = MoveBaseGoal()
-    goal.target_pose.header.frame_id = "map"
-    goal.target_pose.header.stamp = rospy.Time.now()
-    goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
-    goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(pose[2] / 2.0), math.cos(pose[2] / 2.0))
-    return goal
-
-
 def _wait(what, topic, kind):
     rospy.loginfo("waiting for %s (%s)", what, topic)
     rospy.wait_for_message(topic, kind)
@@ -89,7 +80,7 @@ def _wait(what, topic, kind):
 
 def _drive_to(client, pose, number, mission, recorder):
     """Send one goal and wait for its end, saying where the chair is; return move_base's verdict and words."""
-    client.send_goal(_goal(pose))
+    client.send_goal(goals.goal_at(pose))
     end = rospy.Time.now() + rospy.Duration(mission.leg_timeout_s)
     while not client.wait_for_result(rospy.Duration(2.0)):
         if rospy.is_shutdown():
@@ -102,13 +93,6 @@ def _drive_to(client, pose, number, mission, recorder):
             rospy.loginfo("corner %d of %d: %.2f m to go, at (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals),
                           math.hypot(pose[0] - x, pose[1] - y), x, y, math.degrees(yaw) % 360.0)
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
-
-
-def _wait_for_master(seconds=30.0):
-    """roslaunch may still be starting the master; give it a while before rospy complains."""
-    master, end = rosgraph.Master("/square"), time.monotonic() + seconds
-    while not master.is_online() and time.monotonic() < end:
-        time.sleep(0.1)
 
 
 def drive_mission(mission, drive):
@@ -132,8 +116,14 @@ def drive_mission(mission, drive):
 
 
 def main():
-    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed."""
-    _wait_for_master()
+    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed, 2 if there is no stack to drive with."""
+    try:
+        if not rosgraph.is_master_online():
+            goals.say("waiting for `roslaunch sara_bringup sara.launch`")
+        goals.wait_for_launch(LAUNCH_S)   # a node that begins before the launch has set /use_sim_time would keep to the wall clock
+    except goals.Unavailable as error:
+        print(f"square.py cannot start. {error}", file=sys.stderr, flush=True)
+        sys.exit(goals.WRONG)
     rospy.init_node("square")
     mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
     drive = Drive(mission.name, rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))
