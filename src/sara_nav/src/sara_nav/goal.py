@@ -96,6 +96,12 @@ class Goal:
             return 'No plan was found within planner_patience (%.1f s): %s' % (config.planner_patience, self.problem)
         return ''
 
+    def lost(self, t, config):
+        """There is no pose of the robot; return whether that is so for as long as it may be."""
+        if self.pose_at is None:
+            return t - self.set_at >= config.localization_patience - 1e-6
+        return t - self.pose_at > config.transform_tolerance
+
     def stale_for(self, t):
         """A sensor is out of date; return for how long (s) so far."""
         self.stale_since = t if self.stale_since is None else self.stale_since

@@ -8,18 +8,14 @@ import math
 
 from sara_nav.costmap_pair import CostmapPair
 from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK, Goal
-from sara_nav.goal_search import cleared, search_plan
 from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
 from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED,  # noqa: F401
                                        SUCCEEDED, Counters, MoveBaseConfig, StepResult)
-from sara_nav.plan_watch import PlanWatch
-from sara_nav.planning import PlanError
+from sara_nav.plan_maker import PlanMaker
 from sara_nav.recovery import Situation
 from sara_nav.robot_state import RobotState, sound, within_limits
 from sara_nav.track import Track
 
-REPLAN_PERIOD = 1.0
-"""Seconds between two tries to plan while there is no valid plan or the way is blocked."""
 ZERO = (0.0, 0.0)
 
 
@@ -38,16 +34,15 @@ class MoveBase:
         self.config = config
         self.costmaps = CostmapPair(global_costmap, local_costmap)
         self.global_costmap, self.local_costmap = global_costmap, local_costmap
-        self.global_planner, self.local_planner = global_planner, local_planner
+        self.local_planner = local_planner
         self.recoveries = tuple(recoveries)
         self.counters = Counters()
+        self._plans = PlanMaker(global_planner, self.costmaps, self.counters)
         self._goal = None
         self._ended = None
         self._state = RobotState(self.counters)
         self._command = ZERO
         self._track = Track()
-        self._plan_watch = PlanWatch()
-        self._watched = None   # which of the global costmap's changes the plan was last looked at on
 
     # -- what the shell calls ----------------------------------------------------------------------------------
 
@@ -62,9 +57,9 @@ class MoveBase:
         return self._goal.pose if self._goal else None
 
     @property
-    def unknown_blocks(self):
-        """True when the footprint may not overlap unknown cells: the global planner does not plan through them either."""
-        return not getattr(self.global_planner.config, 'allow_unknown', False)
+    def global_planner(self):
+        """The object that plans."""
+        return self._plans.planner
 
     @property
     def costmaps_run(self):
@@ -79,7 +74,7 @@ class MoveBase:
         """
         self.costmaps.ensure(t)
         tolerance = getattr(self.global_planner.config, 'default_tolerance', 0.0)
-        return self.costmaps.refusal(pose, tolerance <= 0.0, self.unknown_blocks)
+        return self.costmaps.refusal(pose, tolerance <= 0.0, self._plans.unknown_blocks)
 
     def set_goal(self, pose, t):
         """Take a goal (Pose2D) at time t (s); one being driven to is preempted without a stop between.
@@ -125,7 +120,7 @@ class MoveBase:
     def reconfigure(self, config, global_planner=None, local_planner=None, recoveries=None):
         """Go on with another configuration and, where given, other planners and behaviours; a goal is planned anew then."""
         self.config = config
-        self.global_planner = global_planner or self.global_planner
+        self._plans.planner = global_planner or self._plans.planner
         if recoveries is not None:
             self.recoveries = tuple(recoveries)
         if local_planner is not None:
@@ -144,14 +139,7 @@ class MoveBase:
         self.costmaps.ensure(t)
         if self.active:
             raise ValueError('move_base must be in an inactive state to make a plan for an external user')
-        if self.costmaps.missing():
-            raise ValueError('move_base cannot make a plan for you because there is %s' % self.costmaps.missing())
-        if not (start.is_finite() and goal.is_finite() and math.isfinite(tolerance)):
-            raise ValueError('start, goal or tolerance holds a NaN or an infinity')
-        c, costmap = self.config, self.global_costmap.costmap
-        if c.make_plan_clear_costmap:
-            costmap = cleared(costmap, start, c.clearing_radius)
-        return search_plan(self._informed_planner(), costmap, start, goal, tolerance, c.make_plan_add_unreachable_goal, give_up)
+        return self._plans.search(start, goal, tolerance, self.config, give_up)
 
     def step(self, t, pose, velocity=None, pose_time=None, local_pose=None):
         """Return the StepResult of one control cycle.
@@ -166,20 +154,20 @@ class MoveBase:
             dt = 0.0
         velocity = self._state.velocity(velocity, self._command, dt)
         age = self._state.pose_age(t, pose, pose_time, self.config.transform_tolerance)
-        if local_pose is not None and not sound(local_pose):
+        local_sound = local_pose is None or sound(local_pose)
+        if not local_sound:
             age = None
-        known = pose is not None and sound(pose) and (local_pose is None or sound(local_pose))
+        known = local_sound and pose is not None and sound(pose)
         if self.costmaps_run:
             self.costmaps.update(t, pose if known else None, local_pose if known else None)
         if age is not None and (self._goal is None or self._goal.phase != CLEARING):
             self._track.keep(local_pose or pose)
+        plan = None
         if self._ended is None and self._goal is not None:
             result = self._pursue(self._goal, t, dt, pose, velocity, age, local_pose)
             if self._ended is None:
                 return result
             plan = result.plan if result else None
-        else:
-            plan = None
         end = self.take_end()
         return self._result(ZERO, *end, plan=plan) if end else self._result(ZERO, IDLE)
 
@@ -205,11 +193,7 @@ class MoveBase:
 
     def _without_pose(self, goal, t):
         text = 'no pose of the robot newer than %.2f s (transform_tolerance)' % self.config.transform_tolerance
-        if goal.pose_at is None:
-            lost = t - goal.set_at >= self.config.localization_patience - 1e-6
-        else:
-            lost = t - goal.pose_at > self.config.transform_tolerance
-        if lost:
+        if goal.lost(t, self.config):
             return self._end(ABORTED, 'Goal aborted: there is %s.' % text)
         return self._stand(goal, text)
 
@@ -217,35 +201,18 @@ class MoveBase:
         self.counters.stale_sensors += 1
         text = "Sensor data is out of date, we're not going to allow commanding of the base for safety: %s" % stale
         if goal.stale_for(t) >= self.config.controller_patience:
-            return self._end(ABORTED, 'Goal aborted: %s for controller_patience (%.1f s).' % (
-                text, self.config.controller_patience))
+            return self._end(ABORTED, 'Goal aborted: %s for controller_patience (%.1f s).' % (text, self.config.controller_patience))
         return self._stand(goal, text, stale)
 
     def _plan_if_due(self, goal, t, pose):
-        """Plan when there is no plan, or planner_frequency says so; return the new plan or None."""
-        waiting = goal.phase == PLANNING
-        period = REPLAN_PERIOD if waiting or not self.config.planner_frequency else 1.0 / self.config.planner_frequency
-        blocked = not waiting and (t - goal.valid_control_at >= REPLAN_PERIOD or self._crossed(goal, pose))
-        # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
-        if not (waiting or blocked or self.config.planner_frequency) or t - goal.last_plan_try < period - 1e-3:
+        """Plan when that is due; return the new plan or None."""
+        if not self._plans.due(goal, t, pose, self.config):
             return None
-        goal.last_plan_try = t
-        if waiting and goal.planning_since is None:
-            goal.planning_since, goal.tries = t, 0
-        try:
-            plan = self._informed_planner().plan(self.global_costmap.costmap, pose, goal.pose)
-        except PlanError as error:
-            self.counters.failed_plans += 1
-            goal.problem = str(error)
-            why = goal.plan_failed(t, self.config) if waiting else ''
-            if why:
-                self._exhausted(goal, BY_PLANNING, why, pose)
+        plan, why = self._plans.make(goal, t, pose, self.config)
+        if why:
+            self._exhausted(goal, BY_PLANNING, why, pose)
+        if plan is None:
             return None
-        self.counters.plans += 1
-        goal.crossed = None
-        if self.config.replan_when_blocked:
-            self._plan_watch.take(plan, self.costmaps.to_plan_on(self.unknown_blocks))
-            self._watched = self.costmaps.world_changes
         if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None:
             self.local_planner.start(plan)
         else:
@@ -256,29 +223,13 @@ class MoveBase:
         goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
         return plan
 
-    def _informed_planner(self):
-        """Return the global planner, which has been told the footprint that the global costmap has now, if it asks for one."""
-        if hasattr(self.global_planner, 'set_footprint'):
-            self.global_planner.set_footprint(self.global_costmap.footprint)
-        return self.global_planner
-
-    def _crossed(self, goal, pose):
-        """True while the global costmap shows something new on the plan (replan_when_blocked)."""
-        if not self.config.replan_when_blocked:
-            return False
-        self._plan_watch.follow(pose)
-        if self._watched != self.costmaps.world_changes:
-            self._watched = self.costmaps.world_changes
-            goal.crossed = self._plan_watch.blocked(self.costmaps.to_plan_on(self.unknown_blocks))
-        return goal.crossed is not None
-
     def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
         c = self.config
         if c.oscillation_timeout > 0.0 and t - goal.oscillation_since > c.oscillation_timeout:
-            self._exhausted(goal, BY_OSCILLATION, 'It moved less than %.2f m (oscillation_distance) in %.1f s '
-                            '(oscillation_timeout)' % (c.oscillation_distance, c.oscillation_timeout), pose)
+            self._exhausted(goal, BY_OSCILLATION, 'It moved less than %.2f m (oscillation_distance) in %.1f s (oscillation_timeout)' % (
+                c.oscillation_distance, c.oscillation_timeout), pose)
             return None if self._ended else self._stand(goal, goal.why, plan=plan)
-        world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
+        world = self.costmaps.around(pose, local_pose, self._plans.unknown_blocks)
         command = self.local_planner.update(t, dt, pose, velocity, age, world)
         if command.state == REACHED:
             return self._end(SUCCEEDED, goal.reached())
@@ -299,18 +250,15 @@ class MoveBase:
         if command.state == OFF_PATH:
             goal.phase = PLANNING
         if t - goal.valid_control_at >= c.controller_patience:
-            self._exhausted(goal, BY_CONTROL, 'No safe command was found within controller_patience (%.1f s): %s' % (
-                c.controller_patience, command.text), pose)
-            if self._ended is not None:
-                return None
-        return self._stand(goal, command.text, plan=plan)
+            self._exhausted(goal, BY_CONTROL, 'No safe command was found within controller_patience (%.1f s): %s' % (c.controller_patience, command.text), pose)
+        return None if self._ended else self._stand(goal, command.text, plan=plan)
 
     def _recover(self, goal, t, dt, pose, local_pose, velocity):
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
-        world = self.costmaps.around(pose, local_pose, self.unknown_blocks)
+        world = self.costmaps.around(pose, local_pose, self._plans.unknown_blocks)
         situation = Situation(t, dt, pose, local_pose, velocity, world, self.costmaps, self._track, goal.pose, goal.why,
-                              lambda: self._informed_planner().plan(self.global_costmap.costmap, pose, goal.pose))
+                              lambda: self._plans.plan(pose, goal.pose))
         if begins:
             self.local_planner.stop()
             self.counters.recoveries += 1
@@ -340,12 +288,7 @@ class MoveBase:
         self._goal = None
         self._ended = (status, text)
         self.local_planner.stop()
-        if status == SUCCEEDED:
-            self.counters.succeeded += 1
-        elif status == ABORTED:
-            self.counters.aborted += 1
-        else:
-            self.counters.preempted += 1
+        self.counters.end(status)
 
     def _stand(self, goal, text, stale='', plan=None):
         self.local_planner.stop()

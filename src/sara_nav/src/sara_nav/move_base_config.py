@@ -100,3 +100,12 @@ class Counters:
     stale_sensors: int = 0
     bad_poses: int = 0
     bad_velocities: int = 0
+
+    def end(self, status):
+        """A goal ended so."""
+        if status == SUCCEEDED:
+            self.succeeded += 1
+        elif status == ABORTED:
+            self.aborted += 1
+        else:
+            self.preempted += 1
