@@ -98,6 +98,8 @@ class RangeConfig:
         if not isinstance(topics, (list, tuple)) or not topics or not all(isinstance(topic, str) and topic for topic in topics):
             reader.faults.append('range_topics must be a list of at least one topic, not %r.' % (topics,))
             topics = ()
+        elif len(set(topics)) < len(topics):
+            reader.faults.append('range_topics names a topic twice; a sensor must agree with the map twice by itself: %s.' % ', '.join(topics))
         unknown = tuple('%s is no parameter of range_localization: ignored.' % name for name in sorted(reader.left))
         config = cls(range_topics=tuple(topics), warnings=unknown, **values)
         faults = reader.faults + config.faults()

@@ -22,7 +22,7 @@ from . import map_echo
 from .geometry import wrap
 from .range_config import RangeConfig
 
-FAULTS = ('bad_range', 'bad_pose', 'no_pose', 'no_map')
+FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map')
 """What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
 LONGEST_GAP = 1.0
 """s without dead reckoning after which the robot may be anywhere."""

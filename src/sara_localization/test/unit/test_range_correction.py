@@ -262,7 +262,7 @@ def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
 
 
 @pytest.mark.parametrize('params, words', [
-    ({}, 'range_topics'), ({'range_topics': 'SDI_range'}, 'range_topics'), ({'range_topics': ['/a'], 'gate': 0.0}, 'gate'),
+    ({}, 'range_topics'), ({'range_topics': ['/a', '/b', '/a']}, 'twice'), ({'range_topics': 'SDI_range'}, 'range_topics'), ({'range_topics': ['/a'], 'gate': 0.0}, 'gate'),
     ({'range_topics': ['/a'], 'range_min_range': 3.0}, 'range_min_range'), ({'range_topics': ['/a'], 'odom_alpha1': -1.0}, 'odom_alpha1'),
     ({'range_topics': ['/a'], 'update_min_d': 'far'}, 'update_min_d'), ({'range_topics': ['/a'], 'base_frame_id': 'map'}, 'must differ'),
     ({'range_topics': ['/a'], 'map_occupied_above': 100.0}, 'map_occupied_above')])

@@ -79,11 +79,12 @@ class RangeNode:
         data, config = conversions.odometry(msg), self.config
         pose = true_pose(data.position, data.orientation)
         if data.frame_id.lstrip('/') != config.global_frame_id:
-            self._warn_once('frame', 'odom is in the frame "%s": ignored; it must be in %s' % (data.frame_id, config.global_frame_id))
+            with self.lock:
+                self._count('bad_frame', 'odom', 'odom is in the frame "%s": ignored; it must be in %s' % (data.frame_id, config.global_frame_id))
             return
         if pose is None or data.stamp <= 0.0:
-            self.correction.counts['bad_pose'] += 1
-            self._warn_once('bad_pose', 'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'))
+            with self.lock:
+                self._count('bad_pose', 'odom', 'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'))
             return
         with self.lock:
             self.last_pose = data.stamp
