@@ -13,6 +13,7 @@ from sara_bringup.paths import config_file, share
 from sara_bringup.report import figures, table, verdict
 
 EXPERIMENTS = {"square": "square.yaml"}
+SPEED = 2.0   # simulated seconds per second, over ROS
 
 
 def run(name, seed, ekf="default", progress=None, gain=None):
@@ -102,6 +103,7 @@ def _over_ros(arguments, chosen, folder):
     from sara_bringup.experiments import agreement, runner, turns
     from sara_bringup.ros.course_over_ros import BUSY, OverRosError, run_case
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))   # so that what was started is ended
+    speed = arguments.speed or SPEED
     cases = [(experiment, case) for experiment in chosen if experiment.over_ros for case in experiment.cases(arguments.ros)
              if (any(word in case.key for word in arguments.only) if arguments.only else experiment.over_ros(case.key))]
     if not cases:
@@ -120,9 +122,9 @@ def _over_ros(arguments, chosen, folder):
                     tqdm.write(f"{name}: {text}", file=sys.stderr)
             try:
                 if case.key not in done_before:   # E1 and E2, E4 and E5 have their runs in common
-                    done_before[case.key] = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, arguments.speed, say)
+                    done_before[case.key] = run_case(case, gains["E6", case.seed]["gain"] if case.gain else None, speed, say)
                 result = done_before[case.key]
-                agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, arguments.speed)
+                agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, speed)
             except OverRosError as error:
                 failed.append(f"{name}: {error}")
                 tqdm.write(failed[-1], file=sys.stderr)
@@ -163,11 +165,13 @@ def main():
         sub.add_argument("--out", type=Path, help="folder for pages, figures and JSON; docs/experiments without it")
         sub.add_argument("--ros", type=_count, nargs="?", const=1, metavar="CHAIRS", help="run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a minute a run")
         sub.add_argument("--only", nargs="+", default=(), metavar="NAME", help="with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each experiment chooses")
-        sub.add_argument("--speed", type=_speed, default=2.0, help="with --ros: simulated seconds per second (2)")
+        sub.add_argument("--speed", type=_speed, help=f"with --ros: simulated seconds per second ({SPEED:g})")
         sub.add_argument("--keep", type=Path, help="folder where each run's result is kept and taken from again while the code is the same: to go on after an interruption")
     names.choices["square"].add_argument("--ekf", choices=("default", "thesis"), default="default")
     names.choices["sensors"].add_argument("--chairs", type=_count, default=10, help="how many, from --seed on")
     arguments = parser.parse_args()
+    if arguments.function is thesis and not arguments.ros and (arguments.only or arguments.speed):
+        parser.error("--only and --speed go with --ros: in lockstep all set-ups are driven, as fast as can be")
     faults = arguments.function(arguments)
     for fault in faults:
         print(f"NOT MET: {fault}", file=sys.stderr)
