@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from .geometry import Transform, wrap
+from .geometry import wrap
 from .state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
 
 

@@ -4,8 +4,6 @@ The cases are the peer's: (x, y, vx) with the seven variables off the plane forc
 """
 import time
 
-import numpy as np
-
 from canserial.bus import BusDescription
 from sara_bringup.benches.peers import peers
 from sara_bringup.benches.timed import Limit, timed
