@@ -25,8 +25,8 @@ class FreeBus:
     def read_i2c_block_data(self, address, register, length):
         self.turn += 1
         if register == 0x3B:
-            return [0, self.turn & 15, 0, 2, 64, 0]
-        return [0, 1, 0, 2, 0, self.turn & 31] if register == 0x43 else [6, 128, 1, 44][:length] if length == 4 else [0] * length
+            return [0, self.turn & 15, 0, 2, 64, 0, 0, 0, 0, 1, 0, 2, 0, self.turn & 31]
+        return [6, 128, 1, 44][:length] if length == 4 else [0] * length
 
     def read_byte_data(self, address, register):
         return self.registers.get(register, 0)

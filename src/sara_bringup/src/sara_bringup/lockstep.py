@@ -10,7 +10,6 @@ from canserial.config import ReaderConfig
 from canserial.reader import Reader
 from canserial.readings import ImuReading, RangeReading
 from sara_bringup.command_chain import CommandChain
-from sara_bringup.corrected import Corrected
 from sara_bringup.localization import Filter, Truth
 from sara_bringup.paths import parameters
 from sara_bringup.planar import compose
@@ -57,6 +56,7 @@ class Lockstep:
         settings = read_settings(Parameters(merged(parameters("sara_nav", "sara_nav.yaml"), navigation or {})))
         grid = map_io.load_map(str(map_path))
         if localization != "fake" and (ekf == "default" if ranges is None else ranges):
+            from sara_bringup.corrected import Corrected   # the squares are driven without
             self.localization = Corrected(self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max))
         self.move_base = settings.make_move_base(grid)
         self.ranges = RangeFeeds(self.move_base, self.reader.config)
@@ -67,6 +67,7 @@ class Lockstep:
         self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
+        self._composed = None, None         # of what the pose in the map was made last, and that pose
         self.newest = None                  # move_base's newest StepResult
         self.result = None                  # the newest that ended a goal
 
@@ -123,9 +124,12 @@ class Lockstep:
 
     def _map_pose(self):
         """map -> base_link as tf has it: map -> odom of the localization, odom -> base_link of the wheels; None before both are known."""
-        if self.localization.map_from_odom is None or self._odometry_stamp is None:
+        ways = self.localization.map_from_odom, self.odometry
+        if ways[0] is None or self._odometry_stamp is None:
             return None
-        return compose(self.localization.map_from_odom, self.odometry)
+        if self._composed[0] != ways:   # the sonars of a frame ask for the same
+            self._composed = ways, compose(*ways)
+        return self._composed[1]
 
     def _give_up(self, now):
         """As move_base's `~abort` and `cancel`."""

@@ -32,7 +32,7 @@ class RangeFeeds:
 
     def __init__(self, move_base, reader):
         self._limits, self._places = (reader.range_min, reader.range_max), mountings()
-        self._listeners = {}   # {topic: [(layer, whether its costmap is in odom)]}
+        self._listeners = {}   # {topic: (layers of costmaps in map, of those in odom)}
         self.local_frame = move_base.local_costmap.config.global_frame
         for costmap in (move_base.global_costmap, move_base.local_costmap):
             frame = costmap.config.global_frame
@@ -41,13 +41,14 @@ class RangeFeeds:
             for layer in costmap.layers.values():
                 if isinstance(layer, RangeSensorLayer):
                     for source in layer.config.sources():
-                        self._listeners.setdefault(source, []).append((layer, frame == "odom"))
+                        self._listeners.setdefault(source, ([], []))[frame == "odom"].append(layer)
 
     def add(self, reading, in_map, in_odom):
         """A canserial RangeReading, and `base_link` in map and in odom: (x, y, yaw), m, rad; in_map is None before it is known."""
         source = f"/{reading.name}_range"
-        for layer, odometric in self._listeners.get(source, ()):
-            base = in_odom if odometric else in_map
-            if base is not None:
+        for base, layers in zip((in_map, in_odom), self._listeners.get(source, ())):
+            if layers and base is not None:
                 x, y, yaw = compose(base, self._places[reading.name])
-                layer.add_range(RangeReading(source, reading.stamp, x, y, yaw, reading.range, *self._limits, FIELD_OF_VIEW))
+                placed = RangeReading(source, reading.stamp, x, y, yaw, reading.range, *self._limits, FIELD_OF_VIEW)
+                for layer in layers:
+                    layer.add_range(placed)

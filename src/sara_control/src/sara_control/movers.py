@@ -24,6 +24,7 @@ class Mover:
     def __init__(self, sensor, half_angle, slowest=0.25, fastest=2.5):
         self._sensor = sensor
         self._half_angle = half_angle
+        self._axis = math.cos(sensor.yaw), math.sin(sensor.yaw)
         self._slowest, self._fastest = slowest, fastest
         self._last = None
         self._moved = deque()   # (stamp, m/s the chair itself came nearer, |w|) of the last LATE seconds
@@ -61,7 +62,7 @@ class Mover:
         size = math.hypot(vx, vy)
         if size == 0.0:
             return 0.0, 0.0
-        along = vx * math.cos(self._sensor.yaw) + vy * math.sin(self._sensor.yaw)
+        along = vx * self._axis[0] + vy * self._axis[1]
         off = max(math.acos(max(-1.0, min(1.0, along / size))) - self._half_angle, 0.0)
         return size * max(math.cos(off), 0.0), abs(w)
 

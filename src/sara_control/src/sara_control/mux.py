@@ -109,6 +109,7 @@ class Mux:
         self.dropped = {}
         self._heard = {source.name: _Heard() for source in config.topics}
         self._sources = {source.name: source for source in config.topics}
+        self._all = [(source, self._heard[source.name]) for source in config.topics]
         self._locks = {lock.name: (False, -math.inf) for lock in config.locks}
         self._taken = False
         self._driven_out = []
@@ -124,7 +125,7 @@ class Mux:
             self.dropped[name] = self.dropped.get(name, 0) + 1
             return None
         heard = self._heard[name]
-        if heard.barred and (v == w == 0.0 or self._silent(t, name)):
+        if heard.barred and (v == w == 0.0 or _silent(t, self._sources[name], heard)):
             heard.barred = False
         heard.v, heard.w, heard.stamp = v, w, t
         said = self._decide(t)
@@ -158,16 +159,13 @@ class Mux:
         locked, stamp = self._locks[lock.name]
         return locked or (lock.timeout > 0.0 and not t - stamp <= lock.timeout)
 
-    def _silent(self, t, name):
-        return not -AHEAD <= t - self._heard[name].stamp <= self._sources[name].timeout
-
     def _driver(self, t, least):
         """Who may drive at t, of those whose priority is at least so much."""
         if self._taken:
             return ROBOT
         driver, highest = NOBODY, -1
-        for source in self.config.topics:
-            if source.priority >= least and source.priority > highest and not self._heard[source.name].barred and not self._silent(t, source.name):
+        for source, heard in self._all:
+            if source.priority >= least and source.priority > highest and not heard.barred and not _silent(t, source, heard):
                 driver, highest = source.name, source.priority
         return driver
 
@@ -187,9 +185,12 @@ class Mux:
         """Whoever wants to move and is not heard, for a driver or a lock of a higher priority, must come anew."""
         if self.driver in self._sources:
             least = max(least, self._sources[self.driver].priority)
-        for source in self.config.topics:
-            if self._taken or source.priority < least:
-                heard = self._heard[source.name]
-                if (heard.v != 0.0 or heard.w != 0.0) and not heard.barred and not self._silent(t, source.name):
-                    heard.barred = True
-                    self._driven_out.append(source.name)
+        for source, heard in self._all:
+            if (self._taken or source.priority < least) and (heard.v != 0.0 or heard.w != 0.0) and not heard.barred and not _silent(t, source, heard):
+                heard.barred = True
+                self._driven_out.append(source.name)
+
+
+def _silent(t, source, heard):
+    """Whether what a Source said last is too old at t (s), or from the future."""
+    return not -AHEAD <= t - heard.stamp <= source.timeout

@@ -63,8 +63,9 @@ class SafetyGate:
         self.config = config
         self.comfort = comfort
         self.zones = zones
-        self._watched = ((Reason.BUS, 'bus', config.bus_timeout), (Reason.ENCODERS, 'encoders', config.encoder_timeout),
-                         (Reason.IMU, 'imu', config.imu_timeout), (Reason.RANGES, 'ranges', config.range_timeout))
+        # In the order of Inputs.
+        self._watched = ((Reason.BUS, config.bus_timeout), (Reason.ENCODERS, config.encoder_timeout), (Reason.IMU, config.imu_timeout),
+                         (Reason.RANGES, config.range_timeout))
         self._pressed = self._latched = False
         self._armed = self._firm = False
         self._cause = Reason.START
@@ -128,8 +129,8 @@ class SafetyGate:
             return Reason.EMERGENCY_STOP
         if inputs.impact:
             return Reason.IMPACT
-        for reason, name, timeout in self._watched:
-            if timeout and not _recent(t, getattr(inputs, name), timeout):
+        for (reason, timeout), stamp in zip(self._watched, inputs):
+            if timeout and not -AHEAD <= t - stamp <= timeout:
                 return reason
         if inputs.fault is not None:
             return inputs.fault

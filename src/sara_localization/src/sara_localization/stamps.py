@@ -24,7 +24,7 @@ class Stamp(float):
 
 def nanoseconds(time: float) -> int:
     """The nanoseconds of a Stamp, those nearest to a plain float (s)."""
-    if isinstance(time, Stamp):
+    if type(time) is Stamp:
         return time.nanoseconds
     whole = math.floor(time)
     return whole * 10 ** 9 + round((time - whole) * 1e9)

@@ -27,13 +27,14 @@ class _Timed:
     """The samples of one moving frame, oldest first; times in ns."""
 
     def __init__(self):
-        self.stamps, self.samples = [], []
+        self.stamps, self.samples, self.parent = [], [], None   # parent: the newest one
 
     def insert(self, stamp, parent, transform) -> bool:
         stamps = self.stamps
         if not stamps or stamp > stamps[-1]:   # as they come, nearly always
             stamps.append(stamp)
             self.samples.append((parent, transform))
+            self.parent = parent
             if len(stamps) > 64 and stamps[64] < stamp - CACHE_TIME:
                 self._forget()
             return True
@@ -52,11 +53,6 @@ class _Timed:
         expired = bisect_left(self.stamps, self.stamps[-1] - CACHE_TIME)
         if expired > 64:
             del self.stamps[:expired], self.samples[:expired]
-
-    @property
-    def parent(self):
-        """The newest parent."""
-        return self.samples[-1][0] if self.samples else None
 
     def at(self, stamp):
         """(parent, transform) at the stamp, None outside of what is remembered; the newest for stamp None."""
@@ -129,6 +125,11 @@ class TransformBuffer:
         """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
         if target == source:
             return IDENTITY
+        kept = self._newest.get((target, source))
+        if kept is not None and stamp is not None:
+            stamps, latest, transform = kept
+            if stamps[-1] == latest <= nanoseconds(stamp):
+                return transform
         way = self._way(target, source)
         if way is None:
             return None
@@ -143,10 +144,9 @@ class TransformBuffer:
         return self._along(*way, latest)
 
     def _of_newest(self, target, source, way, latest):
-        kept = self._newest.get((target, source))
-        if kept is None or kept[0] != latest:
-            kept = self._newest[target, source] = latest, self._along(*way, latest)
-        return kept[1]
+        transform = self._along(*way, latest)
+        self._newest[target, source] = self._frames[(way[0] + way[1])[0]].stamps, latest, transform
+        return transform
 
     def _ancestors(self, frame):
         """The frame and those above it, by their newest parents."""

@@ -126,8 +126,8 @@ class MotorNode:
             self.mode = MODE_MANUAL
 
     def _limited(self, wheels: tuple[float, float]) -> tuple[float, ...]:
-        limit = self.config.max_wheel_speed
-        return tuple(min(max(wheel, -limit), limit) for wheel in wheels)
+        (right, left), limit = wheels, self.config.max_wheel_speed
+        return min(max(right, -limit), limit), min(max(left, -limit), limit)
 
     def _take_from_pc(self, mode: int) -> None:
         self.mode = mode

@@ -13,7 +13,7 @@ import struct
 XA_OFFS, XG_OFFS = 0x06, 0x13
 GYRO_CONFIG, ACCEL_CONFIG, MOT_THR, MOT_DUR = 0x1B, 0x1C, 0x1F, 0x20
 INT_PIN_CFG, INT_ENABLE, INT_STATUS = 0x37, 0x38, 0x3A
-ACCEL_XOUT, GYRO_XOUT = 0x3B, 0x43
+ACCEL_XOUT = 0x3B   # from here on x, y, z of the accelerometer, the temperature, x, y, z of the gyroscope
 SIGNAL_PATH_RESET, MOT_DETECT_CTRL, PWR_MGMT_1, WHO_AM_I = 0x68, 0x69, 0x6B, 0x75
 
 DEVICE_RESET, AWAKE_PLL_GYRO_X, MOTION_BIT, IDENTITY = 0x80, 0x01, 0x40, 0x68
@@ -27,7 +27,7 @@ REST = (0.0, 0.0, ACCEL_COUNTS_PER_G)
 THESIS_LISTING = ((PWR_MGMT_1, 0x80), (SIGNAL_PATH_RESET, 0x07), (INT_PIN_CFG, 0x20), (ACCEL_CONFIG, 0x01), (MOT_THR, 20), (MOT_DUR, 40),
                   (MOT_DETECT_CTRL, 0x15), (INT_ENABLE, 0x40))
 
-_unpack = struct.Struct('>6h').unpack
+_unpack, _unpack_sample = struct.Struct('>6h').unpack, struct.Struct('>3h2x3h').unpack
 _TOLERANCE_S = 1e-6
 
 
@@ -104,12 +104,11 @@ class Mpu6050:
         self._verify(PWR_MGMT_1, AWAKE_PLL_GYRO_X)
 
     def sample(self) -> tuple[int, int, int, int, int, int]:
-        """Counts ax, ay, az, gx, gy, gz: two bursts of 6 bytes (eq. 2.3 to 2.9). Raises OSError, ChipError for a short answer."""
-        address, block = self.address, self._block
+        """Counts ax, ay, az, gx, gy, gz (eq. 2.3 to 2.9), in one burst: so all are of the same instant. Raises OSError, ChipError for a short answer."""
         try:
-            return _unpack(bytes(block(address, ACCEL_XOUT, 6) + block(address, GYRO_XOUT, 6)))
+            return _unpack_sample(bytes(self._block(self.address, ACCEL_XOUT, 14)))
         except struct.error as error:
-            raise ChipError(f'the chip at 0x{address:02x} sent a short answer') from error
+            raise ChipError(f'the chip at 0x{self.address:02x} sent a short answer') from error
 
     def impact(self) -> bool:
         """Whether the motion interrupt fired since the last call: it is latched, and cleared by reading. Raises OSError."""

@@ -52,8 +52,8 @@ class LocalWorld:
 
     def worsens(self, poses):
         """True when any later pose touches more than the first: so a robot already in contact can only leave."""
-        counts = self.touched(poses)
-        return bool(counts.max() > counts[0])
+        g = self.geometry
+        return worsens(self.costmap.costs, float(g.origin_x), float(g.origin_y), float(g.resolution), self.points, self.to_local(poses), self.unknown_blocks)
 
     def footprint_cost(self, x, y, yaw):
         """Return what base_local_planner's CostmapModel says of a pose in the costmap's frame.
@@ -100,6 +100,13 @@ def touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks
 
 
 @kernel
+def worsens(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks):
+    """Return whether any later pose touches more than the first; arguments as of ``touched``."""
+    counts = touched(costs, origin_x, origin_y, resolution, points, poses, unknown_blocks)
+    return counts.max() > counts[0]
+
+
+@kernel
 def _box(points):
     """Return what points (k, 2) are within: the least and greatest x and y, and the greatest distance from the origin."""
     low_x = low_y = np.inf
@@ -138,4 +145,5 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)
+    worsens(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), np.zeros((1, 3)), True)
     outline.warm()

@@ -24,7 +24,8 @@ def stopping_turn(now, rate, config):
     """Return the poses (n, 3) of a turn in place from a Pose2D at ``rate`` (rad/s, as driven), braking by acc_lim_theta to rest, and a margin."""
     angle = abs(rate) * REACTION + rate * rate / (2.0 * config.acc_lim_theta) + MARGIN
     n = max(2, math.ceil(angle / 0.05))
-    poses = np.tile((now.x, now.y, now.yaw), (n + 1, 1))
+    poses = np.empty((n + 1, 3))
+    poses[:] = now.x, now.y, now.yaw
     poses[:, 2] += math.copysign(angle, rate) * np.arange(n + 1) / n
     return poses
 

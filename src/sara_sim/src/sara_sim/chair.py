@@ -7,6 +7,7 @@ steps of 10 ms from 0; the chair has been switched on before that, long enough f
 from __future__ import annotations
 
 from collections import Counter
+from functools import cached_property
 
 import numpy as np
 from canserial.frame import Frame
@@ -18,7 +19,6 @@ from sara_lowlevel.sensor_node import SensorNode
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.drive import Drive
 from sara_sim.encoders import Encoders
-from sara_sim.fault_engine import Faults
 from sara_sim.options import ChairOptions
 from sara_sim.sensor_box import SensorBox
 from sara_sim.wire import CandumpLog, Wire
@@ -71,7 +71,8 @@ class SimulatedChair:
         self._tick = 0
         # The sensor node has a clock of its own, which started when it was switched on.
         self._sensor_tick = 0
-        self.faults = Faults(self, seed, bus.id_of)
+        self.faulty = False   # whether any of `faults` is happening: they say so
+        self._seed, self._identifier_of = seed, bus.id_of
         if not power_up:
             self._come_up()
 
@@ -90,6 +91,12 @@ class SimulatedChair:
             else:
                 box.rest(now)
             node.update(now)
+
+    @cached_property
+    def faults(self):
+        """What is made to go wrong: fault_engine.Faults. Most chairs have none, and need not know their kinds."""
+        from sara_sim.fault_engine import Faults
+        return Faults(self, self._seed, self._identifier_of)
 
     @property
     def time(self) -> float:
@@ -162,7 +169,7 @@ class SimulatedChair:
         self._sensor_tick += 1
         now, sensor_now = self._tick / STEPS_PER_S, self._sensor_tick / STEPS_PER_S
         wire, drive, box = self.wire, self.drive, self.box
-        if self.faults.active:
+        if self.faulty:
             self.faults.step(now)
         silent = self.silent_nodes
         motor = None if 'motor' in silent else self.motor

@@ -106,7 +106,7 @@ class Faults:
     def _apply(self) -> None:
         """Put everything right, then apply what is happening."""
         chair, box = self._chair, self._chair.box
-        self.active = bool(self._all)
+        self.active = chair.faulty = bool(self._all)
         wire = chair.wire
         wire.faults = [(active.fault, self._identifiers(active.fault), active.random) for active in self._all
                        if isinstance(active.fault, kinds.FrameFault)]

@@ -11,7 +11,11 @@ clock source and the temperature sensor (their registers hold what is written, t
 from __future__ import annotations
 
 import struct
-from math import exp, log, pi
+from math import exp
+
+import numpy as np
+
+from sara_sim import mpu6050_sample
 
 WHO_AM_I, ADDRESS = 0x75, 0x68
 XA_OFFS, XG_OFFS = 0x06, 0x13
@@ -32,10 +36,9 @@ RESET_S = 0.05  # after DEVICE_RESET registers take no writes (start-up time: 20
 STARTUP_S = 0.03  # gyro start-up and signal path reset: the data registers hold still
 WARM = 1e-4  # what is left of the transient below this is nothing
 HIGH_PASS_HZ = {1: 5.0, 2: 2.5, 3: 1.25, 4: 0.63}
-HIGH_PASS_RESET, HIGH_PASS_HOLD = 0, 7
+HIGH_PASS_RESET = 0  # the values above the frequencies' hold: the difference from the sample at which that was switched on
 THRESHOLD_G = 0.002  # per count of MOT_THR
 DECREMENT_MS = (None, 1, 2, 4)  # of MOT_COUNT; None: a sample below the threshold clears the counter
-TEMPERATURE_COUNTS = round((27.0 - 36.53) * 340.0)  # 27 degrees C
 _PACK = struct.Struct('>hhhhhhh')
 
 
@@ -53,8 +56,8 @@ class Mpu6050:
         self.resets = 0
         self._cold = 1.0  # 1: slept for long, 0: settled
         self._cooling_for, self._stays = -1.0, 1.0
-        self._value = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-        self._fresh = False
+        self._value = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        mpu6050_sample.warm()   # nothing compiles on the move
         self._power_up()
 
     @property
@@ -65,8 +68,6 @@ class Mpu6050:
     @property
     def counts(self) -> tuple[int, ...]:
         """What the data registers hold: ax, ay, az, gx, gy, gz. For tests: looking does not clear what reading clears."""
-        if self._fresh:
-            self._convert()
         ax, ay, az, _, gx, gy, gz = _PACK.unpack_from(self._registers, DATA)
         return ax, ay, az, gx, gy, gz
 
@@ -78,41 +79,46 @@ class Mpu6050:
 
     def step(self, dt: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> None:
         """One sample, `dt` s after the last: specific force (g), angular velocity (deg/s), in the chip's axes."""
+        value = ax, ay, az, gx, gy, gz
+        if self._unsettled or self.stuck:
+            value = self._let_through(dt, value)
+            if value is None:
+                return
+        self._value = value
+        if mpu6050_sample.take(self._file, DATA, self._settings, self._motion, self._detects, dt, value):
+            self._registers[INT_STATUS] |= MOTION_BIT
+        if self._tells_of_data:
+            self._registers[INT_STATUS] |= DATA_READY_BIT
+
+    def _let_through(self, dt: float, value: tuple) -> tuple | None:
+        """What of a sample reaches the data registers while the chip is not what it mostly is, awake, warm and whole; None: nothing."""
         if self._busy > 0.0:
             self._busy -= dt
             if self._busy <= 1e-9:
                 self._busy = 0.0
                 self._registers[PWR_MGMT_1] &= ~RESET_BIT
             self._cold = 1.0 - (1.0 - self._cold) * self._share(dt)
-            return
+            return None
         if self._asleep:
             self._cold = 1.0 - (1.0 - self._cold) * self._share(dt)
-            return
+            return None
         if self._cold:
             self._cold = self._cold * self._share(dt) if self._cold > WARM else 0.0
         if self._hold_s > 0.0:
             self._hold_s -= dt
-            return
+            return None
+        self._unsettled = bool(self._cold or self._standby)
         if self._cold:
             accel, gyro = self._cold * self.settling[0], self._cold * self.settling[1]
-            ax, ay, az, gx, gy, gz = ax + accel, ay + accel, az + accel, gx + gyro, gy + gyro, gz + gyro
+            value = *(force + accel for force in value[:3]), *(rate + gyro for rate in value[3:])
         if self.stuck:
-            return
+            return None
         if self._standby:
-            ax, ay, az, gx, gy, gz = (old if self._standby & 0x20 >> axis else new for axis, (old, new) in enumerate(
-                zip(self._value, (ax, ay, az, gx, gy, gz))))
-        self._value = [ax, ay, az, gx, gy, gz]
-        self._fresh = True
-        if self._interrupts:
-            if self._interrupts & MOTION_BIT:
-                self._detect(dt, ax, ay, az)
-            if self._interrupts & DATA_READY_BIT:
-                self._registers[INT_STATUS] |= DATA_READY_BIT
+            value = tuple(old if self._standby & 0x20 >> axis else new for axis, (old, new) in enumerate(zip(self._value, value)))
+        return value
 
     def read(self, register: int, length: int) -> list[int]:
         """`length` bytes from `register` on. Reading INT_STATUS clears it."""
-        if self._fresh:
-            self._convert()
         registers, end = self._registers, register + length
         data = [*registers[register:end]]
         if register <= INT_STATUS < end or registers[INT_PIN_CFG] & 0x10:
@@ -142,9 +148,8 @@ class Mpu6050:
                 self._hold_s = STARTUP_S - 1e-9
                 self._clear_motion()
         elif register == SIGNAL_PATH_RESET and value & 0x07 or register == USER_CTRL and value & 0x01:
-            self._value = [0.0] * 6
+            self._value = (0.0,) * 6
             self._registers[DATA:DATA + DATA_LENGTH] = bytes(DATA_LENGTH)
-            self._fresh = False
             self._clear_motion()
             self._hold_s = STARTUP_S - 1e-9
         elif register in (ACCEL_CONFIG, MOT_THR, MOT_DUR, MOT_DETECT_CTRL):
@@ -153,20 +158,20 @@ class Mpu6050:
 
     def _power_up(self) -> None:
         self._registers = registers = bytearray(REGISTERS)
+        self._file = np.frombuffer(registers, np.uint8)   # the same bytes, for compiled code
         registers[WHO_AM_I] = ADDRESS
         registers[PWR_MGMT_1] = SLEEP_BIT
         for axis, trim in enumerate(self.trim):
             struct.pack_into('>h', registers, XA_OFFS + 2 * axis, trim)
         self._busy = self._hold_s = 0.0
-        self._fresh = False
         self._clear_motion()
         self._configure()
 
     def _configure(self) -> None:
         """What a sample needs of the registers, worked out when they change."""
         registers = self._registers
+        self._unsettled = True   # until a sample shows that it is not
         self._asleep = bool(registers[PWR_MGMT_1] & SLEEP_BIT)
-        self._interrupts = registers[INT_ENABLE]
         self._standby = registers[PWR_MGMT_2] & 0x3F
         accel_scale = 16384.0 / (1 << (registers[ACCEL_CONFIG] >> 3 & 3))
         gyro_scale = 131.0 / (1 << (registers[GYRO_CONFIG] >> 3 & 3))
@@ -176,12 +181,11 @@ class Mpu6050:
             shift.append(((offset & ~1) - (self.trim[axis] & ~1)) / 2048.0 * accel_scale)
         for axis in range(3):
             shift.append(struct.unpack_from('>h', registers, XG_OFFS + 2 * axis)[0] / 32.8 * gyro_scale)
-        self._accel_scale, self._gyro_scale, self._shift = accel_scale, gyro_scale, shift
-        self._threshold = registers[MOT_THR] * THRESHOLD_G
-        self._duration_ms = registers[MOT_DUR]
-        self._decrement_ms = DECREMENT_MS[registers[MOT_DETECT_CTRL] & 3]
-        self._high_pass = registers[ACCEL_CONFIG] & 7
-        self._tau = 1.0 / (2.0 * pi * HIGH_PASS_HZ[self._high_pass]) if self._high_pass in HIGH_PASS_HZ else 0.0
+        high_pass, decrement = registers[ACCEL_CONFIG] & 7, DECREMENT_MS[registers[MOT_DETECT_CTRL] & 3]
+        self._detects = bool(registers[INT_ENABLE] & MOTION_BIT) and high_pass != HIGH_PASS_RESET   # else the filter's output is zero
+        self._tells_of_data = bool(registers[INT_ENABLE] & DATA_READY_BIT)
+        self._settings = np.array([accel_scale, gyro_scale, *shift, registers[MOT_THR] * THRESHOLD_G, registers[MOT_DUR],
+                                   -1.0 if decrement is None else decrement, HIGH_PASS_HZ.get(high_pass, 0.0)])
 
     def _share(self, dt: float) -> float:
         """What is left of warmth or cold after `dt` s."""
@@ -189,62 +193,5 @@ class Mpu6050:
             self._cooling_for, self._stays = dt, exp(-dt / self.settling[2])
         return self._stays
 
-    def _convert(self) -> None:
-        self._fresh = False
-        ax, ay, az, gx, gy, gz = self._value
-        sx, sy, sz, tx, ty, tz = self._shift
-        a, g = self._accel_scale, self._gyro_scale
-        try:
-            _PACK.pack_into(self._registers, DATA, round(ax * a + sx), round(ay * a + sy), round(az * a + sz), TEMPERATURE_COUNTS,
-                            round(gx * g + tx), round(gy * g + ty), round(gz * g + tz))
-        except struct.error:
-            counts = [min(max(round(value), -32768), 32767) for value in (
-                ax * a + sx, ay * a + sy, az * a + sz, TEMPERATURE_COUNTS, gx * g + tx, gy * g + ty, gz * g + tz)]
-            _PACK.pack_into(self._registers, DATA, *counts)
-
     def _clear_motion(self) -> None:
-        self._counter_ms = 0.0
-        self._last: tuple | None = None
-        self._passed = [0.0, 0.0, 0.0]
-
-    def _detect(self, dt: float, ax: float, ay: float, az: float) -> None:
-        """The motion detector: high-passed acceleration above MOT_THR on any axis for MOT_DUR.
-
-        The chip looks every millisecond. A sample of `dt` is a step at its input that then decays with the filter's time constant, so
-        the time above the threshold is tau ln(peak / threshold), `dt` at most. The counter rises by one per millisecond above and
-        falls by MOT_COUNT per millisecond below.
-        """
-        if self._high_pass == HIGH_PASS_RESET:
-            return  # the filter's output is zero
-        if self._last is None:
-            self._last = (ax, ay, az)
-            return
-        last, passed, threshold = self._last, self._passed, self._threshold
-        x, y, z = passed[0] + ax - last[0], passed[1] + ay - last[1], passed[2] + az - last[2]
-        self._last = (ax, ay, az)
-        peak = max(x, y, z, -x, -y, -z)
-        turn_ms = above = 1000.0 * dt
-        if self._high_pass in HIGH_PASS_HZ:
-            if dt != self._decay_for:
-                self._decay_for, self._decays = dt, {n: exp(-dt * 2.0 * pi * hz) for n, hz in HIGH_PASS_HZ.items()}
-            decay = self._decays[self._high_pass]
-            self._passed = [x * decay, y * decay, z * decay]
-            if peak <= threshold and not self._counter_ms:
-                return
-            if peak > threshold > 0.0:
-                above = min(turn_ms, 1000.0 * self._tau * log(peak / threshold))
-        else:  # hold: the difference from the sample at which it was switched on
-            self._passed = [x, y, z]
-        if peak <= threshold:
-            if not self._counter_ms:
-                return
-            above = 0.0
-        self._counter_ms += above
-        if above and self._counter_ms >= self._duration_ms:
-            self._registers[INT_STATUS] |= MOTION_BIT
-            self._counter_ms = 0.0
-        elif above < turn_ms:
-            down = self._decrement_ms
-            self._counter_ms = 0.0 if down is None else max(self._counter_ms - down * (turn_ms - above), 0.0)
-
-    _decay_for, _decays = -1.0, {}
+        self._motion = np.zeros(mpu6050_sample.MOTION)

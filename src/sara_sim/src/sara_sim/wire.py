@@ -8,13 +8,11 @@ from collections import Counter
 import numpy as np
 from canserial.frame import Frame
 
-from sara_sim.faults import FrameFault, FramesCorrupted, FramesDelayed, FramesDropped, FramesDuplicated
-
 _BLOCK = 256
 
 
 class Wire:
-    """Two queues. `plugged`: False while the adapter is pulled out. `faults`: [(FrameFault, identifiers or None, Generator)]."""
+    """Two queues. `plugged`: False while the adapter is pulled out. `faults`: [(faults.FrameFault, identifiers or None, Generator)]."""
 
     def __init__(self, random: np.random.Generator, jitter: float, loss: float):
         """`jitter`: s, uniform from 0. `loss`: fraction."""
@@ -67,18 +65,26 @@ class Wire:
         if not self.plugged and direction == 'from_pc':
             self.counts['frames lost, unplugged'] += 1
             return
-        copies = [(frame, delay * self._jitter)]
+        late = delay * self._jitter
+        if not self.faults:
+            self._set_out(queue, frame, now, late, direction)
+            return
+        copies = [(frame, late)]
         for fault, identifiers, random in self.faults:
             if fault.direction in (direction, 'both') and (identifiers is None or frame.id in identifiers):
                 copies = [changed for copy in copies for changed in self._happen(fault, random, *copy)]
         for copy, late in copies:
-            self._order += 1
-            heapq.heappush(queue, (now + late, self._order, copy))
-            if direction == 'from_pc' and self.log:
-                self.log.write(copy, now)
+            self._set_out(queue, copy, now, late, direction)
 
-    def _happen(self, fault: FrameFault, random: np.random.Generator, frame: Frame, delay: float) -> list[tuple[Frame, float]]:
-        """What one fault makes of one frame."""
+    def _set_out(self, queue: list, frame: Frame, now: float, late: float, direction: str) -> None:
+        self._order += 1
+        heapq.heappush(queue, (now + late, self._order, frame))
+        if self.log and direction == 'from_pc':
+            self.log.write(frame, now)
+
+    def _happen(self, fault, random: np.random.Generator, frame: Frame, delay: float) -> list[tuple[Frame, float]]:
+        """What one faults.FrameFault makes of one frame."""
+        from sara_sim.faults import FramesCorrupted, FramesDelayed, FramesDropped, FramesDuplicated
         if random.random() >= fault.probability:
             return [(frame, delay)]
         self.counts[fault.name] += 1

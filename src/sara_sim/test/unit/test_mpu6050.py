@@ -3,11 +3,13 @@
 import math
 import struct
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sara_lowlevel.mpu6050 import THESIS_LISTING
 from sara_lowlevel.mpu6050 import Mpu6050 as Driver
+from sara_sim import mpu6050_sample
 from sara_sim.i2c_bus import SimulatedI2c
 from sara_sim.mpu6050 import (ACCEL_CONFIG, DATA, DECREMENT_MS, GYRO_CONFIG, INT_ENABLE, INT_PIN_CFG, INT_STATUS, MOT_DETECT_CTRL, MOT_DUR, MOT_THR,
                               PWR_MGMT_1, SIGNAL_PATH_RESET, WHO_AM_I, WRITABLE, XA_OFFS, XG_OFFS, Mpu6050)
@@ -301,3 +303,15 @@ def test_gyro_config_keeps_only_its_bits():
     chip = awake()
     chip.write(GYRO_CONFIG, [0xFF])
     assert chip.read(GYRO_CONFIG, 1) == [0xF8]
+
+
+@given(st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=20), st.sampled_from((0.0, 0.63, 5.0)), st.sampled_from((-1.0, 1.0, 4.0)),
+       st.integers(0, 255).map(lambda counts: 0.002 * counts), st.integers(0, 60))
+def test_the_compiled_detector_says_what_its_source_says(forces, hz, decrement, threshold, duration):
+    settings = np.ones(mpu6050_sample.SETTINGS)
+    settings[mpu6050_sample.THRESHOLD:] = threshold, duration, decrement, hz
+    compiled, plain = np.zeros(mpu6050_sample.MOTION), np.zeros(mpu6050_sample.MOTION)
+    for force in forces:
+        assert (mpu6050_sample.take(np.zeros(14, np.uint8), 0, settings, compiled, True, 0.01, (*force, 0.0, 0.0, 0.0))
+                == mpu6050_sample.detect.py_func(plain, settings, 0.01, *force))
+        assert np.array_equal(compiled, plain)

@@ -19,18 +19,23 @@ SURELY = 0.9
 
 @kernel
 def apply_all(grid, seen_at, free_at, origin_x, origin_y, resolution, phi, inflate_cone, clear_below, mark_above, t, free_since, readings):
-    """Take readings, in their order, as ``apply`` does; returns their windows, int64 (n, 8): cone and change of each.
+    """Take readings, in their order, as ``apply`` does; returns the window (x0, y0, xn, yn) around their cones, and those of their changes that are
+    not empty, int64 (k, 4).
 
     readings: float64 (n, 6), x, y, yaw, distance, half, and 1.0 for clear.
     """
-    result = np.empty((len(readings), 8), np.int64)
+    height, width = grid.shape
+    around, changes, kept = (width, height, 0, 0), np.empty((len(readings), 4), np.int64), 0
     for i in range(len(readings)):
         r = readings[i]
         cone, changed = apply(grid, seen_at, free_at, origin_x, origin_y, resolution, r[0], r[1], r[2], r[3], r[4], phi, inflate_cone,
                               r[5] != 0.0, clear_below, mark_above, t, free_since)
-        for k in range(4):
-            result[i, k], result[i, 4 + k] = cone[k], changed[k]
-    return result
+        if cone[0] < cone[2]:
+            around = min(around[0], cone[0]), min(around[1], cone[1]), max(around[2], cone[2]), max(around[3], cone[3])
+        if changed[0] < changed[2]:
+            changes[kept, 0], changes[kept, 1], changes[kept, 2], changes[kept, 3] = changed
+            kept += 1
+    return around, changes[:kept].copy()
 
 
 @kernel

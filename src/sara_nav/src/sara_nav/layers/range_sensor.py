@@ -101,6 +101,7 @@ class RangeSensorLayer(Layer):
         self._stamps = {}
         self._heard = {}
         self._started = None
+        self._kind = self.config.input_sensor_type.upper()
         super().attach(parent)
 
     def resize(self, geometry):
@@ -135,6 +136,7 @@ class RangeSensorLayer(Layer):
     def reconfigure(self, config):
         remembered = self.config.free_memory > 0.0
         super().reconfigure(config)
+        self._kind = config.input_sensor_type.upper()
         if remembered != (config.free_memory > 0.0):
             self._forget_free()
 
@@ -181,8 +183,7 @@ class RangeSensorLayer(Layer):
 
     def _meaning(self, r):
         """Return (distance m, True to clear the cone) of a reading, or None when it says nothing."""
-        kind = self.config.input_sensor_type.upper()
-        if kind == 'FIXED' or (kind == 'ALL' and r.min_range == r.max_range):
+        if self._kind == 'FIXED' or (self._kind == 'ALL' and r.min_range == r.max_range):
             if math.isfinite(r.range):
                 self.drop('bad_fixed_ranges', 'a reading of %s: a sensor of fixed distance may only say +Inf or -Inf'
                           % r.source)
@@ -217,11 +218,11 @@ class RangeSensorLayer(Layer):
             readings = np.array(readings, dtype=np.float64)
             if c.ignore_mapped:
                 readings = self._unexplained(readings, np.array(near))
-            for window in cone.apply_all(self._grid, self._seen_at, self._free_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi, c.inflate_cone,
-                                         c.clear_threshold, c.mark_threshold, float(t), float(t - c.free_memory),
-                                         readings).tolist():
-                windows.add(*window[4:])
-                self._widen(window[:4])
+            around, changes = cone.apply_all(self._grid, self._seen_at, self._free_at, float(g.origin_x), float(g.origin_y), float(g.resolution), c.phi,
+                                             c.inflate_cone, c.clear_threshold, c.mark_threshold, float(t), float(t - c.free_memory), readings)
+            for change in changes.tolist():
+                windows.add(*change)
+            self._widen(around)
         if c.use_decay and self._marks is not None:
             changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
             windows.add(*changed)
