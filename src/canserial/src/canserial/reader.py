@@ -7,7 +7,7 @@ from canserial.bus import BadLength, UnknownFrame
 from canserial.faults import KINDS
 from canserial.imu_reader import ImuReader
 from canserial.plausibility import EncoderGuard, StuckValue
-from canserial.ranges import SILENT, RangeFilter
+from canserial.ranges import SILENT, RangeFilter, rep117
 from canserial.readings import (LEFT, RIGHT, AnglesReading, BatteryReading, EncoderReading, JoystickReading, ModeReading,
                                 RangeReading)
 
@@ -199,9 +199,10 @@ class Reader:
             if not 0.0 <= distance <= self.config.range_limit:
                 self._drop(f'range_{"silent" if distance > SILENT else "implausible"}_{name}', stamp)
                 continue
+            raw = rep117(distance, self.config.range_min, self.config.range_max)
             distance = self._ranges.add(name, stamp, distance)
             if distance is not None:
-                readings.append(RangeReading(stamp, name, distance))
+                readings.append(RangeReading(stamp, name, distance, raw))
         return readings
 
     def _range_acceleration(self, stamp, values):

@@ -38,11 +38,13 @@ class AnglesReading(NamedTuple):
 
 
 class RangeReading(NamedTuple):
-    """Distance in m after REP-117: -Inf nearer than the sensor can measure, +Inf no echo within its range."""
+    """Distance in m after REP-117: -Inf nearer than the sensor can measure, +Inf no echo within its range. `raw`: the last one as it came, NaN
+    where that is not known; `range`: the median of the last three."""
 
     stamp: float
     name: str
     range: float
+    raw: float = math.nan
 
 
 class JoystickReading(NamedTuple):

@@ -155,10 +155,12 @@ def test_encoder_noise_within_the_limit_does_not_start_over_across_the_wrap():
 
 def test_ranges_are_the_median_of_three_in_the_words_of_rep_117():
     reader = make()
-    answers = []
+    answers, raw = [], []
     for k, sdi in enumerate((1.0, 2.0, 1.1, 0.0, 0.0, 0.1, 0.1, 3.0)):
         readings = reader.on_frame(BUS.encode('RANGES_1', 0.2 * k, STD=1, SDI=sdi, SLIT=1, SLDD=1))
         answers += [reading.range for reading in readings if reading.name == 'SDI']
+        raw += [reading.raw for reading in readings if reading.name == 'SDI']
+    assert raw == pytest.approx([1.1, math.inf, math.inf, -math.inf, -math.inf, math.inf])     # beyond 2.5 m nothing is heard
     assert answers == pytest.approx([1.1, 2.0, math.inf, math.inf, -math.inf, -math.inf])
     later = BUS.encode('RANGES_1', 60.0, STD=1, SDI=1, SLIT=1, SLDD=1)
     assert reader.on_frame(later) == []

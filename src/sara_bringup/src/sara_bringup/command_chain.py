@@ -78,6 +78,7 @@ class CommandChain:
         self.guard.on_imu(reading.stamp, reading.angular_velocity)
 
     def _range(self, reading, _now):
+        self.guard.on_raw_range(reading.stamp, reading.name, reading.raw)
         self.guard.on_range(reading.stamp, reading.name, reading.range)
 
     def _impact(self, reading, now):

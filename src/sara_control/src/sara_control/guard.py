@@ -73,6 +73,12 @@ class Guard:
         self._ranges[name] = stamp
         return True
 
+    def on_raw_range(self, stamp, name, distance):
+        """A range as the sensor said it, before any filter, see Zones. False if it is not believed."""
+        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turning):
+            return self._drop('raw range not known or not possible')
+        return True
+
     def on_mode(self, t, mode):
         """modoPC came at t: 3 says that the chair obeys."""
         self._bus = t

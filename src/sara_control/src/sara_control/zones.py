@@ -23,6 +23,8 @@ from sara_control.zone_config import SLACK
 
 RAYS = 13     # places in a cone
 SAMPLES = 40  # of the way
+CRAWL = 0.04  # m/s: no faster towards somebody who comes,
+CAREFUL = 4.0 # s: and no faster than that up to the stop distance for so long afterwards
 IN = 1e-6     # m: a place that comes nearer by less does not
 
 
@@ -33,6 +35,11 @@ class _Believed:
         self._trigger, self._release = trigger, release
         self._last = deque(maxlen=max(trigger, release))
         self.range = None
+
+    def at_once(self, distance):
+        """Nearer, without waiting for another."""
+        self._last.clear()
+        self.range = distance
 
     def add(self, distance):
         self._last.append(distance)
@@ -72,7 +79,7 @@ class Zones:
         self._half = 0.5 * config.length, 0.5 * config.width + float(config.side_margin)
         self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
-        self._movers = {name: Mover(sensor, half) for name, sensor in self.sensors.items()}
+        self._movers, self._raw_movers = ({name: Mover(sensor, half) for name, sensor in self.sensors.items()} for _ in range(2))
         self._places = places = _Places(config.sensors)
         self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
         for name, rays in self._rays_of.items():
@@ -80,6 +87,8 @@ class Zones:
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
             directions = np.stack([np.cos(angles), np.sin(angles)])
             places.directions[:, rays], places.way_out[rays] = directions, self._way_out(sensor, directions)
+        self._edges = {name: places.directions[:, rays][:, [0, RAYS // 2, -1]] for name, rays in self._rays_of.items()}
+        self._now = self._careful = -math.inf
 
     def _way_out(self, sensor, directions):
         """How far along each ray the body ends: an echo within it is of what stands at its edge."""
@@ -104,8 +113,31 @@ class Zones:
         if believed.range != before:
             self._place(self.sensors[name], believed.range)
         if stamp is not None:
-            self._come(name, self._movers[name].add(stamp, distance, v, w))
+            self._listen(self._movers[name], name, distance, stamp, v, w, not self._raw_movers[name].trusted(stamp))
         return True
+
+    def on_raw_range(self, name, distance, stamp, v=0.0, w=0.0):
+        """The same reading as it came, before any filter, which tells a reading late of who moves by themselves; where it scatters, the filtered one has to tell."""
+        if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
+            return False
+        raw = self._raw_movers[name]
+        self._listen(raw, name, distance, stamp, v, w, raw.trusted(stamp))
+        return True
+
+    def _listen(self, mover, name, distance, stamp, v, w, heard=True):
+        """Whether somebody comes by themselves; they are believed at once. heard: False where another Mover of the sensor tells better."""
+        speed = mover.add(stamp, distance, v, w)
+        if not heard:
+            return
+        self._come(name, speed)
+        self._now = stamp
+        if speed > 0.0:
+            if mover.sure(stamp):
+                self._careful = stamp + CAREFUL
+            believed = self._believed[name]
+            if believed.range is not None and distance < believed.range:
+                believed.at_once(distance)
+                self._place(self.sensors[name], distance)
 
     def range(self, name):
         """The range (m) that is believed, or None before the first reading."""
@@ -126,8 +158,13 @@ class Zones:
         # No place is nearer than `nearest` nor approaches faster than this: mostly that says enough.
         fastest = abs(v) + abs(w) * places.farthest
         farthest_way = config.stop_distance + fastest * reaction + fastest * fastest / (2.0 * braking)
+        if self._now < self._careful:
+            creep = min(creep, CRAWL)
         if places.fastest > 0.0:
             places = self._when_standing(places, reaction + fastest / braking)
+            waits_for = self._waits_for(places, v, w)
+            if waits_for:
+                return 0.0, waits_for
         if places.nearest >= farthest_way or not self._matters(places, v, w, reaction, braking):
             return 1.0, ''
         swept = self._swept(places, v, w)
@@ -148,6 +185,17 @@ class Zones:
         factors = allowed / u
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
+
+    def _waits_for(self, places, v, w):
+        """Name of a sensor that hears somebody come, who is at the body when the chair stands, and into whose cone a corner would move; ''."""
+        half_x, half_y = self._half
+        for name, rays in self._rays_of.items():
+            if places.coming[rays.start] == 0.0 or places.outside[rays].min() >= self.config.stop_distance:
+                continue
+            edges_x, edges_y = self._edges[name]
+            if (v * edges_x + abs(w) * (half_y * np.abs(edges_x) + half_x * np.abs(edges_y))).max() > CRAWL:
+                return name
+        return ''
 
     def _come(self, name, speed):
         """What a sensor hears comes by itself at speed (m/s)."""

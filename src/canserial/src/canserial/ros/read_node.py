@@ -69,7 +69,8 @@ class ReadNode:
         encoders = advertise('encoders', Encoder)
         joystick, battery = advertise('joystick', Joy), advertise('battery', BatteryState)
         mode, impact = advertise('mode', UInt8), advertise('impact', Bool)
-        ranges = {name: advertise(f'{name}_range', Range) for name in NAMES}
+        ranges, raw = {name: advertise(f'{name}_range', Range) for name in NAMES}, advertise('raw_ranges', Range)
+        limits = config.range_min, config.range_max
         variances = config.variances
         charge = config.battery_empty, config.battery_full, config.battery_charging
         return {
@@ -80,8 +81,8 @@ class ReadNode:
             BatteryReading: lambda r: battery.publish(conversions.battery_to_msg(r, *charge)),
             ModeReading: lambda r: mode.publish(UInt8(r.mode)),
             ImpactReading: lambda r: impact.publish(Bool(r.impact)),
-            RangeReading: lambda r: ranges[r.name].publish(
-                conversions.range_to_msg(r, config.range_min, config.range_max)),
+            RangeReading: lambda r: (raw.publish(conversions.range_to_msg(r._replace(range=r.raw), *limits)),
+                                     ranges[r.name].publish(conversions.range_to_msg(r, *limits))),
         }
 
     @staticmethod

@@ -65,6 +65,7 @@ class SafetyNode:
             for sensor in config.zones.sensors:
                 self.listen(f'{sensor.name}_range', Range,
                             lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range))
+            self.listen('raw_ranges', Range, lambda now, m: self.guard.on_raw_range(_stamp(m, now), m.header.frame_id.rsplit('_frame', 1)[0], m.range))
         if gate.localization_timeout:
             self.listen('cmd_vel_mux/active', String, lambda _, m: self.guard.on_source(m.data))
             self.listen('odometry/filtered', Odometry, lambda now, m: self.guard.on_localization(_stamp(m, now), *_numbers(m)))
