@@ -68,6 +68,7 @@ def gaps(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, 
     gap, ahead = np.full(n, np.inf), np.full(n, np.inf)
     near_x, near_y = np.zeros(n), np.zeros(n)
     edges, radius = _edges(corners)
+    low_x, high_x, low_y, high_y = corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].min(), corners[:, 1].max()
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     margin = radius + reach
     x0 = max(int((poses[:, 0].min() - margin - origin_x) / resolution), 0)
@@ -91,13 +92,14 @@ def gaps(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, 
                 c, s = cosines[i], sines[i]
                 bx, by = c * dx + s * dy, c * dy - s * dx
                 beyond = sense * bx - front
-                if beyond > 0.0:
+                if 0.0 < beyond < ahead[i]:
                     beside = max(abs(by) - span, 0.0)
                     if beside <= slope * beyond:
                         ahead[i] = min(ahead[i], math.hypot(beyond, beside))
-                farthest = radius + min(gap[i], reach) + 1e-9
-                if away > farthest * farthest:
-                    continue  # no part of the outline is as near as what was found
+                nearer = min(gap[i], reach) + 1e-9
+                off_x, off_y = max(low_x - bx, bx - high_x, 0.0), max(low_y - by, by - high_y, 0.0)
+                if off_x * off_x + off_y * off_y > nearer * nearer:
+                    continue  # no part of the outline is as near as what was found, for none is outside its box
                 squared, inside = np.inf, False
                 for j in range(k):
                     ax, ay, ex, ey, length = edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3], edges[j, 4]

@@ -64,17 +64,35 @@ def way_to_slow(v, a, end, braking, jerk):
 
 
 @kernel
-def _kept(v, a, new, ways, caps, braking, jerk, dt):
+def _left(after, new, way, cap, braking, jerk):
+    """Return how much of a way (m) is left over by which a speed is to be ``cap``; +Inf where that does not ask for slowing."""
+    needed = way_to_slow(after, new, cap, braking, jerk)
+    return way - needed if needed > 0.0 else np.inf
+
+
+@kernel
+def _kept(v, new, ways, caps, braking, jerk, dt):
     """Return how much way (m) is left over where it is least, driving dt at the acceleration ``new``, and at which cap that is; +Inf, -1
     where no cap asks for slowing."""
     after = max(v + new * dt, 0.0)
     moved = 0.5 * (v + after) * dt
     least, at = np.inf, -1
     for i in range(len(ways)):
-        needed = way_to_slow(after, new, caps[i], braking, jerk)
-        if needed > 0.0 and ways[i] - moved - needed < least:
-            least, at = ways[i] - moved - needed, i
+        left = _left(after, new, ways[i] - moved, caps[i], braking, jerk)
+        if left < least:
+            least, at = left, i
     return least, at
+
+
+@kernel
+def _keeps(v, new, ways, caps, braking, jerk, dt):
+    """Return whether way is left over at every cap, driving dt at the acceleration ``new``."""
+    after = max(v + new * dt, 0.0)
+    moved = 0.5 * (v + after) * dt
+    for i in range(len(ways)):
+        if _left(after, new, ways[i] - moved, caps[i], braking, jerk) < 0.0:
+            return False
+    return True
 
 
 @kernel
@@ -85,15 +103,15 @@ def _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
     # The acceleration that can be brought to zero just as ``highest`` is reached: a dt + a^2 / (2 jerk) = gap.
     wanted = 2.0 * jerk * gap / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(gap)))
     most = max(min(most, wanted), least)
-    over, at = _kept(v, a, most, ways, caps, braking, jerk, dt)
+    over, at = _kept(v, most, ways, caps, braking, jerk, dt)
     if over >= 0.0:
         return most, -1
-    if _kept(v, a, least, ways, caps, braking, jerk, dt)[0] < 0.0:
+    if not _keeps(v, least, ways, caps, braking, jerk, dt):
         return least, at
     low, high = least, most
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if _kept(v, a, middle, ways, caps, braking, jerk, dt)[0] >= 0.0:
+        if _keeps(v, middle, ways, caps, braking, jerk, dt):
             low = middle
         else:
             high = middle

@@ -51,7 +51,7 @@ class SimulatedI2c:
 
     def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
         """At most 32 bytes from `register` on. Raises OSError."""
-        if not 0 < len(data) <= BLOCK_MAX or not all(0 <= value <= 0xFF for value in data):
+        if not 0 < len(data) <= BLOCK_MAX or min(data) < 0 or max(data) > 0xFF:
             raise ValueError(f'data are {list(data)} but must be 1 to {BLOCK_MAX} bytes')
         self._chip(i2c_addr).write(register, list(data))
 

@@ -107,7 +107,8 @@ class GridLayer(Layer):
 
 def shifted(array, columns, rows, fill):
     """Return what a window over ``array`` (h, w) sees after it moved by whole cells; new cells hold ``fill``."""
-    result = np.full_like(array, fill)
+    result = np.empty(array.shape, array.dtype)
+    result.fill(fill)
     height, width = array.shape
     if abs(columns) < width and abs(rows) < height:
         x, y = max(0, columns), max(0, rows)
