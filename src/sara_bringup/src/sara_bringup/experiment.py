@@ -6,7 +6,6 @@ import time
 from pathlib import Path
 
 from sara_bringup.drive import Drive
-from sara_bringup.judge import judge
 from sara_bringup.lockstep import Lockstep, drive
 from sara_bringup.mission import load_mission
 from sara_bringup.paths import config_file, share
@@ -36,6 +35,7 @@ def square(arguments):
     age = _process_age_s()
     print(f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: {lockstep.time / age:.1f} times real time",
           file=sys.stderr)
+    from sara_bringup.judge import judge
     world = lockstep.chair.drive.world
     found = judge(result.track(), world)
     print(json.dumps({**result.to_json(), "judgement": found.to_json()}) if arguments.json else f"{table(result)}\n\n{found.table()}", flush=True)

@@ -40,9 +40,12 @@ class Profile:
     def shape(self, v, w):
         """The command (m/s, rad/s) within the limits of speed, on the same curve."""
         factor = 1.0
-        for value, limit in ((v, self.max_forward), (-v, self.max_reverse), (abs(w), self.max_turn)):
-            if value * factor > limit:
-                factor = limit / value
+        if v > self.max_forward:
+            factor = self.max_forward / v
+        elif -v > self.max_reverse:
+            factor = self.max_reverse / -v
+        if abs(w) * factor > self.max_turn:
+            factor = self.max_turn / abs(w)
         if factor * factor * abs(v * w) > self.max_lateral:
             factor = math.sqrt(self.max_lateral / abs(v * w))
         return v * factor, w * factor

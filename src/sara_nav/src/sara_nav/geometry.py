@@ -42,13 +42,17 @@ class Pose2D:
 
     def advance(self, v, w, dt):
         """Return the pose after driving at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
-        dyaw = w * dt
-        if abs(dyaw) < 1e-9:
-            chord, heading = v * dt, self.yaw
-        else:
-            chord, heading = 2.0 * v / w * math.sin(0.5 * dyaw), self.yaw + 0.5 * dyaw
-        return Pose2D(self.x + chord * math.cos(heading), self.y + chord * math.sin(heading),
-                      wrap(self.yaw + dyaw))
+        return Pose2D(*advanced(self.x, self.y, self.yaw, v, w, dt))
+
+
+def advanced(x, y, yaw, v, w, dt):
+    """Return (x, y, yaw) after driving from there at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
+    dyaw = w * dt
+    if abs(dyaw) < 1e-9:
+        chord, heading = v * dt, yaw
+    else:
+        chord, heading = 2.0 * v / w * math.sin(0.5 * dyaw), yaw + 0.5 * dyaw
+    return x + chord * math.cos(heading), y + chord * math.sin(heading), wrap(yaw + dyaw)
 
 
 def yaw_from_quaternion(x, y, z, w):

@@ -8,7 +8,7 @@ told to, which is learned from the poses, and something behind may slow it, whic
 import math
 from collections import deque
 
-from sara_nav.geometry import wrap
+from sara_nav.geometry import Pose2D, advanced, wrap
 
 KEPT = 2.0
 """Seconds of commands that are remembered."""
@@ -49,9 +49,10 @@ class Prediction:
         began = self._at(measured - self.latency - 0.05)  # a speed measured is the mean over a while
         self._off_v += min(dt / SETTLING, 1.0) * (speed - began[0] - self._off_v)
         self._off_v = min(max(self._off_v, -FARTHEST_OFF), FARTHEST_OFF)
+        x, y, yaw = pose.x, pose.y, pose.yaw
         for start, end, v, w in self._between(measured - self.latency, t):
-            pose = pose.advance(v + self._off_v, self.turn_gain * w + self._off_w, end - start)
-        return pose
+            x, y, yaw = advanced(x, y, yaw, v + self._off_v, self.turn_gain * w + self._off_w, end - start)
+        return Pose2D(x, y, yaw)
 
     def _at(self, t):
         """Return the command (v, w) in force at t."""
