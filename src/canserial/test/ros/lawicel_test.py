@@ -32,7 +32,7 @@ class LawicelTest(unittest.TestCase):
     def setUp(self):
         self.got = {}
         for topic, kind in (('imu/data', Imu), ('encoders', Encoder), ('mode', UInt8), ('SDI_range', Range),
-                            ('SJO_range', Range)):
+                            ('SJO_range', Range), ('raw_ranges', Range)):
             rospy.Subscriber(topic, kind, lambda m, t=topic: self.got.setdefault(t, []).append(m), tcp_nodelay=True)
         self.cantx = rospy.Publisher('cantx', CAN, queue_size=10)
         self.set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
@@ -107,6 +107,8 @@ class LawicelTest(unittest.TestCase):
         self.assertEqual(self.got['mode'][0].data, 3)
         self.assertAlmostEqual(self.got['SDI_range'][0].range, 1.1, 5)
         self.assertEqual(self.got['SDI_range'][0].header.frame_id, 'SDI_frame')
+        self.assertTrue(wait_until(lambda: 'SDI_frame' in {message.header.frame_id for message in self.got.get('raw_ranges', [])}))
+        self.assertAlmostEqual([m.range for m in self.got['raw_ranges'] if m.header.frame_id == 'SDI_frame'][0], 1.1, 5)
         self.assertAlmostEqual(self.got['SJO_range'][0].range, 1.0, 5)
 
         self.cantx.publish(CAN(stdId=0x120, extId=-1, data=b'\x13\xed\x00\x00C\x00\x00\x00'))

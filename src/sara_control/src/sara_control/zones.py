@@ -18,6 +18,7 @@ from collections import deque
 import numpy as np
 
 from sara_control import zone_places
+from sara_control.lost_echoes import MOST, LostEchoes
 from sara_control.movers import Mover
 from sara_control.zone_config import SLACK
 
@@ -54,16 +55,16 @@ class _Believed:
 
 
 class _Places:
-    """Where something may be, one entry for each ray of each sensor: x, y (m), whether it stops the chair, whose echo it is, how far outside
+    """Where something may be, one entry for each ray of each sensor and for each place that may be kept after its echo was lost: x, y (m), whether it stops the chair, whose echo it is, how far outside
     the body (m, +Inf on a ray without an echo) and from base_link (m), how fast it comes by itself (m/s), the ray's direction, the way (m) along it
     to the body, and how far along it the body ends. Of all: the nearest to the body, the farthest from base_link (m), and the fastest by itself (m/s)."""
 
     def __init__(self, sensors):
-        rays = RAYS * len(sensors)
+        rays = RAYS * len(sensors) + MOST
         self.x, self.y, self.radius = np.zeros(rays), np.zeros(rays), np.zeros(rays)
         self.outside = np.full(rays, math.inf)
-        self.stops = np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS)
-        self.names = np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS)
+        self.stops = np.append(np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS), np.ones(MOST, bool))
+        self.names = np.append(np.repeat(np.array([sensor.name for sensor in sensors], str), RAYS), np.full(MOST, ''))
         self.coming, self.way = np.zeros(rays), np.zeros(rays)
         self.directions, self.way_out = np.zeros((2, rays)), np.zeros(rays)
         self.nearest, self.farthest, self.fastest = math.inf, 0.0, 0.0
@@ -87,6 +88,8 @@ class Zones:
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
             directions = np.stack([np.cos(angles), np.sin(angles)])
             places.directions[:, rays], places.way_out[rays] = directions, self._way_out(sensor, directions)
+        self._lost = LostEchoes(half)
+        self._kept = slice(RAYS * len(config.sensors), None)
         self._edges = {name: places.directions[:, rays][:, [0, RAYS // 2, -1]] for name, rays in self._rays_of.items()}
         self._now = self._careful = -math.inf
 
@@ -110,8 +113,12 @@ class Zones:
         believed = self._believed[name]
         before = believed.range
         believed.add(distance)
+        moved = stamp is not None and self._lost.carry(stamp, v, w)
         if believed.range != before:
             self._place(self.sensors[name], believed.range)
+            moved |= stamp is not None and self._lost.heard(self.sensors[name], before, believed.range)
+        if moved:
+            self._keep()
         if stamp is not None:
             self._listen(self._movers[name], name, distance, stamp, v, w, not self._raw_movers[name].trusted(stamp))
         return True
@@ -210,6 +217,15 @@ class Zones:
         places.nearest, places.farthest = zone_places.put(
             places.x, places.y, places.outside, places.radius, places.way, places.directions, places.way_out, rays.start, rays.stop, float(sensor.x),
             float(sensor.y), float(sensor.near if distance == -math.inf else distance), *self._half)
+
+    def _keep(self):
+        """Places whose echoes were lost are where they are by now."""
+        places, kept = self._places, self._kept
+        places.outside[kept], places.radius[kept] = math.inf, 0.0
+        for i, lost in enumerate(self._lost.places, kept.start):
+            places.x[i], places.y[i], places.names[i] = lost.x, lost.y, lost.name
+            places.outside[i], places.radius[i] = self._outside(lost.x, lost.y), math.hypot(lost.x, lost.y)
+        places.nearest, places.farthest = float(places.outside.min()), float(places.radius.max())
 
     def _when_standing(self, places, later):
         """The places after `later` s: what comes by itself is nearer then, at the body's edge at most."""
