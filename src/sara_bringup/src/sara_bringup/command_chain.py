@@ -1,6 +1,8 @@
 """From commands to the wheels in one object, as the nodes chain it: cmd_vel_mux, safety_gate, diff_drive_controller, the CAN base.
 
-`/cmd_vel/navigation` and the joystick go in, wheel command frames come out; what the gate watches goes to it on the way.
+`/cmd_vel/navigation` and the joystick go in, wheel command frames come out; what the gate watches goes to it on the way. Gate and controller
+each run 50 times a second, on timers whose phases nobody sets: a command waits half a period for each on average. Here the wheels go by what the
+gate said a period before.
 """
 from canserial.readings import EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading, RangeReading
 from sara_bringup.paths import parameters
@@ -47,12 +49,14 @@ class CommandChain:
 
     def step(self, now):
         """The frame for the wheels, 50 times a second."""
+        if self.decision is not None:
+            self.controller.on_command(self.decision.v, self.decision.w, now)
+        frame = self.base.command(*self.controller.update(now, self.base.may_drive))
         self._said(self.mux.update(now), now)
         decision = self.decision = self.guard.step(now)
         if decision.give_up:
             self.abort = sentence(decision.state, decision.reason)
-        self.controller.on_command(decision.v, decision.w, now)
-        return self.base.command(*self.controller.update(now, self.base.may_drive))
+        return frame
 
     def _said(self, said, now):
         self.guard.on_source(self.mux.driver)

@@ -118,8 +118,11 @@ def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
 def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_words():
     lockstep = driving(0)
     lockstep.chair.faults.add("sonar_stuck", sensor="SDI", range=0.1)   # nearer than it can measure: that is touching
-    run(lockstep, 5.0)
-    assert lockstep.wheels.decision.reason.value == "something is close in front"
+    said, end = set(), lockstep.time + 5.0
+    while lockstep.time < end:
+        lockstep.step()
+        said.add(lockstep.wheels.decision.reason and lockstep.wheels.decision.reason.value)
+    assert "something is close in front" in said
     while lockstep.result is None and lockstep.time < 150.0:
         lockstep.step()
     assert lockstep.result.status == "aborted" and "stuck_timeout" in lockstep.result.text and lockstep.chair.contacts == 0
