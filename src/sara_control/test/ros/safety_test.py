@@ -44,6 +44,7 @@ class Chair(threading.Thread):
         publish = {'clock': ('/clock', Clock), 'encoders': ('encoders', Encoder), 'imu': ('imu/data', Imu), 'mode': ('mode', UInt8),
                    'localization': ('odometry/filtered', Odometry), 'navigation': ('/cmd_vel/navigation', Twist),
                    'impact': ('impact', Bool), 'joystick': ('joystick', Joy)}
+        publish['raw'] = 'raw_ranges', Range
         publish.update({name: (f'{name}_range', Range) for name in RANGES})
         self.topics = {name: rospy.Publisher(topic, kind, queue_size=10) for name, (topic, kind) in publish.items()}
         rospy.Subscriber('/diff_drive_controller/cmd_vel', Twist, self.on_command, tcp_nodelay=True)
@@ -220,6 +221,17 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: 'does not go that way' in self.status(), 'no reason')
         self.chair.navigation = (-0.2, 0.0)
         self.until(lambda: self.chair.command[0] < -0.15, 'it may go back')
+
+    def test_who_walks_up_is_heard_in_raw_readings_before_the_median_tells(self):
+        self.drive()
+        message = Range()
+        message.header.frame_id = 'SDI_frame'
+        for reading in range(8):   # 0.7 m/s and what the chair drives; the median hears nothing
+            message.header.stamp, message.range = rospy.Time.from_sec(self.chair.now), 2.0 - 0.22 * reading
+            self.chair.say('raw', message)
+            self.wait(0.2)
+        self.until(lambda: self.chair.command[0] < 0.2, 'it drives on towards somebody')
+        self.assertIn('in front', self.status())
 
     def test_the_user_wins(self):
         self.drive()
