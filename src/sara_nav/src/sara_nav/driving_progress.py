@@ -8,6 +8,9 @@ from sara_nav.plan_stages import Stretch, final_angle, stages
 # Phases of one goal, in their order; turning to a leg and following it come in turns.
 TURN, FOLLOW, SETTLE, FINAL_TURN, DONE = 'turn to path', 'follow path', 'settle', 'turn to goal', 'done'
 
+LOST = 0.2
+"""What was reached stays reached, unless the robot is farther from it than this (m): pushed away, or the pose is another one now."""
+
 
 @dataclass
 class Progress:
@@ -38,6 +41,12 @@ class Progress:
         self.leg, self.phase = None, TURN if self.stages else SETTLE
         if not self.stages:
             self.still_since = None
+
+    def is_lost(self, distance):
+        """True when the goal that was reached is ``distance`` (m) away, too far to count as reached: another plan is to be taken."""
+        if distance > LOST:
+            self.phase = TURN
+        return distance > LOST
 
     def begins_at_goal(self, distance, tolerance):
         """True, once for each plan, when it begins within ``tolerance`` of the goal and leads nowhere else. distance: to the goal, m."""

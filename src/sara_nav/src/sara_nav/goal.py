@@ -22,6 +22,7 @@ class Goal:
     used: where the plan leads when that is not ``pose``. problem: what to say while the robot stands. valid_control_at: the
     last command, or else the first plan. crossed: m along the plan to something new on it, or None. trigger and why: what led to the last recovery; recovery_index: the behaviour whose
     turn is next, recovery: the one under way; recovered_at: where (Pose2D) recoveries began, and which behaviour is next there.
+    begins_anew: a recovery is over, which may have moved the robot: nothing counts as reached any more.
     """
 
     pose: Pose2D
@@ -45,6 +46,7 @@ class Goal:
     recovered_at: list = field(default_factory=list)
     recovery_index: int = 0
     recovery: object = None
+    begins_anew: bool = False
 
     def watch_oscillation(self, t, pose, distance):
         """Take note of the robot's pose: ``distance`` (m) from where it was last noted it is getting on."""
@@ -82,7 +84,7 @@ class Goal:
     def recovered(self, t):
         """A behaviour is through: plan anew, with fresh patience; the next recovery takes the next one."""
         self.recovery_index += 1
-        self.recovery, self.phase, self.problem = None, PLANNING, ''
+        self.recovery, self.phase, self.problem, self.begins_anew = None, PLANNING, '', True
         self.planning_since, self.last_plan_try, self.oscillation_since = None, -math.inf, t
         self.still_pose = None
 

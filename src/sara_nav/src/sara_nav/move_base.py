@@ -213,8 +213,9 @@ class MoveBase:
             self._exhausted(goal, BY_PLANNING, why, pose)
         if plan is None:
             return None
-        if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None:
+        if goal.lead_to(getattr(self.global_planner, 'goal_used', None)) or goal.valid_control_at is None or goal.begins_anew:
             self.local_planner.start(plan)
+            goal.begins_anew = False
         else:
             self.local_planner.replan(plan)
         if goal.valid_control_at is None:

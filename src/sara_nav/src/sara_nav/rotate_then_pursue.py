@@ -281,6 +281,9 @@ class RotateThenPursue:
     def _turn_to_goal(self, t, dt, now, pose, still, velocity, world):
         p, c = self._p, self.config
         if not self._turning.under_way:
+            off = pose.distance(self.goal)
+            if p.is_lost(off):
+                return LocalCommand(0.0, 0.0, OFF_PATH, 'the robot is %.2f m off the goal that it had reached' % off)
             if not still and p.holding:
                 return LocalCommand(0.0, 0.0, DRIVING, self._words.say(t, 'hold', 'stands at the goal'))
             if abs(wrap(self.goal.yaw - pose.yaw)) <= c.yaw_goal_tolerance and (still or p.holding):

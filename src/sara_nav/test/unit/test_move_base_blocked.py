@@ -167,6 +167,36 @@ def test_a_robot_that_turns_slowly_or_drives_slowly_is_not_held():
     assert goal.stuck_for(100.0, pose, ZERO) == 0.0, 'one that is to stand is not held'
 
 
+# -- what was reached, and is not any more -------------------------------------------------------------------------------
+
+def turning_at_the_goal(recoveries=()):
+    """A Robot whose goal is reached but for the last turn, of which half is done."""
+    robot = Robot(recoveries, stuck_timeout=3.0)
+    assert robot.machine.set_goal(Pose2D(3.0, 1.0, 1.5), 0.0) == ''
+    robot.go(60.0, lambda _: robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.05 and robot.pose.yaw > 0.75)
+    assert robot.machine.active and robot.machine.local_planner.phase == 'turn to goal'
+    return robot
+
+
+def test_a_robot_that_recovery_moved_off_the_goal_drives_there_again():
+    robot = turning_at_the_goal([BackOutRecovery('back', BackOutConfig(distance=0.5))])
+    robot.held = True
+    robot.go(10.0, lambda result: result.phase == 'clearing')
+    robot.held = False
+    robot.go(30.0, lambda result: result.phase != 'clearing')
+    assert robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) > 0.1
+    last = robot.go(60.0, lambda result: result.status != 'active')
+    assert last.text == 'Goal reached.' and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06 and abs(robot.pose.yaw - 1.5) < 0.04
+
+
+@pytest.mark.parametrize('off', (0.25, 1.0))
+def test_a_robot_that_is_pushed_off_the_goal_while_it_turns_there_drives_there_again(off):
+    robot = turning_at_the_goal()
+    robot.pose = Pose2D(3.0 - off, 1.0, robot.pose.yaw)
+    last = robot.go(60.0, lambda result: result.status != 'active')
+    assert last.text == 'Goal reached.' and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06 and abs(robot.pose.yaw - 1.5) < 0.04
+
+
 # -- recovery_memory ---------------------------------------------------------------------------------------------------
 
 def test_a_second_recovery_nearby_goes_on_where_the_first_ended_and_one_far_away_begins_anew():
