@@ -29,7 +29,7 @@ campaign: build ## everything judged over many chairs, and a million random inpu
 	@$(ENV) rosrun sara_nav fuzz --count 100000 --seed 0
 	@tools/run_tests.sh random
 
-experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=30: those of docs/experiments, an hour; resumable)
+experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=50: those of docs/experiments, an hour; resumable)
 	@$(ENV) rosrun sara_bringup experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)
 
 mutants: build ## mutation testing of the safety gate

@@ -52,7 +52,7 @@ def summary(experiments, folder):
         rows.append((f"[{name}]({name}.md)", experiment.title, data["verdict"] + (f"; {len(data['faults'])} not met" if data["faults"] else ""), str(data["seeds"]),
                      data["short"]))
     text = "\n".join(["# The thesis's experiments, repeated", "",
-                      "`make experiments SEEDS=30` runs all of them in lockstep, on chairs drawn by seeds, and writes these pages; `rosrun sara_bringup experiment E4` one of them.",
+                      "`make experiments SEEDS=50` runs all of them in lockstep, on chairs drawn by seeds, and writes these pages; `rosrun sara_bringup experiment E4` one of them.",
                       "The thesis measured one chair once; what it could not know, the true pose, decides here.", "",
                       table(("", "what", "verdict", "chairs", "in short"), rows), ""])
     (folder / SUMMARY).write_text(text, encoding="utf-8")
