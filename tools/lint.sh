@@ -7,6 +7,7 @@ echo "== lint: catkin_lint"
 ROS_PACKAGE_PATH=$PWD/src:/usr/share ROS_DISTRO=noetic PYTHONPATH= /usr/bin/catkin_lint --offline -q --strict src || status=1
 echo "== lint: Python"
 .venv/bin/python3 -m compileall -q src tools >/dev/null || status=1
+pyflakes3 src tools || status=1
 impure=$(grep -rlE '^[[:space:]]*(import|from)[[:space:]]+(rospy|rosbag|tf2_ros|tf|actionlib|[a-z_]+_msgs|dynamic_reconfigure)\b' src/*/src --include='*.py' | grep -v '/ros/')
 [ -n "$impure" ] && { echo "ROS is imported outside src/PKG/ros/: $impure"; status=1; }
 exit $status

@@ -31,7 +31,7 @@ def imported(path):
 
 def test_ros_is_hidden_here():
     with pytest.raises(ImportError):
-        import rospy  # noqa: F401
+        importlib.import_module('rospy')
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(SRC)))

@@ -16,7 +16,7 @@ from .control import ControlConfig
 from .input_config import INPUT, InputConfig, InputReader
 from .parameters import ConfigError
 from .standstill import StandstillConfig
-from .state import NAMES, SIZE
+from .state import SIZE
 
 __all__ = ['ConfigError', 'FilterConfig', 'InputConfig']
 

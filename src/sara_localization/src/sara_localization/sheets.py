@@ -7,7 +7,7 @@ loops are compiled: numpy's calls cost more than their work here.
 from __future__ import annotations
 
 from math import fabs, sqrt
-from typing import List, NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 from ahead_of_time import kernel

@@ -9,10 +9,9 @@ from hypothesis import given, strategies as st
 
 from sara_localization.alignment import local_plane, rmse
 from sara_localization.config import FilterConfig
-from sara_localization.data import PoseData, TwistData
+from sara_localization.data import TwistData
 from sara_localization.engine import FilterEngine
 from sara_localization.export import CSV_HEADER, CsvWriter, InputTrack, Track, TumWriter
-from sara_localization.geometry import IDENTITY
 from sara_localization.plots import brought_to, draw_drive
 from sara_localization.transforms import TransformBuffer
 

@@ -255,7 +255,7 @@ def test_a_differential_source_gains_nothing_from_a_late_pose():
     engine = make(**params)
     for k in (0, 1, 2, 4, 3, 5):
         engine.add_pose('pose0', pose(100.0 + 0.05 * k, x=0.02 * k))
-        output = engine.tick(100.0 + 0.05 * k)
+        engine.tick(100.0 + 0.05 * k)
     assert engine.inputs['pose0'].problems['out_of_order'] == 1
     assert engine.tick(100.25).state[VX] == pytest.approx(0.4, abs=0.05)
 

@@ -9,8 +9,8 @@ import math
 from sara_nav.costmap_pair import CostmapPair
 from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK, Goal
 from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
-from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED,  # noqa: F401
-                                       SUCCEEDED, Counters, MoveBaseConfig, StepResult)
+from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED, SUCCEEDED, Counters,
+                                       StepResult)
 from sara_nav.plan_maker import PlanMaker
 from sara_nav.recovery import Situation
 from sara_nav.robot_state import RobotState, sound, within_limits

@@ -16,7 +16,8 @@ from sara_nav.layers.inflation import InflationLayer
 from sara_nav.layers.static import StaticLayer
 from sara_nav.local_planner import RotateThenPursue, RotateThenPursueConfig
 from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase, MoveBaseConfig
+from sara_nav.move_base import MoveBase
+from sara_nav.move_base_config import MoveBaseConfig
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 SQUARE = [(5.0, 1.0, 90.0), (5.0, 5.0, 180.0), (1.0, 5.0, 270.0), (1.0, 1.0, 0.0)]

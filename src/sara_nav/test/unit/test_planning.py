@@ -13,7 +13,7 @@ from sara_nav.costmap import Costmap
 from sara_nav.geometry import Pose2D
 from sara_nav.grid import GridGeometry
 from sara_nav.grid_planner import GridPlanner, GridPlannerConfig
-from sara_nav.navfn import NavfnConfig, NavfnROS
+from sara_nav.navfn import NavfnConfig
 from sara_nav.planning import (GLOBAL_PLANNERS, PlanError, UnknownPlanner, dense_plan, nearest_cell, path_length,
                                plan_from_points, simplify)
 

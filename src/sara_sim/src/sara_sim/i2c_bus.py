@@ -10,7 +10,6 @@ import time
 from collections import Counter
 
 from sara_sim import mounting
-from sara_sim.mpu6050 import ADDRESS as IMU_ADDRESS
 
 # 7-bit addresses, in the order of the mounting table: SDI, SDD, SLID, SLIT, SLDD, SLDT, STI, STD, SJO.
 SONAR_ADDRESSES = {name: 0x70 + number for number, name in enumerate(mounting.SONARS)}

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from sara_sim.config import ChairConfig, DrawnChair
-from sara_sim.i2c_bus import IMU_ADDRESS, SONAR_ADDRESSES, SimulatedI2c
+from sara_sim.i2c_bus import SONAR_ADDRESSES, SimulatedI2c
 from sara_sim.imu import Imu
-from sara_sim.mpu6050 import Mpu6050
+from sara_sim.mpu6050 import ADDRESS as IMU_ADDRESS, Mpu6050
 from sara_sim.sonars import Sonars
 from sara_sim.srf02 import Srf02
 from sara_sim.world import World

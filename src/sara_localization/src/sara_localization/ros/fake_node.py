@@ -124,5 +124,5 @@ class FakeNode:
 
 def main():
     rospy.init_node('fake_localization')
-    node = FakeNode(configured(FakeConfig))  # noqa: F841 (kept alive)
+    FakeNode(configured(FakeConfig))  # kept alive by its subscribers
     rospy.spin()

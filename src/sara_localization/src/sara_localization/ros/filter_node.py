@@ -252,6 +252,6 @@ def run(kind: str):
         sys.exit(1)
     if rospy.get_param('/use_sim_time', False):
         threading.Thread(target=watch_clock, daemon=True).start()
-    node = FilterNode(config, findings)  # noqa: F841 (kept alive)
+    node = FilterNode(config, findings)
     rospy.spin()
     return node

@@ -153,5 +153,5 @@ class RangeNode:
 
 def main():
     rospy.init_node('range_localization')
-    node = RangeNode(configured(RangeConfig))  # noqa: F841 (kept alive)
+    RangeNode(configured(RangeConfig))  # kept alive by its subscribers
     rospy.spin()

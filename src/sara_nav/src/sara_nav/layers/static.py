@@ -10,7 +10,7 @@ from ahead_of_time import kernel
 
 from sara_nav.costmap import UNKNOWN, StaticLayerConfig, static_costs
 from sara_nav.geometry import Pose2D
-from sara_nav.layers.base import GridLayer, combine, outside
+from sara_nav.layers.base import GridLayer, combine
 from sara_nav.map_io import GridMap, MapError
 
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6

@@ -16,7 +16,7 @@ from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 from sara_nav.layers.obstacle import ObstacleLayer
 from sara_nav.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.layers.static import StaticLayer
-from sara_nav.observations import Observation, ObservationError, cloud_points, scan_points, transformed
+from sara_nav.observations import Observation, cloud_points, scan_points, transformed
 from sara_nav.ros import conversions as conv
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}

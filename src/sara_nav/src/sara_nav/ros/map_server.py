@@ -4,7 +4,7 @@ import sys
 import rospkg
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 
 from sara_nav.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
 from sara_nav.ros.common import OK, Diagnostics
