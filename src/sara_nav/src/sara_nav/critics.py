@@ -10,25 +10,13 @@ import numpy as np
 from ahead_of_time import kernel
 
 from sara_nav.geometry import wrap
-from sara_nav.outline import outline_cost
-from sara_nav.rollout import towards
+from sara_nav.outline import highest_around, outline_above
+from sara_nav.rollout import STRETCH, towards
 
 CRITICS = OSCILLATION, OBSTACLE, GOAL_FRONT, ALIGNMENT, PATH, GOAL, TWIRLING = range(7)
 NAMES = 'oscillation', 'obstacle', 'goal_front', 'alignment', 'path', 'goal', 'twirling'
 UNREACHABLE, IN_OBSTACLE, LOOKS_OFF_MAP, TURNS_BACK, TOUCHES, LEAVES_MAP = -2.0, -3.0, -4.0, -5.0, -6.0, -7.0
 """Costs of discarded samples, the peer's numbers."""
-
-
-def velocities(low, high, count):
-    """Return ``count`` speeds evenly from low to high (at least the two ends, one when they are equal), and 0 among
-    them when they lie on both sides of it."""
-    if low == high:
-        return np.array([low])
-    result = np.linspace(low, high, max(count, 2))
-    after = int(np.searchsorted(result, 0.0))
-    if low < 0.0 < high and result[after] != 0.0:
-        result = np.insert(result, after, 0.0)
-    return result
 
 
 @kernel
@@ -45,6 +33,7 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
     height, width = costs.shape
     size = costs.size
     n = len(samples)
+    around = highest_around(costs, STRETCH)
     raw, driven = np.zeros((n, 7)), np.zeros((n, 2))
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
@@ -71,7 +60,7 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
             here = np.int64(costs[cy, cx])
             above = np.int64(ceiling[cy, cx])
             if k * dt >= grace and (above > highest or (sum_scores and above > 0)):
-                hit = outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, cosine, sine)
+                hit = outline_above(costs, around, STRETCH, 0 if sum_scores else highest, grid, corners, scale, x, y, cosine, sine)
                 if hit < 0:
                     raw[i, OBSTACLE] = TOUCHES
                     break

@@ -16,6 +16,7 @@ from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults
 from sara_nav.local_command import LOCAL_PLANNERS
 from sara_nav.sampling_planner import TRIES, SamplingPlanner, cost_cloud
+from sara_nav.speed_samples import window_samples
 
 
 @dataclass(frozen=True)
@@ -145,24 +146,25 @@ class DWAPlanner(SamplingPlanner):
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         none = np.empty((0, 2), np.int64)
         left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
-        path = map_grid.spread(costs, cells, none)
-        goal = map_grid.spread(costs, cells[-1:], none)
-        front = map_grid.spread(costs, self._front_cell(pose, plan, cells, world), none)
         weights = self._weights(g.resolution, left)
         samples = self._speeds(velocity, left)
         state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
         driven_samples = self._driven(samples)
         motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
         fastest = max(self._fastest, 1e-3)
-        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), self._fastest, -c.min_vel_x),
-                                1.0 + c.max_scaling_factor)
+        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max(initial=0.0)))
+        ceiling = self._ceiling(world, pose, reach, 1.0 + c.max_scaling_factor)
+        window = self._window(world, state, driven_samples, sim_time, c.forward_point_distance)
+        self._waves.over(costs)
+        path, goal, front = (self._waves.spread(seeds, none, window) for seeds in (
+            cells, cells[-1:], self._front_cell(pose, plan, cells, world)))
         raw, driven = critics.judge(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
             front, state, driven_samples, *motion, (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
             c.forward_point_distance, not c.use_dwa, c.sum_scores, self._grace(world, pose))
         raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
         cost = critics.total(raw, weights)
-        self._scene = world, path, goal, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale)
+        self._scene = world, cells, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale), none
         self._judged = state, driven_samples, motion, cost
         possible = cost >= 0.0
         if not possible.any():
@@ -205,17 +207,8 @@ class DWAPlanner(SamplingPlanner):
         v_low = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), v_high)
         w_high = max(min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach), -c.max_vel_theta)
         w_low = min(max(-c.max_vel_theta, velocity[1] - c.acc_lim_theta * reach), w_high)
-        v, w = critics.velocities(v_low, v_high, c.vx_samples), critics.velocities(w_low, w_high, c.vth_samples)
-        samples = np.column_stack([np.repeat(v, len(w)), np.tile(w, len(v))])
-        too_slow = ((np.abs(samples[:, 0]) + 1e-4 < c.min_vel_trans) & (np.abs(samples[:, 1]) + 1e-4 < c.min_vel_theta))
-        samples = samples[~too_slow & samples.any(axis=1)]
-        first = []
-        if v_low <= 0.0 <= v_high:
-            if v_high < c.min_vel_trans <= self._fastest:
-                first.append((c.min_vel_trans, 0.0))
-            first += [(0.0, w) for w in (c.min_vel_theta, -c.min_vel_theta)
-                      if c.min_vel_theta > 0.0 and not w_low <= w <= w_high and w_low <= 0.0 <= w_high]
-        return np.vstack([samples, np.array(first).reshape(-1, 2)])
+        return window_samples((float(v_low), float(v_high)), (float(w_low), float(w_high)), (c.vx_samples, c.vth_samples),
+                              (float(c.min_vel_trans), float(c.min_vel_theta)), float(self._fastest))
 
     # -- for publishing ----------------------------------------------------------------------------------------
 

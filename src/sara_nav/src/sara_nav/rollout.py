@@ -9,10 +9,12 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.outline import line_cost, outline_cost
+from sara_nav.outline import highest_around, line_cost, outline_above, outline_cost
 
 COLLIDES, NO_WAY = -1.0, -2.0
 """Costs of samples that touch something or leave the map, and of those that end where no way leads to the goal."""
+STRETCH = 5
+"""Cells: the outline is drawn only where a cost higher than the trajectory's lies within so many of it."""
 
 
 @kernel
@@ -71,6 +73,7 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
                          math.cos(state[2]), math.sin(state[2]))
     if start < 0 and grace == 0.0:
         return result, ends
+    around = highest_around(costs, STRETCH)
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
         steps = steps_of(wanted_v, wanted_w, simulation[0], simulation[1], simulation[2], heading[0])
@@ -86,11 +89,11 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
             cx, cy = int(fx), int(fy)
             cosine, sine = math.cos(yaw), math.sin(yaw)
             if k > 0 and k * dt >= grace and ceiling[cy, cx] > occupancy:
-                hit = outline_cost(costs, origin_x, origin_y, resolution, corners, 1.0, x, y, cosine, sine)
+                hit = outline_above(costs, around, STRETCH, occupancy, grid, corners, 1.0, x, y, cosine, sine)
                 if hit < 0:
                     cost = COLLIDES
                     break
-                occupancy = max(occupancy, hit)
+                occupancy = hit
             occupancy = max(occupancy, np.int64(costs[cy, cx]))
             if not attractor[0]:
                 time = k * dt
@@ -119,6 +122,34 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
 
 
 @kernel
+def room_of(state, samples, sim_time, ahead):
+    """Return low x, low y, high x, high y (m) of what the trajectories of ``score``, and the points ``ahead`` (m) of them, stay within.
+
+    No speed is beyond those that they begin at and go to, nor is the heading further from the present one than the fastest turn takes it.
+    """
+    back, forth, turn = min(state[3], 0.0), max(state[3], 0.0), abs(state[4])
+    for i in range(len(samples)):
+        back, forth, turn = min(back, samples[i, 0]), max(forth, samples[i, 0]), max(turn, abs(samples[i, 1]))
+    back, forth, turn = sim_time * back, sim_time * forth, sim_time * turn
+    low_x, high_x = _span(state[2], turn, back, forth, ahead)
+    low_y, high_y = _span(state[2] - 0.5 * math.pi, turn, back, forth, ahead)
+    return state[0] + low_x, state[1] + low_y, state[0] + high_x, state[1] + high_y
+
+
+@kernel
+def _span(heading, turn, back, forth, ahead):
+    """Return how far (m) it goes along an axis, down and up: ways from ``back`` to ``forth``, headings (rad, from the axis) by up to ``turn`` off."""
+    a, b = heading - turn, heading + turn
+    least, most = min(math.cos(a), math.cos(b)), max(math.cos(a), math.cos(b))
+    if math.floor(a / (2.0 * math.pi)) != math.floor(b / (2.0 * math.pi)):
+        most = 1.0
+    if math.floor((a - math.pi) / (2.0 * math.pi)) != math.floor((b - math.pi) / (2.0 * math.pi)):
+        least = -1.0
+    return (min(forth * least, back * most, 0.0) + min(ahead * least, ahead * most, 0.0),
+            max(forth * most, back * least, 0.0) + max(ahead * most, ahead * least, 0.0))
+
+
+@kernel
 def roll(state, sample, acceleration, simulation, by_time):
     """Return the poses (steps, 3) of one sample, those that ``score`` looks at; arguments as there."""
     steps = steps_of(sample[0], sample[1], simulation[0], simulation[1], simulation[2], by_time)
@@ -142,4 +173,5 @@ def warm():
     score(costs, (0.0, 0.0, 1.0), np.zeros((4, 2)), costs, distance, distance, np.zeros((1, 2), np.int64), state,
           np.zeros((1, 2)), pair, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (False, 0.0, 0.0), (False, 1.0), 0.0)
     roll(state, pair, pair, (1.0, 1.0, 1.0), False)
+    room_of(state, np.zeros((1, 2)), 1.0, 0.0)
     towards(0.0, 0.0, 1.0, 0.1)

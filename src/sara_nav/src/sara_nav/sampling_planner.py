@@ -7,12 +7,11 @@ import math
 
 import numpy as np
 
-from sara_nav import map_grid, outline
+from sara_nav import map_grid, outline, rollout
 from sara_nav.geometry import Pose2D, wrap
 from sara_nav.goal_stage import DONE, GoalStage
 from sara_nav.in_place_turn import InPlaceTurn
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, REACHED, LocalCommand
-from sara_nav.rollout import towards
 from sara_nav.turn_gain import TurnGain
 from sara_nav.ways import Ways
 
@@ -54,6 +53,7 @@ class SamplingPlanner:
         self._dense, self._reached = None, 0
         self._last = (0.0, 0.0)
         self._scene = None
+        self._waves = map_grid.Waves()
 
     @property
     def phase(self):
@@ -171,9 +171,9 @@ class SamplingPlanner:
         promise, it must be able to stop from what it does now."""
         c, (v, w) = self.config, command
         if v * velocity[0] > 1e-4 and not ways.stop_is_free(now, *velocity, c.acc_lim_x, c.acc_lim_theta):
-            v = towards(0.0, self._last[0], c.acc_lim_x, dt)
+            v = rollout.towards(0.0, self._last[0], c.acc_lim_x, dt)
         if w * velocity[1] > 1e-3 and not ways.stop_is_free(now, 0.0, velocity[1], c.acc_lim_x, c.acc_lim_theta):
-            w = towards(0.0, self._last[1], c.acc_lim_theta, dt)
+            w = rollout.towards(0.0, self._last[1], c.acc_lim_theta, dt)
         return (v, w), '' if (v, w) == command else 'slower: an obstacle is within the way to stop'
 
     def _choose(self, dt, pose, velocity, plan, cells, world, can_stop):
@@ -231,11 +231,17 @@ class SamplingPlanner:
     def _ceiling(self, world, pose, reach, scale=1.0):
         """Return outline.cost_ceiling around the pose as far as ``reach`` (m) for the footprint times ``scale``."""
         g = world.costmap.geometry
-        column = math.floor((pose.x - g.origin_x) / g.resolution)
-        row = math.floor((pose.y - g.origin_y) / g.resolution)
-        radius = scale * float(np.hypot(*np.asarray(world.footprint).T).max())
+        column, row = g.to_cell_unbounded(pose.x, pose.y)
+        radius = scale * float(np.hypot(*world.footprint.T).max())
         return outline.cost_ceiling(world.costmap.costs, column, row, math.ceil(reach / g.resolution) + 1,
                                     math.ceil(radius / g.resolution) + 1)
+
+    def _window(self, world, state, samples, sim_time, ahead):
+        """Return the cells x0, y0, xn, yn that trajectories may come to, and the points ``ahead`` (m) of them; see rollout.room_of."""
+        g = world.costmap.geometry
+        low_x, low_y, high_x, high_y = rollout.room_of(state, samples, sim_time, ahead)
+        (x0, y0), (xn, yn) = g.to_cell_unbounded(low_x, low_y), g.to_cell_unbounded(high_x, high_y)
+        return x0 - 1, y0 - 1, xn + 2, yn + 2
 
     def _grace(self, world, pose):
         """Return GRACE when the footprint touches something at a Pose2D of the costmap's frame, else 0."""
@@ -250,16 +256,17 @@ def to_global(poses, world):
                             poses[:, 2] + back.yaw])
 
 
-def cost_cloud(world, path, goal, weights, left_out=()):
-    """Return what ``cost_cloud`` of a planner says, from its grids; left_out (n, 2): cells under the robot."""
+def cost_cloud(world, cells, weights, under):
+    """Return what ``cost_cloud`` of a planner says, from the plan's cells (n, 2) and those under the robot (m, 2), which are left out."""
     g, costs = world.costmap.geometry, world.costmap.costs
+    path, goal = map_grid.spread(costs, cells, under), map_grid.spread(costs, cells[-1:], under[:0])
     shown = (path < map_grid.obstacle_distance(costs)) & (costs < map_grid.BLOCKED_FROM)
-    for column, row in left_out:
-        shown[row, column] = False
+    shown[under[:, 1], under[:, 0]] = False
     rows, columns = np.nonzero(shown)
     parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
     return np.column_stack([g.origin_x + (columns + 0.5) * g.resolution, g.origin_y + (rows + 0.5) * g.resolution,
                             np.zeros(len(rows)), *parts, sum(w * p for w, p in zip(weights, parts))])
+
 
 def towards_plan(plan, pose):
     """Return the bearing (rad) of the plan's point half a metre from a Pose2D, ahead of the one nearest to it."""

@@ -18,6 +18,7 @@ from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults
 from sara_nav.local_command import LOCAL_PLANNERS
 from sara_nav.sampling_planner import FACING, TRIES, SamplingPlanner, cost_cloud, to_global, towards_plan
+from sara_nav.speed_samples import rollout_samples
 
 STOPPED = 0.01
 """Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
@@ -145,28 +146,30 @@ class TrajectoryPlanner(SamplingPlanner):
         can_stop(v, w): whether the robot could stop from a command without touching anything."""
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         under = outline.footprint_cells(pose, world.footprint, g, True)
-        path = map_grid.spread(costs, cells, under)
-        goal = map_grid.spread(costs, cells[-1:], np.empty((0, 2), np.int64))
         scale = g.resolution if c.meter_scoring else 1.0
         state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
         acceleration = c.acc_lim_x, c.acc_lim_theta
         simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
         weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
-        self._scene = world, path, goal, weights, under
-        forward, turning = self._speeds(pose, velocity, plan)
+        self._scene = world, cells, weights, under
+        samples, forward = self._speeds(pose, velocity, plan)
         if self._escape_from is not None:
-            forward = forward[:0]
-        samples = np.vstack([forward, turning, [[0.0, 0.0]]])
-        ceiling = self._ceiling(world, pose, c.sim_time * max(abs(velocity[0]), c.max_vel_x))
+            samples, forward = samples[forward:], 0
+        driven = self._driven(samples)
+        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max()))
+        ceiling = self._ceiling(world, pose, reach)
+        window = self._window(world, state, driven, sim_time, c.heading_lookahead)
+        self._waves.over(costs)
+        path, goal = self._waves.spread(cells, under, window), self._waves.spread(cells[-1:], under[:0], window)
         cost, ends = rollout.score(
             costs, (float(g.origin_x), float(g.origin_y), float(g.resolution)), world.footprint, ceiling, path, goal,
-            cells, state, self._driven(samples), acceleration, simulation, weights,
+            cells, state, driven, acceleration, simulation, weights,
             (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
             (c.heading_scoring, c.heading_scoring_timestep), self._grace(world, pose))
         self._update_escape(pose)
         bearing = towards_plan(plan, pose)
         for _ in range(TRIES):
-            best = self._best(cost, ends, samples, len(forward), goal, g, bearing)
+            best = self._best(cost, ends, samples, forward, goal, g, bearing)
             if best is None:
                 return None, None, ('no way leads from here to where the plan leaves the local costmap'
                                     if cost[-1] == rollout.NO_WAY else
@@ -183,7 +186,7 @@ class TrajectoryPlanner(SamplingPlanner):
         return None, None, 'the footprint would touch an obstacle before the robot could stop'
 
     def _speeds(self, pose, velocity, plan):
-        """Return (forward samples (n, 2), turns in place (m, 2))."""
+        """Return what speed_samples.rollout_samples does."""
         c = self.config
         ahead = min(c.max_vel_x, math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y) / c.sim_time)
         reach = 1.0 / c.controller_frequency if c.dwa else c.sim_time
@@ -191,16 +194,8 @@ class TrajectoryPlanner(SamplingPlanner):
         slow = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), fast)
         left = min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach)
         right = min(max(c.min_vel_theta, velocity[1] - c.acc_lim_theta * reach), left)
-        v = np.linspace(slow, fast, c.vx_samples) if c.vx_samples > 1 else np.array([fast])
-        w = np.hstack([[0.0], np.linspace(right, left, max(c.vtheta_samples - 1, 0))])
-        forward = np.column_stack([np.repeat(v, len(w)), np.tile(w, len(v))])
-        forward = forward[forward[:, 0] != 0.0]  # turns in place come below, standing still is judged apart
-        turns = np.linspace(right, left, c.vtheta_samples)
-        step = (left - right) / max(c.vtheta_samples - 1, 1)
-        turns = turns[np.abs(turns) > step] if len(turns) > 2 else turns[turns != 0.0]
-        turns = np.where(turns > 0.0, np.maximum(turns, c.min_in_place_vel_theta),
-                         np.minimum(turns, -c.min_in_place_vel_theta))
-        return forward, np.column_stack([np.zeros(len(turns)), turns])
+        return rollout_samples((float(slow), float(fast)), (float(right), float(left)), (c.vx_samples, c.vtheta_samples),
+                               float(c.min_in_place_vel_theta))
 
     def _best(self, cost, ends, samples, forward, goal, geometry, bearing):
         """Return the index of the sample to drive, None when none is worth it; the last sample is standing still.

@@ -71,6 +71,38 @@ def test_cells_under_the_robot_let_the_wave_through():
     assert map_grid.spread(costs, seed, cells((4, 2)))[2, 8] == 8
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2 ** 32 - 1))
+def test_a_wave_over_a_window_is_the_whole_one_there_one_costmap_after_the_other(seed):
+    random = np.random.default_rng(seed)
+    waves = map_grid.Waves()
+    for h, w in (random.integers(1, 30, 2), random.integers(1, 30, 2)):
+        for share in random.uniform(0.0, 0.6, 2):
+            costs = np.where(random.random((h, w)) < share, random.integers(253, 256, (h, w)), 100).astype(np.uint8)
+            waves.over(costs)
+            seeds, exempt = (np.column_stack([random.integers(0, w, n), random.integers(0, h, n)]) for n in random.integers(0, 4, 2))
+            (x0, xn), (y0, yn) = np.sort(random.integers(-3, 33, (2, 2)), axis=1).tolist()
+            found = waves.spread(seeds, exempt, (x0, y0, xn, yn))
+            there = np.s_[max(y0, 0):max(yn, 0), max(x0, 0):max(xn, 0)]
+            assert found.shape == costs.shape
+            assert np.array_equal(found[there], map_grid.spread(costs, seeds, exempt)[there])
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2 ** 32 - 1), st.floats(0.05, 1.0))
+def test_the_plans_cells_are_those_of_its_denser_points(seed, resolution):
+    random = np.random.default_rng(seed)
+    costs = np.where(random.random((12, 15)) < 0.1, 255, 0).astype(np.uint8)
+    plan = np.cumsum(random.uniform(-2.0, 3.0, (8, 3)), axis=0) * resolution
+    dense = map_grid.adjust_plan_resolution(plan, resolution)[:, :2]
+    cells = np.floor(dense / resolution).astype(int)
+    known = [0 <= x < 15 and 0 <= y < 12 and costs[y, x] != 255 for x, y in cells]
+    first = known.index(True) if True in known else len(known)
+    end = known.index(False, first) if False in known[first:] else len(known)
+    taken = map_grid.plan_cells(plan, Costmap(costs, GridGeometry(15, 12, resolution, 0.0, 0.0)))
+    assert taken.tolist() == cells[first:end].tolist()
+
+
 # -- plans -------------------------------------------------------------------------------------------------------
 
 def test_adjust_plan_of_the_peers_tests():

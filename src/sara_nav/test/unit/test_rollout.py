@@ -86,6 +86,22 @@ def test_no_outline_costs_more_than_the_ceiling_of_its_centre(seed, yaw):
     assert ceiling[30, 30] == costs[16:45, 16:45].max() and ceiling[0, 0] == 255
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2 ** 32 - 1), st.integers(0, 8), st.integers(0, 253))
+def test_an_outline_drawn_only_where_it_may_cost_more_costs_the_same(seed, reach, floor):
+    random = np.random.default_rng(seed)
+    costs = random.integers(0, 254, (70, 60)).astype(np.uint8) * (random.random((70, 60)) < 0.04)
+    costs[tuple(random.integers(0, 60, (2, 3)))] = random.choice([254, 255], 3)
+    around = outline.highest_around(costs, reach)
+    for row, column in random.integers(0, 60, (20, 2)):
+        near = costs[max(row - reach, 0):row + reach + 1, max(column - reach, 0):column + reach + 1]
+        assert around[row, column] >= near.max()
+    for x, y, yaw in random.uniform((0.0, 0.0, -3.2), (3.0, 3.5, 3.2), (20, 3)):
+        ends = SARA, float(random.uniform(0.5, 1.2)), x, y, math.cos(yaw), math.sin(yaw)
+        cost = outline.outline_cost(costs, 0.0, 0.0, 0.05, *ends)
+        assert outline.outline_above(costs, around, reach, floor, (0.0, 0.0, 0.05), *ends) == (max(cost, floor) if cost >= 0 else cost)
+
+
 # -- rollouts ----------------------------------------------------------------------------------------------------
 
 def score(costs, samples, state, path=None, goal=None, corners=SQUARE, resolution=1.0, acceleration=(4.0, 4.0),
@@ -135,6 +151,21 @@ def test_scoring_all_at_once_is_scoring_one_by_one_with_or_without_the_ceiling(s
     for sample, end, cost in zip(samples, ends, together):
         if cost >= 0.0:
             assert rollout.roll(state, tuple(sample), (4.0, 4.0), (1.7, 0.025, 0.05), False)[-1] == pytest.approx(end)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2 ** 32 - 1), st.floats(0.1, 4.0), st.floats(-0.5, 0.5))
+def test_every_trajectory_and_the_point_ahead_of_it_stays_in_its_room(seed, sim_time, ahead):
+    random = np.random.default_rng(seed)
+    state = tuple(random.uniform((-5.0, -5.0, -9.0, -0.6, -1.5), (5.0, 5.0, 9.0, 0.6, 1.5)))
+    samples = random.uniform((-0.5, -1.0), (0.6, 1.0), (6, 2)) * (random.random((6, 2)) < 0.8)
+    low_x, low_y, high_x, high_y = rollout.room_of(state, samples, sim_time, ahead)
+    assert low_x <= state[0] <= high_x and low_y <= state[1] <= high_y
+    for sample in samples:
+        poses = rollout.roll(state, tuple(sample), (2.5, 3.2), (sim_time, 0.05, 0.05), False)
+        for off in (0.0, ahead):
+            x, y = poses[:, 0] + off * np.cos(poses[:, 2]), poses[:, 1] + off * np.sin(poses[:, 2])
+            assert low_x <= x.min() + 1e-9 and x.max() <= high_x + 1e-9 and low_y <= y.min() + 1e-9 and y.max() <= high_y + 1e-9
 
 
 def test_costs_add_up_as_weighted():
