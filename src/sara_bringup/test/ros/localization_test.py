@@ -7,9 +7,11 @@ import rospy
 import rostest
 import tf2_ros
 from actionlib_msgs.msg import GoalStatus
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
+
+from sara_bringup.ros.goals import goal_at
 
 
 class LocalizationTest(unittest.TestCase):
@@ -20,10 +22,7 @@ class LocalizationTest(unittest.TestCase):
         client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         client.wait_for_server()
         rospy.sleep(2.0)
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id, goal.target_pose.header.stamp = "map", rospy.Time.now()
-        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y, goal.target_pose.pose.orientation.w = 2.5, 1.0, 1.0
-        client.send_goal(goal)
+        client.send_goal(goal_at((2.5, 1.0, 0.0)))
         self.assertTrue(client.wait_for_result(rospy.Duration(30.0)))
         self.assertEqual(client.get_state(), GoalStatus.SUCCEEDED, client.get_goal_status_text())
         rospy.sleep(1.0)

@@ -9,11 +9,12 @@ import rostest
 import tf2_ros
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from sara_bringup.planar import yaw_of
+from sara_bringup.ros.goals import goal_at
 from sara_nav.geometry import wrap
 
 YAW = 1.0
@@ -54,12 +55,7 @@ class SetPoseTest(unittest.TestCase):
         before = dict(self.yaw, tf=self.tf_yaw())
         client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         client.wait_for_server()
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id = "map"
-        goal.target_pose.pose.position.x = goal.target_pose.pose.position.y = 1.0
-        yaw = YAW + math.pi / 2
-        goal.target_pose.pose.orientation.z, goal.target_pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-        self.assertEqual(client.send_goal_and_wait(goal, rospy.Duration(60.0)), GoalStatus.SUCCEEDED)
+        self.assertEqual(client.send_goal_and_wait(goal_at((1.0, 1.0, YAW + math.pi / 2)), rospy.Duration(60.0)), GoalStatus.SUCCEEDED)
         rospy.sleep(1.0)
         after = dict(self.yaw, tf=self.tf_yaw())
         for name in ("imu", "filtered", "tf", "true"):

@@ -6,11 +6,13 @@ import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sara_sim.srv import Fault
 from sensor_msgs.msg import Imu
+
+from sara_bringup.ros.goals import goal_at
 
 MOVING = 0.4            # m/s: fast enough to be worth stopping
 AT_REST = 0.05          # m/s
@@ -41,12 +43,6 @@ class UnplugTest(unittest.TestCase):
             self.assertLess(rospy.get_time(), end, f"not within {seconds} s: {what}")
             rospy.sleep(0.01)
 
-    def drive_to(self, client, x, y):
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id, goal.target_pose.header.stamp = "map", rospy.Time.now()
-        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y, goal.target_pose.pose.orientation.w = x, y, 1.0
-        client.send_goal(goal)
-
     def lines(self, *words):
         """What canserial has logged with these words in it."""
         return [line.msg for line in self.log if line.name == "/canserial" and all(word in line.msg for word in words)]
@@ -54,7 +50,7 @@ class UnplugTest(unittest.TestCase):
     def test_unplugged_while_driving(self):
         client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
         client.wait_for_server()
-        self.drive_to(client, 5.0, 1.0)
+        client.send_goal(goal_at((5.0, 1.0, 0.0)))
         self.wait(lambda: self.speed() > MOVING, 10.0, "the chair drives")
         before = self.speed()
         del self.log[:]
@@ -77,7 +73,7 @@ class UnplugTest(unittest.TestCase):
         self.assertLess(abs(self.truth.pose.pose.position.x - stood.x) + abs(self.truth.pose.pose.position.y - stood.y), 0.005)
 
         # The way that nobody heard the wheels go is known again: the goal is a place, not a distance.
-        self.drive_to(client, stood.x + 0.8, 1.0)
+        client.send_goal(goal_at((stood.x + 0.8, 1.0, 0.0)))
         self.assertTrue(client.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(client.get_state(), GoalStatus.SUCCEEDED, client.get_goal_status_text())
         self.assertAlmostEqual(self.truth.pose.pose.position.x, stood.x + 0.8, delta=0.1)

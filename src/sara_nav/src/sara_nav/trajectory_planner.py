@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sara_nav import map_grid, outline, rollout
+from sara_nav import outline, rollout
 from sara_nav.geometry import wrap
 from sara_nav.goal_stage import GoalLimits
 from sara_nav.limits import number_faults

@@ -2,18 +2,16 @@
 import multiprocessing
 import os
 import signal
-import socket
 import subprocess
 from contextlib import contextmanager
+
+from sara_localization.ros.own_master import free_port
 
 
 def environment():
     """os.environ with the address of a master on a free port, readable logs and unbuffered output."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port = probe.getsockname()[1]
     return {**os.environ, "PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}",
-            "ROS_MASTER_URI": f"http://localhost:{port}"}
+            "ROS_MASTER_URI": f"http://localhost:{free_port()}"}
 
 
 @contextmanager

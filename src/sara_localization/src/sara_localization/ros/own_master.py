@@ -13,12 +13,17 @@ import rosgraph
 PATIENCE = 20.0     # s
 
 
+def free_port():
+    """Return a TCP port of this machine that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(('localhost', 0))
+        return probe.getsockname()[1]
+
+
 @contextmanager
 def own_master():
     """Start a master on a free port and point this process's environment at it; gives the port."""
-    with socket.socket() as probe:
-        probe.bind(('localhost', 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
     with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
         try:
