@@ -79,7 +79,5 @@ class NavfnROS(PotentialPlanner):
     def _spread(self, fields, count, target, obstacle):
         if not self.config.use_astar or target < 0:
             return super()._spread(fields, count, target, obstacle)
-        levels = fields.blocks[2].view(np.int32)
-        levels[:] = -1
-        return potential_astar.spread_astar(fields.steps, fields.potential, levels, *fields.blocks[:2], count,
+        return potential_astar.spread_astar(fields.steps, fields.potential, fields.pending, *fields.blocks[:2], count,
                                             fields.width, target, obstacle, float(NEUTRAL))

@@ -82,14 +82,14 @@ def best_of(data, k, columns=None):
 
 
 @pytest.mark.parametrize('name', MAPS)
-@pytest.mark.parametrize('astar, slack', [(False, 1.02), (True, 1.03)])
-def test_navfn_is_whole_free_and_as_cheap_as_the_best_peer(name, astar, slack):
+@pytest.mark.parametrize('astar', [False, True])
+def test_navfn_is_whole_free_and_as_cheap_as_the_best_peer(name, astar):
     costmap, data = reference(name)
     planned = []
     for k, plan in plans(name, NavfnROS(NavfnConfig(use_astar=astar))):
         planned.append(k)
         ratio = measure(costmap, plan, NAVFN)[0] / best_of(data, k)
-        assert ratio <= slack, 'query %d: %.4f' % (k, ratio)
+        assert ratio <= 1.02, 'query %d: %.4f' % (k, ratio)
     assert len(planned) >= 29
     lost = [k for k in range(len(data['complete'])) if data['complete'][k].any() and not data['complete'][k].all()]
     assert set(planned).issuperset(lost)  # what some peer cuts short or fails
