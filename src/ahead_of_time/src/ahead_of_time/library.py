@@ -7,7 +7,6 @@ import importlib.machinery
 import importlib.util
 import json
 import os
-import platform
 import sys
 from functools import lru_cache
 from pathlib import Path
@@ -25,7 +24,7 @@ def machine():
     except OSError:
         lines = []
     abilities = [line for line in lines if line.split(':')[0].strip() in ('model name', 'flags', 'Features', 'CPU part')]
-    return [sys.implementation.cache_tag, platform.machine(), *abilities]
+    return [sys.implementation.cache_tag, os.uname().machine, *abilities]
 
 
 def stamp(path):
@@ -49,16 +48,20 @@ def _index():
     return None, {}
 
 
-def fresh(module):
-    """Whether a module's entry in the index belongs to the sources as they are."""
+def fresh(module, stamp=stamp):
+    """Whether a module's entry in the index belongs to the sources as they are. `stamp`: what tells a source's stamp."""
     return all(stamp(path) == was for path, was in module['sources'].items())
+
+
+_stamp_at_import = lru_cache(None)(stamp)   # modules have most of their sources in common
+_place = lru_cache(None)(os.path.realpath)
 
 
 def variants(function):
     """[(types, machine code)] of a function; None where it is not known, or its sources have changed since."""
     name = function.__module__
     package = name.split('.')[0]
-    known = _kernels_of(package, name, os.path.realpath(function.__code__.co_filename)).get(function.__name__)
+    known = _kernels_of(package, name, _place(function.__code__.co_filename)).get(function.__name__)
     if known is None:
         return None
     folder, packages = _index()
@@ -70,7 +73,7 @@ def variants(function):
 def _kernels_of(package, name, path):
     """The index's {function: ...} of a module in a file."""
     module = _index()[1].get(package, {}).get('modules', {}).get(name)
-    return module['kernels'] if module and path in module['sources'] and fresh(module) else {}
+    return module['kernels'] if module and path in module['sources'] and fresh(module, _stamp_at_import) else {}
 
 
 @lru_cache(None)

@@ -42,7 +42,8 @@ class Lockstep:
 
     def __init__(self, map_path, start, seed, ekf="default", gain=None, localization="ekf", navigation=None, ranges=None):
         bus = BusDescription.default()
-        self.chair = SimulatedChair(World.from_yaml(map_path), seed, start, bus)
+        grid = map_io.load_map(str(map_path))
+        self.chair = SimulatedChair(world_of(grid), seed, start, bus)
         reader = parameters("canserial", "read.yaml")
         if gain is not None:
             reader["gain"] = gain
@@ -54,7 +55,6 @@ class Lockstep:
         else:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
         settings = read_settings(Parameters(merged(parameters("sara_nav", "sara_nav.yaml"), navigation or {})))
-        grid = map_io.load_map(str(map_path))
         if localization != "fake" and (ekf == "default" if ranges is None else ranges):
             from sara_bringup.corrected import Corrected   # the squares are driven without
             self.localization = Corrected(self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max))
@@ -155,6 +155,12 @@ class Lockstep:
         elif result.status != move_base.IDLE:
             self.wheels.on_navigation(0.0, 0.0, now)
             self.result = result
+
+
+def world_of(grid):
+    """The simulator's World in which a map_io.GridMap is true."""
+    geometry = grid.geometry
+    return World(grid.data == map_io.OCCUPIED, geometry.resolution, (geometry.origin_x, geometry.origin_y))
 
 
 def merged(tree, over):

@@ -3,7 +3,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
+from sara_bringup.paths import plain
 
 
 class MissionError(ValueError):
@@ -32,7 +32,7 @@ def load_mission(path):
     Raises MissionError naming the entry that is wrong.
     """
     path = Path(path)
-    content = yaml.safe_load(path.read_text())
+    content = plain(path.read_text())
     missing = [key for key in ("start", "corners", "leg_timeout_s") if key not in (content or {})]
     if missing:
         raise MissionError(f"{path}: {', '.join(missing)} missing")

@@ -22,4 +22,9 @@ def config_file(name, package="sara_bringup"):
 
 def parameters(package, name):
     """The parameters in config/NAME of a package, as its nodes load them."""
-    return yaml.load(config_file(name, package).read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    return plain(config_file(name, package).read_text())
+
+
+def plain(text):
+    """What YAML of plain values says, read by libyaml where it is there. Raises yaml.YAMLError."""
+    return yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))

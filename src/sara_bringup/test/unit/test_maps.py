@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from sara_bringup.lockstep import world_of
 from sara_bringup.paths import share
 from sara_nav.map_io import load_map
+from sara_sim.world import World
 
 MAPS = share() / "maps"
 LENGTH, WIDTH = 1.08, 0.58
@@ -28,6 +30,14 @@ def test_a_map_is_what_the_script_draws(script, tmp_path, name):
     getattr(script, name)().save(tmp_path, name)
     for ending in (".pgm", ".yaml"):
         assert (tmp_path / (name + ending)).read_bytes() == (MAPS / (name + ending)).read_bytes(), f"run maps/draw_maps.py: {name}{ending} is not what it draws"
+
+
+@pytest.mark.parametrize("name", ("room", "hall", "doorway", "school", "flat"))
+def test_the_simulator_makes_the_same_world_of_a_map_whoever_reads_it(name):
+    path = MAPS / f"{name}.yaml"
+    ours, its = world_of(load_map(str(path))), World.from_yaml(path)
+    np.testing.assert_array_equal(ours.occupied, its.occupied)
+    assert (ours.resolution, ours.origin) == (its.resolution, its.origin)
 
 
 @pytest.mark.parametrize("name", ("school", "flat"))

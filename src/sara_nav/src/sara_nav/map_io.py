@@ -5,16 +5,18 @@ Modes: ``trinary`` (free, occupied, unknown), ``scale`` (shades between the thre
 """
 import math
 import os
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import yaml
-from PIL import Image
 
 from sara_nav.grid import GridError, GridGeometry
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 MODES = ('trinary', 'scale', 'raw')
+PGM_HEADER = re.compile(3 * rb'\s+(?:#[^\n]*\n\s*)*(\d{1,9})' + rb'\s')
+"""What follows P5 (netpbm's pgm(5)): columns, rows, the greatest value, with comments before each; then one blank and the pixels."""
 KEYS = ('image', 'resolution', 'origin', 'negate', 'occupied_thresh', 'free_thresh', 'mode')
 
 
@@ -111,7 +113,7 @@ def load_description(path):
     """Read a map's YAML file; raises MapError with every fault in one sentence each."""
     try:
         with open(path, encoding='utf-8') as stream:
-            entries = yaml.safe_load(stream)
+            entries = yaml.load(stream, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
     except FileNotFoundError:
         raise MissingFile('map file %s does not exist' % path) from None
     except (OSError, ValueError, yaml.YAMLError) as error:
@@ -165,6 +167,10 @@ def read_image(path):
     Any format that Pillow knows: pgm (plain or binary, 8 or 16 bit), png and bmp above all. Colours of a palette are
     looked up, grey with alpha counts as RGBA. Raises ImageError.
     """
+    plain = _binary_pgm(path)
+    if plain is not None:
+        return plain
+    from PIL import Image   # takes longer than all else that reading a map does
     try:
         with Image.open(path) as image:
             if image.mode.startswith('I'):
@@ -178,6 +184,21 @@ def read_image(path):
     if pixels.dtype != np.uint8:  # 16 bits
         pixels = (pixels // 257).clip(0, 255).astype(np.uint8)
     return pixels
+
+
+def _binary_pgm(path):
+    """Return the pixels of a binary pgm of 8 bits, as map_saver writes them, uint8 (rows, columns); None for all else, and for what is not as it should be."""
+    try:
+        with open(path, 'rb') as stream:
+            content = stream.read() if stream.read(2) == b'P5' else b''
+    except OSError:
+        return None
+    header = PGM_HEADER.match(content)
+    if not header:
+        return None
+    columns, rows, most = map(int, header.groups())
+    pixels = content[header.end():header.end() + columns * rows]
+    return np.frombuffer(pixels, np.uint8).reshape(rows, columns) if most == 255 and 0 < len(pixels) == columns * rows else None
 
 
 def _plain_mode(image):

@@ -1,4 +1,5 @@
 """Maps: the image formats, the three modes against the peer, and refusals that name what is wrong."""
+import io
 import json
 import pathlib
 import tempfile
@@ -32,6 +33,14 @@ def test_pgm_round_trip(pixels):
     binary = read(b'P5\n# made by a test\n' + header + pixels.tobytes())
     plain = read(b'P2\n' + header + ' '.join(str(v) for v in pixels.ravel()).encode())
     assert (binary == pixels).all() and (plain == pixels).all()
+
+
+@given(images, st.lists(st.sampled_from((b' ', b'\n', b'\t', b' # of a comment 7 7\n', b'\n#\n\n')), min_size=3, max_size=3), st.sampled_from((0, 1, 3)))
+def test_a_binary_pgm_is_what_pillow_reads(pixels, gaps, more):
+    numbers = (b'%d' % pixels.shape[1], b'%d' % pixels.shape[0], b'255')
+    content = b'P5' + b''.join(gap + number for gap, number in zip(gaps, numbers)) + b'\n' + pixels.tobytes() + more * b'x'
+    with Image.open(io.BytesIO(content)) as image:
+        assert (read(content) == np.asarray(image)).all()
 
 
 @given(st.binary(max_size=60), st.sampled_from((b'P5', b'P2', b'\x89PNG\r\n\x1a\n', b'')))
