@@ -77,6 +77,14 @@ def squared_distances(costs, reach):
 
 
 @kernel
+def pick_lethal(costs, obstacles, x0, y0, xn, yn):
+    """Write 254 into a window of obstacles (uint8 (h, w)) where the costs hold it, else 0."""
+    for y in range(y0, yn):
+        for x in range(x0, xn):
+            obstacles[y, x] = LETHAL if costs[y, x] == LETHAL else 0
+
+
+@kernel
 def spread(obstacles, costs, x0, y0, xn, yn, reach, table, unknown_from):
     """Raise the costs of a window by what the obstacles in and around it cost there.
 
@@ -107,4 +115,5 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     squared_distances(costs, 2)
+    pick_lethal(costs, costs.copy(), 0, 0, 3, 3)
     spread(costs, costs, 0, 0, 3, 3, 2, np.zeros(5, np.uint8), 1)

@@ -7,8 +7,6 @@ robot will be when the command takes effect (prediction); without that, a chair 
 """
 import math
 
-import numpy as np
-
 from sara_nav.driving_progress import DONE, FINAL_TURN, FOLLOW, SETTLE, TURN, Progress
 from sara_nav.driving_words import Words, following
 from sara_nav.geometry import Pose2D, wrap
@@ -251,7 +249,7 @@ class RotateThenPursue:
 
     def _leg(self, stretch, world):
         """Return the Leg of a Stretch, smoothed less where the smooth one would touch what the plan does not, as far as the costmap reaches."""
-        g, size = world.geometry, float(np.hypot(*world.footprint.T).max())
+        g, size = world.geometry, world.radius
         reach = 0.5 * min(g.width, g.height) * g.resolution - size
 
         def touches(leg):

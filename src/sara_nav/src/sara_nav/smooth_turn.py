@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from sara_nav import stopping_steps
 from sara_nav.geometry import wrap
 from sara_nav.smooth_speed import SpeedLimits, next_speed
 
@@ -51,8 +52,7 @@ class SmoothTurn:
 
 def turn_poses(pose, angle):
     """Return the poses (n, 3) of a turn in place by ``angle`` (rad, with its sense) from a Pose2D, with steps of 0.05 rad at most."""
-    n = max(2, math.ceil(abs(angle) / 0.05))
-    return np.column_stack([np.full(n + 1, pose.x), np.full(n + 1, pose.y), pose.yaw + angle * np.arange(n + 1) / n])
+    return stopping_steps.turn(float(pose.x), float(pose.y), float(pose.yaw), float(angle))
 
 
 def free_angle(world, pose, angle):

@@ -42,20 +42,6 @@ def poses_along(ways, along, backward, s, xy, heading):
 
 
 @kernel
-def moved(poses, offset):
-    """Return poses (n, 3) as seen in the frame in which the origin of theirs is at ``offset`` (x, y, yaw)."""
-    if offset[0] == 0.0 and offset[1] == 0.0 and offset[2] == 0.0:
-        return poses
-    c, s = math.cos(offset[2]), math.sin(offset[2])
-    result = np.empty_like(poses)
-    for i in range(len(poses)):
-        result[i, 0] = offset[0] + c * poses[i, 0] - s * poses[i, 1]
-        result[i, 1] = offset[1] + s * poses[i, 0] + c * poses[i, 1]
-        result[i, 2] = offset[2] + poses[i, 2]
-    return result
-
-
-@kernel
 def spaced(end, step):
     """Return the ways (n,) m from 0 on, evenly, that are less than ``end``."""
     n = int(math.ceil(end / step))
@@ -86,10 +72,10 @@ def ahead_cap(free, stop_distance, reaction_time, dec):
 
 
 @kernel
-def free_way(look, along, backward, s, xy, heading, costs, origin_x, origin_y, resolution, points, offset, unknown_blocks):
+def free_way(look, along, backward, s, xy, heading, costs, origin_x, origin_y, resolution, points, box, offset, unknown_blocks):
     """Return the way (m) along the leg until its footprint would touch more than it does now, +Inf where it does not within ``look``."""
     ways = spaced(look + FINE, FINE)
-    touched = collision.touched(costs, origin_x, origin_y, resolution, points, moved(poses_along(ways, along, backward, s, xy, heading), offset),
+    touched = collision.touched(costs, origin_x, origin_y, resolution, points, box, collision.moved(poses_along(ways, along, backward, s, xy, heading), offset),
                                 unknown_blocks)
     for i in range(len(ways)):
         if touched[i] > touched[0]:
@@ -99,22 +85,22 @@ def free_way(look, along, backward, s, xy, heading, costs, origin_x, origin_y, r
 
 @kernel
 def pace(s, xy, heading, bends, changes, along, left, backward, speed, acceleration, curvature, turn_gain, dt, limits, sight,
-         costs, origin_x, origin_y, resolution, corners, points, front, span, offset, unknown_blocks):
+         costs, origin_x, origin_y, resolution, corners, points, box, front, span, offset, unknown_blocks):
     """Return (speed, acceleration, cap, why, size, x, y) of the next command, see speed_plan.Pace; x, y (m, robot's frame): of what is narrow.
 
     s, xy, heading, bends, changes: the leg's samples (path_tracker.Leg). limits: max_vel_x or -min_vel_x, max_vel_x, acc_lim_x, comfort_dec_x,
     dec_lim_x, jerk_lim_x, max_vel_theta, acc_lim_theta, max_lateral_acc. sight: wide_gap, narrow_vel, ahead_angle's tangent, ahead_stop_distance,
-    ahead_reaction_time, ahead_dec. front, span: see clearance. corners, points, offset: of the LocalWorld.
+    ahead_reaction_time, ahead_dec. front, span: see clearance. corners, points, box, offset: of the LocalWorld.
     """
     highest, max_vel_x, acc_lim_x, comfort_dec, hard_dec, jerk, max_vel_theta, acc_lim_theta, max_lateral_acc = limits
     wide_gap, narrow_vel, slope, stop_distance, reaction_time, ahead_dec = sight
     look = min(speed * 0.5 + smooth_speed.way_to_slow(speed, max(acceleration, 0.0), 0.0, comfort_dec, jerk) + BEYOND, max(left, 0.0))
     ways = spaced(look + STEP, STEP)
     n = len(ways)
-    poses = moved(poses_along(ways, along, backward, s, xy, heading), offset)
+    poses = collision.moved(poses_along(ways, along, backward, s, xy, heading), offset)
     gap, near_x, near_y, ahead = clearance.gaps(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, -1.0 if backward else 1.0,
                                                 front, span, slope, REACH)
-    free = free_way(look, along, backward, s, xy, heading, costs, origin_x, origin_y, resolution, points, offset, unknown_blocks)
+    free = free_way(look, along, backward, s, xy, heading, costs, origin_x, origin_y, resolution, points, box, offset, unknown_blocks)
     places, caps, whys, index = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2, np.int64), np.empty(n + 2, np.int64)
     kept = 0
     for i in range(n):
@@ -163,6 +149,6 @@ def pace(s, xy, heading, bends, changes, along, left, backward, speed, accelerat
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
     s, xy, corners = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
-    pace(s, xy, s, s, s, 0.0, 1.0, False, 0.1, 0.0, 0.0, 1.0, 0.05, (0.5,) * 9, (0.5,) * 6, np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, corners,
+    pace(s, xy, s, s, s, 0.0, 1.0, False, 0.1, 0.0, 0.0, 1.0, 0.05, (0.5,) * 9, (0.5,) * 6, np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, corners, (0.0,) * 5,
          1.0, 1.0, (0.0, 0.0, 0.0), True)
     gap_cap(0.1, 0.1, 0.5, 0.3)

@@ -59,6 +59,6 @@ class SpeedPlan:
         after, acceleration, cap, why, size, x, y = speed_ahead.pace(
             leg.s, leg.xy, leg.heading, leg.curvature, leg.size_of_change, leg.along, leg.left, backward, float(speed), float(self.acceleration),
             float(curvature), float(turn_gain), float(dt), self._limits[backward], self._sight, world.costmap.costs, float(g.origin_x), float(g.origin_y),
-            float(g.resolution), world.footprint, world.points, *lead(world.footprint, backward), world.shift, world.unknown_blocks)
+            float(g.resolution), world.footprint, world.points, world.box, *lead(world.footprint, backward), world.shift, world.unknown_blocks)
         where = place_of(x, y, world.footprint) if KINDS[why] == NARROW else ''
         return Pace(after, acceleration, cap, Cause(KINDS[why], size, where))

@@ -53,7 +53,18 @@ def follow(s, xy, direction, heading, bends, changes, along, backward, x, y, yaw
     return poses[:n].copy()
 
 
+@kernel
+def turn(x, y, yaw, angle):
+    """Return the poses (n, 3) of a turn in place by an angle (rad, with its sense), with steps of 0.05 rad at most."""
+    n = max(2, int(math.ceil(abs(angle) / 0.05)))
+    poses = np.empty((n + 1, 3))
+    for i in range(n + 1):
+        poses[i, 0], poses[i, 1], poses[i, 2] = x, y, yaw + angle * i / n
+    return poses
+
+
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
     s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
     follow(s, points, points[1:], s, s, s, 0.0, False, 0.0, 0.0, 0.0, 0.1, 0.0, 0.5, 4.0)
+    turn(0.0, 0.0, 0.0, 1.0)

@@ -23,11 +23,7 @@ def stopping_way(leg, law, now, speed, curvature, config):
 def stopping_turn(now, rate, config):
     """Return the poses (n, 3) of a turn in place from a Pose2D at ``rate`` (rad/s, as driven), braking by acc_lim_theta to rest, and a margin."""
     angle = abs(rate) * REACTION + rate * rate / (2.0 * config.acc_lim_theta) + MARGIN
-    n = max(2, math.ceil(angle / 0.05))
-    poses = np.empty((n + 1, 3))
-    poses[:] = now.x, now.y, now.yaw
-    poses[:, 2] += math.copysign(angle, rate) * np.arange(n + 1) / n
-    return poses
+    return stopping_steps.turn(float(now.x), float(now.y), float(now.yaw), math.copysign(angle, rate))
 
 
 def blocked_where(world, poses):

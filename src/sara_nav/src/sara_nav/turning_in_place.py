@@ -1,8 +1,6 @@
 """One turn in place after the other, each cycle as a LocalCommand: begun when there is room, slower beside obstacles, stopped when something is met."""
 import math
 
-import numpy as np
-
 from sara_nav.clearance import room
 from sara_nav.driving_words import turning
 from sara_nav.geometry import wrap
@@ -58,7 +56,7 @@ class TurningInPlace:
         c, turn = self.config, self._turn
         turn.left += wrap(error - turn.left)
         seen = room(world, turn_poses(now, max(min(turn.left, LOOK), -LOOK)), False, c.ahead_angle, c.wide_gap)
-        corner = gap_speed(seen.gap.min(), c) / float(np.hypot(*world.footprint.T).max())
+        corner = gap_speed(seen.gap.min(), c) / world.radius
         highest = min(c.max_vel_theta, corner / gain)
         rate = turn.rate(error, last, gain, highest, c, dt)
         if rate == 0.0 and last == 0.0:

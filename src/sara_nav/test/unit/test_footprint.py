@@ -94,6 +94,26 @@ def test_agrees_with_the_peers_footprint_cost():
     assert ((theirs >= 0) & ours).mean() < 0.08  # obstacles that lie wholly inside
 
 
+places = st.one_of(st.floats(-1.0, 9.0), st.sampled_from((math.nan, math.inf, -math.inf, 1e300)))
+
+
+@given(st.lists(st.tuples(st.integers(0, 159), st.integers(0, 159), st.sampled_from((LETHAL, UNKNOWN))), max_size=40), st.booleans(),
+       st.lists(st.tuples(places, places, st.floats(-4.0, 4.0)), min_size=1, max_size=4))
+def test_as_many_points_are_touched_as_lie_on_obstacles(cells, unknown_blocks, poses):
+    costmap = empty_map()
+    for row, column, cost in cells:
+        costmap.costs[row, column] = cost
+    world = LocalWorld(costmap, SARA, unknown_blocks)
+    for pose, found in zip(poses, world.touched(poses)):
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        plain = 0
+        for px, py in world.points:
+            u, v = (pose[0] + c * px - s * py) / 0.05, (pose[1] + s * px + c * py) / 0.05
+            cost = costmap.costs[int(v), int(u)] if 0.0 <= u < 160 and 0.0 <= v < 160 else LETHAL
+            plain += bool(cost == LETHAL or (cost == UNKNOWN and unknown_blocks))
+        assert found == plain
+
+
 def test_off_the_map_is_a_collision_and_unknown_as_asked():
     costmap = empty_map()
     assert LocalWorld(costmap, SARA).collides(Pose2D(0.3, 4.0, 0.0))

@@ -6,7 +6,7 @@ peer spreads obstacles by a wave that is not exact in rare cells; this one is.
 import numpy as np
 
 from sara_nav import distances
-from sara_nav.costmap import INSCRIBED, LETHAL, InflationConfig, cost_table, reach_of
+from sara_nav.costmap import INSCRIBED, InflationConfig, cost_table, reach_of
 from sara_nav.layers.base import Layer, shifted
 
 
@@ -66,8 +66,7 @@ class InflationLayer(Layer):
 
     def update_costs(self, costs, window):
         """Obstacles are remembered as they are below this layer, so that those of layers above are never spread."""
-        x0, y0, xn, yn = window
-        np.multiply(costs[y0:yn, x0:xn] == LETHAL, np.uint8(LETHAL), out=self._obstacles[y0:yn, x0:xn])
+        distances.pick_lethal(costs, self._obstacles, *window)
 
     def finish(self, costs, window):
         """Spread the obstacles into a window, once those of all windows are known."""

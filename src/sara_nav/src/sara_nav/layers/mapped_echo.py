@@ -62,6 +62,28 @@ def explained(costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw
 
 
 @kernel
+def explain(costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw, readings, near, tolerance, cos_steepest):
+    """Turn each echo that the map explains into an empty cone up to where that may be, in the readings themselves; arguments as of ``explained``."""
+    known = explained(costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw, readings, near, tolerance, cos_steepest)
+    for i in range(len(readings)):
+        if known[i]:
+            readings[i, 3] -= tolerance
+            readings[i, 5] = 1.0
+
+
+@kernel
+def of_some_length(readings):
+    """Return the readings (n, 6) whose distance is above 0; those given where that is all of them."""
+    kept = np.empty_like(readings)
+    count = 0
+    for i in range(len(readings)):
+        if readings[i, 3] > 0.0:
+            kept[count] = readings[i]
+            count += 1
+    return readings if count == len(readings) else kept[:count]
+
+
+@kernel
 def _gap(dx, dy, yaw, half, distance, near):
     """Return how far (m) a point, seen from the sensor, is from the arc, or with ``near`` from the sector within it."""
     along, aside = math.cos(yaw) * dx + math.sin(yaw) * dy, abs(math.cos(yaw) * dy - math.sin(yaw) * dx)
@@ -100,4 +122,7 @@ def _echoes(costs, column, row, axis_x, axis_y, cos_steepest):
 
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    explained(np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, np.zeros((1, 6)), np.zeros(1, np.bool_), 0.1, 0.5)
+    arguments = np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, np.zeros((1, 6)), np.zeros(1, np.bool_), 0.1, 0.5
+    explained(*arguments)
+    explain(*arguments)
+    of_some_length(np.zeros((1, 6)))

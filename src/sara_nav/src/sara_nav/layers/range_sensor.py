@@ -235,11 +235,9 @@ class RangeSensorLayer(Layer):
             mapped = layer.mapped() if layer.enabled and hasattr(layer, 'mapped') else None
             if mapped is not None:
                 costs, g, frame = mapped
-                known = mapped_echo.explained(costs, float(g.origin_x), float(g.origin_y), float(g.resolution), frame.x, frame.y, frame.yaw,
-                                              readings, near, c.mapped_tolerance, math.cos(c.mapped_steepest))
-                readings[known, 3] -= c.mapped_tolerance
-                readings[known, 5] = 1.0
-        return readings[readings[:, 3] > 0.0]
+                mapped_echo.explain(costs, float(g.origin_x), float(g.origin_y), float(g.resolution), frame.x, frame.y, frame.yaw, readings, near,
+                                    c.mapped_tolerance, math.cos(c.mapped_steepest))
+        return mapped_echo.of_some_length(readings)
 
     def _widen(self, window):
         if window[0] < window[2]:
