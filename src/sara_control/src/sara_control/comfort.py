@@ -8,7 +8,9 @@ at most a^2 / (2 jerk), however long the steps to come are, so a fixed target is
 
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
+from ahead_of_time import kernel
 from canserial.checks import is_number
 from sara_control.config import ConfigError
 
@@ -81,7 +83,8 @@ class AxisLimiter:
     """
 
     def __init__(self, acceleration, braking, jerk):
-        self._growing, self._shrinking, self._jerk = acceleration, braking, jerk
+        warm()
+        self._limits = float(acceleration), float(braking), float(jerk)
         self.speed = self.acceleration = 0.0
         self._target = self._rate = 0.0
 
@@ -91,25 +94,8 @@ class AxisLimiter:
 
     def step(self, target, dt):
         """The speed after dt (s, above 0) on the way to target."""
-        v, jerk = self.speed, self._jerk
-        self._rate += ((target - self._target) / dt - self._rate) * (1.0 - math.exp(-dt / RATE_TIME))
+        self.speed, self.acceleration, self._rate = limited(float(target), dt, self.speed, self.acceleration, self._target, self._rate, *self._limits)
         self._target = target
-        if _opposed(v, self.acceleration) and _opposed(v, self._rate):
-            kept_up = min(abs(self.acceleration), abs(self._rate))
-            target = math.copysign(max(abs(target) - 0.5 * kept_up ** 2 / jerk, 0.0), target)
-        if self._growing != self._shrinking and _opposed(v, target):
-            target = 0.0
-        d = target - v
-        least, most = self.acceleration - jerk * dt, self.acceleration + jerk * dt
-        if abs(d) <= ARRIVED and least <= d / dt <= most:
-            self.speed, self.acceleration = target, d / dt
-            return target
-        # -jerk dt + sqrt((jerk dt)^2 + 2 jerk d), without its cancellation
-        wanted = 2.0 * jerk * d / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(d)))
-        up = self._shrinking if v < 0.0 else self._growing
-        down = self._shrinking if v > 0.0 else self._growing
-        self.acceleration = min(max(wanted, -down, least), up, most)
-        self.speed = v + self.acceleration * dt
         return self.speed
 
 
@@ -169,6 +155,37 @@ class Comfort:
         self._turn.set(0.0)
 
 
+@kernel
 def _opposed(one, other):
     """Whether two numbers have opposite signs; their product may be too small to tell."""
     return one < 0.0 < other or other < 0.0 < one
+
+
+@kernel
+def limited(target, dt, v, a, before, rate, growing, shrinking, jerk):
+    """(speed, acceleration, rate of the target) after dt (s) from the speed v and the acceleration a, on the way to target; AxisLimiter says how.
+
+    before, rate: the last target, and how fast targets changed until then. growing, shrinking: limits of the acceleration, see AxisLimiter.
+    """
+    rate += ((target - before) / dt - rate) * (1.0 - math.exp(-dt / RATE_TIME))
+    if _opposed(v, a) and _opposed(v, rate):
+        kept_up = min(abs(a), abs(rate))
+        target = math.copysign(max(abs(target) - 0.5 * kept_up ** 2 / jerk, 0.0), target)
+    if growing != shrinking and _opposed(v, target):
+        target = 0.0
+    d = target - v
+    least, most = a - jerk * dt, a + jerk * dt
+    if abs(d) <= ARRIVED and least <= d / dt <= most:
+        return target, d / dt, rate
+    # -jerk dt + sqrt((jerk dt)^2 + 2 jerk d), without its cancellation
+    wanted = 2.0 * jerk * d / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(d)))
+    up = shrinking if v < 0.0 else growing
+    down = shrinking if v > 0.0 else growing
+    a = min(max(wanted, -down, least), up, most)
+    return v + a * dt, a, rate
+
+
+@lru_cache(maxsize=None)
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    limited(1.0, 0.02, 0.5, 0.0, 1.0, 0.0, 0.4, 0.8, 0.8)

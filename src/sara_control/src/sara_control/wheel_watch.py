@@ -6,6 +6,9 @@ half the way is enough. A wheel blocked by a wall looks the same, and the answer
 """
 
 import math
+from functools import lru_cache
+
+from ahead_of_time import kernel
 
 LAG = 0.15  # s; a little more than the motors have
 SLOWEST = 0.1  # rad/s; below it friction may hold a wheel
@@ -21,7 +24,8 @@ class WheelWatch:
 
     def __init__(self, distance, radii):
         self.distance = distance
-        self.radii = radii
+        self.radii = tuple(map(float, radii))
+        warm()
         self.reset()
 
     def reset(self):
@@ -29,25 +33,17 @@ class WheelWatch:
         self.frozen = ()
         self.missed = (0.0, 0.0)
         self._idle = [0.0, 0.0]
-        self._speed = [0.0, 0.0]
-        self._expected = [0.0, 0.0]
+        self._speed = self._expected = (0.0, 0.0)
         self._positions = None
 
     def on_command(self, left, right, dt):
         """These wheel speeds (rad/s) held for dt (s)."""
-        gain, speeds = 1.0 - math.exp(-dt / LAG), self._speed
-        for index, command in ((0, left), (1, right)):
-            speed = speeds[index] = speeds[index] + (command - speeds[index]) * gain
-            # Neither what the wheel did before the command nor what it has not come to yet: the smaller of the two.
-            if speed * command > 0.0:
-                speed = min(abs(speed), abs(command))
-                if speed >= SLOWEST:
-                    self._expected[index] += speed * dt * self.radii[index]
+        self._speed, self._expected = expected(self._speed, self._expected, (float(left), float(right)), self.radii, float(dt))
 
     def on_wheels(self, left, right):
         """Wheel positions, rad. True when this reading made a wheel be called frozen."""
         before, self._positions = self._positions, (left, right)
-        expected, self._expected = self._expected, [0.0, 0.0]
+        expected, self._expected = self._expected, (0.0, 0.0)
         if self.frozen:
             self.missed = tuple(missed + way * (name in self.frozen) for missed, way, name in zip(self.missed, expected, ('left', 'right')))
         if before is None or self.frozen:
@@ -67,3 +63,29 @@ class WheelWatch:
             self.frozen = still
             self.missed = tuple(way * (name in still) for way, name in zip(self._idle, ('left', 'right')))
         return bool(still)
+
+
+@kernel
+def expected(speeds, ways, commands, radii, dt):
+    """(speeds, rad/s, and ways, m of rim, that (left, right) wheels are expected to have) after dt (s) of these commands (rad/s); radii: m."""
+    gain = 1.0 - math.exp(-dt / LAG)
+    left, left_way = _wheel(speeds[0], ways[0], commands[0], radii[0], gain, dt)
+    right, right_way = _wheel(speeds[1], ways[1], commands[1], radii[1], gain, dt)
+    return (left, right), (left_way, right_way)
+
+
+@kernel
+def _wheel(speed, way, command, radius, gain, dt):
+    speed = speed + (command - speed) * gain
+    # Neither what the wheel did before the command nor what it has not come to yet: the smaller of the two.
+    if speed * command > 0.0:
+        held = min(abs(speed), abs(command))
+        if held >= SLOWEST:
+            way += held * dt * radius
+    return speed, way
+
+
+@lru_cache(maxsize=None)
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    expected((0.0, 0.0), (0.0, 0.0), (1.0, 1.0), (0.1, 0.1), 0.02)

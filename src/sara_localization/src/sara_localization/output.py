@@ -5,12 +5,12 @@ from typing import Optional
 
 import numpy as np
 
-from . import kernel
+from . import joining, kernel
 from .config import FilterConfig
 from .data import FilterOutput, StampedTransform
 from .geometry import Transform
 from .stamps import later
-from .state import ANGLES, POSITION, RATES, SIZE
+from .state import RATES, SIZE
 
 # Stamps are float seconds since 1970, which resolve 0.24 us.
 CLOCK_RESOLUTION = 1e-6
@@ -24,6 +24,7 @@ class Output:
     """
 
     def __init__(self, config: FilterConfig, transforms, report):
+        joining.warm()
         self.config, self.transforms, self._report = config, transforms, report
         self.missing_transform: Optional[str] = None
         self.forget()
@@ -51,8 +52,7 @@ class Output:
     def of(self, kf) -> FilterOutput:
         """The estimate of a filter at the time of its state."""
         config, stamp, x = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy()
-        values = x.tolist()
-        pose = Transform.from_xyz_rpy(*values[POSITION], *values[ANGLES])
+        pose = joining.pose_of(x)
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
         transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
         self._published_stamp = stamp
@@ -84,4 +84,4 @@ class Output:
             self.missing_transform = missing
             return None
         self.missing_transform = None
-        return StampedTransform(dated, config.map_frame, config.odom_frame, pose @ base_from_odom)
+        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(pose, base_from_odom))

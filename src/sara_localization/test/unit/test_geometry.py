@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_localization import joining
 from sara_localization.geometry import (IDENTITY, Transform, normalised, quaternion_from_rpy, rotation_matrix,
                                         rpy_from_quaternion, wrap)
 
@@ -47,6 +48,14 @@ def test_inverse_takes_back(t, point):
 @given(transforms, transforms, st.tuples(lengths, lengths, lengths))
 def test_composition_is_one_after_the_other(a, b, point):
     np.testing.assert_allclose((a @ b).apply(point), a.apply(b.apply(point)), atol=1e-9)
+
+
+@given(st.lists(lengths, min_size=6, max_size=6), transforms)
+def test_what_is_compiled_is_the_same(state, other):
+    x = np.array(state + [0.0] * 9)
+    pose = joining.pose_of(x)
+    assert pose == Transform.from_xyz_rpy(*state)
+    assert joining.joined(pose, other) == pose @ other
 
 
 @given(transforms, transforms)
