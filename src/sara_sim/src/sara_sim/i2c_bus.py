@@ -46,7 +46,9 @@ class SimulatedI2c:
 
     def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
         """One byte. Raises OSError."""
-        self.write_i2c_block_data(i2c_addr, register, [value])
+        if not 0 <= value <= 0xFF:
+            raise ValueError(f'value is {value} but must be a byte')
+        self._chip(i2c_addr).write(register, [value])
 
     def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
         """At most 32 bytes from `register` on. Raises OSError."""
@@ -78,6 +80,11 @@ class _RealTimeI2c(SimulatedI2c):
         """As a bus whose chips need no clock."""
         self._advance()
         return super().read_byte_data(i2c_addr, register, force)
+
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_byte_data(i2c_addr, register, value, force)
 
     def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
         """As a bus whose chips need no clock."""

@@ -24,7 +24,7 @@ _FROM_CM = {RANGE_INCHES: 1.0 / 2.54, RANGE_CM: 1.0, RANGE_US: 58.0}
 
 
 class Srf02:
-    """One sensor. `silent`: it does not acknowledge. `stuck_cm`: every result, when not None (faults)."""
+    """One sensor. `silent`: it does not acknowledge. `stuck_cm`: every result, when not None (faults). `minimum_cm`: the least range it measures now."""
 
     def __init__(self, echo: Callable[[], float], clock: Callable[[], float]):
         """`echo`: sends a burst now and gives the distance it comes back from (m), inf without an echo. `clock`: s."""
@@ -37,14 +37,13 @@ class Srf02:
     def power_up(self) -> None:
         """Forget everything, as when its supply comes back."""
         self._busy_until = 0.0
-        self._tuned = 0
+        self._tune(0)
         self._unit = RANGE_CM
         self._cm: float = 0.0
 
-    @property
-    def minimum_cm(self) -> int:
-        """The least range it measures now."""
-        return UNTUNED_CM - round((UNTUNED_CM - DEAD_CM) * self._tuned / TUNING_STEPS)
+    def _tune(self, steps: int) -> None:
+        self._tuned = min(steps, TUNING_STEPS)
+        self.minimum_cm = UNTUNED_CM - round((UNTUNED_CM - DEAD_CM) * self._tuned / TUNING_STEPS)
 
     def read(self, register: int, length: int) -> list[int]:
         """Bytes from `register` on; 0xFF each while it is ranging and behind the last register."""
@@ -65,10 +64,11 @@ class Srf02:
             self._unit = command
             self._busy_until = now + RANGING_S
             self._cm = self._measure()
-            self._tuned = min(self._tuned + 1, TUNING_STEPS)
+            if self._tuned < TUNING_STEPS:
+                self._tune(self._tuned + 1)
             self.rangings += 1
         elif command == AUTOTUNE:
-            self._tuned = 0
+            self._tune(0)
 
     def _measure(self) -> float:
         distance = self._echo()

@@ -90,7 +90,8 @@ def test_nobody_at_an_address_and_a_silent_chip_are_an_oserror():
 
 
 @pytest.mark.parametrize('call', [lambda bus: bus.read_i2c_block_data(0x68, 0, 33), lambda bus: bus.read_i2c_block_data(0x68, 0, 0),
-                                  lambda bus: bus.write_i2c_block_data(0x68, 0, [256]), lambda bus: bus.write_i2c_block_data(0x68, 0, [])])
+                                  lambda bus: bus.write_i2c_block_data(0x68, 0, [256]), lambda bus: bus.write_byte_data(0x68, 0, 256),
+                                  lambda bus: bus.write_i2c_block_data(0x68, 0, [])])
 def test_what_smbus_refuses_is_refused(call):
     with pytest.raises(ValueError):
         call(SimulatedI2c({0x68: Mpu6050()}))
