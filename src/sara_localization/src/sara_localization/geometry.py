@@ -95,12 +95,17 @@ class Transform(_Rigid):
     def from_xyz_rpy(cls, x=0.0, y=0.0, z=0.0, roll=0.0, pitch=0.0, yaw=0.0) -> 'Transform':
         return cls((float(x), float(y), float(z)), quaternion_from_rpy(roll, pitch, yaw))
 
-    @property
+    @cached_property
     def rpy(self) -> Vector:
         """Roll, pitch, yaw in rad."""
         return rpy_from_quaternion(self.rotation)
 
-    @property
+    @cached_property
+    def turn_of_yaw(self) -> Quaternion:
+        """The turn by its yaw alone."""
+        return quaternion_from_rpy(0.0, 0.0, self.rpy[2])
+
+    @cached_property
     def is_identity(self) -> bool:
         return self.rotation[3] in (1.0, -1.0) and self.translation == (0.0, 0.0, 0.0)
 

@@ -122,9 +122,10 @@ def imu_orientation(data: ImuData, mask, source: str, transforms, base_frame: st
     rotation, turn = q or IDENTITY.rotation, IDENTITY.rotation
     if not trans.is_identity:
         offsets = trans.rpy
-        turn = quaternion_from_rpy(0.0, 0.0, offsets[2])
-        angles = (wrap(a - offset) for a, offset in zip(rpy_from_quaternion(rotation), offsets))
-        rotation = quaternion_from_rpy(*rotate(turn, tuple(angles)))
+        turn = trans.turn_of_yaw
+        a = rpy_from_quaternion(rotation)
+        angles = wrap(a[0] - offsets[0]), wrap(a[1] - offsets[1]), wrap(a[2] - offsets[2])
+        rotation = quaternion_from_rpy(*rotate(turn, angles))
     if options.differential:
         measured = Transform(rotation=rotation) if q else None
         return _difference(sheet, measured, turn, data.stamp, source, transforms, base_frame, base_frame, options, rates)
@@ -233,12 +234,12 @@ def acceleration(data: ImuData, mask, source: str, transforms, base_frame: str, 
                 attitude = multiply(attitude, trans.rotation)
         x, y, z, w = attitude
         down = rotate((-x, -y, -z, w), (0.0, 0.0, gravity))
-        value = tuple(a - g for a, g in zip(value, down))
+        value = value[0] - down[0], value[1] - down[1], value[2] - down[2]
     if not trans.is_identity:
         arm, robot_rates = trans.translation, state[RATES].tolist()
-        turning = cross(arm, [float(a) for a in angular_acceleration])
-        centripetal = cross(cross(arm, robot_rates), robot_rates)
-        value = tuple(a + t - c for a, t, c in zip(rotate(trans.rotation, value), turning, centripetal))
+        a, t = rotate(trans.rotation, value), cross(arm, np.asarray(angular_acceleration, float).tolist())
+        c = cross(cross(arm, robot_rates), robot_rates)  # centripetal; t: from the turning that changes
+        value = a[0] + t[0] - c[0], a[1] + t[1] - c[1], a[2] + t[2] - c[2]
         sheet.turn(trans.rotation)
     sheet.values[:] = value
     return sheet.measurement(data.stamp, source, threshold, two_d), sheet.problems

@@ -87,7 +87,7 @@ class TransformBuffer:
     """A tree of frames, filled by hand, from a bag or by the filter itself."""
 
     def __init__(self):
-        self._frames, self._ways, self._newest = {}, {}, {}
+        self._frames, self._ways, self._newest, self._fixed = {}, {}, {}, {}
 
     def set_transform(self, parent: str, child: str, transform: Transform, stamp: Optional[float] = None) -> bool:
         """Enter parent_from_child at a stamp (s, a Stamp for the last digits), or for good with stamp None.
@@ -115,6 +115,7 @@ class TransformBuffer:
     def _tree_changed(self):
         self._ways.clear()
         self._newest.clear()
+        self._fixed.clear()
 
     def clear(self):
         """Forget what moves; what is static stays."""
@@ -125,6 +126,9 @@ class TransformBuffer:
         """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
         if target == source:
             return IDENTITY
+        fixed = self._fixed.get((target, source))
+        if fixed is not None:
+            return fixed
         kept = self._newest.get((target, source))
         if kept is not None and stamp is not None:
             stamps, latest, transform = kept
@@ -134,7 +138,10 @@ class TransformBuffer:
         if way is None:
             return None
         latest = self._latest_common_time(*way)
-        if stamp is not None and latest is not None:
+        if latest is None:   # nothing on the way moves: worked out once
+            self._fixed[target, source] = self._along(*way, None)
+            return self._fixed[target, source]
+        if stamp is not None:
             at = nanoseconds(stamp)
             found = self._along(*way, at) if at <= latest else None
             if found is not None:

@@ -25,6 +25,7 @@ from sensor_msgs.msg import Imu
 from sara_localization.config import FilterConfig
 from sara_localization.ros import bag_tools
 from sara_localization.ros.bag_filter import BagFilter
+from sara_localization.ros.bag_reader import BagReader, Unreadable
 from sara_localization.thesis_set import way_length
 
 PACKAGE = Path(rospkg.RosPack().get_path('sara_localization'))
@@ -104,6 +105,37 @@ class FilterBagTest(unittest.TestCase):
         self.assertGreater(topics['odometry/filtered'].message_count, 290)
         self.assertGreater(topics['/tf'].message_count, 290)
         self.assertEqual(last.pose.pose.position.x, result['final'][0])
+
+    def test_a_bag_is_read_as_rosbag_reads_it_but_in_the_order_of_time(self):
+        """Several chunks that overlap in time (there rosbag leaves each connection's messages as they stand), equal times, two connections of a topic, a topic left out, each compression."""
+        random = np.random.default_rng(3)
+        for compression in ('none', 'bz2', 'lz4'):
+            path = self.folder / (compression + '.bag')
+            with rosbag.Bag(str(path), 'w', compression=compression, chunk_threshold=3000) as bag:
+                for k in range(200):
+                    msg, topic = (Imu(), '/imu') if k % 3 else (Odometry(), 'odom')
+                    msg.header.seq = k
+                    topic = '/other' if k % 7 == 0 else topic
+                    second = {'topic': topic, 'type': msg._type, 'md5sum': msg._md5sum, 'message_definition': msg._full_text, 'callerid': '/b'}
+                    bag.write(topic, msg, rospy.Time(100, 10 ** 6 * int(k + random.integers(0, 20))),
+                              connection_header=second if k % 5 == 0 else None)
+            with rosbag.Bag(str(path)) as bag:
+                wanted = [(topic, type_, data, received.to_nsec())
+                          for topic, (type_, data, *_), received in bag.read_messages(topics=['/imu', 'odom'], raw=True)]
+                read = list(bag_tools.unread_messages(bag, ['/imu', 'odom']))
+                self.assertGreater(bag.get_compression_info().uncompressed, 2 * 3000)
+            found = [(topic, msg._type, msg.bytes, received.nanoseconds) for topic, msg, received in read]
+            self.assertEqual(sorted(found), sorted(wanted))
+            self.assertEqual([time for *_, time in found], sorted(time for *_, time in wanted))
+            self.assertGreater(len(wanted), 150)
+            types = {type_: type_class for type_class in (Imu, Odometry) for type_ in [type_class._type]}
+            self.assertEqual([msg.message.header.seq for _, msg, _ in read], [types[type_]().deserialize(data).header.seq for _, type_, data, _ in found])
+
+    def test_a_bag_of_another_kind_is_left_to_rosbag(self):
+        with open(self.bag, 'wb') as file:
+            file.write(b'#ROSBAG V1.2\n')
+        with open(self.bag, 'rb') as file, self.assertRaises(Unreadable):
+            BagReader(file)
 
     def test_a_missing_transform_is_named(self):
         quarter_circle(self.bag)

@@ -6,8 +6,6 @@ Messages are delivered in the order and at the times they were received; tick k 
 """
 from __future__ import annotations
 
-import rospy
-
 from ..config import FilterConfig
 from ..engine import FilterEngine
 from ..stamps import Stamp
@@ -48,12 +46,12 @@ class BagFilter:
         """All topics to be read from the bag, with a leading slash."""
         return [*self._by_topic, *TF_TOPICS, SET_POSE] + ([CONTROL] if self.config.control is not None else [])
 
-    def deliver(self, topic: str, msg, received: rospy.Time):
-        """One message of the bag, or a bag_tools.Unread, at the time (rospy.Time) it was received."""
+    def deliver(self, topic: str, msg, received):
+        """One message of the bag, or a bag_tools.Unread, at the time (rospy.Time or Stamp) it was received."""
         topic = resolved(topic)
         read = msg.message if isinstance(msg, Unread) and topic in (*TF_TOPICS, SET_POSE, CONTROL) else msg
-        now = conversions.seconds(received)
-        nanoseconds = received.to_nsec()
+        now = received if isinstance(received, Stamp) else conversions.seconds(received)
+        nanoseconds = now.nanoseconds
         if self.start is None and (topic in self._by_topic or topic == '/tf'):
             self.start = nanoseconds
             self._next = self._tick_time(1)

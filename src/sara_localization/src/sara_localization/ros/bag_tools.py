@@ -9,6 +9,7 @@ import yaml
 
 from ..geometry import Transform
 from . import conversions
+from .bag_reader import BagReader, Unreadable
 from .inputs import KINDS, resolved, why_silent
 
 TF_TOPICS = ('/tf', '/tf_static')
@@ -80,23 +81,31 @@ def by_topic(config):
 
 
 class Unread:
-    """A message as it lies in a bag: what an input takes is read straight from its bytes, which spares making the message."""
+    """A message as it lies in a bag: what an input takes is read straight from its bytes, which spares making the message.
+    class_of: called for the message's class where it is wanted after all."""
 
-    __slots__ = ('_type', 'bytes', '_class')
+    __slots__ = ('_type', 'bytes', '_class_of')
 
-    def __init__(self, type_, data, class_):
-        self._type, self.bytes, self._class = type_, data, class_
+    def __init__(self, type_, data, class_of):
+        self._type, self.bytes, self._class_of = type_, data, class_of
 
     @property
     def message(self):
         """The message itself."""
-        return self._class().deserialize(self.bytes)
+        return self._class_of()().deserialize(self.bytes)
 
 
 def unread_messages(bag: rosbag.Bag, topics):
-    """Yield (topic, Unread, rospy.Time of reception) of a bag, in its order."""
-    for topic, (type_, data, _, _, class_), received in bag.read_messages(topics=topics, raw=True):
-        yield topic, Unread(type_, data, class_), received
+    """Yield (topic, Unread, time of reception) of a bag, in its order; the time is a Stamp or rospy.Time."""
+    with open(bag.filename, 'rb') as file:
+        try:
+            reader = BagReader(file)
+        except Unreadable:
+            for topic, (type_, data, _, _, class_), received in bag.read_messages(topics=topics, raw=True):
+                yield topic, Unread(type_, data, lambda class_=class_: class_), received
+            return
+        for connection, data, received in reader.messages(topics):
+            yield connection.topic, Unread(connection.type, data, connection.message_class), received
 
 
 def converted(i, topic: str, msg):
