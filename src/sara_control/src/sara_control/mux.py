@@ -159,21 +159,22 @@ class Mux:
         locked, stamp = self._locks[lock.name]
         return locked or (lock.timeout > 0.0 and not t - stamp <= lock.timeout)
 
-    def _driver(self, t, least):
-        """Who may drive at t, of those whose priority is at least so much."""
+    def _driver(self, speaking, least):
+        """Who may drive, of those that speak and whose priority is at least so much."""
         if self._taken:
             return ROBOT
         driver, highest = NOBODY, -1
-        for source, heard in self._all:
-            if source.priority >= least and source.priority > highest and not heard.barred and not _silent(t, source, heard):
+        for source, heard in speaking:
+            if source.priority >= least and source.priority > highest and not heard.barred:
                 driver, highest = source.name, source.priority
         return driver
 
     def _decide(self, t):
         """Changes of the driver; returns what they say to the wheels, or None."""
         least = self.locked(t)
-        before, self.driver = self.driver, self._driver(t, least)
-        self._bar(t, least)
+        speaking = [(source, heard) for source, heard in self._all if not _silent(t, source, heard)]
+        before, self.driver = self.driver, self._driver(speaking, least)
+        self._bar(speaking, least)
         if self.driver == before:
             return None
         if self.driver in (NOBODY, ROBOT):
@@ -181,12 +182,12 @@ class Mux:
         heard = self._heard[self.driver]
         return Said(heard.v, heard.w, self.driver)
 
-    def _bar(self, t, least):
+    def _bar(self, speaking, least):
         """Whoever wants to move and is not heard, for a driver or a lock of a higher priority, must come anew."""
         if self.driver in self._sources:
             least = max(least, self._sources[self.driver].priority)
-        for source, heard in self._all:
-            if (self._taken or source.priority < least) and (heard.v != 0.0 or heard.w != 0.0) and not heard.barred and not _silent(t, source, heard):
+        for source, heard in speaking:
+            if (self._taken or source.priority < least) and (heard.v != 0.0 or heard.w != 0.0) and not heard.barred:
                 heard.barred = True
                 self._driven_out.append(source.name)
 

@@ -22,10 +22,9 @@ def within_limits(v, w, config):
     A planner that brakes a robot from the speed that was measured may else command a speed nobody allowed, when that
     measurement is wrong.
     """
-    fastest = max(abs(getattr(config, name, 0.0)) for name in ('max_vel_x', 'min_vel_x', 'escape_vel'))
-    quickest = max(abs(getattr(config, name, 0.0)) for name in ('max_vel_theta', 'min_vel_theta'))
-    shares = [limit / abs(speed) for limit, speed in ((fastest, v), (quickest, w)) if limit > 0.0 and abs(speed) > limit]
-    share = min(shares, default=1.0)
+    fastest = max(abs(getattr(config, 'max_vel_x', 0.0)), abs(getattr(config, 'min_vel_x', 0.0)), abs(getattr(config, 'escape_vel', 0.0)))
+    quickest = max(abs(getattr(config, 'max_vel_theta', 0.0)), abs(getattr(config, 'min_vel_theta', 0.0)))
+    share = min(fastest / abs(v) if 0.0 < fastest < abs(v) else 1.0, quickest / abs(w) if 0.0 < quickest < abs(w) else 1.0)
     return share * v, share * w
 
 
@@ -56,10 +55,11 @@ class RobotState:
     def velocity(self, measured, command, dt):
         """Return the measured velocity (v, w) when it is sound, else one reckoned from the commands with a lag."""
         share = 1.0 - math.exp(-dt / self.LAG)
-        self._model = tuple(m + share * (c - m) for m, c in zip(self._model, command))
+        v, w = self._model
+        self._model = v + share * (command[0] - v), w + share * (command[1] - w)
         if measured is None:
             return self._model
-        if not all(abs(speed) <= FASTEST for speed in measured):  # true for NaN, too
+        if not (abs(measured[0]) <= FASTEST and abs(measured[1]) <= FASTEST):  # true for NaN, too
             self._counters.bad_velocities += 1
             return self._model
         return measured

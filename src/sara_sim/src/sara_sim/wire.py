@@ -66,8 +66,9 @@ class Wire:
             self.counts['frames lost, unplugged'] += 1
             return
         late = delay * self._jitter
-        if not self.faults:
-            self._set_out(queue, frame, now, late, direction)
+        if not (self.faults or self.log):
+            self._order += 1
+            heapq.heappush(queue, (now + late, self._order, frame))
             return
         copies = [(frame, late)]
         for fault, identifiers, random in self.faults:
