@@ -76,8 +76,8 @@ class Filter(Estimate):
         stamped = output.map_to_odom
         if stamped is not None:
             self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
-            position, rpy = stamped.transform.translation, stamped.transform.rpy
-            self.map_from_odom = (float(position[0]), float(position[1]), float(rpy[2]))
+            x, y, _ = stamped.transform.translation
+            self.map_from_odom = (float(x), float(y), stamped.transform.yaw)
         return True
 
 

@@ -214,7 +214,7 @@ class FilterEngine:
         if self.on:
             self.output.differentiate(self.filter, now)
         output = self.output.of(self.filter)
-        if self.silence:
+        if self.silence and self.silence.fresh:
             self.silence.anchor(self.output.world_from_odom(output))
         return output
 

@@ -51,6 +51,14 @@ def rpy_from_quaternion(q) -> Vector:
     return roll, math.asin(sin_pitch), yaw
 
 
+def yaw_from_quaternion(q) -> float:
+    """The yaw alone of rpy_from_quaternion."""
+    x, y, z, w = q
+    if abs(2.0 * (w * y - x * z)) >= 1.0:
+        return 0.0
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def normalised(q) -> Quaternion:
     """The quaternion at unit length; raises ValueError for one of (nearly) no length or not finite."""
     length = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
@@ -100,10 +108,15 @@ class Transform(_Rigid):
         """Roll, pitch, yaw in rad."""
         return rpy_from_quaternion(self.rotation)
 
+    @property
+    def yaw(self) -> float:
+        """Yaw alone in rad."""
+        return yaw_from_quaternion(self.rotation)
+
     @cached_property
     def turn_of_yaw(self) -> Quaternion:
         """The turn by its yaw alone."""
-        return quaternion_from_rpy(0.0, 0.0, self.rpy[2])
+        return quaternion_from_rpy(0.0, 0.0, self.yaw)
 
     @cached_property
     def is_identity(self) -> bool:

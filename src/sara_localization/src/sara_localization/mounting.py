@@ -25,7 +25,7 @@ def turned_mask(mask, mounting: Transform, imu: bool):
     R = rotation_matrix(mounting.rotation)
     blocks = [(VELOCITY, R), (RATES, R), (ACCELERATION, R)]
     if imu:
-        blocks.append((ANGLES, rotation_matrix(quaternion_from_rpy(0.0, 0.0, mounting.rpy[2]))))
+        blocks.append((ANGLES, rotation_matrix(quaternion_from_rpy(0.0, 0.0, mounting.yaw))))
     for block, matrix in blocks:
         turned[block] = np.sqrt(((matrix * turned[block]) ** 2).sum(axis=1)) >= SMALLEST
     return tuple(turned.tolist())

@@ -15,7 +15,8 @@ from .state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
 
 
 class Silence:
-    """hold_after: s. inputs: InputConfigs. `moving`, `turning`: whether speed or turn rate is held at zero."""
+    """hold_after: s. inputs: InputConfigs. `moving`, `turning`: whether speed or turn rate is held at zero. `fresh`: whether anybody has told of motion
+    since the last `anchor`."""
 
     def __init__(self, hold_after, inputs):
         self.hold_after = hold_after
@@ -26,7 +27,7 @@ class Silence:
     def forget(self):
         """As if nothing had ever been heard."""
         self._motion_at = self._turn_at = math.inf
-        self._fresh = self.moving = self.turning = False
+        self.fresh = self.moving = self.turning = False
         self._anchor = None
 
     @property
@@ -37,15 +38,15 @@ class Silence:
     def heard(self, name, stamp):
         """A measurement of input `name` at stamp (s) was taken in."""
         if name in self._tell_motion:
-            self._motion_at, self._fresh = stamp, True
+            self._motion_at, self.fresh = stamp, True
         if name in self._tell_turn:
             self._turn_at = stamp
 
     def anchor(self, world_from_odom):
-        """The transform that was given out; kept where it comes from fresh odometry."""
-        if self._fresh and not self.holding and world_from_odom is not None:
+        """The transform that was given out; kept where it comes from fresh odometry (without any, there is nothing to keep)."""
+        if self.fresh and not self.holding and world_from_odom is not None:
             self._anchor = world_from_odom
-        self._fresh = False
+        self.fresh = False
 
     def follow(self, kf, odom_from_base):
         """Before a tick's measurements: while held, the pose is where the odometry says."""
@@ -56,7 +57,7 @@ class Silence:
         if self.moving:
             x[POSITION] = pose.translation
         if self.turning:
-            x[YAW] = wrap(pose.rpy[2])
+            x[YAW] = wrap(pose.yaw)
         kf.set_state(x, kf.P.copy())
 
     def hold(self, kf, now):

@@ -39,6 +39,16 @@ def test_rpy_round_trip(roll, pitch, yaw):
         assert abs(wrap(angle - asked)) < 1e-6
 
 
+@given(transforms)
+def test_yaw_alone_is_that_of_all_three(t):
+    assert t.yaw == t.rpy[2]
+
+
+def test_with_the_nose_up_all_of_the_turn_is_in_roll():
+    up = Transform((0.0, 0.0, 0.0), normalised((0.0, 1.0, 0.0, 1.0)))
+    assert up.yaw == up.rpy[2] == 0.0
+
+
 @given(transforms, st.tuples(lengths, lengths, lengths))
 def test_inverse_takes_back(t, point):
     np.testing.assert_allclose(t.inverse().apply(t.apply(point)), point, atol=1e-9)

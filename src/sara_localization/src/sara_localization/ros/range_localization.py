@@ -62,7 +62,7 @@ class RangeNode:
             if origin is None:
                 raise ValueError('its origin is no pose')
             cells = np.array(msg.data, np.int8).reshape(info.height, info.width)
-            map_ = RangeMap.from_occupancy(cells, info.resolution, (*origin.translation[:2], origin.rpy[2]), self.config.map_occupied_above)
+            map_ = RangeMap.from_occupancy(cells, info.resolution, (*origin.translation[:2], origin.yaw), self.config.map_occupied_above)
         except ValueError as error:
             rospy.logwarn('the map is not used: %s', error)
             return
@@ -88,7 +88,7 @@ class RangeNode:
             return
         with self.lock:
             self.last_pose = data.stamp
-            self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.rpy[2]))
+            self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.yaw))
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
             base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
@@ -113,7 +113,7 @@ class RangeNode:
                 if found is None:
                     self._count('no_mount', topic, 'a reading on %s comes from the frame "%s", of which tf does not know where it is' % (topic, frame))
                     return
-                mount = self.mounts[frame] = (found.translation[0], found.translation[1], found.rpy[2])
+                mount = self.mounts[frame] = (found.translation[0], found.translation[1], found.yaw)
             what = self.correction.on_range(RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view))
             self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
             if what == 'bad_range':

@@ -169,15 +169,16 @@ class RangeSensorLayer(Layer):
         self._waiting.append(reading)
 
     def _fault(self, r):
-        if not (math.isfinite(r.stamp) and abs(r.x) <= FARTHEST and abs(r.y) <= FARTHEST and abs(r.yaw) <= FARTHEST):
+        source, stamp, x, y, yaw, distance, least, most, field_of_view = r
+        if not (math.isfinite(stamp) and abs(x) <= FARTHEST and abs(y) <= FARTHEST and abs(yaw) <= FARTHEST):
             return 'bad_poses', 'its stamp is no number, or its pose none within %g' % FARTHEST
-        if not (0.0 <= r.min_range <= r.max_range <= FARTHEST and r.max_range > 0.0):
-            return 'bad_limits', 'min_range %r, max_range %r' % (r.min_range, r.max_range)
-        if not 0.0 < r.field_of_view <= 2.0 * math.pi + 1e-6:
-            return 'bad_limits', 'field_of_view %r' % r.field_of_view
-        if math.isnan(r.range):
+        if not (0.0 <= least <= most <= FARTHEST and most > 0.0):
+            return 'bad_limits', 'min_range %r, max_range %r' % (least, most)
+        if not 0.0 < field_of_view <= 2.0 * math.pi + 1e-6:
+            return 'bad_limits', 'field_of_view %r' % field_of_view
+        if math.isnan(distance):
             return 'nan_ranges', 'its range is NaN'
-        if r.stamp < self._stamps.get(r.source, -math.inf):
+        if stamp < self._stamps.get(source, -math.inf):
             return 'old_readings', 'it is older than the one before'
         return '', ''
 
