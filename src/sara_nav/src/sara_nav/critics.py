@@ -10,7 +10,7 @@ import numpy as np
 from ahead_of_time import kernel
 
 from sara_nav.geometry import wrap
-from sara_nav.outline import highest_around, outline_above
+from sara_nav.outline import SLACK, UNKNOWN, highest_around, is_below, outline_above, points_along
 from sara_nav.rollout import STRETCH, towards
 
 CRITICS = OSCILLATION, OBSTACLE, GOAL_FRONT, ALIGNMENT, PATH, GOAL, TWIRLING = range(7)
@@ -34,6 +34,8 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
     size = costs.size
     n = len(samples)
     around = highest_around(costs, STRETCH)
+    grown = 1.0 + max(growth[2], 0.0)
+    points = points_along(corners, 2.0 * (STRETCH - SLACK) * resolution / grown)
     raw, driven = np.zeros((n, 7)), np.zeros((n, 2))
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
@@ -59,8 +61,10 @@ def judge(costs, grid, corners, ceiling, path, goal, front, state, samples, acce
             cosine, sine = math.cos(yaw), math.sin(yaw)
             here = np.int64(costs[cy, cx])
             above = np.int64(ceiling[cy, cx])
-            if k * dt >= grace and (above > highest or (sum_scores and above > 0)):
-                hit = outline_above(costs, around, STRETCH, 0 if sum_scores else highest, grid, corners, scale, x, y, cosine, sine)
+            floor = 0 if sum_scores else highest
+            if k * dt >= grace and above > floor and (above == UNKNOWN or scale > grown or not is_below(
+                    around, floor, grid, points, scale, x, y, cosine, sine)):
+                hit = outline_above(costs, around, STRETCH, floor, grid, corners, scale, x, y, cosine, sine)
                 if hit < 0:
                     raw[i, OBSTACLE] = TOUCHES
                     break

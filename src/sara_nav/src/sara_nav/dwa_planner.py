@@ -148,7 +148,7 @@ class DWAPlanner(SamplingPlanner):
         left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
         weights = self._weights(g.resolution, left)
         samples = self._speeds(velocity, left)
-        state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
+        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
         driven_samples = self._driven(samples)
         motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
         fastest = max(self._fastest, 1e-3)

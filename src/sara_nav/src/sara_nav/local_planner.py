@@ -1,5 +1,5 @@
 """All local planners, and the kernels that they use."""
-from sara_nav import clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, speed_samples, stopping_steps, tracking_law
+from sara_nav import clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, speed_samples, stopping_steps, tracking_law, ways
 from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig
 from sara_nav.local_command import BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
 from sara_nav.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig
@@ -11,5 +11,5 @@ __all__ = ['BLOCKED', 'DRIVING', 'FAILED', 'LOCAL_PLANNERS', 'OFF_PATH', 'REACHE
 
 def warm():
     """Compile, or load from the cache, every kernel the local planners use."""
-    for module in (clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, speed_samples, stopping_steps, tracking_law):
+    for module in (clearance, collision, critics, map_grid, outline, path_tracker, plan_watch, rollout, smooth_speed, speed_ahead, speed_samples, stopping_steps, tracking_law, ways):
         module.warm()

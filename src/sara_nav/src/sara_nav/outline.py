@@ -10,6 +10,8 @@ import numpy as np
 from ahead_of_time import kernel
 
 LETHAL, UNKNOWN = 254, 255
+SLACK = 2
+"""Cells by which a drawn outline is off the true one, at the most, once its corners and a point are brought to cells."""
 ALL = -1
 """Reach of ``outline_above`` with which the outline is drawn wherever it is."""
 HIT_LETHAL, HIT_UNKNOWN, OFF_MAP = -1, -2, -3
@@ -126,6 +128,38 @@ def outline_above(costs, around, reach, floor, grid, corners, scale, x, y, cosin
 
 
 @kernel
+def points_along(corners, gap):
+    """Return points (n, 2) along the outline of corners (k, 2), such that every point of it has one within half of ``gap`` (m)."""
+    pieces = np.empty(len(corners), np.int64)
+    for i in range(len(corners)):
+        pieces[i] = max(1, math.ceil(math.hypot(corners[i, 0] - corners[i - 1, 0], corners[i, 1] - corners[i - 1, 1]) / gap))
+    points = np.empty((pieces.sum(), 2))
+    n = 0
+    for i in range(len(corners)):
+        for j in range(pieces[i]):
+            share = (j + 0.5) / pieces[i]
+            points[n] = corners[i - 1] + share * (corners[i] - corners[i - 1])
+            n += 1
+    return points
+
+
+@kernel
+def is_below(around, floor, grid, points, scale, x, y, cosine, sine):
+    """True when an outline that lies on the map, of points_along, surely costs no more than ``floor``; False says nothing.
+
+    around: of ``highest_around`` with a reach of SLACK cells more than half the gap between points.
+    """
+    origin_x, origin_y, resolution = grid
+    cells = 1.0 / resolution
+    for i in range(len(points)):
+        column = (x + scale * (points[i, 0] * cosine - points[i, 1] * sine) - origin_x) * cells
+        row = (y + scale * (points[i, 0] * sine + points[i, 1] * cosine) - origin_y) * cells
+        if around[np.uint64(row), np.uint64(column)] > floor:
+            return False
+    return True
+
+
+@kernel
 def highest_around(costs, reach):
     """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns, or more."""
     height, width = costs.shape
@@ -223,6 +257,6 @@ def warm():
     line_cells(0, 0, 1, 1)
     line_cost(costs, 0, 0, 1, 1)
     outline_cost(costs, 0.0, 0.0, 1.0, np.zeros((4, 2)), 1.0, 1.0, 1.0, 1.0, 0.0)
-    highest_around(costs, 1)
+    is_below(highest_around(costs, 1), 0, (0.0, 0.0, 1.0), points_along(np.zeros((4, 2)), 1.0), 1.0, 1.0, 1.0, 1.0, 0.0)
     cost_ceiling(costs, 1, 1, 1, 1)
     _polygon_cells(np.zeros((3, 2), np.int64), True)

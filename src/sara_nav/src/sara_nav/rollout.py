@@ -9,7 +9,7 @@ import math
 import numpy as np
 from ahead_of_time import kernel
 
-from sara_nav.outline import highest_around, line_cost, outline_above, outline_cost
+from sara_nav.outline import SLACK, UNKNOWN, highest_around, is_below, line_cost, outline_above, outline_cost, points_along
 
 COLLIDES, NO_WAY = -1.0, -2.0
 """Costs of samples that touch something or leave the map, and of those that end where no way leads to the goal."""
@@ -74,6 +74,7 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
     if start < 0 and grace == 0.0:
         return result, ends
     around = highest_around(costs, STRETCH)
+    points = points_along(corners, 2.0 * (STRETCH - SLACK) * resolution)
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
         steps = steps_of(wanted_v, wanted_w, simulation[0], simulation[1], simulation[2], heading[0])
@@ -88,7 +89,9 @@ def score(costs, grid, corners, ceiling, path, goal, cells, state, samples, acce
                 break
             cx, cy = int(fx), int(fy)
             cosine, sine = math.cos(yaw), math.sin(yaw)
-            if k > 0 and k * dt >= grace and ceiling[cy, cx] > occupancy:
+            above = ceiling[cy, cx]
+            if k > 0 and k * dt >= grace and above > occupancy and (above == UNKNOWN or not is_below(
+                    around, occupancy, grid, points, 1.0, x, y, cosine, sine)):
                 hit = outline_above(costs, around, STRETCH, occupancy, grid, corners, 1.0, x, y, cosine, sine)
                 if hit < 0:
                     cost = COLLIDES

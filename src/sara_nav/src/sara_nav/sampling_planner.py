@@ -125,7 +125,7 @@ class SamplingPlanner:
             self._last, self.local_plan = turn, None
             return LocalCommand(*turn)
         command, poses, text = self._choose(dt, local, self._answering(velocity), plan, cells, world,
-                                            lambda v, w: ways.stop_is_free(now, *self._driven((v, w)), c.acc_lim_x,
+                                            lambda v, w: ways.stop_is_free(now, *self._driven_one(v, w), c.acc_lim_x,
                                                                            c.acc_lim_theta))
         if command is None:
             return self._stand(*((DRIVING, '') if self._stage.take_over(now, self.goal, limits, ways) else
@@ -199,9 +199,13 @@ class SamplingPlanner:
         return tuple(seen + min(max(last - seen, -a * ANSWER_TIME), a * ANSWER_TIME) for seen, last, a in zip(
             seen_as_commanded, self._last, (self.config.acc_lim_x, self.config.acc_lim_theta)))
 
-    def _driven(self, commands):
-        """Return what the base makes of commands (v, w), (n, 2) or (2,): it turns ``self._gain`` of the rate."""
-        return np.asarray(commands, float) * (1.0, self._gain.value)
+    def _driven(self, samples):
+        """Return what the base makes of commands (n, 2) of v, w: it turns ``self._gain`` of the rate."""
+        return samples * np.array((1.0, self._gain.value))
+
+    def _driven_one(self, v, w):
+        """Return what the base makes of one command."""
+        return float(v), float(w * self._gain.value)
 
     def _plan_near(self, now, world):
         """Return the plan (n, 3) around the robot in the costmap's frame; None when it is nowhere near.
@@ -232,7 +236,7 @@ class SamplingPlanner:
         """Return outline.cost_ceiling around the pose as far as ``reach`` (m) for the footprint times ``scale``."""
         g = world.costmap.geometry
         column, row = g.to_cell_unbounded(pose.x, pose.y)
-        radius = scale * float(np.hypot(*world.footprint.T).max())
+        radius = scale * world.radius
         return outline.cost_ceiling(world.costmap.costs, column, row, math.ceil(reach / g.resolution) + 1,
                                     math.ceil(radius / g.resolution) + 1)
 

@@ -147,7 +147,7 @@ class TrajectoryPlanner(SamplingPlanner):
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
         under = outline.footprint_cells(pose, world.footprint, g, True)
         scale = g.resolution if c.meter_scoring else 1.0
-        state = (pose.x, pose.y, pose.yaw, *(float(s) for s in self._driven(velocity)))
+        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
         acceleration = c.acc_lim_x, c.acc_lim_theta
         simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
         weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
@@ -180,7 +180,7 @@ class TrajectoryPlanner(SamplingPlanner):
             command = self._within_reach(sample, velocity, dt)
             if can_stop(*command):
                 self._remember_turn(sample, pose)
-                return command, rollout.roll(state, tuple(self._driven(sample)), acceleration, simulation,
+                return command, rollout.roll(state, self._driven_one(*sample), acceleration, simulation,
                                              c.heading_scoring), ''
             cost[best] = rollout.COLLIDES
         return None, None, 'the footprint would touch an obstacle before the robot could stop'

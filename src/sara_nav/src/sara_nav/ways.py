@@ -3,6 +3,7 @@ the way that it does not touch already."""
 import math
 
 import numpy as np
+from ahead_of_time import kernel
 
 from sara_nav.geometry import wrap
 
@@ -36,14 +37,18 @@ class Ways:
 
 def arc(pose, v, w, duration, steps):
     """Return the poses (steps + 1, 3) from a Pose2D on along v (m/s) and w (rad/s), evenly over ``duration`` (s); yaw not wrapped."""
-    t = np.arange(steps + 1) * (duration / steps)
-    turn = w * t
-    chord = v * t * np.sinc(turn / (2.0 * math.pi))
-    heading = pose.yaw + 0.5 * turn
+    return _arc(float(pose.x), float(pose.y), float(pose.yaw), float(v), float(w), float(duration), steps)
+
+
+@kernel
+def _arc(x, y, yaw, v, w, duration, steps):
+    """See ``arc``: the chord of each way from the start, half its turn off the heading."""
     poses = np.empty((steps + 1, 3))
-    poses[:, 0] = pose.x + chord * np.cos(heading)
-    poses[:, 1] = pose.y + chord * np.sin(heading)
-    poses[:, 2] = pose.yaw + turn
+    for k in range(steps + 1):
+        time = k * (duration / steps)
+        half = 0.5 * w * time
+        chord = v * time * (math.sin(half) / half if half != 0.0 else 1.0)
+        poses[k, 0], poses[k, 1], poses[k, 2] = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half), yaw + 2.0 * half
     return poses
 
 
@@ -52,3 +57,8 @@ def _turn(pose, yaw):
     turn = wrap(yaw - pose.yaw)
     n = max(2, math.ceil(abs(turn) / 0.05))
     return np.column_stack([np.full(n + 1, pose.x), np.full(n + 1, pose.y), pose.yaw + turn * np.arange(n + 1) / n])
+
+
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    _arc(0.0, 0.0, 0.0, 0.1, 0.0, 1.0, 2)

@@ -93,13 +93,17 @@ def test_an_outline_drawn_only_where_it_may_cost_more_costs_the_same(seed, reach
     costs = random.integers(0, 254, (70, 60)).astype(np.uint8) * (random.random((70, 60)) < 0.04)
     costs[tuple(random.integers(0, 60, (2, 3)))] = random.choice([254, 255], 3)
     around = outline.highest_around(costs, reach)
+    points = outline.points_along(SARA, 2.0 * 0.05 * max(reach - outline.SLACK, 0.1) / 1.2)
     for row, column in random.integers(0, 60, (20, 2)):
         near = costs[max(row - reach, 0):row + reach + 1, max(column - reach, 0):column + reach + 1]
         assert around[row, column] >= near.max()
     for x, y, yaw in random.uniform((0.0, 0.0, -3.2), (3.0, 3.5, 3.2), (20, 3)):
-        ends = SARA, float(random.uniform(0.5, 1.2)), x, y, math.cos(yaw), math.sin(yaw)
+        placed = float(random.uniform(0.5, 1.2)), x, y, math.cos(yaw), math.sin(yaw)
+        ends = SARA, *placed
         cost = outline.outline_cost(costs, 0.0, 0.0, 0.05, *ends)
         assert outline.outline_above(costs, around, reach, floor, (0.0, 0.0, 0.05), *ends) == (max(cost, floor) if cost >= 0 else cost)
+        if reach > outline.SLACK and cost != outline.OFF_MAP:
+            assert (0 <= cost <= floor) or not outline.is_below(around, floor, (0.0, 0.0, 0.05), points, *placed)
 
 
 # -- rollouts ----------------------------------------------------------------------------------------------------
