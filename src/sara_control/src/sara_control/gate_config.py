@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from canserial.checks import is_number
+from sara_control.caution import CautionConfig
 from sara_control.comfort import read_profiles
 from sara_control.config import ConfigError
 from sara_control.zone_config import ZoneConfig
@@ -88,6 +89,7 @@ class SafetyConfig:
     gate: GateConfig
     plausibility: PlausibilityConfig
     zones: ZoneConfig
+    caution: CautionConfig
     profiles: dict
     profile: str
     rate: float = 50.0
@@ -100,13 +102,14 @@ class SafetyConfig:
         faults, parts = [], {}
         own = ('rate', 'profile', 'handshake', 'cancel_topics')
         for name, read in (('gate', lambda values: _fields(GateConfig, values)), ('zones', ZoneConfig.from_params),
-                           ('plausibility', lambda values: _fields(PlausibilityConfig, values)), ('profiles', read_profiles)):
+                           ('plausibility', lambda values: _fields(PlausibilityConfig, values)),
+                           ('caution', lambda values: _fields(CautionConfig, values)), ('profiles', read_profiles)):
             try:
                 parts[name] = read(params.get(name, {}))
             except ConfigError as error:
                 faults.append(str(error))
         faults += [f'{name} is {params[name]!r}, but there is no such parameter' for name in params
-                   if name not in own and name not in ('gate', 'zones', 'plausibility', 'profiles')]
+                   if name not in own and name not in ('gate', 'zones', 'plausibility', 'caution', 'profiles')]
         profile, rate = params.get('profile', 'standard'), params.get('rate', cls.rate)
         handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])
         if profile not in parts.get('profiles', {profile: None}):

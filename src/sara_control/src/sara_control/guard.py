@@ -20,7 +20,7 @@ class Guard:
     def __init__(self, config):
         self.config = config
         self.comfort = Comfort(config.profiles[config.profile])
-        self.zones = Zones(config.zones)
+        self.zones = Zones(config.zones, config.caution)
         self.gate = SafetyGate(config.gate, self.comfort, self.zones)
         self.plausibility = Plausibility(config.plausibility)
         self.profile = config.profile

@@ -16,24 +16,32 @@ LATE = 0.8             # s that a reading may lag behind what the chair does: th
 LONGEST_GAP = 0.65     # s between two readings that are compared: one of 0.2 s may be lost, and another have no echo
 NEAR = 0.9             # m: what is nearer than this is met at its first step already, if that is one of so many m/s
 STEP = 0.35, 1.3
+ALERT_NEAR = 1.5       # m: where people are about already, a first step is enough from here on,
+ALERT_STEP = 0.2, 2.5  # m/s, of one of so many, turning or not
 PAUSE = 0.45           # s, for as long as it takes to hear whether there is a second
 HOLD = 0.8             # s that somebody is reckoned with after the last such reading; longer ones hold the chair for walls, too
 JUMP = 0.3             # m nearer than both readings before: somebody who stepped in front of a sensor into whose cone the chair's motion brings nothing,
 JUMP_NEAR = 1.2        # m, if nearer than this
+NOTHING = 3            # readings without an echo in a row that say that nothing was there: one or two are lost at times
 STILL = 0.02, 0.1      # m/s, rad/s: the chair's motion that brings nothing into a side cone; into any cone
 STEPPING = 0.8         # m/s that they are taken to come with
 SURE = 3.0             # standard deviations of the sensor's own scatter that a step or a jump must exceed
 RECENT = 11            # scatters that the standard deviation is estimated of; their median, so that what is no scatter hardly counts
+REMEMBERED = 16        # readings that what a Mover knows depends on, at most
 FINEST = 0.01          # m: no sensor is taken for better than this
 COARSE = 0.05          # m: one that scatters more than this cannot tell of anybody's first step
 
 
 class Scatter:
-    """How much the readings of one sensor scatter about straight lines in time: robustly, of how far each lies off the line between its neighbours."""
+    """How much the readings of one sensor scatter about straight lines in time: robustly, of how far each lies off the line between its neighbours.
+
+    sigma: their standard deviation (m), FINEST at least.
+    """
 
     def __init__(self):
         self._three = deque(maxlen=3)
         self._off = deque(maxlen=RECENT)
+        self.sigma = FINEST
 
     def add(self, stamp, distance):
         """A reading (m, finite) at stamp (s)."""
@@ -44,13 +52,8 @@ class Scatter:
             (first, a), (middle, b), (last, c) = self._three
             share = (middle - first) / (last - first)
             self._off.append(abs(b - a - share * (c - a)) / math.sqrt(1.0 + share ** 2 + (1.0 - share) ** 2))
-
-    @property
-    def sigma(self):
-        """Standard deviation (m), FINEST at least."""
-        if len(self._off) < RECENT // 2:
-            return FINEST
-        return max(sorted(self._off)[len(self._off) // 2] / 0.6745, FINEST)   # the median of a normal distribution's size
+            if len(self._off) >= RECENT // 2:
+                self.sigma = max(sorted(self._off)[len(self._off) // 2] / 0.6745, FINEST)   # the median of a normal distribution's size
 
 
 class Mover:
@@ -67,11 +70,12 @@ class Mover:
         self._steps = deque(maxlen=READINGS - 1)
         self._scatter = Scatter()
         self._before = deque(maxlen=2)
+        self._nothing = 0   # readings without an echo in a row
         self._speeds = deque(maxlen=4)
         self._speed, self._until = 0.0, -math.inf
         self._heard, self._sure = -math.inf, -math.inf
 
-    def add(self, stamp, distance, v, w):
+    def add(self, stamp, distance, v, w, alert=False):
         """A reading (m, +-Inf as in REP-117) at stamp (s), while the chair moved at v (m/s), w (rad/s). Returns the mover's speed, m/s, 0 if nothing moves."""
         if self._moved and stamp <= self._moved[-1][0]:   # the clock was set back
             self._forget()
@@ -85,11 +89,16 @@ class Mover:
         if math.isfinite(distance):
             if self._last is not None and stamp - self._last[0] > LONGEST_GAP:
                 self._forget()
+            if self._nothing >= NOTHING:
+                self._before.extend((math.inf, math.inf))
             self._scatter.add(stamp, distance)
             if self._last is not None:
-                self._compare(stamp, distance)
+                self._compare(stamp, distance, alert)
+            elif self._stepped_in(distance, JUMP):
+                self._speed, self._until = STEPPING, stamp + PAUSE
             self._last = stamp, distance
             self._before.append(distance)
+        self._nothing = self._nothing + 1 if distance == math.inf else 0
         return self.speed(stamp)
 
     def speed(self, now):
@@ -98,7 +107,17 @@ class Mover:
 
     def trusted(self, now):
         """Whether readings have come in the last second, and do not scatter so that they tell of nobody."""
-        return 0.0 <= now - self._heard <= 1.0 and self._scatter.sigma <= COARSE
+        return 0.0 <= now - self._heard <= 1.0 and not self.coarse
+
+    @property
+    def coarse(self):
+        """Whether readings scatter so that they tell of nobody."""
+        return self._scatter.sigma > COARSE
+
+    @property
+    def sigma(self):
+        """Standard deviation (m) of the sensor's own scatter."""
+        return self._scatter.sigma
 
     def sure(self, now):
         """Whether the newest reading, at `now`, made it sure that somebody comes: two steps in a row."""
@@ -120,7 +139,7 @@ class Mover:
         off = max(math.acos(max(-1.0, min(1.0, along / size))) - self._half_angle, 0.0)
         return size * max(math.cos(off), 0.0), abs(w)
 
-    def _compare(self, stamp, distance):
+    def _compare(self, stamp, distance, alert):
         before, farther = self._last
         own = max(own for _, own, _ in self._moved)
         turning = max(turn for _, _, turn in self._moved)
@@ -132,7 +151,9 @@ class Mover:
             self._until, self._sure = stamp + HOLD, stamp
         elif stamp > self._until and self._stepped_in(distance, max(JUMP, chance)):
             self._speed, self._until = STEPPING, stamp + PAUSE
-        elif distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and self._steps[-1] > chance and turning <= STILL[1] and stamp > self._until:
+        elif stamp > self._until and self._steps[-1] > chance and (
+                ALERT_STEP[0] <= self._excess[-1] <= ALERT_STEP[1] and distance < ALERT_NEAR if alert else
+                distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and turning <= STILL[1]):
             self._speed, self._until = self._excess[-1], stamp + PAUSE
 
     def _stepped_in(self, distance, jump):

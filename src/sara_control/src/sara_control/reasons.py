@@ -39,6 +39,8 @@ class Reason(enum.Enum):
     REAR = 'something is close behind'
     LEFT = 'something is close on the left'
     RIGHT = 'something is close on the right'
+    PEOPLE = 'somebody is about'
+    CROWD = 'people have been about for long'
 
 
 _TEXTS = {

@@ -70,6 +70,7 @@ class SafetyGate:
         self._armed = self._firm = False
         self._cause = Reason.START
         self._last = self._gave_up = self._armed_at = None
+        self._held_up = 0.0   # s
 
     @property
     def latched(self):
@@ -168,12 +169,31 @@ class SafetyGate:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
             return self._decision(State.BRAKING, self._side(at), False)
         factor, near = zones.scale(v, w)
+        slowly = zones.slowly(v, w)
+        if slowly < factor:
+            factor, near = slowly, ''
         comfort.step(v * factor, w * factor, dt)
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
+        if self._tired(dt, factor < 1.0 and zones.people(t), _wants(command)):
+            return self._decision(State.SLOWED, Reason.CROWD, True)
         if near:
             return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False)
+        if slowly < 1.0:
+            return self._decision(State.SLOWED, Reason.PEOPLE, False)
         return self._decision(State.DRIVING if comfort.moving or _wants(command) else State.IDLE, None, False)
+
+    def _tired(self, dt, held_up, wanted):
+        """Whether people have held the chair up for so long that its commanders are told to give up; time in which nobody wants it to move makes up for that."""
+        patience = self.zones.caution.config.patience
+        if held_up:
+            self._held_up += dt
+        elif not wanted:
+            self._held_up = max(self._held_up - dt, 0.0)
+        if not 0.0 < patience <= self._held_up:
+            return False
+        self._held_up = 0.0
+        return True
 
     def _side(self, sensor):
         return Reason[self.zones.sensors[sensor].side.upper()]

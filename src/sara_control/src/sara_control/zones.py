@@ -18,8 +18,9 @@ from collections import deque
 import numpy as np
 
 from sara_control import zone_places
+from sara_control.caution import Caution, CautionConfig
 from sara_control.lost_echoes import MOST, LostEchoes
-from sara_control.movers import Mover
+from sara_control.movers import REMEMBERED, Mover
 from sara_control.zone_config import SLACK
 
 RAYS = 13     # places in a cone
@@ -73,7 +74,7 @@ class _Places:
 class Zones:
     """Ranges in, speed limits out."""
 
-    def __init__(self, config):
+    def __init__(self, config, caution=CautionConfig()):
         zone_places.warm()   # nothing compiles on the move
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
@@ -81,6 +82,7 @@ class Zones:
         self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
         self._movers, self._raw_movers = ({name: Mover(sensor, half) for name, sensor in self.sensors.items()} for _ in range(2))
+        self._untold = {name: deque(maxlen=REMEMBERED) for name in self.sensors}   # filtered readings that the Mover was not told of
         self._places = places = _Places(config.sensors)
         self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
         for name, rays in self._rays_of.items():
@@ -92,6 +94,7 @@ class Zones:
         self._kept = slice(RAYS * len(config.sensors), None)
         self._edges = {name: places.directions[:, rays][:, [0, RAYS // 2, -1]] for name, rays in self._rays_of.items()}
         self._now = self._careful = -math.inf
+        self.caution = Caution(caution, config.sensors, half, self._half)
 
     def _way_out(self, sensor, directions):
         """How far along each ray the body ends: an echo within it is of what stands at its edge."""
@@ -120,22 +123,39 @@ class Zones:
         if moved:
             self._keep()
         if stamp is not None:
-            self._listen(self._movers[name], name, distance, stamp, v, w, not self._raw_movers[name].trusted(stamp))
+            self._listen_late(name, distance, stamp, v, w)
         return True
+
+    def _listen_late(self, name, distance, stamp, v, w):
+        """A filtered reading tells of movers where the raw ones do not; until then it is kept, and told to the Mover when it is asked."""
+        kept = self._untold[name]
+        if self._raw_movers[name].trusted(stamp):
+            kept.append((stamp, distance, v, w))
+            return
+        while kept:
+            self._movers[name].add(*kept.popleft())
+        self._listen(self._movers[name], name, distance, stamp, v, w)
 
     def on_raw_range(self, name, distance, stamp, v=0.0, w=0.0):
         """The same reading as it came, before any filter, which tells a reading late of who moves by themselves; where it scatters, the filtered one has to tell."""
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
         raw = self._raw_movers[name]
-        self._listen(raw, name, distance, stamp, v, w, raw.trusted(stamp))
+        trusted = raw.trusted(stamp)
+        if trusted:
+            self._listen(raw, name, distance, stamp, v, w)
+        else:
+            raw.add(stamp, distance, v, w, self.caution.about(stamp))
+        self.caution.add(name, distance, stamp, v, w, raw.sigma if trusted else math.inf)
+        if trusted and raw.sure(stamp):
+            self.caution.mover(name, distance, stamp)
+        if raw.coarse:
+            self.caution.doubted(name, stamp)
         return True
 
-    def _listen(self, mover, name, distance, stamp, v, w, heard=True):
-        """Whether somebody comes by themselves; they are believed at once. heard: False where another Mover of the sensor tells better."""
-        speed = mover.add(stamp, distance, v, w)
-        if not heard:
-            return
+    def _listen(self, mover, name, distance, stamp, v, w):
+        """Whether somebody comes by themselves; they are believed at once."""
+        speed = mover.add(stamp, distance, v, w, self.caution.about(stamp))
         self._come(name, speed)
         self._now = stamp
         if speed > 0.0:
@@ -192,6 +212,14 @@ class Zones:
         factors = allowed / u
         worst = int(np.argmin(factors))
         return (1.0, '') if factors[worst] >= 1.0 else (float(factors[worst]), str(names[worst]))
+
+    def slowly(self, v, w):
+        """The factor 0..1 on the command (v m/s, w rad/s) where people are about, 1 if not."""
+        return self.caution.scale(v, w, self._now)
+
+    def people(self, now):
+        """Whether people are about."""
+        return self.caution.about(now)
 
     def _waits_for(self, places, v, w):
         """Name of a sensor that hears somebody come, who is at the body when the chair stands, and into whose cone a corner would move; ''."""

@@ -27,7 +27,7 @@ RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
 class Chair(threading.Thread):
-    """10 ms of simulated time every 5 ms. `silent`: what does not speak; `distances`: what the sonars say."""
+    """10 ms of simulated time every 5 ms. `silent`: what does not speak; `distances`: what the sonars say; `raw`: what some of them say before any filter."""
 
     def __init__(self):
         super().__init__(daemon=True)
@@ -35,6 +35,7 @@ class Chair(threading.Thread):
         self.running = True
         self.silent = set()
         self.distances = dict.fromkeys(RANGES, math.inf)
+        self.raw = {}
         self.mode = 3
         self.navigation = None
         self.axes = None
@@ -86,6 +87,10 @@ class Chair(threading.Thread):
                     message = Range(range=self.distances[name])
                     message.header.stamp = stamp
                     self.say(name, message)
+                for name, distance in self.raw.items():
+                    message = Range(range=distance)
+                    message.header.stamp, message.header.frame_id = stamp, f'{name}_frame'
+                    self.say('raw', message)
             if tick % 5 == 0:
                 message = Odometry()
                 message.header.stamp = stamp
@@ -126,7 +131,7 @@ class SafetyTest(unittest.TestCase):
     def setUp(self):
         """All is well, nobody commands, the chair stands."""
         chair = self.chair
-        chair.silent, chair.distances, chair.mode = set(), dict.fromkeys(RANGES, math.inf), 3
+        chair.silent, chair.distances, chair.raw, chair.mode = set(), dict.fromkeys(RANGES, math.inf), {}, 3
         chair.navigation = chair.axes = None
         self.until(lambda: self.status() == 'The chair is ready.' and chair.command == (0.0, 0.0), 'the chair is not ready')
         self.wait(0.6)
@@ -232,6 +237,12 @@ class SafetyTest(unittest.TestCase):
             self.wait(0.2)
         self.until(lambda: self.chair.command[0] < 0.2, 'it drives on towards somebody')
         self.assertIn('in front', self.status())
+        # They have gone, and are remembered: beside something that would hide them it creeps, and says why.
+        self.chair.raw = {'SDI': math.inf, 'SLID': 0.45}
+        self.until(lambda: self.status() == 'The chair goes slowly because somebody is about.', 'it does not say why it is slow')
+        self.wait(3.0)
+        self.assertGreater(self.chair.command[0], 0.02)
+        self.assertLess(self.chair.command[0], 0.07)
 
     def test_the_user_wins(self):
         self.drive()

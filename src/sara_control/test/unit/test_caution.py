@@ -1,0 +1,286 @@
+"""Caution: who was heard is remembered, and while they are no part of the body goes faster than it could stop for who comes out from behind something."""
+
+import math
+import random
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sara_control.caution import BETWEEN, Caution, CautionConfig
+from sara_control.comfort import Comfort, Profile
+from sara_control.config import ConfigError
+from sara_control.gate_config import GateConfig, SafetyConfig
+from sara_control.guard import Guard
+from sara_control.movers import PAUSE, Mover
+from sara_control.reasons import Reason, State
+from sara_control.safety import Command, Inputs, SafetyGate
+from sara_control.zones import Zones
+
+PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
+SAFETY = SafetyConfig.from_params(PARAMS)
+CONFIG, SENSORS = SAFETY.caution, SAFETY.zones.sensors
+HALF, BODY = math.radians(30.0), (0.54, 0.31)
+CREEP = CONFIG.creep * (1.0 + 1e-9)
+SIDE = next(sensor for sensor in SENSORS if sensor.name == 'SLID')
+
+
+def caution(config=CONFIG):
+    return Caution(config, SENSORS, HALF, BODY)
+
+
+def hear(what, ranges, start=0.0, v=0.0, w=0.0, seconds=0.2, sigma=0.01):
+    """Every sensor hears what `ranges` says (m; a number for all), every 0.2 s for so long; the time after."""
+    count = round(seconds / 0.2)
+    for k in range(count):
+        for sensor in SENSORS:
+            what.add(sensor.name, ranges.get(sensor.name, math.inf) if isinstance(ranges, dict) else ranges, start + 0.2 * k, v, w, sigma)
+    return start + 0.2 * count
+
+
+def alarmed(ranges, w=0.0):
+    """Caution that has heard somebody far off, and hears this since; the time."""
+    result = caution()
+    t = hear(result, ranges, 0.0, 0.3, w, 2.0)
+    result.mover('SDD', 2.0, t)
+    result.mover('SDD', 1.9, t + 0.2)
+    return result, t + 0.2
+
+
+@given(st.floats(0.3, 2.4), st.floats(0.0, 1.0))
+@settings(max_examples=200, deadline=None)
+def test_from_what_is_allowed_it_stands_before_who_comes_out_from_behind_an_echo_is_there(heard, share):
+    u = CONFIG.allowed(heard)
+    assert u >= CONFIG.creep
+    if u > CONFIG.creep:
+        walk = share * CONFIG.walk
+        brakes = u / CONFIG.braking
+        assert heard - (walk + u) * CONFIG.reaction - walk * brakes - 0.5 * u * brakes >= -1e-9
+    assert CONFIG.allowed(math.inf) == math.inf
+
+
+@given(st.integers(0, 10**6), st.floats(0.005, 0.03))
+@settings(max_examples=60, deadline=None)
+def test_a_chair_that_stands_among_things_that_stand_hears_nobody(seed, sigma):
+    noise, result = random.Random(seed), caution()
+    away = {sensor.name: noise.uniform(0.2, 2.4) for sensor in SENSORS}
+    for k in range(150):
+        for name, distance in away.items():
+            lost = noise.random() < 0.03
+            result.add(name, math.inf if lost else max(distance + noise.gauss(0.0, sigma), 0.16), 0.2 * k, 0.0, noise.gauss(0.0, 0.005), max(sigma, 0.01))
+        assert not result.about(0.2 * k)
+
+
+@given(st.sampled_from(SENSORS), st.floats(0.6, 2.0), st.floats(0.6, 1.2), st.sampled_from((-1.0, 1.0)))
+@settings(max_examples=60, deadline=None)
+def test_a_chair_that_stands_hears_who_walks_to_or_fro(sensor, away, walk, sense):
+    result = caution()
+    t = hear(result, {sensor.name: away}, seconds=2.0)
+    assert not result.about(t)
+    for k in (1, 2):
+        result.add(sensor.name, away + sense * walk * 0.2 * k, t + 0.2 * (k - 1), 0.0, 0.0, 0.01)
+    assert result.about(t + 0.2) and result.about(t + 0.2 + CONFIG.memory - 1e-6) and not result.about(t + 0.2 + CONFIG.memory)
+
+
+def test_a_chair_that_moves_tells_nobody_by_what_it_hears_at_another_distance():
+    for v, w in ((0.2, 0.0), (0.0, 0.2)):
+        result, t = caution(), 0.0
+        for k in range(20):
+            t = hear(result, 2.0 - 0.09 * k, t, v, w)
+        hear(result, 1.0, t, 0.0, 0.0)
+        assert not result.about(t + 0.2)
+
+
+def test_a_mover_heard_once_may_be_a_wall_and_twice_is_somebody():
+    result = caution()
+    for t in (1.0, 3.0, 5.0):
+        result.mover('SDD', 1.0, t)
+        assert not result.about(t + 0.2)
+    result.mover('SDI', 1.0, 5.4)
+    assert result.about(5.5)
+    result.mover('SDI', 1.0, 5.4 + CONFIG.memory - 0.1)   # while people are about once is enough
+    assert result.about(5.3 + 2.0 * CONFIG.memory - 0.1)
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.sampled_from([s for s in SENSORS if s.stops]), st.floats(0.2, 2.4))
+@settings(max_examples=300, deadline=None)
+def test_no_part_of_the_body_goes_faster_towards_where_a_sensor_answers_than_its_echo_allows(v, w, sensor, heard):
+    """Whoever walks into the corner next to the sensor comes along a normal of the corner."""
+    result, t = alarmed({sensor.name: heard})
+    factor = result.scale(v, w, t)
+    assert 0.0 < factor <= 1.0
+    corner = math.copysign(BODY[0], sensor.x), math.copysign(BODY[1], sensor.y)
+    for k in range(41):
+        angle = sensor.yaw + (HALF + BETWEEN) * (k / 20.0 - 1.0)
+        normal = math.cos(angle), math.sin(angle)
+        if normal[0] * corner[0] < 0.0 or normal[1] * corner[1] < 0.0:
+            continue
+        towards = factor * ((v - w * corner[1]) * normal[0] + w * corner[0] * normal[1])
+        assert towards <= CONFIG.allowed(heard) * 1.01 + 0.002   # looked at every 10 degrees
+
+
+def test_with_nothing_near_people_about_do_not_slow_it():
+    result, t = alarmed(math.inf)
+    assert result.scale(0.5, 0.2, t) == 1.0 and result.scale(-0.3, 0.0, t) == 1.0
+
+
+def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_left_while_it_stood_does_not():
+    result, t = alarmed({'SDI': 0.4})
+    assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
+    t = hear(result, math.inf, t, 0.2, 0.0, 1.6)         # 0.3 m on, and the cone is free
+    assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
+    t = hear(result, math.inf, t, 0.2, 0.0, 3.0)         # 0.9 m
+    assert result.scale(0.5, 0.0, t) == 1.0
+    result, t = alarmed(math.inf)
+    t = hear(result, {'SDI': 0.4}, t, seconds=2.0)
+    assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
+    t = hear(result, math.inf, t, seconds=1.4)
+    assert result.scale(0.5, 0.0, t) == 1.0
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
+@settings(max_examples=200, deadline=None)
+def test_for_a_while_after_somebody_was_near_the_whole_body_creeps(v, w):
+    result = caution()
+    t = hear(result, {'SLIT': 0.9}, seconds=2.0)
+    hear(result, {'SLIT': 0.6}, t)
+    for later in (0.0, CONFIG.near_memory - 0.1):
+        factor = result.scale(v, w, t + later)
+        for x in (-0.54, 0.54):
+            for y in (-0.29, 0.29):
+                assert factor * math.hypot(v - w * y, w * x) <= CREEP
+    assert result.scale(0.4, 0.0, t + CONFIG.near_memory + 0.1) <= 1.0
+
+
+def test_who_touches_it_is_near():
+    result, t = alarmed(math.inf)
+    assert result.scale(0.5, 0.0, t) == 1.0
+    result.add('SLID', -math.inf, t, 0.3, 0.0, 0.01)
+    assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
+
+
+def test_a_sensor_that_goes_on_scattering_has_told_of_nobody_and_who_others_heard_is_believed_still():
+    def doubt(name, start, seconds):
+        result, t = alarmed(0.4)
+        for k in range(round(seconds / 0.2) + 1):
+            result.doubted(name, t + start + 0.2 * k)
+        return result, t + start + seconds
+    result, t = doubt('SDD', 0.4, 4.0)
+    assert not result.about(t) and result.scale(0.5, 0.0, t) == 1.0
+    for name, start, seconds in (('SLID', 0.4, 4.0), ('SDD', 0.4, 2.0), ('SDD', 6.0, 4.0)):   # another, for a while only, long after
+        result, t = doubt(name, start, seconds)
+        assert result.about(t)
+
+
+def test_without_a_memory_there_is_no_caution():
+    result = caution(CautionConfig())
+    hear(result, 0.5, hear(result, 1.0, seconds=3.0))
+    result.mover('SDI', 0.5, 4.0)
+    result.mover('SDI', 0.5, 4.2)
+    assert not result.about(4.2) and result.scale(0.8, 0.8, 4.2) == 1.0
+
+
+def test_a_clock_set_back_forgets_them():
+    result, t = alarmed(0.4)
+    hear(result, 0.4, t - 5.0)
+    assert not result.about(t - 5.0)
+
+
+def test_faults_name_the_parameter_and_what_is_allowed():
+    with pytest.raises(ConfigError, match='memory is -1.0, allowed are numbers of 0 or more; patience is .a.*walk is 0|walk is 0.*memory is -1.0'):
+        CautionConfig(memory=-1.0, walk=0, patience='a')
+    with pytest.raises(ConfigError, match='hope is 1, but there is no such parameter'):
+        SafetyConfig.from_params({**PARAMS, 'caution': {'hope': 1}})
+    assert SafetyConfig.from_params({name: value for name, value in PARAMS.items() if name != 'caution'}).caution.memory == 0.0
+
+
+def test_where_people_are_about_a_first_step_is_enough_though_the_chair_turns():
+    for alert in (False, True):
+        mover = Mover(SIDE, HALF)
+        told = [mover.add(0.2 * k, distance, 0.0, 0.2, alert) for k, distance in enumerate((1.2, 1.2, 1.2, 1.0))]
+        assert told[:3] == [0.0, 0.0, 0.0] and (told[3] > 0.2) == alert
+        assert mover.speed(0.6 + PAUSE + 0.01) == 0.0
+
+
+@pytest.mark.parametrize('nothing, told', [(2, False), (3, True)])
+def test_who_steps_in_where_nothing_was_heard_is_waited_for(nothing, told):
+    mover = Mover(next(sensor for sensor in SENSORS if sensor.name == 'SJO'), HALF)
+    for k, distance in enumerate((*([math.inf] * nothing), 0.7)):
+        speed = mover.add(0.2 * k, distance, 0.1, 0.0)
+    assert (speed > 0.0) == told
+
+
+class Ride:
+    """A guard as SARA is set up, told to drive; what its raw sonars hear is `ranges`."""
+
+    def __init__(self):
+        self.guard, self.t, self.ranges, self.command, self.speeds, self.decisions = Guard(SAFETY), 0.0, {}, (0.0, 0.0), [], []
+
+    def go(self, seconds):
+        """So many seconds; the last Decision."""
+        guard = self.guard
+        for _ in range(round(seconds / 0.02)):
+            self.t += 0.02
+            tick = round(self.t / 0.02)
+            if tick % 10 == 0:
+                for sensor in SENSORS:
+                    distance = self.ranges.get(sensor.name, math.inf)
+                    guard.on_raw_range(self.t, sensor.name, distance)
+                    guard.on_range(self.t, sensor.name, distance)
+            inputs = Inputs(self.t, self.t, self.t, self.t, self.t, None, False, True, 'navigation', 0.0)
+            self.decisions.append(guard.gate.step(self.t, Command(*self.command, self.t), inputs))
+        return self.decisions[-1]
+
+
+def test_somebody_heard_and_then_hidden_makes_the_chair_creep_and_say_why_and_quiet_lets_it_go_on():
+    ride = Ride()
+    ride.ranges = {'SLDD': 1.6, 'SLID': 0.45}
+    ride.go(3.0)
+    for distance in (1.4, 1.3, 1.6):     # somebody passes on the right, at rest; then a wall on the left hides whoever is behind it
+        ride.ranges['SLDD'] = distance
+        ride.go(0.4)
+    del ride.ranges['SLDD']
+    ride.command = 0.4, 0.0
+    ride.go(3.0)
+    assert 0.02 < ride.decisions[-1].v * math.cos(math.radians(40.0)) <= CREEP
+    assert (ride.decisions[-1].state, ride.decisions[-1].reason) == (State.SLOWED, Reason.PEOPLE)
+    ride.go(CONFIG.memory)
+    assert ride.decisions[-1].v == pytest.approx(0.4) and ride.decisions[-1].state is State.DRIVING
+    assert not any(decision.give_up for decision in ride.decisions)
+
+
+def test_a_wall_that_was_there_all_the_time_slows_nobody():
+    ride = Ride()
+    ride.ranges = {'SLDD': 1.6, 'SLID': 0.45}
+    ride.go(3.0)
+    ride.command = 0.4, 0.0
+    assert ride.go(3.0).v == pytest.approx(0.4)
+
+
+def crowd(patience):
+    """A gate whose chair creeps for people; its Decisions of 40 s, and what it says then to somebody who has asked for nothing for a minute."""
+    zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))
+    gate = SafetyGate(GateConfig(), Comfort(Profile()), zones)
+    for t in (0.0, 0.2):
+        zones.caution.mover('SDI', 2.0, t)
+    decisions = []
+
+    def drive(start, seconds, v):
+        for k in range(round(seconds / 0.02)):
+            t = start + 0.02 * k
+            if k % 10 == 0:
+                for sensor in SENSORS:
+                    zones.on_raw_range(sensor.name, 0.4, t)
+            decisions.append(gate.step(t, Command(v, 0.0, t), Inputs(t, t, t, t, t, None, False, True, 'navigation', 0.0)))
+    drive(0.2, 0.1, 0.0)
+    drive(0.3, 40.0, 0.5)
+    return decisions
+
+
+def test_goals_are_given_up_in_words_when_people_have_held_it_up_for_long():
+    decisions = crowd(patience=15.0)
+    given_up = [k for k, decision in enumerate(decisions) if decision.give_up]
+    assert [round(0.02 * k) for k in given_up] == [15, 30]
+    assert all(decisions[k].reason is Reason.CROWD for k in given_up)
+    assert not any(decision.give_up for decision in crowd(patience=0.0))
