@@ -243,6 +243,8 @@ class SafetyTest(unittest.TestCase):
         self.wait(3.0)
         self.assertGreater(self.chair.command[0], 0.02)
         self.assertLess(self.chair.command[0], 0.07)
+        self.chair.raw = {'SDI': math.inf, 'SLID': math.inf}   # past it, where all is heard
+        self.until(lambda: self.chair.command[0] > 0.35, 'it goes on slowly')
 
     def test_the_user_wins(self):
         self.drive()

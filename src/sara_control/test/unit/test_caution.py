@@ -258,23 +258,21 @@ def test_a_wall_that_was_there_all_the_time_slows_nobody():
     assert ride.go(3.0).v == pytest.approx(0.4)
 
 
-def crowd(patience):
-    """A gate whose chair creeps for people; its Decisions of 40 s, and what it says then to somebody who has asked for nothing for a minute."""
+def crowd(patience, drives=((40.0, 0.5),)):
+    """The Decisions of a gate whose chair creeps for people, told to drive at v (m/s) for so many s: `drives`, one after another; 0 m/s is to stand."""
     zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))
     gate = SafetyGate(GateConfig(), Comfort(Profile()), zones)
     for t in (0.0, 0.2):
         zones.caution.mover('SDI', 2.0, t)
-    decisions = []
-
-    def drive(start, seconds, v):
-        for k in range(round(seconds / 0.02)):
-            t = start + 0.02 * k
+    decisions, k = [], 10
+    for seconds, v in ((0.1, 0.0), *drives):
+        for _ in range(round(seconds / 0.02)):
+            k += 1
+            t = 0.02 * k
             if k % 10 == 0:
                 for sensor in SENSORS:
                     zones.on_raw_range(sensor.name, 0.4, t)
             decisions.append(gate.step(t, Command(v, 0.0, t), Inputs(t, t, t, t, t, None, False, True, 'navigation', 0.0)))
-    drive(0.2, 0.1, 0.0)
-    drive(0.3, 40.0, 0.5)
     return decisions
 
 
@@ -284,3 +282,8 @@ def test_goals_are_given_up_in_words_when_people_have_held_it_up_for_long():
     assert [round(0.02 * k) for k in given_up] == [15, 30]
     assert all(decisions[k].reason is Reason.CROWD for k in given_up)
     assert not any(decision.give_up for decision in crowd(patience=0.0))
+
+
+@pytest.mark.parametrize('pause, gives_up', [(1.0, True), (8.0, False)])
+def test_time_in_which_nobody_wants_it_to_move_makes_up_for_time_that_people_took(pause, gives_up):
+    assert any(decision.give_up for decision in crowd(15.0, ((10.0, 0.5), (pause, 0.0), (10.0, 0.5)))) == gives_up
