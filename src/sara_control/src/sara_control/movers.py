@@ -22,7 +22,7 @@ PAUSE = 0.45           # s, for as long as it takes to hear whether there is a s
 HOLD = 0.8             # s that somebody is reckoned with after the last such reading; longer ones hold the chair for walls, too
 JUMP = 0.3             # m nearer than both readings before: somebody who stepped in front of a sensor into whose cone the chair's motion brings nothing,
 JUMP_NEAR = 1.2        # m, if nearer than this
-NOTHING = 3            # readings without an echo in a row that say that nothing was there: one or two are lost at times
+NOTHING = 3            # readings without an echo in a row that then count as two of nothing: one or two are lost at times
 STILL = 0.02, 0.1      # m/s, rad/s: the chair's motion that brings nothing into a side cone; into any cone
 STEPPING = 0.8         # m/s that they are taken to come with
 SURE = 3.0             # standard deviations of the sensor's own scatter that a step or a jump must exceed
@@ -89,7 +89,7 @@ class Mover:
         if math.isfinite(distance):
             if self._last is not None and stamp - self._last[0] > LONGEST_GAP:
                 self._forget()
-            if self._nothing >= NOTHING:
+            if alert and self._nothing >= NOTHING:
                 self._before.extend((math.inf, math.inf))
             self._scatter.add(stamp, distance)
             if self._last is not None:

@@ -203,11 +203,11 @@ def test_where_people_are_about_a_first_step_is_enough_though_the_chair_turns():
         assert mover.speed(0.6 + PAUSE + 0.01) == 0.0
 
 
-@pytest.mark.parametrize('nothing, told', [(2, False), (3, True)])
-def test_who_steps_in_where_nothing_was_heard_is_waited_for(nothing, told):
+@pytest.mark.parametrize('nothing, alert, told', [(2, True, False), (3, True, True), (3, False, False)])
+def test_where_people_are_about_who_steps_in_where_nothing_was_heard_is_waited_for(nothing, alert, told):
     mover = Mover(next(sensor for sensor in SENSORS if sensor.name == 'SJO'), HALF)
     for k, distance in enumerate((*([math.inf] * nothing), 0.7)):
-        speed = mover.add(0.2 * k, distance, 0.1, 0.0)
+        speed = mover.add(0.2 * k, distance, 0.1, 0.0, alert)
     assert (speed > 0.0) == told
 
 
