@@ -8,8 +8,6 @@ import subprocess
 import time
 from contextlib import contextmanager
 
-import rosgraph
-
 PATIENCE = 20.0     # s
 
 
@@ -23,6 +21,7 @@ def free_port():
 @contextmanager
 def own_master():
     """Start a master on a free port and point this process's environment at it; gives the port."""
+    import rosgraph     # free_port is asked for where ROS is not, too
     port = free_port()
     os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
     with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
