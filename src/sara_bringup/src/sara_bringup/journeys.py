@@ -49,9 +49,10 @@ class Planner:
         return own if self.sonars else merged(own, NO_RANGES)
 
     def prepare(self, lockstep):
-        """Take the distance zones off a Lockstep that is to drive without them."""
+        """Take the distance zones, and the caution that goes by the same sonars, off a Lockstep that is to drive without them."""
         if not self.sonars:
             lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, "")
+            lockstep.wheels.guard.zones.slowly = lambda *_command: 1.0
 
     @property
     def tolerances(self):
