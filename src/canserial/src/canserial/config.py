@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from canserial.checks import is_number
+from canserial.checks import is_number, number_faults
 
 DEFAULT_GAIN = 1.08  # table 4.11 of the thesis
 AUTO = 'auto'
@@ -59,12 +59,9 @@ class ReaderConfig:
     thesis_covariances: bool = False
 
     def __post_init__(self):
-        faults = []
-        for name in ('calibration_time', 'max_gap', 'still_step', 'still_drift', 'range_min', 'range_max', 'range_limit',
-                     'stuck_time', 'rate_limit', 'acceleration_limit', 'gravity_tolerance', 'max_wheel_speed', 'battery_max'):
-            value = getattr(self, name)
-            if not is_number(value) or not value > 0:
-                faults.append(f'{name} is {value!r}, allowed are numbers above 0')
+        faults = number_faults(self, above_0=(
+            'calibration_time', 'max_gap', 'still_step', 'still_drift', 'range_min', 'range_max', 'range_limit',
+            'stuck_time', 'rate_limit', 'acceleration_limit', 'gravity_tolerance', 'max_wheel_speed', 'battery_max'))
         for name in ('gain', 'battery_empty', 'battery_full', 'battery_charging'):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0):

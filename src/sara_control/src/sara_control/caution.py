@@ -14,7 +14,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from canserial.checks import is_number
+from canserial.checks import number_faults
 from sara_control.config import ConfigError
 
 STANDS = 1e-3, 0.04      # m/s commanded, rad/s measured: no more is rest
@@ -51,11 +51,7 @@ class CautionConfig:
     patience: float = 0.0
 
     def __post_init__(self):
-        faults = []
-        for names, fits, allowed in ((('near', 'walk', 'reaction', 'braking', 'creep'), lambda value: value > 0, 'above 0'),
-                                     (('memory', 'near_memory', 'way', 'patience'), lambda value: value >= 0, 'of 0 or more')):
-            faults += [f'{name} is {getattr(self, name)!r}, allowed are numbers {allowed}' for name in names
-                       if not (is_number(getattr(self, name)) and fits(getattr(self, name)))]
+        faults = number_faults(self, above_0=('near', 'walk', 'reaction', 'braking', 'creep'), from_0=('memory', 'near_memory', 'way', 'patience'))
         if faults:
             raise ConfigError('; '.join(faults))
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 
 from ahead_of_time import kernel
-from canserial.checks import is_number
+from canserial.checks import number_faults
 from sara_control.config import ConfigError
 
 SHORTEST_STEP = 1e-6  # s
@@ -34,8 +34,7 @@ class Profile:
     turn_jerk: float = 2.4
 
     def __post_init__(self):
-        faults = [f'{field.name} is {getattr(self, field.name)!r}, allowed are numbers above 0' for field in fields(self)
-                  if not (is_number(getattr(self, field.name)) and getattr(self, field.name) > 0)]
+        faults = number_faults(self, above_0=[field.name for field in fields(self)])
         if faults:
             raise ConfigError('; '.join(faults))
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from canserial.checks import is_number
+from canserial.checks import is_number, number_faults
 from sara_control.limiter import Limits
 from sara_control.urdf import UrdfError, WheelGeometry
 
@@ -68,14 +68,12 @@ class ControllerConfig:
             raise ConfigError('; '.join(faults))
 
     def _faults(self):
-        faults = []
+        faults = number_faults(self, above_0=POSITIVE, from_0=('publish_rate',))
 
         def check(names, is_right, allowed):
             faults.extend(f'{name} is {getattr(self, name)!r}, allowed {allowed}' for name in names
                           if not is_right(getattr(self, name)))
 
-        check(POSITIVE, lambda value: is_number(value) and value > 0, 'are numbers above 0')
-        check(('publish_rate',), lambda value: is_number(value) and value >= 0, 'are numbers of 0 or more')
         check(('stop_deceleration',), lambda value: value is None or is_number(value) and value > 0, 'are numbers above 0')
         check(('pose_covariance_diagonal', 'twist_covariance_diagonal'), lambda value: isinstance(value, (list, tuple))
               and len(value) == 6 and all(is_number(v) and v >= 0 for v in value), 'are six numbers of 0 or more')

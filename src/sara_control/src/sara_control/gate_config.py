@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from canserial.checks import is_number
+from canserial.checks import is_number, number_faults
 from sara_control.caution import CautionConfig
 from sara_control.comfort import read_profiles
 from sara_control.config import ConfigError
@@ -32,9 +32,8 @@ class GateConfig:
     rest_speed: float = 0.05
 
     def __post_init__(self):
-        faults = []
-        _check_positive(self, ('emergency_braking', 'emergency_turn_braking', 'command_timeout', 'command_hard_timeout',
-                               'fresh_silence', 'rest_speed'), faults)
+        faults = number_faults(self, above_0=('emergency_braking', 'emergency_turn_braking', 'command_timeout', 'command_hard_timeout',
+                                              'fresh_silence', 'rest_speed'))
         for name in ('bus_timeout', 'encoder_timeout', 'imu_timeout', 'range_timeout', 'localization_timeout'):
             if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0, and 0 for what is not there')
@@ -68,9 +67,8 @@ class PlausibilityConfig:
     max_turn_rate: float = 4.4
 
     def __post_init__(self):
-        faults = []
-        _check_positive(self, ('wheel_radius', 'wheel_separation', 'max_wheel_speed', 'frozen_distance', 'runaway_speed',
-                               'turn_difference', 'max_turn_rate'), faults)
+        faults = number_faults(self, above_0=('wheel_radius', 'wheel_separation', 'max_wheel_speed', 'frozen_distance', 'runaway_speed',
+                                              'turn_difference', 'max_turn_rate'))
         for name in ('steps_per_turn', 'runaway_readings', 'turn_readings'):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
@@ -138,9 +136,3 @@ def _fields(config, values):
     if unknown:
         raise ConfigError('; '.join(unknown))
     return result
-
-
-def _check_positive(config, names, faults):
-    for name in names:
-        if not (is_number(getattr(config, name)) and getattr(config, name) > 0):
-            faults.append(f'{name} is {getattr(config, name)!r}, allowed are numbers above 0')

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from canserial.checks import is_number
+from canserial.checks import is_number, number_faults
 from sara_control.config import ConfigError
 
 
@@ -23,10 +23,7 @@ class JoystickConfig:
     deadman_button: int = -1
 
     def __post_init__(self):
-        faults = []
-        for name in ('max_linear', 'max_angular'):
-            if not (is_number(getattr(self, name)) and getattr(self, name) > 0):
-                faults.append(f'joystick/{name} is {getattr(self, name)!r}, allowed are numbers above 0')
+        faults = number_faults(self, above_0=('max_linear', 'max_angular'), prefix='joystick/')
         if not (is_number(self.deadzone) and 0 <= self.deadzone < 1):
             faults.append(f'joystick/deadzone is {self.deadzone!r}, allowed are numbers from 0 to below 1')
         for name, least in (('axis_forward', 0), ('axis_left', 0), ('deadman_button', -1)):

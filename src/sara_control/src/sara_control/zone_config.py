@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from canserial.checks import is_number
+from canserial.checks import is_number, number_faults
 from sara_control.config import ConfigError
 
 SLACK = 1.25  # creeping may be this much faster before it is braked hard: v and w are limited each by itself
@@ -55,13 +55,8 @@ class ZoneConfig:
     release: int = 3
 
     def __post_init__(self):
-        faults = []
-        for name in ('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'hard_braking', 'creep_speed'):
-            if not (is_number(getattr(self, name)) and getattr(self, name) > 0):
-                faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers above 0')
-        for name in ('side_margin', 'ease'):
-            if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
-                faults.append(f'{name} is {getattr(self, name)!r}, allowed are numbers of 0 or more')
+        faults = number_faults(self, above_0=('length', 'width', 'field_of_view', 'stop_distance', 'reaction_time', 'braking', 'hard_braking', 'creep_speed'),
+                               from_0=('side_margin', 'ease'))
         for name in ('trigger', 'release'):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 10:

@@ -18,6 +18,7 @@ from collections import deque
 import numpy as np
 
 from sara_control import zone_places
+from sara_control.believed_range import BelievedRange
 from sara_control.caution import Caution, CautionConfig
 from sara_control.lost_echoes import MOST, LostEchoes
 from sara_control.movers import REMEMBERED, Mover
@@ -28,31 +29,6 @@ SAMPLES = 40  # of the way
 CRAWL = 0.04  # m/s: no faster towards somebody who comes,
 CAREFUL = 4.0 # s: and no faster than that up to the stop distance for so long afterwards
 IN = 1e-6     # m: a place that comes nearer by less does not
-
-
-class _Believed:
-    """The range that enough readings in a row bear out."""
-
-    def __init__(self, trigger, release):
-        self._trigger, self._release = trigger, release
-        self._last = deque(maxlen=max(trigger, release))
-        self.range = None
-
-    def at_once(self, distance):
-        """Nearer, without waiting for another."""
-        self._last.clear()
-        self.range = distance
-
-    def add(self, distance):
-        self._last.append(distance)
-        recent = list(self._last)
-        nearer, farther = max(recent[-self._trigger:]), min(recent[-self._release:])
-        if self.range is None:
-            self.range = distance
-        elif len(recent) >= self._trigger and nearer < self.range:
-            self.range = nearer
-        elif len(recent) >= self._release and farther > self.range:
-            self.range = farther
 
 
 class _Places:
@@ -79,7 +55,7 @@ class Zones:
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
         self._half = 0.5 * config.length, 0.5 * config.width + float(config.side_margin)
-        self._believed = {name: _Believed(config.trigger, config.release) for name in self.sensors}
+        self._believed = {name: BelievedRange(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
         self._movers, self._raw_movers = ({name: Mover(sensor, half) for name, sensor in self.sensors.items()} for _ in range(2))
         self._untold = {name: deque(maxlen=REMEMBERED) for name in self.sensors}   # filtered readings that the Mover was not told of
