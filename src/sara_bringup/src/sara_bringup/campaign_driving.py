@@ -87,7 +87,8 @@ def _doors_summary(results):
 
 
 def travel(_seeds, folder):
-    """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown boxes, with people."""
+    """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown boxes, with people, with people
+    who are expected."""
     def case(name, mode, number):
         return travels.drive(name, mode, number, gain_of(number, folder) if mode == "fused" else None).to_json()
     return Part({f"travel_{name}_{mode}_{number}": lambda name=name, mode=mode, number=number: case(name, mode, number)
@@ -95,7 +96,7 @@ def travel(_seeds, folder):
 
 
 def _travel_summary(results):
-    lines = [f"{'mode':7} {'map':8} {'reached':>9} {'to 10 m':>9} {'contacts':>8} {'to blame':>8} {'gap min m':>9} {'driven/way':>10} {'m/s':>5} {'discomfort s/m':>14}"]
+    lines = [f"{'mode':8} {'map':8} {'reached':>9} {'to 10 m':>9} {'contacts':>8} {'to blame':>8} {'gap min m':>9} {'driven/way':>10} {'m/s':>5} {'discomfort s/m':>14}"]
     figures = {}
     for mode in travels.MODES:
         for name in (*MAPS, "all"):
@@ -109,7 +110,7 @@ def _travel_summary(results):
             if name == "all":
                 row.update(calm_figures(there))
             figures[f"{mode}_{name}"] = row
-            lines.append("{:7} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} {gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} "
+            lines.append("{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} {gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} "
                          "{discomfort_per_m:14.2f}".format(mode, name, **row))
         lines += [f"{mode}: " + line for line in lines_of({key: figures[f"{mode}_all"][key] for key in ("reversals_per_m", "last_metre_s", "last_metre_and_turn_s", "acceleration_rms")})]
     lines += [f"not reached: {result['map']} {result['mode']} {result['number']} ({result['way']:.1f} m): {result['text']}" for result in results if not result["reached"]]

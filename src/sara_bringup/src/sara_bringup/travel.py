@@ -1,7 +1,7 @@
 """Travel: SARA as it is set up by default drives from random poses to random poses on three maps, in lockstep, sensors and safety gate as on the chair.
 
 Ways of making it harder (MODES): the pose is the true one, or fused; five boxes that the map does not know; two people who walk about and
-stop for nobody. What came of a journey is judged by `judge`; who touched whom is told by contact_watch.py.
+stop for nobody; the same people, whom the safety gate was told to expect. What came of a journey is judged by `judge`; who touched whom is told by contact_watch.py.
 """
 import math
 from dataclasses import asdict, dataclass, replace
@@ -16,8 +16,9 @@ from sara_nav.geometry import Pose2D, wrap
 from sara_nav.move_base import ACTIVE, SUCCEEDED
 from sara_sim.world import World
 
-MODES = ("true", "fused", "boxes", "people")
-PACE, PATIENCE_S = 0.10, 120.0   # a journey may take its way at so many m/s, and so long besides
+MODES = ("true", "fused", "boxes", "people", "expected")
+PATIENCE = {"expected": (0.03, 240.0)}   # a journey may take its way at so many m/s, and so long (s) besides;
+USUAL_PATIENCE = 0.10, 120.0             # where nobody is expected it does not have to creep
 SETTLE_S = 1.0
 SAMPLE_STEPS = 2                 # 50 Hz
 POSITION_M, YAW_DEG = {"true": 0.10, "fused": 0.30}, {"true": 4.0, "fused": 7.0}   # farther off than that, a goal is not reached, whatever move_base says
@@ -113,15 +114,17 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     pair = pairs(name)[number]
     world = World.from_yaml(map_file(name))
     lockstep = Lockstep(map_file(name), pair.start, number, gain=gain, localization="ekf" if mode == "fused" else "fake", navigation=navigation)
-    for obstacle in {"boxes": boxes, "people": lambda of: people(of, number)}.get(mode, lambda _: ())(name):
+    for obstacle in boxes(name) if mode == "boxes" else people(name, number) if mode in ("people", "expected") else ():
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
+    lockstep.wheels.guard.zones.caution.expect(mode == "expected")
     recorder = Recorder(lockstep, watch)
     try:
         lockstep.start_up()
     except LockstepError as error:
         return Outcome(name, mode, number, pair.start, pair.goal, pair.way, False, False, str(error), 0.0, math.nan, math.nan, 0, (), None)
-    goal, late = reach(recorder, pair.goal, PATIENCE_S + pair.way / PACE)
+    pace, besides = PATIENCE.get(mode, USUAL_PATIENCE)
+    goal, late = reach(recorder, pair.goal, besides + pair.way / pace)
     goal = replace(goal, shortest=pair.way)
     last = lockstep.chair.pose
     off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))

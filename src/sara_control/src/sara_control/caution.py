@@ -37,7 +37,8 @@ class CautionConfig:
     """memory: s for which people are about after one was heard, 0: there is no caution. near: m; after one was heard within it the whole body creeps for
     near_memory (s). way: m for which the chair keeps in mind what was heard near: jambs leave the cones before the corners have passed them. walk: m/s, of who
     comes out from behind something. reaction: s from their first echo to the wheels' answer. braking: m/s2. creep: m/s, of any part of the
-    body. patience: s of creeping and waiting for people until goals are given up, 0: never.
+    body. patience: s of creeping and waiting for people, after one was heard, until goals are given up, 0: never. expected: whether people are reckoned
+    with from the start, heard or not, and goals not given up for them.
     """
 
     memory: float = 0.0
@@ -49,9 +50,14 @@ class CautionConfig:
     braking: float = 1.5
     creep: float = 0.045
     patience: float = 0.0
+    expected: bool = False
 
     def __post_init__(self):
         faults = number_faults(self, above_0=('near', 'walk', 'reaction', 'braking', 'creep'), from_0=('memory', 'near_memory', 'way', 'patience'))
+        if not isinstance(self.expected, bool):
+            faults.append(f'expected is {self.expected!r}, allowed are true and false')
+        elif self.expected and not faults and not self.memory:
+            faults.append('expected is True, allowed is false where memory is 0: nothing is kept in mind then')
         if faults:
             raise ConfigError('; '.join(faults))
 
@@ -80,7 +86,13 @@ class Caution:
         self._history = {name: deque(maxlen=HISTORY) for name in self._sectors}   # (stamp, m of way, m): raw readings
         self._nearest = {}   # {name: m} of what is known to be nearest, until the next reading
         self._way, self._last = 0.0, -math.inf
+        self.expected = config.expected
         self._forget()
+
+    def expect(self, expected):
+        """Reckon with people whether or not one is heard, or no more. False where there is no caution."""
+        self.expected = bool(expected and self.config.memory)
+        return self.expected or not expected
 
     def _sector(self, sensor, half_angle):
         """Whom it answers for walks into the nearest corner of the body, or the sides next to it: from directions that look outward there."""
@@ -160,12 +172,12 @@ class Caution:
         self._near_until = max(self._close.values(), default=-math.inf) + self.config.near_memory
 
     def about(self, now):
-        """Whether people are about."""
+        """Whether people are about: one was heard lately."""
         return now < self._until
 
     def scale(self, v, w, now):
         """The factor 0..1 on the command (v m/s, w rad/s)."""
-        if not self.about(now):
+        if not (self.expected or self.about(now)):
             return 1.0
         if now < self._near_until:
             return min(1.0, self.config.creep / max(self._fastest(v, w), 1e-9))

@@ -40,6 +40,7 @@ class Reason(enum.Enum):
     LEFT = 'something is close on the left'
     RIGHT = 'something is close on the right'
     PEOPLE = 'somebody is about'
+    EXPECTED = 'people are expected'
     CROWD = 'people have been about for long'
 
 

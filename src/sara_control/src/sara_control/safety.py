@@ -180,12 +180,13 @@ class SafetyGate:
         if near:
             return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False)
         if slowly < 1.0:
-            return self._decision(State.SLOWED, Reason.PEOPLE, False)
+            return self._decision(State.SLOWED, Reason.PEOPLE if zones.people(t) else Reason.EXPECTED, False)
         return self._decision(State.DRIVING if comfort.moving or _wants(command) else State.IDLE, None, False)
 
     def _tired(self, dt, held_up, wanted):
-        """Whether people have held the chair up for so long that its commanders are told to give up; time in which nobody wants it to move makes up for that."""
-        patience = self.zones.caution.config.patience
+        """Whether people have held the chair up for so long that its commanders are told to give up; time in which nobody wants it to move makes up for that.
+        Who expected them has the patience."""
+        patience = 0.0 if self.zones.caution.expected else self.zones.caution.config.patience
         if held_up:
             self._held_up += dt
         elif not wanted:

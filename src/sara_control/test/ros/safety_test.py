@@ -113,11 +113,12 @@ class SafetyTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
         cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
         cls.touch = rospy.Publisher('/cmd_vel/touch', Twist, queue_size=1)
+        cls.expected = rospy.Publisher('/safety_gate/expect_people', Bool, queue_size=1)
         cls.chair = Chair()
         rospy.wait_for_service('/emergency_stop/reset')
         cls.reset = rospy.ServiceProxy('/emergency_stop/reset', Trigger)
         end = time.monotonic() + 20.0
-        topics = [cls.stop_button, cls.touch, *cls.chair.topics.values()]
+        topics = [cls.stop_button, cls.expected, cls.touch, *cls.chair.topics.values()]
         while not all(topic.get_num_connections() for topic in topics):
             assert time.monotonic() < end, 'nobody listens to ' + ', '.join(t.name for t in topics if not t.get_num_connections())
             time.sleep(0.01)
@@ -226,6 +227,18 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: 'does not go that way' in self.status(), 'no reason')
         self.chair.navigation = (-0.2, 0.0)
         self.until(lambda: self.chair.command[0] < -0.15, 'it may go back')
+
+    def test_people_who_are_expected_make_it_creep_until_they_are_not(self):
+        self.chair.raw = {'SLID': 0.45}   # something that would hide them
+        self.wait(0.5)
+        self.drive()
+        self.expected.publish(Bool(True))
+        self.until(lambda: self.status() == 'The chair goes slowly because people are expected.', 'it does not say why it is slow')
+        self.wait(3.0)
+        self.assertGreater(self.chair.command[0], 0.02)
+        self.assertLess(self.chair.command[0], 0.07)
+        self.expected.publish(Bool(False))
+        self.until(lambda: self.chair.command[0] > 0.35, 'it goes on slowly')
 
     def test_who_walks_up_is_heard_in_raw_readings_before_the_median_tells(self):
         self.drive()

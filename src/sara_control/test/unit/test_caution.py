@@ -258,6 +258,28 @@ def test_a_wall_that_was_there_all_the_time_slows_nobody():
     assert ride.go(3.0).v == pytest.approx(0.4)
 
 
+def test_who_is_expected_is_reckoned_with_before_anybody_is_heard_and_no_more_when_they_have_gone():
+    ride = Ride()
+    assert ride.guard.zones.caution.expect(True)
+    ride.ranges = {'SLDD': 1.6, 'SLID': 0.45}
+    ride.go(3.0)
+    ride.command = 0.4, 0.0
+    told = ride.go(90.0)
+    assert 0.02 < told.v * math.cos(math.radians(40.0)) <= CREEP and (told.state, told.reason) == (State.SLOWED, Reason.EXPECTED)
+    assert not any(decision.give_up for decision in ride.decisions)   # nobody holds it up
+    assert ride.guard.zones.caution.expect(False)
+    assert ride.go(3.0).v == pytest.approx(0.4)
+
+
+def test_people_cannot_be_expected_where_nothing_is_kept_in_mind():
+    assert not caution(CautionConfig()).expect(True) and caution(CautionConfig()).expect(False)
+    expecting = SafetyConfig.from_params({**PARAMS, 'caution': {**PARAMS['caution'], 'expected': True}}).caution
+    assert caution(expecting).expected and not caution().expected
+    for fault, sentence in ({'expected': 1}, 'expected is 1, allowed are true and false'), ({'expected': True}, 'expected is True, allowed is false where memory is 0'):
+        with pytest.raises(ConfigError, match=sentence):
+            CautionConfig(**fault)
+
+
 def crowd(patience, drives=((40.0, 0.5),)):
     """The Decisions of a gate whose chair creeps for people, told to drive at v (m/s) for so many s: `drives`, one after another; 0 m/s is to stand."""
     zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))

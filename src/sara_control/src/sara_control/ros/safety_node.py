@@ -54,6 +54,7 @@ class SafetyNode:
         self.listen('emergency_stop', Bool, lambda _, m: self.guard.on_emergency_stop(m.data), at_once=True)
         self.listen('impact', Bool, lambda now, m: self.guard.on_impact(now, m.data), at_once=True)
         self.listen('~profile', String, self.on_profile)
+        self.listen('~expect_people', Bool, self.on_expect_people)
         if config.handshake:
             self.listen('mode', UInt8, lambda now, m: self.guard.on_mode(now, m.data), at_once=True)
         if gate.encoder_timeout:
@@ -87,6 +88,13 @@ class SafetyNode:
             rospy.loginfo('the profile is %s, from the next rest on', message.data)
         else:
             rospy.logwarn('there is no profile %s; there are: %s', message.data, ', '.join(self.guard.config.profiles))
+
+    def on_expect_people(self, _now, message):
+        """Whoever is with the chair knows that people are about, or that they have gone."""
+        if self.guard.zones.caution.expect(message.data):
+            rospy.loginfo('people are expected' if message.data else 'people are not expected')
+        else:
+            rospy.logwarn('people cannot be expected: caution/memory is 0')
 
     def on_reset(self, _request):
         """The explicit release of the emergency stop."""
