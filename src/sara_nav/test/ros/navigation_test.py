@@ -7,6 +7,7 @@ import math
 import os
 import sys
 import unittest
+from types import SimpleNamespace
 
 import actionlib
 import rospy
@@ -17,7 +18,10 @@ from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap
+from sara_nav.ros.common import TransformListener
+from sara_nav.ros.robot_inputs import RobotInputs
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 from fake_robot import FakeRobot, stamped  # noqa: E402
@@ -157,6 +161,30 @@ class NavigationTest(unittest.TestCase):
         self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
         self.assertIn('transform_tolerance', self.client.get_goal_status_text())
         self.assert_stands()
+
+    def test_the_pose_is_the_newest_odometry_on_the_newest_correction_though_that_is_dated_ahead(self):
+        tf = TransformListener()
+        settings = SimpleNamespace(global_frame='hall', local_frame='wheels', robot_base_frame='body', local_planner=SimpleNamespace(config=None))
+        inputs = RobotInputs(settings, tf)
+        self.assertEqual(inputs.poses(), (None, None, None))
+        self.assertIn('hall', inputs.problem)
+
+        def heard(parent, child, x, yaw, seconds):
+            tf._add(TFMessage([FakeRobot.transform(parent, child, x, 0.0, yaw, rospy.Time.from_sec(seconds))]), False)
+        for k in range(4):
+            heard('wheels', 'axle', 1.0 + k, 0.0, 100.0 + 0.1 * k)
+            heard('axle', 'body', 0.5, 0.0, 100.0 + 0.1 * k)
+            heard('hall', 'wheels', 10.0 * k, 0.0, 100.05 + 0.1 * k)
+        pose, stamp, local = inputs.poses()
+        self.assertAlmostEqual(tf.latest('hall', 'body').transform.translation.x, 29.5, 5)   # 4.5 on 25.0, half a period old
+        self.assertAlmostEqual(pose.x, 34.5, 5)
+        self.assertAlmostEqual(stamp, 100.3, 5)
+        self.assertAlmostEqual(local.x, 4.5, 5)
+        heard('wheels', 'axle', 5.0, 0.0, 100.8)
+        heard('axle', 'body', 0.5, 0.0, 100.8)
+        self.assertAlmostEqual(inputs.poses()[1], 100.35, 5)   # who corrects is silent: that is how old the pose is
+        settings.global_frame = 'axle'
+        self.assertAlmostEqual(RobotInputs(settings, tf).poses()[0].x, 0.5, 5)
 
     def test_diagnostics_name_the_node(self):
         names = set()

@@ -28,6 +28,7 @@ class TransformListener:
 
     def __init__(self):
         self.buffer = tf2_ros.Buffer(debug=False)
+        self._parents = {}
         self._subscribers = [
             rospy.Subscriber('/tf', TFMessage, self._add, False, queue_size=100, tcp_nodelay=True),
             rospy.Subscriber('/tf_static', TFMessage, self._add, True, queue_size=100, tcp_nodelay=True)]
@@ -37,6 +38,7 @@ class TransformListener:
         for transform in msg.transforms:
             try:
                 put(transform, 'default_authority')
+                self._parents[transform.child_frame_id.lstrip('/')] = transform.header.frame_id.lstrip('/')
             except tf2_ros.TransformException as error:
                 rospy.logwarn_throttle(10.0, 'a transform was dropped: %s', error)
 
@@ -46,3 +48,16 @@ class TransformListener:
         Raises tf2_ros.TransformException, whose text says what is missing.
         """
         return self.buffer.lookup_transform(target, source, rospy.Time(0))
+
+    def child_towards(self, frame, source):
+        """Return the child of ``frame`` through which ``source`` hangs below it: odom for map and base_link. ``source`` itself where it is that child, or
+        where it is not known to be below."""
+        child = source
+        for _ in range(len(self._parents)):
+            parent = self._parents.get(child)
+            if parent is None:
+                break
+            if parent == frame:
+                return child
+            child = parent
+        return source

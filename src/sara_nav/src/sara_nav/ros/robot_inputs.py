@@ -58,15 +58,28 @@ class RobotInputs:
         """Return (pose, stamp s or None, local pose): Pose2D in the global frame, and in the local costmap's where that is
         another; all None when one of them is not known."""
         try:
-            msg = self._tf.latest(self._global, self._base)
-            pose, local = conv.pose_from_transform(msg.transform), None
-            if self._local != self._global:
-                local = conv.pose_from_transform(self._tf.latest(self._local, self._base).transform)
+            pose, stamp = self._newest(self._global)
+            local = self._newest(self._local)[0] if self._local != self._global else None
         except (ValueError, tf2_ros.TransformException) as error:
             self.problem = str(error)
             return None, None, None
         self.problem = ''
-        return pose, (None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec()), local
+        return pose, stamp, local
+
+    def _newest(self, frame):
+        """Return (Pose2D, stamp s or None) of the robot in a frame, put together of the newest odometry and of its newest place in that frame.
+
+        tf's own answer is for the newest time of which it knows both. Who corrects odometry dates map -> odom ahead, so that others need not
+        wait for the next one (robot_localization's transform_time_offset, amcl's transform_tolerance), and tf takes one that is older by so much.
+        """
+        between = self._tf.child_towards(frame, self._base)
+        ways = [self._tf.latest(*way) for way in ((frame, between), (between, self._base)) if way[0] != way[1]]
+        pose = None
+        for way in ways:
+            step = conv.pose_from_transform(way.transform)
+            pose = step if pose is None else pose.compose(step)
+        stamps = [way.header.stamp.to_sec() for way in ways if not way.header.stamp.is_zero()]  # what is fixed has none
+        return pose, min(stamps, default=None)
 
     def global_pose(self, stamped):
         """Return the Pose2D of a geometry_msgs/PoseStamped in the global frame; raises GoalError."""
