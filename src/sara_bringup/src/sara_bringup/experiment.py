@@ -78,14 +78,14 @@ def thesis(arguments):
     folder, faults, failed = arguments.out or pages_folder(), [], []
     if arguments.ros:
         failed = _over_ros(arguments, chosen, folder)
-    cases = {case.key: case for experiment in chosen for case in experiment.cases(seeds[experiment.name])}
+    over_ros = {experiment.name: agreement.load(experiment.name, folder) or agreement.load(experiment.name, pages_folder()) for experiment in chosen}
+    cases = {case.key: case for experiment in chosen for case in (*experiment.cases(seeds[experiment.name]), *agreement.references(experiment, over_ros[experiment.name]))}
     costs = {}
     results = runner.run(list(cases.values()), arguments.processes, lambda total: tqdm(total=total, unit="run", smoothing=0.05), arguments.keep, costs)
     for experiment in chosen:
         report = experiment.report(results)
         if experiment.figures:
-            own = {case.key: experiment.figures(results[case.key]) for case in experiment.cases(seeds[experiment.name])}
-            report = agreement.with_ros(report, experiment.name, own, agreement.load(experiment.name, folder) or agreement.load(experiment.name, pages_folder()))
+            report = agreement.with_ros(report, experiment.name, agreement.side(experiment, experiment.cases(seeds[experiment.name]), results), over_ros[experiment.name])
         written = pages.write(experiment, report, folder, seeds[experiment.name])
         cost = sum(costs.get(case.key, 0.0) for case in experiment.cases(seeds[experiment.name]))
         print(f"{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs, {cost:.0f} s of CPU; {folder / written[0]}, {len(report.figures)} figures)", flush=True)

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_bringup.experiments import agreement, drives, in_place, pages, registry, school, square
+from sara_bringup.experiments.as_nodes import AsNodes
 from sara_bringup.experiments.agreement import OFF, REACHED, SECONDS, Compared
 from sara_bringup.experiments.core import CONFIRMED, Experiment, Report
 from sara_bringup.judge import Goal
@@ -93,3 +94,50 @@ def test_every_driven_set_up_has_a_launch(tmp_path):
             assert ("navigation" in found) == (setup.planner != drives.OURS or setup.turn_rate > 0.0) and ("separation" in found) == bool(setup.calibrated)
     with pytest.raises(over_ros.OverRosError, match="raw_rate"):
         over_ros.arguments(3, case.options["course"], dataclasses.replace(setup, raw_rate=True), None, tmp_path, 2.0)
+
+
+def test_drives_over_ros_are_compared_with_lockstep_that_has_the_timing_of_nodes_and_the_page_is_not_made_of_it():
+    e9 = registry.EXPERIMENTS["E9"]
+    key = ("E9", "square", drives.OURS, drives.DEFAULT)
+    cases = agreement.references(e9, {(*key, 0): {}})
+    assert [case.key for case in cases] == [(agreement.AS_NODES, *key, seed) for seed in range(agreement.CHAIRS)] and {case.options["kind"] for case in cases} == {AsNodes}
+    assert agreement.references(registry.EXPERIMENTS["E4"], {case.key: {} for case in registry.EXPERIMENTS["E4"].cases(1)}) == [], "there is no drive in it"
+    told = dataclasses.replace(e9, figures=lambda result: {SECONDS: result})
+    own = e9.cases(2)
+    results = {**{case.key: 1.0 for case in own}, **{case.key: 2.0 for case in cases}}
+    found = agreement.side(told, own, results)
+    assert {found[(*key, seed)][SECONDS] for seed in range(agreement.CHAIRS)} == {2.0} and sum(figures[SECONDS] == 1.0 for figures in found.values()) == len(own) - 2
+
+
+def test_the_timers_of_nodes_have_phases_of_their_own_and_hear_what_was_sent_in_the_step_before():
+    course, setup = in_place.COURSES["left"], in_place.SETUPS["ours"]
+
+    class Watched(AsNodes):
+        """When navigation, filter and wheels had their turn, and what was heard until then."""
+
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self.heard, self.turns = 0, {"navigation": [], "filter": []}
+
+        def _on_reading(self, reading):
+            self.heard = self.tick
+            super()._on_reading(reading)
+
+        def _navigate(self, now):
+            self.turns["navigation"].append((self.tick, self.heard))
+
+        def _localize(self, now):
+            self.turns["filter"].append((self.tick, self.heard))
+
+    phases = set()
+    for seed in range(6):
+        runs_ = [Watched(course, seed, setup, 1.08) for _ in range(2)]
+        for run in runs_:
+            for _ in range(200):
+                run.step()
+        turns = runs_[0].turns
+        assert turns == runs_[1].turns, "the same chair has the same phases"
+        assert {b - a for (a, _), (b, _) in zip(turns["navigation"], turns["navigation"][1:])} == {5} and {b - a for (a, _), (b, _) in zip(turns["filter"], turns["filter"][1:])} == {2}
+        assert all(heard < tick for turn in turns.values() for tick, heard in turn) and any(heard == tick - 1 for turn in turns.values() for tick, heard in turn)
+        phases.add((turns["navigation"][0][0], turns["filter"][0][0]))
+    assert len(phases) > 2

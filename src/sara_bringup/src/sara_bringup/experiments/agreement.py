@@ -1,7 +1,8 @@
 """Whether drives over ROS and in lockstep, of the same descriptions, come to the same: figures of each, and how far apart they are.
 
 A run over ROS is not the lockstep run to the digit: nodes wait for each other. It agrees where each of its figures is within LIMIT times the spread over
-the chairs (standard deviation) of the lockstep's mean; where all of those are the same, it must be that too.
+the chairs (standard deviation) of the lockstep's mean; where all of those are the same, it must be that too. Drives are compared with drives in lockstep
+that have the timing of nodes (as_nodes.py), of CHAIRS chairs.
 """
 import json
 import math
@@ -12,6 +13,8 @@ import numpy as np
 from sara_bringup.experiments.core import rounded, table
 
 LIMIT = 3.0
+CHAIRS = 10
+AS_NODES = "as nodes"   # begins the key of a drive in lockstep with the timing of nodes
 
 
 def every_case(_key):
@@ -68,6 +71,22 @@ class Compared:
         return None if math.isnan(self.deviation) else self.apart <= LIMIT
 
 
+def references(experiment, ros):
+    """The Cases in lockstep with which an Experiment's drives over ROS, {(*set-up, seed): ...}, are compared; their keys begin with AS_NODES."""
+    from sara_bringup.experiments import as_nodes, drives
+    set_ups = {key[:-1] for key in ros}
+    return [replace(case, key=(AS_NODES, *case.key), options={**case.options, "trace": False, "kind": as_nodes.AsNodes})
+            for case in experiment.cases(CHAIRS) if case.key[:-1] in set_ups and case.function is drives.course_driven]
+
+
+def side(experiment, cases, results):
+    """{(*set-up, seed): {Figure: value}} with which runs over ROS are compared: of the references among the `results` where a set-up has any, of its own Cases else."""
+    found = {key[1:]: result for key, result in results.items() if key[0] == AS_NODES and key[1] == experiment.name}
+    has = {key[:-1] for key in found}
+    found.update({case.key: results[case.key] for case in cases if case.key[:-1] not in has})
+    return {key: experiment.figures(result) for key, result in found.items()}
+
+
 def compare(lockstep, ros):
     """{set-up: {Figure: Compared}} of {(*set-up, seed): {Figure: value}} both."""
     found = {}
@@ -111,7 +130,7 @@ def with_ros(report, name, lockstep, ros):
     chairs = sorted({key[-1] for key in ros})
     told = f"{len(known) - len(out)} of {len(known)} figures agree" if all(of.agrees is not None for _, _, of in known) else "One chair in lockstep tells nothing of the spread: more `--seeds` do"
     text = (f"`rosrun sara_bringup experiment {name} --ros`: the same descriptions through the launch files, the simulated chair behind its adapter under all nodes; chair{'s' * (len(chairs) > 1)} {', '.join(map(str, chairs))}. "
-            f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs. Bold: more than {LIMIT:g} deviations from lockstep's mean. {told}.\n\n")
+            f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than {LIMIT:g} deviations from lockstep's mean. {told}.\n\n")
     names = list(dict.fromkeys(figure for _, figure, _ in known))
     if len(compared) > 1:
         head, rows = ("", *(figure.name for figure in names)), [(_called(set_up), *(_cell(figure, figures[figure]) if figure in figures else "" for figure in names)) for set_up, figures in compared.items()]

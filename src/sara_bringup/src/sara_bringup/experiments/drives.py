@@ -167,9 +167,9 @@ class Recorded(Lockstep):
                           state.angular, command.v, command.w))
 
 
-def course_driven(seed, course, setup, gain=None, trace=False):
-    """Drive a Course; its figures as plain data, by the true pose and by what navigation took for it; `trace`: every fifth of a second's row too."""
-    lockstep = Recorded(course, seed, setup, gain)
+def course_driven(seed, course, setup, gain=None, trace=False, kind=Recorded):
+    """Drive a Course; its figures as plain data, by the true pose and by what navigation took for it; `trace`: every fifth of a second's row too. `kind`: a Recorded."""
+    lockstep = kind(course, seed, setup, gain)
     lockstep.start_up()
     clicks = lockstep.pose_estimate()
     goals, before = [], course.placed(course.start)

@@ -1,0 +1,35 @@
+"""Lockstep with the timing of nodes, for drives that are compared with those over ROS.
+
+Lockstep calls everybody at the same instant with what was heard up to it: the shortest way there is from a sensor to the wheels. Over ROS timers run at
+phases that nobody sets, and what is sent in a step of the simulated clock (10 ms), the others have in the next: a filter that runs when the IMU speaks has
+not heard it yet. For a turn that ends this counts, since the IMU tells five times a second how fast it still is: the way to rest takes one to four
+control cycles more or fewer. So the phases are drawn as the chair is, by its seed; what comes of them is part of the spread over the chairs.
+"""
+import random
+
+from sara_bringup.experiments.drives import Recorded
+from sara_bringup.lockstep import COMMAND_STEPS, FILTER_STEPS
+
+
+class AsNodes(Recorded):
+    """A Recorded whose nodes work at phases of their own, drawn by `seed`, with what was sent until the step before."""
+
+    def __init__(self, course, seed, setup, gain):
+        super().__init__(course, seed, setup, gain)
+        drawn = random.Random(f"timers of chair {seed}")
+        self._navigation_phase, self._filter_phase, self._command_phase = (drawn.randrange(steps) for steps in (self._control_steps, FILTER_STEPS, COMMAND_STEPS))
+
+    def step(self):
+        """Advance everything by 10 ms."""
+        self.tick += 1
+        frames, now = self.chair.step(), self.chair.time
+        if (self.tick + self._navigation_phase) % self._control_steps == 0 and self.navigation_runs:
+            self._navigate(now)
+        if (self.tick + self._filter_phase) % FILTER_STEPS == 0 and self.localization_runs:
+            self._localize(now)
+        if (self.tick + self._command_phase) % COMMAND_STEPS == 0:
+            self.chair.receive(self.wheels.step(now))
+            self._give_up(now)
+        for frame in frames:
+            for reading in self.reader.on_frame(frame):
+                self._on_reading(reading)
