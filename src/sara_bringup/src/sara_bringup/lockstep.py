@@ -132,8 +132,10 @@ class Lockstep:
         return self._composed[1]
 
     def _give_up(self, now):
-        """As move_base's `~abort` and `cancel`."""
+        """As move_base's `~abort`, `~wait` and `cancel`."""
         wheels = self.wheels
+        if wheels.decision.waits:
+            self.move_base.excuse_standing()
         if wheels.cancel:
             self.move_base.cancel(now, wheels.cancel)
         if wheels.abort:

@@ -17,8 +17,8 @@ from sara_nav.move_base import ACTIVE, SUCCEEDED
 from sara_sim.world import World
 
 MODES = ("true", "fused", "boxes", "people", "expected")
-PATIENCE = {"expected": (0.03, 240.0)}   # a journey may take its way at so many m/s, and so long (s) besides;
-USUAL_PATIENCE = 0.10, 120.0             # where nobody is expected it does not have to creep
+USUAL_PATIENCE = 0.10, 120.0   # a journey may take its way at so many m/s, and so long (s) besides;
+PATIENCE = dict.fromkeys(("people", "expected"), (0.015, 600.0))   # where people walk about it has to creep and to stand, and to turn about for another way
 SETTLE_S = 1.0
 SAMPLE_STEPS = 2                 # 50 Hz
 POSITION_M, YAW_DEG = {"true": 0.10, "fused": 0.30}, {"true": 4.0, "fused": 7.0}   # farther off than that, a goal is not reached, whatever move_base says

@@ -37,8 +37,8 @@ class CautionConfig:
     """memory: s for which people are about after one was heard, 0: there is no caution. near: m; after one was heard within it the whole body creeps for
     near_memory (s). way: m for which the chair keeps in mind what was heard near: jambs leave the cones before the corners have passed them. walk: m/s, of who
     comes out from behind something. reaction: s from their first echo to the wheels' answer. braking: m/s2. creep: m/s, of any part of the
-    body. patience: s of creeping and waiting for people, after one was heard, until goals are given up, 0: never. expected: whether people are reckoned
-    with from the start, heard or not, and goals not given up for them.
+    body. patience: s of standing for people until goals are given up, 0: never. expected: whether people are reckoned
+    with from the start, heard or not.
     """
 
     memory: float = 0.0

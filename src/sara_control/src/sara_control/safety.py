@@ -47,13 +47,16 @@ class Inputs(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by themselves."""
+    """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by themselves.
+    waits: it goes more slowly than told, or stands, while somebody moves near by, so that standing is no reason to try something else.
+    """
 
     v: float
     w: float
     state: State
     reason: Reason
     give_up: bool
+    waits: bool = False
 
 
 class SafetyGate:
@@ -167,26 +170,26 @@ class SafetyGate:
         self._firm = asked < 1.0
         if self._firm:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
-            return self._decision(State.BRAKING, self._side(at), False)
+            return self._decision(State.BRAKING, self._side(at), False, zones.somebody_moves)
         factor, near = zones.scale(v, w)
         slowly = zones.slowly(v, w)
         if slowly < factor:
             factor, near = slowly, ''
         comfort.step(v * factor, w * factor, dt)
+        waits = factor < 1.0 and zones.somebody_moves
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
-        if self._tired(dt, factor < 1.0 and zones.people(t), _wants(command)):
+        if self._tired(dt, waits and not comfort.moving, _wants(command)):
             return self._decision(State.SLOWED, Reason.CROWD, True)
         if near:
-            return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False)
+            return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False, waits)
         if slowly < 1.0:
-            return self._decision(State.SLOWED, Reason.PEOPLE if zones.people(t) else Reason.EXPECTED, False)
+            return self._decision(State.SLOWED, Reason.PEOPLE if zones.people(t) else Reason.EXPECTED, False, waits)
         return self._decision(State.DRIVING if comfort.moving or _wants(command) else State.IDLE, None, False)
 
     def _tired(self, dt, held_up, wanted):
-        """Whether people have held the chair up for so long that its commanders are told to give up; time in which nobody wants it to move makes up for that.
-        Who expected them has the patience."""
-        patience = 0.0 if self.zones.caution.expected else self.zones.caution.config.patience
+        """Whether people in its way have held the chair up for so long that its commanders are told to give up; time in which nobody wants it to move makes up for that."""
+        patience = self.zones.caution.config.patience
         if held_up:
             self._held_up += dt
         elif not wanted:
@@ -199,8 +202,8 @@ class SafetyGate:
     def _side(self, sensor):
         return Reason[self.zones.sensors[sensor].side.upper()]
 
-    def _decision(self, state, reason, give_up):
-        return Decision(self.comfort.v, self.comfort.w, state, reason, give_up)
+    def _decision(self, state, reason, give_up, waits=False):
+        return Decision(self.comfort.v, self.comfort.w, state, reason, give_up, waits)
 
 
 def _wants(command):

@@ -197,6 +197,11 @@ class Zones:
         """Whether people are about."""
         return self.caution.about(now)
 
+    @property
+    def somebody_moves(self):
+        """Whether a sensor hears somebody move, or has been sure of it lately."""
+        return self._places.fastest > 0.0 or self._now < self._careful
+
     def _waits_for(self, places, v, w):
         """Name of a sensor that hears somebody come, who is at the body when the chair stands, and into whose cone a corner would move; ''."""
         half_x, half_y = self._half

@@ -108,7 +108,7 @@ class SafetyTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.got = {}
-        for topic, kind in (('/safety_gate/status', String), ('/safety_gate/give_up', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID),
+        for topic, kind in (('/safety_gate/status', String), ('/safety_gate/give_up', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID), ('/safety_gate/waits', Bool),
                             ('/diagnostics', DiagnosticArray)):
             rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
         cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
@@ -250,6 +250,7 @@ class SafetyTest(unittest.TestCase):
             self.wait(0.2)
         self.until(lambda: self.chair.command[0] < 0.2, 'it drives on towards somebody')
         self.assertIn('in front', self.status())
+        self.until(lambda: self.got.get('/safety_gate/waits'), 'it does not say that it waits')
         # They have gone, and are remembered: beside something that would hide them it creeps, and says why.
         self.chair.raw = {'SDI': math.inf, 'SLID': 0.45}
         self.until(lambda: self.status() == 'The chair goes slowly because somebody is about.', 'it does not say why it is slow')

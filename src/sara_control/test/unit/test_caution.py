@@ -280,8 +280,8 @@ def test_people_cannot_be_expected_where_nothing_is_kept_in_mind():
             CautionConfig(**fault)
 
 
-def crowd(patience, drives=((40.0, 0.5),)):
-    """The Decisions of a gate whose chair creeps for people, told to drive at v (m/s) for so many s: `drives`, one after another; 0 m/s is to stand."""
+def crowd(patience, drives=((40.0, 0.5),), still=False):
+    """The Decisions of a gate before which somebody walks to and fro (`still`: stands), told to drive at v (m/s) for so many s: `drives`, one after another; 0 m/s is to stand."""
     zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))
     gate = SafetyGate(GateConfig(), Comfort(Profile()), zones)
     for t in (0.0, 0.2):
@@ -293,7 +293,9 @@ def crowd(patience, drives=((40.0, 0.5),)):
             t = 0.02 * k
             if k % 10 == 0:
                 for sensor in SENSORS:
-                    zones.on_raw_range(sensor.name, 0.4, t)
+                    distance = 0.4 if still or sensor.side != 'front' else 1.2 - 0.2 * (k // 10 % 5)
+                    zones.on_raw_range(sensor.name, distance, t)
+                    zones.on_range(sensor.name, distance, t)
             decisions.append(gate.step(t, Command(v, 0.0, t), Inputs(t, t, t, t, t, None, False, True, 'navigation', 0.0)))
     return decisions
 
@@ -304,6 +306,12 @@ def test_goals_are_given_up_in_words_when_people_have_held_it_up_for_long():
     assert [round(0.02 * k) for k in given_up] == [15, 30]
     assert all(decisions[k].reason is Reason.CROWD for k in given_up)
     assert not any(decision.give_up for decision in crowd(patience=0.0))
+
+
+def test_it_says_that_it_waits_for_who_moves_and_not_for_what_stands_where_it_creeps_on():
+    assert all(decision.waits for decision in crowd(0.0)[100:])
+    creeping = crowd(15.0, still=True)[100:]
+    assert all(decision.v > 0.0 for decision in creeping) and not any(decision.waits or decision.give_up for decision in creeping)
 
 
 @pytest.mark.parametrize('pause, gives_up', [(1.0, True), (8.0, False)])

@@ -55,6 +55,10 @@ class Goal:
             for trigger in (BY_OSCILLATION, BY_STUCK) if self.phase != CLEARING else ():
                 self.found(trigger)
 
+    def excuse_standing(self):
+        """It is not in vain that the robot has stood until now."""
+        self.still_pose = None
+
     def stuck_for(self, t, pose, command):
         """The robot is at a Pose2D and told to drive (v m/s, w rad/s); return for how long (s) it has been told so in vain."""
         still = self.still_pose

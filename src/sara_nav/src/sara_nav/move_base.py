@@ -9,8 +9,7 @@ import math
 from sara_nav.costmap_pair import CostmapPair
 from sara_nav.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK, Goal
 from sara_nav.local_command import DRIVING, FAILED, OFF_PATH, REACHED
-from sara_nav.move_base_config import (ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED, SUCCEEDED, Counters,
-                                       StepResult)
+from sara_nav.move_base_config import ABORTED, ACTIVE, CLEARING, CONTROLLING, IDLE, PLANNING, PREEMPTED, SUCCEEDED, Counters, StepResult
 from sara_nav.plan_maker import PlanMaker
 from sara_nav.recovery import Situation
 from sara_nav.robot_state import RobotState, sound, within_limits
@@ -43,8 +42,6 @@ class MoveBase:
         self._state = RobotState(self.counters)
         self._command = ZERO
         self._track = Track()
-
-    # -- what the shell calls ----------------------------------------------------------------------------------
 
     @property
     def active(self):
@@ -105,6 +102,11 @@ class MoveBase:
         """Give the goal up because something the shell knows of went wrong; the next step says aborted."""
         if self._goal is not None:
             self._end(ABORTED, text)
+
+    def excuse_standing(self):
+        """Who stops the robot lets somebody pass now: until here it has not been stuck."""
+        if self._goal is not None:
+            self._goal.excuse_standing()
 
     def take_end(self):
         """Return (status, text) of an end that no step has told yet, or None; no step will tell it any more."""
@@ -170,8 +172,6 @@ class MoveBase:
             plan = result.plan if result else None
         end = self.take_end()
         return self._result(ZERO, *end, plan=plan) if end else self._result(ZERO, IDLE)
-
-    # -- a cycle with a goal: each returns a StepResult, or has ended the goal -----------------------------------
 
     def _pursue(self, goal, t, dt, pose, velocity, age, local_pose):
         if age is None:
@@ -273,8 +273,6 @@ class MoveBase:
             goal.recovered(t)
             self.costmaps.wake()  # what was cleared is to be clear before it is planned on
         return self._result(ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced, help=step.help)
-
-    # -- inside ------------------------------------------------------------------------------------------------
 
     def _exhausted(self, goal, trigger, why, pose):
         """Patience is at its end: recover from the next cycle on, or give the goal up when there is nothing left to try."""

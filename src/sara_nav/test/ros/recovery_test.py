@@ -18,7 +18,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal, RecoveryStatus
 from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Range
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 from fake_robot import FakeRobot, stamped  # noqa: E402
@@ -120,6 +120,23 @@ class RecoveryTest(unittest.TestCase):
         self.map.publish(room(walled=False))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
         self.assertEqual((self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.'))
+
+    def test_one_that_is_stopped_to_let_somebody_pass_waits_and_one_that_is_stopped_else_recovers(self):
+        self.map.publish(room(walled=False))
+        wait = rospy.Publisher('/move_base/wait', Bool, queue_size=1)
+        self.wait(wait.get_num_connections, 'nobody listens')
+        self.go()
+        self.wait(lambda: self.robot.v > 0.1, 'the robot does not drive')
+        self.robot.stopped = True
+        for _ in range(12):   # stuck_timeout is 3 s
+            wait.publish(True)
+            rospy.sleep(0.5)
+        self.assertEqual(self.statuses, [])
+        self.assertEqual(self.client.get_state(), GoalStatus.ACTIVE)
+        self.wait(lambda: self.statuses, 'it does not recover')
+        self.assertEqual(self.statuses[0].recovery_behavior_name, 'turn')   # clearing is passed over
+        self.client.cancel_goal()
+        self.client.wait_for_result(rospy.Duration(2.0))
 
     def test_cancelled_while_turning_it_stops_within_a_cycle(self):
         self.go()

@@ -135,6 +135,23 @@ def test_a_robot_that_is_told_to_move_and_stands_recovers_and_the_goal_ends_in_w
     assert 9.0 <= robot.t - began <= 10.5
 
 
+def test_a_robot_that_is_held_to_let_somebody_pass_is_not_stuck_until_they_have():
+    log = []
+    robot = Robot([Noted('one', log)], stuck_timeout=3.0)
+    robot.machine.excuse_standing()   # as it sets off, too
+    robot.go(4.0)
+    robot.held = True
+    for _ in range(20):
+        robot.go(1.0)
+        robot.machine.excuse_standing()
+    assert log == []
+    began = robot.t
+    robot.go(10.0, until=lambda _: log)
+    assert 3.0 <= robot.t - began <= 3.2
+    robot.machine.cancel(robot.t)
+    robot.machine.excuse_standing()   # nobody drives
+
+
 def test_clearing_costmaps_is_passed_over_by_one_that_is_held_but_not_by_one_without_a_plan():
     recoveries = [ClearCostmapRecovery('clear'), BackOutRecovery('back'), ClearCostmapRecovery('again'), AskForHelp('ask')]
     goal = Goal(GOAL, 0.0)

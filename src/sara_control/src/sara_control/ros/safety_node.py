@@ -20,6 +20,7 @@ from sara_control.reasons import Announcer, Reason, State, sentence
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
 LONGEST_PAUSE = 0.1  # s
+WAITS_PERIOD = 0.5   # s between two words that it waits
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
 
 
@@ -40,6 +41,7 @@ class SafetyNode:
         self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
         self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
         self.give_up = rospy.Publisher('~give_up', String, queue_size=10, tcp_nodelay=True)
+        self.waits, self.said_to_wait = rospy.Publisher('~waits', Bool, queue_size=1, tcp_nodelay=True), -WAITS_PERIOD
         self.cancel = [rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True) for topic in config.cancel_topics]
         self.subscribe(config)
         rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
@@ -120,6 +122,9 @@ class SafetyNode:
             message.linear.x, message.angular.z = decision.v, decision.w
             self.out.publish(message)
             text = self.announcer.say(now, decision.state, decision.reason)
+        if decision.waits and not 0.0 <= now - self.said_to_wait < WAITS_PERIOD:
+            self.said_to_wait = now
+            self.waits.publish(Bool(True))
         if decision.give_up:
             self.give_up.publish(sentence(decision.state, decision.reason))
             for topic in self.cancel:

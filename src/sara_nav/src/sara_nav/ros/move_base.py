@@ -9,7 +9,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult,
                                 RecoveryStatus)
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from sara_nav import move_base as mb
 from sara_nav import warming
@@ -49,6 +49,7 @@ class MoveBaseNode:
         self.lock = threading.RLock()
         self.server = None
         self._abort_reasons = deque(maxlen=10)
+        self._excused = False
         self.counts = {'refused_goals': 0}
         self.last_end = ''
         self._stopped = False
@@ -64,6 +65,7 @@ class MoveBaseNode:
         self.asked = ''   # what a person is asked for now
         self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
+        self._wait_subscriber = rospy.Subscriber('~wait', Bool, self._on_wait, queue_size=1, tcp_nodelay=True)
         self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
                        'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock)}
         self._maps = self._map_arrays()
@@ -73,6 +75,9 @@ class MoveBaseNode:
 
     def _on_abort(self, msg):
         self._abort_reasons.append(msg.data)
+
+    def _on_wait(self, msg):
+        self._excused |= msg.data
 
     def _on_simple_goal(self, msg):
         action = MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=msg))
@@ -224,6 +229,9 @@ class MoveBaseNode:
         """Give up the goal that somebody says cannot be reached now; one that comes later is not meant."""
         while self._abort_reasons:
             self.machine.abort('Goal aborted: %s' % self._abort_reasons.popleft())
+        if self._excused:
+            self._excused = False
+            self.machine.excuse_standing()
 
     def _take_requests(self, t):
         if self.server.is_new_goal_available():

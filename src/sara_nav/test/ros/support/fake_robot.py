@@ -24,7 +24,7 @@ class FakeRobot:
         self.command = (0.0, 0.0)
         self.last_command = None
         self.turned = 0.0
-        self.silent = False
+        self.silent = self.stopped = False   # stopped: it does not obey
         self.lock = threading.Lock()
         self.tf = tf2_ros.TransformBroadcaster()
         self.odom = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
@@ -68,8 +68,9 @@ class FakeRobot:
 
     def tick(self, now):
         with self.lock:
-            self.v += (self.command[0] - self.v) * 0.18
-            self.w += (self.command[1] - self.w) * 0.18
+            command = (0.0, 0.0) if self.stopped else self.command
+            self.v += (command[0] - self.v) * 0.18
+            self.w += (command[1] - self.w) * 0.18
             self.x += self.v * 0.02 * math.cos(self.yaw)
             self.y += self.v * 0.02 * math.sin(self.yaw)
             self.yaw += self.w * 0.02 / 1.27
@@ -94,7 +95,8 @@ class FakeRobot:
 
     def put(self, x, y, yaw):
         with self.lock:
-            self.x, self.y, self.yaw, self.v, self.w, self.silent = x, y, yaw, 0.0, 0.0, False
+            self.x, self.y, self.yaw, self.v, self.w = x, y, yaw, 0.0, 0.0
+            self.silent = self.stopped = False
             self.turned = 0.0
 
     def stands_within(self, seconds):
