@@ -55,9 +55,11 @@ class BusDescription:
                 layout.keep(path, content, known)
         self.comment, self.nodes = known.comment, known.nodes
         self._by_name = {message.name: message for message in known.messages}
-        self._codecs = {message.name: Codec.of(message) for message in known.messages}
+        codecs = {message.name: Codec.of(message) for message in known.messages}
+        self._packed = {message.name: (len(message.signals), codecs[message.name] and codecs[message.name].encode, message.frame_id,
+                                       message.is_extended_frame) for message in known.messages}
         self._by_id = {(message.frame_id, message.is_extended_frame): (
-            message.name, message.length, self._codecs[message.name] and self._codecs[message.name].decode) for message in known.messages}
+            message.name, message.length, codecs[message.name] and codecs[message.name].decode) for message in known.messages}
 
     @cached_property
     def _database(self):
@@ -116,17 +118,19 @@ class BusDescription:
 
         Raises UnknownFrame, BadValue.
         """
-        message = self._message(name)
-        if len(signals) != len(message.signals):
+        known = self._packed.get(name)
+        if known is None:
+            raise self._unknown(name)
+        count, encode, identifier, extended = known
+        if len(signals) != count:
             raise self._other_signals(name, signals)
-        codec = self._codecs[name]
         try:
-            data = codec.encode(signals) if codec else self._encode(name, signals)
+            data = encode(signals) if encode else self._encode(name, signals)
         except KeyError:
             raise self._other_signals(name, signals) from None
         except (struct.error, ValueError, OverflowError, TypeError) as error:
-            raise _bad_value(message, signals, error) from error
-        return Frame(message.frame_id, data, time, message.is_extended_frame)
+            raise _bad_value(self._by_name[name], signals, error) from error
+        return Frame(identifier, data, time, extended)
 
     def _other_signals(self, name, signals):
         """The error of a message that is to be encoded from others than its signals."""
@@ -158,7 +162,10 @@ class BusDescription:
         try:
             return self._by_name[name]
         except KeyError:
-            raise UnknownFrame(f'no message named {name} in {self.path}') from None
+            raise self._unknown(name) from None
+
+    def _unknown(self, name):
+        return UnknownFrame(f'no message named {name} in {self.path}')
 
 
 def _bad_value(message, signals, error):

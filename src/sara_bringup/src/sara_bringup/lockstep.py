@@ -67,7 +67,7 @@ class Lockstep:
         self.pilot = None                   # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
         self.odometry = (0.0, 0.0, 0.0)     # of odom -> base_link
         self._odometry_stamp = None
-        self._composed = None, None         # of what the pose in the map was made last, and that pose
+        self._composed = None, None, None   # of what the pose in the map was made last, and that pose
         self.newest = None                  # move_base's newest StepResult
         self.result = None                  # the newest that ended a goal
 
@@ -84,10 +84,10 @@ class Lockstep:
     def step(self):
         """Advance everything by 10 ms."""
         self.tick += 1
-        for frame in self.chair.step():
+        frames, now = self.chair.step(), self.chair.time
+        for frame in frames:
             for reading in self.reader.on_frame(frame):
-                self._on_reading(reading)
-        now = self.chair.time
+                self._on_reading(reading, now)
         if self.tick % FILTER_STEPS == 0 and self.localization_runs:
             self._localize(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
@@ -103,15 +103,16 @@ class Lockstep:
                 raise LockstepError(f"the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}")
             self.step()
 
-    def _on_reading(self, reading):
-        state = self.wheels.on_reading(reading, self.chair.time)
+    def _on_reading(self, reading, now):
+        state = self.wheels.on_reading(reading, now)
         if state is not None:
             self._on_odometry(state)
-        if isinstance(reading, ImuReading):
-            self.localization.on_imu(reading)
-        elif isinstance(reading, RangeReading):
+        kind = type(reading)
+        if kind is RangeReading:
             self.localization.on_range(reading)
             self.ranges.add(reading, self._map_pose(), self.odometry)
+        elif kind is ImuReading:
+            self.localization.on_imu(reading)
 
     def _on_odometry(self, state):
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
@@ -124,12 +125,14 @@ class Lockstep:
 
     def _map_pose(self):
         """map -> base_link as tf has it: map -> odom of the localization, odom -> base_link of the wheels; None before both are known."""
-        ways = self.localization.map_from_odom, self.odometry
-        if ways[0] is None or self._odometry_stamp is None:
+        map_from_odom, odometry = self.localization.map_from_odom, self.odometry
+        if map_from_odom is None or self._odometry_stamp is None:
             return None
-        if self._composed[0] != ways:   # the sonars of a frame ask for the same
-            self._composed = ways, compose(*ways)
-        return self._composed[1]
+        known_from, known_to, pose = self._composed
+        if known_from is not map_from_odom or known_to is not odometry:   # the sonars of a frame ask for the same
+            pose = compose(map_from_odom, odometry)
+            self._composed = map_from_odom, odometry, pose
+        return pose
 
     def _give_up(self, now):
         """As move_base's `~abort`, `~wait` and `cancel`."""

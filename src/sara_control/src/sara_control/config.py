@@ -1,6 +1,7 @@
 """Settings of the controller under the names of the C++ diff_drive_controller, checked all at once."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from canserial.checks import is_number, number_faults
 from sara_control.limiter import Limits
@@ -100,12 +101,12 @@ class ControllerConfig:
         """Names of the right wheels' joints."""
         return _names(self.right_wheel)
 
-    @property
+    @cached_property
     def separation(self):
         """The track with its multiplier, m."""
         return self.wheel_separation * self.wheel_separation_multiplier
 
-    @property
+    @cached_property
     def radii(self):
         """Left and right wheel radius with their multipliers, m."""
         return (self.wheel_radius * self.left_wheel_radius_multiplier,

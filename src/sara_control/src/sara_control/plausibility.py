@@ -27,12 +27,15 @@ class _Wheel:
 
 
 class Plausibility:
-    """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}."""
+    """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: when the wheel that has been silent longer
+    last spoke, s. `speed`: the faster wheel's, m/s, NaN before both are known.
+    """
 
     def __init__(self, config):
         self.config = config
         self.dropped = {}
         self.imu_stamp = -math.inf
+        self.encoder_stamp, self.speed = -math.inf, math.nan
         self._wheels = _Wheel(), _Wheel()
         self._watch = WheelWatch(config.frozen_distance, (config.wheel_radius, config.wheel_radius))
         self._fresh = set()
@@ -42,18 +45,13 @@ class Plausibility:
         self._runaway = self._contrary = 0
         self.fault = None
 
-    @property
-    def encoder_stamp(self):
-        """When the wheel that has been silent longer last spoke, s."""
+    def _follow(self, wheel, speed, stamp):
+        """A _Wheel turned at a speed (rad/s) at stamp (s)."""
+        wheel.speed, wheel.stamp = speed, stamp
         right, left = self._wheels
-        return min(right.stamp, left.stamp)
-
-    @property
-    def speed(self):
-        """The faster wheel's speed, m/s, NaN before both are known."""
-        right, left = self._wheels
-        right, left = abs(right.speed) * self.config.wheel_radius, abs(left.speed) * self.config.wheel_radius
-        return math.nan if math.isnan(right + left) else max(right, left)
+        self.encoder_stamp = min(right.stamp, left.stamp)
+        if not math.isnan(right.speed + left.speed):
+            self.speed = max(abs(right.speed) * self.config.wheel_radius, abs(left.speed) * self.config.wheel_radius)
 
     def on_command(self, t, v, w, obeyed):
         """From t (s) on the chair is told (v, w); obeyed: whether it listens. At rest what was found is forgotten."""
@@ -90,7 +88,7 @@ class Plausibility:
         if interval < 0.0 or abs(angle) > self.config.max_wheel_speed * interval:
             return self._drop('encoder jumped')
         wheel.angle += angle
-        wheel.speed, wheel.stamp = angle / interval, stamp
+        self._follow(wheel, angle / interval, stamp)
         self._fresh.add(index)
         if len(self._fresh) == 2:
             self._fresh.clear()

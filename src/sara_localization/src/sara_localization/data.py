@@ -9,6 +9,7 @@ from typing import NamedTuple, Optional, Sequence
 import numpy as np
 
 from .geometry import Transform
+from .state import RATES
 
 
 def _zeros(n):
@@ -84,6 +85,21 @@ class StampedTransform(NamedTuple):
     transform: Transform
 
 
+class Turning(NamedTuple):
+    """State (n,) and covariance (n, n) after a tick, and the rates (3,) rad/s of dt (s) before; dt 0: nobody has turned yet."""
+
+    state: np.ndarray
+    covariance: np.ndarray
+    before: np.ndarray
+    dt: float
+
+    def acceleration(self):
+        """The angular acceleration (3,) rad/s2 and its covariance (3, 3); worked out when it is asked for, which few do."""
+        if not self.dt > 0.0:
+            return np.zeros(3), np.zeros((3, 3))
+        return (self.state[RATES] - self.before) / self.dt, self.covariance[RATES, RATES] * (2.0 / (self.dt * self.dt))
+
+
 class FilterOutput(NamedTuple):
     """The estimate after a tick.
 
@@ -93,7 +109,7 @@ class FilterOutput(NamedTuple):
         pose: the robot in the world frame.
         transform: what is to be broadcast (map -> odom, or odom -> base_link), or None where there is none.
         published: False where the stamp was published before (robot_localization keeps silent then).
-        angular_acceleration: (3,) rad/s2 from the rates of the last two ticks, and its covariance (3, 3).
+        turning: how the rates changed between the last two ticks, for the angular acceleration.
     """
 
     stamp: float
@@ -104,8 +120,17 @@ class FilterOutput(NamedTuple):
     pose: Transform
     transform: Optional[StampedTransform]
     published: bool
-    angular_acceleration: np.ndarray
-    angular_acceleration_covariance: np.ndarray
+    turning: Turning
+
+    @property
+    def angular_acceleration(self) -> np.ndarray:
+        """(3,) rad/s2 from the rates of the last two ticks."""
+        return self.turning.acceleration()[0]
+
+    @property
+    def angular_acceleration_covariance(self) -> np.ndarray:
+        """(3, 3) of it."""
+        return self.turning.acceleration()[1]
 
     @property
     def map_to_odom(self) -> Optional[StampedTransform]:

@@ -153,7 +153,7 @@ class FilterEngine:
             self.history.commanded(stamp, self.control.command)
 
     def _motion(self):
-        return Motion(self.filter.x[:SIZE], self.output.angular_acceleration)
+        return Motion(self.filter.x[:SIZE], self.output.turning)
 
     def _enqueue(self, name, measurements):
         if not self.enabled:
@@ -211,9 +211,7 @@ class FilterEngine:
             self._report('the state is no longer finite: the filter starts anew; check the covariances of the inputs')
             self.reset()
             return None
-        if self.on:
-            self.output.differentiate(self.filter, now)
-        output = self.output.of(self.filter)
+        output = self.output.of(self.filter, now if self.on else None)
         if self.silence and self.silence.fresh:
             self.silence.anchor(self.output.world_from_odom(output))
         return output

@@ -184,7 +184,7 @@ class Estimator:
             return True
         dt = stamp - self.last_measurement_time
         if dt > 0.0:
-            self.predict(valid_step(dt), stamp)
+            self._propagate(valid_step(dt), stamp)
         taken = self.correct(indices, z, R, threshold, extra)
         if dt >= 0.0:
             self.last_measurement_time = stamp
@@ -193,7 +193,7 @@ class Estimator:
     def predict_to(self, time: float):
         """Move the state to the time (s), which becomes the time of the state."""
         dt = valid_step(time - self.last_measurement_time)
-        self.predict(dt, time)
+        self._propagate(dt, time)
         self.last_measurement_time += dt
 
     def _begin(self, indices, z, R):

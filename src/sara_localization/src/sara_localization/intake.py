@@ -13,7 +13,7 @@ import numpy as np
 
 from . import measurement
 from .config import FilterConfig
-from .data import ImuData, OdometryData, PoseData, TwistData
+from .data import ImuData, OdometryData, PoseData, Turning, TwistData
 from .geometry import multiply, normalised, quaternion_from_rpy, rpy_from_quaternion
 from .measurement import MissingTransform, PoseMemory, PoseOptions
 from .sheets import Measurement, Memory
@@ -26,10 +26,10 @@ FUTURE = 10.0
 
 
 class Motion(NamedTuple):
-    """The filter's state (15,) and angular acceleration (3,) of the moment, for sensors off the robot's centre."""
+    """The filter's state (15,) and how its rates change, of the moment, for sensors off the robot's centre."""
 
     state: np.ndarray
-    angular_acceleration: np.ndarray
+    turning: Turning
 
 
 class Part(NamedTuple):
@@ -145,7 +145,7 @@ class Intake:
         if accelerations and measurement.measures(data.linear_acceleration_covariance):
             gravity = self.config.gravitational_acceleration if config.remove_gravity else None
             self._prepare(found, accelerations, data.stamp, measurement.acceleration, data, accelerations.mask, accelerations.source,
-                          self.transforms, frame, motion.state, motion.angular_acceleration, gravity, two_d, config.acceleration_threshold,
+                          self.transforms, frame, motion.state, motion.turning.acceleration()[0], gravity, two_d, config.acceleration_threshold,
                           config.relative, accelerations.memory)
         return found
 

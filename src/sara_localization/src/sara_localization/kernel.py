@@ -262,16 +262,6 @@ def unscented_step(x, P, Q, dynamic, dt, alpha, beta, kappa):
     return True, bound(P)
 
 
-@kernel
-def differentiate(x, P, before, dt, change, covariance):
-    """Put the change of the rates x[9:12] since `before` (3,) per second over dt into `change` (3,), and its covariance into (3, 3)."""
-    scale = 2.0 / (dt * dt)
-    for i in range(3):
-        change[i] = (x[9 + i] - before[i]) / dt
-        for j in range(3):
-            covariance[i, j] = P[9 + i, 9 + j] * scale
-
-
 def warm(kind: Optional[str] = None) -> None:
     """Compile (or load from the cache) what a filter needs, 'ekf' or 'ukf' (None: both), so that nothing compiles on the move."""
     x, P = np.zeros(15), np.eye(15)
@@ -285,6 +275,5 @@ def warm(kind: Optional[str] = None) -> None:
     innovation(x, indices, extra, z)
     take(x, P, indices, extra, z, R, np.inf)
     all_finite(x, P)
-    differentiate(np.zeros(15), P, np.zeros(3), 0.02, np.zeros(3), np.zeros((3, 3)))
     if kind != 'ekf':
         unscented_step(x, P, np.eye(15), False, 0.01, 1e-3, 2.0, 0.0)

@@ -5,9 +5,9 @@ from typing import Optional
 
 import numpy as np
 
-from . import joining, kernel
+from . import joining
 from .config import FilterConfig
-from .data import FilterOutput, StampedTransform
+from .data import FilterOutput, StampedTransform, Turning
 from .geometry import Transform
 from .stamps import later
 from .state import RATES, SIZE
@@ -20,44 +20,44 @@ class Output:
     """What a tick gives, and what must be remembered of the last one.
 
     missing_transform: the sentence that says which transform the output lacks, or None.
-    angular_acceleration: (3,) rad/s2 from the rates of the last two ticks, for sensors off the robot's centre.
+    turning: how the rates changed between the last two ticks, for sensors off the robot's centre.
     """
 
     def __init__(self, config: FilterConfig, transforms, report):
         joining.warm()
         self.config, self.transforms, self._report = config, transforms, report
         self.missing_transform: Optional[str] = None
+        self._period = 1.0 / config.frequency
         self.forget()
 
     def forget(self):
         """As if nothing had ever been published."""
         self._published_stamp = 0.0
         self._rates, self._rates_time = np.zeros(3), 0.0
-        self.angular_acceleration, self.angular_acceleration_covariance = np.zeros(3), np.zeros((3, 3))
+        self.turning = Turning(np.zeros(SIZE), np.zeros((SIZE, SIZE)), self._rates, 0.0)
 
     def at_rest(self):
         """The robot was put somewhere, at rest."""
         self._rates = np.zeros(3)
 
-    def differentiate(self, kf, now: float):
-        """The angular acceleration at the tick `now` (s)."""
-        dt, period = now - self._rates_time, 1.0 / self.config.frequency
-        if abs(dt - period) < CLOCK_RESOLUTION:
-            dt = period
-        if dt > 0.0:
-            self.angular_acceleration, self.angular_acceleration_covariance = np.empty(3), np.empty((3, 3))
-            kernel.differentiate(kf.x, kf.P, self._rates, dt, self.angular_acceleration, self.angular_acceleration_covariance)
-        self._rates, self._rates_time = kf.x[RATES].copy(), now
-
-    def of(self, kf) -> FilterOutput:
-        """The estimate of a filter at the time of its state."""
-        config, stamp, x = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy()
+    def of(self, kf, now: Optional[float]) -> FilterOutput:
+        """The estimate of a filter at the time of its state. now: the tick (s), None where nothing was measured in it."""
+        config, stamp, x, P = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy(), kf.P[:SIZE, :SIZE].copy()
+        if now is not None:
+            self._turn(x, P, now)
         pose = joining.pose_of(x)
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
         transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
         self._published_stamp = stamp
-        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, kf.P[:SIZE, :SIZE].copy(), pose,
-                            transform, fresh, self.angular_acceleration, self.angular_acceleration_covariance)
+        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, P, pose, transform, fresh, self.turning)
+
+    def _turn(self, x, P, now):
+        dt, period = now - self._rates_time, self._period
+        if abs(dt - period) < CLOCK_RESOLUTION:
+            dt = period
+        if dt > 0.0:
+            self.turning = Turning(x, P, self._rates, dt)
+        self._rates, self._rates_time = x[RATES], now
 
     def world_from_odom(self, output: FilterOutput) -> Optional[Transform]:
         """Where the odometry's frame is by this output, given out or (publish_tf: false) not; None where the world is not the map, or not known."""

@@ -16,7 +16,7 @@ from rospy.msg import serialize_message
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from sara_localization.data import FilterOutput, StampedTransform
+from sara_localization.data import FilterOutput, StampedTransform, Turning
 from sara_localization.geometry import Transform
 from sara_localization.ros import conversions, wire
 from sara_localization.ros.mailbox import Mailbox
@@ -63,7 +63,7 @@ class ConnectionsTest(unittest.TestCase):
             pose = Transform(tuple(numbers.random(3).tolist()), tuple(numbers.random(4).tolist()))
             stamped = StampedTransform(Stamp(1700000000, 123456789), frame, child, pose)
             output = FilterOutput(stamped.stamp, frame, child, numbers.random(15), numbers.random((15, 15)), pose, stamped, True,
-                                  np.zeros(3), np.zeros((3, 3)))
+                                  Turning(numbers.random(15), numbers.random((15, 15)), np.zeros(3), 0.02))
             self.assertEqual(wire.write_odometry(7, output), self.written(conversions.odometry_message(output)))
             self.assertEqual(wire.write_transform(7, stamped), self.written(TFMessage([conversions.transform_message(stamped)])))
 

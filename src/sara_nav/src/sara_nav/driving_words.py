@@ -6,6 +6,10 @@ from sara_nav.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW
 HELD = 1.0
 """Seconds for which figures in a sentence stay."""
 
+WHY = {FREE: '', BEND: ': a bend', NARROW: ': narrow, {size:.2f} m at the {where}', AHEAD: ': {size:.2f} m free ahead', END: ': {then}',
+       BLOCKED: ': something in the way {size:.2f} m further on'}
+"""What is said of a speed_plan.Cause."""
+
 
 class Words:
     """Says a sentence; one with the same ``key`` stays as it is for HELD seconds."""
@@ -24,9 +28,7 @@ def following(leg, pace, then):
     """Return (key, sentence) for a leg that is followed at a Pace; ``then``: what comes at the end of the leg."""
     cause = pace.cause
     way = 'follows the path in reverse' if leg.backward else 'follows the path'
-    why = {FREE: '', BEND: ': a bend', NARROW: ': narrow, %.2f m at the %s' % (cause.size, cause.where),
-           AHEAD: ': %.2f m free ahead' % cause.size, END: ': %s' % then,
-           BLOCKED: ': something in the way %.2f m further on' % cause.size}[cause.kind]
+    why = WHY[cause.kind].format(size=cause.size, where=cause.where, then=then)
     speed = pace.speed if cause.kind in (END, BLOCKED) else pace.cap
     return (way, cause.kind, cause.where, then if cause.kind == END else ''), '%s, %.2f m/s%s' % (way, speed, why)
 

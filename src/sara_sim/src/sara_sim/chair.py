@@ -37,7 +37,7 @@ class ChairError(RuntimeError):
 class SimulatedChair:
     """One chair, drawn from `seed`: the same seed and the same frames in give the same frames out.
 
-    `time`: s. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes, 512 is the centre; set it to drive by hand.
+    `time`: s since the start. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes, 512 is the centre; set it to drive by hand.
     `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments), clear(), list().
     `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
@@ -68,7 +68,7 @@ class SimulatedChair:
         self.grabbed: tuple | None = None
         self.silent_nodes: frozenset = frozenset()
         self._plugged, self._pulled_out = True, False
-        self._tick = 0
+        self._tick, self.time = 0, 0.0
         # The sensor node has a clock of its own, which started when it was switched on.
         self._sensor_tick = 0
         self.faulty = False   # whether any of `faults` is happening: they say so
@@ -97,11 +97,6 @@ class SimulatedChair:
         """What is made to go wrong: fault_engine.Faults. Most chairs have none, and need not know their kinds."""
         from sara_sim.fault_engine import Faults
         return Faults(self, self._seed, self._identifier_of)
-
-    @property
-    def time(self) -> float:
-        """Seconds since the start."""
-        return self._tick / STEPS_PER_S
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -161,13 +156,14 @@ class SimulatedChair:
 
     def receive(self, frame: Frame) -> None:
         """Put a frame of the PC on the bus now. It is heard up to 10 ms later, or lost."""
-        self.wire.receive(frame, self._tick / STEPS_PER_S)
+        self.wire.receive(frame, self.time)
 
     def step(self) -> list[Frame]:
         """Advance 10 ms. Returns the frames that arrive at the PC in it, in order, `time` being when (s)."""
         self._tick += 1
         self._sensor_tick += 1
         now, sensor_now = self._tick / STEPS_PER_S, self._sensor_tick / STEPS_PER_S
+        self.time = now
         wire, drive, box = self.wire, self.drive, self.box
         if self.faulty:
             self.faults.step(now)
