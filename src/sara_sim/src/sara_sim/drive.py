@@ -52,6 +52,7 @@ class Drive:
         self._decay = exp(-dt / self._lag)
         self._edges = config.steps_per_turn / (2.0 * pi)
         self._motor = (float(config.dead_band), float(config.max_wheel_speed))
+        self._surroundings = world.clear_of(config.length, config.width), (*world.origin, world.resolution)
         self.drift = Drift(world, config, options, self._lag, self.pose)
 
     @property
@@ -72,11 +73,11 @@ class Drive:
     def _rolled(self, right_target: float, left_target: float) -> bool:
         """The step where nothing but the wheels moves the chair and only walls could stop it; False, and nothing done, where one does."""
         chair, (grip_right, grip_left) = self.chair, self.grip
-        pose, (right, left), speeds, motion, moves = rolling.roll(
+        pose, (right, left), speeds, motion, near = rolling.roll(
             (self.x, self.y, self.yaw), (self.right_speed, self.left_speed), (float(right_target), float(left_target)),
             (chair.right_radius * grip_right, chair.left_radius * grip_left), chair.slip, self.config.track, self._motor, self.dt, self._lag,
-            self._decay, (self.speed, self.yaw_rate))
-        if moves and self.world.overlaps(*pose, self.config.length, self.config.width):
+            self._decay, (self.speed, self.yaw_rate), *self._surroundings)
+        if near and self.world.overlaps(*pose, self.config.length, self.config.width):
             return False
         self._since_touch += self.dt
         self.touching = False

@@ -32,19 +32,22 @@ class Imu:
         self._bias = np.array(chair.gyro_bias)
         self._scale = chair.gyro_scale
         self._rotation = _tilt(radians(chair.roll), radians(chair.pitch))
+        # Flat, newest last: a list a sample would keep the garbage collector busy.
         self._block: list = []
-        self._biases: list = []
+        self._biases = np.empty((0, 3))
+        self._next = 0
 
     @property
     def gyro_bias(self) -> tuple[float, float, float]:
         """The gyro's bias in the newest sample, drift included, deg/s: for tests and experiments only."""
-        return self._biases[len(self._block)] if self._biases else tuple(self._bias.tolist())
+        return tuple((self._biases[self._next // 6 - 1] if self._next else self._bias).tolist())
 
     def sample(self) -> list[float]:
         """[ax, ay, az (g), gx, gy, gz (deg/s)] of a chair that rests on a level floor."""
-        if not self._block:
+        if self._next == len(self._block):
             self._draw()
-        return self._block.pop()
+        begin, self._next = self._next, self._next + 6
+        return self._block[begin:self._next]
 
     def moving(self, ax: float, ay: float, yaw_rate: float, yaw_acceleration: float, roll: float = 0.0, pitch: float = 0.0,
                roll_rate: float = 0.0, pitch_rate: float = 0.0, az: float = 0.0) -> list[float]:
@@ -84,8 +87,7 @@ class Imu:
         block = np.empty((_BLOCK, 6))
         block[:, :3] = self._rest + noise[:, :3]
         block[:, 3:] = bias + noise[:, 3:6]
-        self._block = block[::-1].tolist()
-        self._biases = [tuple(row) for row in bias[::-1].tolist()]
+        self._block, self._biases, self._next = block.ravel().tolist(), bias, 0
 
 
 def _tilt(roll: float, pitch: float) -> list[list[float]]:

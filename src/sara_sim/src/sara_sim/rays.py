@@ -63,6 +63,13 @@ def cone(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepes
 
 
 @kernel
+def is_clear(clear, x, y):
+    """Whether a place (in cells) is on the map and its cell is one of those that are `clear`, (rows, columns) bool."""
+    rows, columns = clear.shape
+    return 0 <= y < rows and 0 <= x < columns and clear[int(y), int(x)]
+
+
+@kernel
 def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
     """True if the rectangle centred on (x, y) overlaps an occupied cell. Lengths in cells, touching edges do not overlap."""
     rows, columns = occupied.shape
@@ -184,6 +191,7 @@ def warm():
     occupied, normals, shapes = np.zeros((2, 2), np.bool_), np.zeros((2, 2), np.float32), np.ones((1, 6))
     cone(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
     cone_with_shapes(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0, shapes)
+    is_clear(occupied, 0.0, 0.0)
     rectangle_overlaps(occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
     rectangle_meets_shapes(shapes, 0.0, 0.0, 0.0, 1.0, 1.0, np.zeros(1, np.bool_))
     wrap(0.0)

@@ -5,7 +5,9 @@ The equations are those of `drive`, which steps by itself where anything else mo
 
 from math import cos, sin
 
+import numpy as np
 from ahead_of_time import kernel
+from sara_sim.rays import is_clear
 
 
 @kernel
@@ -32,10 +34,12 @@ def moved(x, y, yaw, distance, turn):
 
 
 @kernel
-def roll(pose, speeds, targets, radii, slip, track, motor, dt, lag, decay, before):
-    """((x, y, yaw), (right, left) angles turned, their speeds after it, (speed, yaw rate, acceleration, yaw acceleration), whether it moves).
+def roll(pose, speeds, targets, radii, slip, track, motor, dt, lag, decay, before, clear, place):
+    """((x, y, yaw), (right, left) angles turned, their speeds after it, (speed, yaw rate, acceleration, yaw acceleration), whether it moves where a wall
+    may be near).
 
     `pose`: m, m, rad. `speeds`, `targets`: right, left, rad/s. `radii`: m, grip included. `motor`: dead band and limit, rad/s. `before`: speed, yaw rate.
+    `clear`: World.clear_of the body, `place`: (x, y) of its corner and m per cell.
     """
     right, right_speed = wheel(targets[0], speeds[0], motor[0], motor[1], dt, lag, decay)
     left, left_speed = wheel(targets[1], speeds[1], motor[0], motor[1], dt, lag, decay)
@@ -43,10 +47,12 @@ def roll(pose, speeds, targets, radii, slip, track, motor, dt, lag, decay, befor
     turn = slip * (radii[0] * right - radii[1] * left) / track
     speed = 0.5 * (radii[0] * right_speed + radii[1] * left_speed)
     rate = slip * (radii[0] * right_speed - radii[1] * left_speed) / track
-    return (moved(pose[0], pose[1], pose[2], distance, turn), (right, left), (right_speed, left_speed),
-            (speed, rate, (speed - before[0]) / dt, (rate - before[1]) / dt), distance != 0.0 or turn != 0.0)
+    after = moved(pose[0], pose[1], pose[2], distance, turn)
+    near = (distance != 0.0 or turn != 0.0) and not is_clear(clear, (after[0] - place[0]) / place[2], (after[1] - place[1]) / place[2])
+    return after, (right, left), (right_speed, left_speed), (speed, rate, (speed - before[0]) / dt, (rate - before[1]) / dt), near
 
 
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    roll((0.0, 0.0, 0.0), (0.0, 0.0), (1.0, 1.0), (0.1, 0.1), 1.0, 1.0, (0.0, 1.0), 0.01, 1.0, 0.5, (0.0, 0.0))
+    roll((0.0, 0.0, 0.0), (0.0, 0.0), (1.0, 1.0), (0.1, 0.1), 1.0, 1.0, (0.0, 1.0), 0.01, 1.0, 0.5, (0.0, 0.0),
+         np.zeros((1, 1), np.bool_), (0.0, 0.0, 1.0))

@@ -21,6 +21,7 @@ class Sonars:
         """`pose`: gives the true (x, y, yaw) of the chair now."""
         self._world, self._config, self._random, self._pose = world, config, random, pose
         self._half, self._steepest = radians(config.sonar_cone / 2), radians(config.sonar_steepest)
+        self._errors: list = []
         self._luck: list = []
         self.extra: dict = {}
 
@@ -28,8 +29,8 @@ class Sonars:
         """Distance (m) that the sensor `name` measures now, inf without an echo."""
         # Drawn whether there is an echo or not, so that a wall does not change the luck of what follows.
         if not self._luck:
-            self._luck = list(zip(self._random.normal(0.0, self._config.sonar_sigma, _BLOCK).tolist(), self._random.random(_BLOCK).tolist()))
-        error, luck = self._luck.pop()
+            self._errors, self._luck = self._random.normal(0.0, self._config.sonar_sigma, _BLOCK).tolist(), self._random.random(_BLOCK).tolist()
+        error, luck = self._errors.pop(), self._luck.pop()
         config, mount = self._config, mounting.SONARS[name]
         x, y, yaw = self._pose()
         c, s = cos(yaw), sin(yaw)

@@ -57,8 +57,8 @@ class Wire:
     def _carry(self, queue: list, frame: Frame, now: float, direction: str) -> None:
         # Drawn whatever becomes of the frame: a fault must not change the luck of the frames it spares.
         if not self._luck:
-            self._luck = self._random.random((_BLOCK, 2)).tolist()
-        delay, loss = self._luck.pop()
+            self._luck = self._random.random(2 * _BLOCK).tolist()
+        loss, delay = self._luck.pop(), self._luck.pop()
         if loss < self._loss:
             self.counts['frames lost'] += 1
             return

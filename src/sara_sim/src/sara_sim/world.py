@@ -88,18 +88,16 @@ class World:
         """True if a rectangle (m) centred on (x, y, yaw) overlaps an occupied cell."""
         size = self.resolution
         column, row = (x - self.origin[0]) / size, (y - self.origin[1]) / size
-        rows, columns = self.occupied.shape
-        clear = self._reach.get((length, width))
-        if clear is None:
-            clear = self._clear(length, width)
-        if 0 <= row < rows and 0 <= column < columns and clear.item(int(row), int(column)):
+        if rays.is_clear(self.clear_of(length, width), column, row):
             return False
         return rays.rectangle_overlaps(self.occupied, column, row, yaw, 0.5 * length / size, 0.5 * width / size)
 
-    def _clear(self, length: float, width: float) -> np.ndarray:
-        """Cells from which a rectangle reaches no occupied cell, however it is turned; worked out once for a rectangle."""
-        # One cell more, for where in its own cell the rectangle's centre is.
-        clear = self._reach[length, width] = smooth.none_within(self.occupied, math.ceil(0.5 * math.hypot(length, width) / self.resolution) + 1)
+    def clear_of(self, length: float, width: float) -> np.ndarray:
+        """(rows, columns) bool: cells from which a rectangle (m) reaches no occupied cell, however it is turned; worked out once for a rectangle."""
+        clear = self._reach.get((length, width))
+        if clear is None:
+            # One cell more, for where in its own cell the rectangle's centre is.
+            clear = self._reach[length, width] = smooth.none_within(self.occupied, math.ceil(0.5 * math.hypot(length, width) / self.resolution) + 1)
         return clear
 
     def meets(self, x: float, y: float, yaw: float, length: float, width: float) -> np.ndarray:
