@@ -3,7 +3,9 @@
 Frames pass as CAN frames, encoded and decoded by the code that serves the real bus; configuration is the nodes' own YAML.
 A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives the same drive to the last digit.
 """
+import gc
 import math
+from contextlib import contextmanager
 
 from canserial.bus import BusDescription
 from canserial.config import ReaderConfig
@@ -178,6 +180,23 @@ def merged(tree, over):
 
 def drive(lockstep, mission, record, progress=None):
     """Drive a mission's goals and fill `record` (drive.Drive); `progress`, if given, is called with a sentence per corner."""
+    with _no_collections():
+        return _drive(lockstep, mission, record, progress)
+
+
+@contextmanager
+def _no_collections():
+    """What a drive leaves is not in cycles: the garbage collector would look for some, and find none, a dozen times."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _drive(lockstep, mission, record, progress):
     settle = round(1.0 / STEP_S)
     lockstep.start_up()
 

@@ -9,6 +9,7 @@ silent for its timeout: what the user has interrupted does not go on by itself.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_control.config import ConfigError
 
@@ -91,8 +92,7 @@ class _Heard:
     barred: bool = False
 
 
-@dataclass(frozen=True)
-class Said:
+class Said(NamedTuple):
     """A command (v m/s, w rad/s) to pass on and who gave it."""
 
     v: float

@@ -7,14 +7,13 @@ counting begins, wherever the encoders stand, and an interval too short to divid
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 SHORTEST_INTERVAL = 1e-4  # s
 STRAIGHT = 1e-6  # rad turned in an interval: below it the arc's radius is not computed
 
 
-@dataclass(frozen=True)
-class OdometryState:
+class OdometryState(NamedTuple):
     """Pose in the odometry frame (m, rad, heading not wrapped) and speed in the body frame (m/s, rad/s) at `stamp` (s).
 
     The covariances are diagonals: x y z roll pitch yaw.

@@ -3,7 +3,7 @@
 Frames follow REP-103: x forward, y left, yaw counter-clockwise, metres and radians.
 """
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 TWO_PI = 2.0 * math.pi
 
@@ -13,8 +13,7 @@ def wrap(angle):
     return (angle + math.pi) % TWO_PI - math.pi
 
 
-@dataclass(frozen=True)
-class Pose2D:
+class Pose2D(NamedTuple):
     """A planar pose: x, y in metres and yaw in radians, in a frame the context names."""
 
     x: float

@@ -4,7 +4,7 @@ A local planner is a class with ``config_class`` (a frozen dataclass with ``faul
 ``start(plan)``, ``replan(plan)``, ``stop()``, ``phase`` and ``update(t, dt, pose, velocity, pose_age, world)``, which
 returns a LocalCommand. Plans (n, 3) and poses are in the global frame.
 """
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_nav.planning import Registry
 
@@ -17,8 +17,7 @@ DRIVING, REACHED, BLOCKED, OFF_PATH, FAILED = 'driving', 'reached', 'blocked', '
 is wanted. FAILED: the goal cannot be reached by this planner at all."""
 
 
-@dataclass(frozen=True)
-class LocalCommand:
+class LocalCommand(NamedTuple):
     """What to drive (v m/s, w rad/s), how it stands, and why when it is not just driving."""
 
     v: float

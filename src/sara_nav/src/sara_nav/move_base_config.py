@@ -3,6 +3,7 @@
 Names, units and defaults of the parameters are those of the C++ move_base.
 """
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,8 +62,7 @@ class MoveBaseConfig:
         return range_faults(self, LIMITS)
 
 
-@dataclass(frozen=True)
-class StepResult:
+class StepResult(NamedTuple):
     """What came of one control step.
 
     command: (v m/s, w rad/s). status: idle, active, succeeded, preempted or aborted; the last three are told once, in the

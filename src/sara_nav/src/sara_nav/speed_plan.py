@@ -5,7 +5,7 @@ what lies ahead (as a safety function behind would slow for it) and from the end
 Macenski et al. (2023, Regulated pure pursuit); braking for caps ahead is the time scaling of a path (Bobrow et al. 1985) within jerk.
 """
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_nav import speed_ahead
 from sara_nav.clearance import lead, place_of
@@ -14,8 +14,7 @@ FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ah
 """Why it is slow, in the order of speed_ahead's numbers."""
 
 
-@dataclass(frozen=True)
-class Cause:
+class Cause(NamedTuple):
     """What slows: ``kind`` of the above, ``size`` (m: gap, way that is free, way left) and ``where`` about the robot."""
 
     kind: str
@@ -23,8 +22,7 @@ class Cause:
     where: str = ''
 
 
-@dataclass(frozen=True)
-class Pace:
+class Pace(NamedTuple):
     """speed (m/s) along the leg and its acceleration (m/s2) for the next command; cap (m/s): what it is on its way to; cause."""
 
     speed: float

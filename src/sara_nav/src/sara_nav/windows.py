@@ -57,4 +57,5 @@ class Windows:
 
 
 def _around(a, b):
-    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+    (ax, ay, an, am), (bx, by, bn, bm) = a, b
+    return ax if ax < bx else bx, ay if ay < by else by, an if an > bn else bn, am if am > bm else bm
