@@ -89,7 +89,7 @@ class Lockstep:
         frames, now = self.chair.step(), self.chair.time
         for frame in frames:
             for reading in self.reader.on_frame(frame):
-                self._on_reading(reading, now)
+                self._on_reading(reading)
         if self.tick % FILTER_STEPS == 0 and self.localization_runs:
             self._localize(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
@@ -105,8 +105,8 @@ class Lockstep:
                 raise LockstepError(f"the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}")
             self.step()
 
-    def _on_reading(self, reading, now):
-        state = self.wheels.on_reading(reading, now)
+    def _on_reading(self, reading):
+        state = self.wheels.on_reading(reading, self.chair.time)
         if state is not None:
             self._on_odometry(state)
         kind = type(reading)
