@@ -75,13 +75,16 @@ def apply(grid, seen_at, free_at, origin_x, origin_y, resolution, x, y, yaw, dis
     keep = free_at.shape == grid.shape
     carve = keep and not clear and _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since)
     corners = _around(c, s, length, half, slope, 0.71 * resolution)
+    from_sensor = np.empty(xn - x0)    # m along the grid's rows, of each column
+    for column in range(x0, xn):
+        from_sensor[column - x0] = origin_x + (column + 0.5) * resolution - x
     for row in range(y0, yn):
         dy = origin_y + (row + 0.5) * resolution - y
         least, most = _reach(corners, dy)
         first = x0 if least == -np.inf else max(x0, int(math.floor((x + least - origin_x) / resolution - 1.0)))
         last = xn if most == np.inf else min(xn, int(math.ceil((x + most - origin_x) / resolution + 1.0)))
         for column in range(first, last):
-            dx = origin_x + (column + 0.5) * resolution - x
+            dx = from_sensor[column - x0]
             if grid[row, column] <= surely_free and dx * dx + dy * dy < quiet:
                 if keep:
                     along, aside = c * dx + s * dy, abs(c * dy - s * dx)
