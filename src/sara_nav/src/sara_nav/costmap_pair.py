@@ -13,6 +13,7 @@ class CostmapPair:
     def __init__(self, world, local):
         self.world, self.local = world, local
         self._changed = {}
+        self._to_plan_on = None
         self._at_once = False
         self.world_changes = 0   # how often the costmap that is planned on became another one
 
@@ -81,7 +82,10 @@ class CostmapPair:
 
     def to_plan_on(self, unknown_blocks):
         """Return the LocalWorld of the global costmap, for poses of its frame."""
-        return LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks)
+        world, kept = self.world, self._to_plan_on
+        if kept is None or kept.costmap is not world.costmap or kept.footprint is not world.footprint or kept.unknown_blocks != unknown_blocks:
+            kept = self._to_plan_on = LocalWorld(world.costmap, world.footprint, unknown_blocks)
+        return kept
 
     def around(self, pose, local_pose, unknown_blocks):
         """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""

@@ -210,11 +210,12 @@ class RangeSensorLayer(Layer):
         waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
         readings, near = [], []
         for r in waiting:
-            self._heard[r.source] = t
+            source, _, x, y, yaw, distance, _, _, field_of_view = r
+            self._heard[source] = t
             meaning = self._meaning(r)
             if meaning is not None:
-                readings.append((r.x, r.y, r.yaw, meaning[0], 0.5 * r.field_of_view, meaning[1]))
-                near.append(r.range == -math.inf)
+                readings.append((x, y, yaw, meaning[0], 0.5 * field_of_view, meaning[1]))
+                near.append(distance == -math.inf)
         if readings:
             readings = np.array(readings, dtype=np.float64)
             if c.ignore_mapped:
