@@ -66,7 +66,7 @@ class FilterEngine:
         self.output = Output(config, transforms, self._report)
         self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
         self.trace = trace.opened(config, self._report)
-        self._last_tick = None
+        self._last_tick = self._seen = None
         self._forget()
 
     @property
@@ -103,7 +103,7 @@ class FilterEngine:
         self._forget()
 
     def _forget(self):
-        self._queue, self._sequence = [], 0
+        self._queue, self._sequence, self._seen = [], 0, None
         self.intake.forget()
         if self.history:
             self.history.forget()
@@ -153,7 +153,10 @@ class FilterEngine:
             self.history.commanded(stamp, self.control.command)
 
     def _motion(self):
-        return Motion(self.filter.x[:SIZE], self.output.turning)
+        """The Motion that messages see until the next tick: the state itself, not a copy."""
+        if self._seen is None:
+            self._seen = Motion(self.filter.x[:SIZE], self.output.turning)
+        return self._seen
 
     def _enqueue(self, name, measurements):
         if not self.enabled:
@@ -178,7 +181,7 @@ class FilterEngine:
         self.filter.set_state(x, P)
         self.filter.initialised = True
         self.filter.last_measurement_time = now
-        self._queue = []
+        self._queue, self._seen = [], None
         self.intake.forget_poses(stamp)
         if self.silence:
             self.silence.forget()
@@ -193,7 +196,7 @@ class FilterEngine:
         """Take what is in the queue up to `now` (s) and give the estimate; None before the first measurement."""
         if self._last_tick is not None and now < self._last_tick:
             self._time_went_back(now)
-        self._last_tick = now
+        self._last_tick, self._seen = now, None
         if now > 0.0:
             self.intake.now = now
         if not self.enabled:
@@ -225,7 +228,7 @@ class FilterEngine:
             self.filter.last_measurement_time = now
 
     def _integrate(self, now):
-        kf, queue = self.filter, self._queue
+        kf, queue, inputs = self.filter, self._queue, self.inputs
         # A measurement from far in the future must not keep the filter from predicting.
         idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
         again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
@@ -241,7 +244,7 @@ class FilterEngine:
             if self.trace:
                 self.trace.measurement(m, taken, kf.nis)
             if sequence not in again and m.source != measurement.STANDSTILL:
-                self.inputs[name].took(taken, kf.nis, m.informative)
+                inputs[name].took(taken, kf.nis, m.informative)
                 if self.silence and taken:
                     self.silence.heard(name, stamp)
             if self.history:

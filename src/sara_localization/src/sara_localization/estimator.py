@@ -35,6 +35,11 @@ def _no_bias(k: int) -> np.ndarray:
     return np.full(k, -1, dtype=np.int64)
 
 
+def places(indices, extra, k: int):
+    """(indices, biases) of k measured variables as arrays for the kernels; extra: as in Estimator.correct."""
+    return _int_array(tuple(indices)), _no_bias(k) if extra is None else _int_array(tuple(extra))
+
+
 def valid_step(dt: float) -> float:
     """dt, or 0.01 s where it can only come from a clock that was set."""
     return STEP_INSTEAD if dt > LONGEST_STEP else dt
@@ -130,7 +135,7 @@ class Estimator:
         z, R, threshold = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float), float(threshold)
         if not len(z):
             return False
-        rows, biases = _int_array(tuple(indices)), _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
+        rows, biases = places(indices, extra, len(z))
         result, nis, positive = kernel.take(self.x, self.P, rows, biases, z, R, threshold)
         if result == kernel.NOT_FINITE:
             keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
@@ -184,11 +189,16 @@ class Estimator:
             return True
         dt = stamp - self.last_measurement_time
         if dt > 0.0:
-            self._propagate(valid_step(dt), stamp)
-        taken = self.correct(indices, z, R, threshold, extra)
+            taken = self._predict_and_correct(valid_step(dt), stamp, indices, z, R, threshold, extra)
+        else:
+            taken = self.correct(indices, z, R, threshold, extra)
         if dt >= 0.0:
             self.last_measurement_time = stamp
         return taken
+
+    def _predict_and_correct(self, dt, stamp, indices, z, R, threshold, extra):
+        self._propagate(dt, stamp)
+        return self.correct(indices, z, R, threshold, extra)
 
     def predict_to(self, time: float):
         """Move the state to the time (s), which becomes the time of the state."""

@@ -25,6 +25,7 @@ from .narrow import correct as narrow_correct
 from .narrow import propagate
 from .residual import CORRELATED_BADLY, NOT_FINITE, REJECTED, TAKEN, innovation, wrap_angles
 
+PREDICTED_BADLY = -1
 UNSURE_ANGLE = 2.0
 """The variance of an angle (rad2) beyond which sigma points close to the centre say nothing about it."""
 
@@ -187,6 +188,14 @@ def take(x, P, indices, extra, z, R, gate):
 
 
 @kernel
+def predict_and_take(x, P, Q, dt, indices, extra, z, R, gate):
+    """`predict` from x itself, then `take`; PREDICTED_BADLY, and nothing taken, where P is not positive definite between the two."""
+    if not predict(x, P, Q, dt, x):
+        return PREDICTED_BADLY, 0.0, False
+    return take(x, P, indices, extra, z, R, gate)
+
+
+@kernel
 def all_finite(x, P):
     """Whether x (n,) and P (n, n) are."""
     for i in range(x.shape[0]):
@@ -274,6 +283,8 @@ def warm(kind: Optional[str] = None) -> None:
     bound(P)
     innovation(x, indices, extra, z)
     take(x, P, indices, extra, z, R, np.inf)
+    if kind != 'ukf':
+        predict_and_take(x, P, np.eye(15), 0.01, indices, extra, z, R, np.inf)
     all_finite(x, P)
     if kind != 'ekf':
         unscented_step(x, P, np.eye(15), False, 0.01, 1e-3, 2.0, 0.0)

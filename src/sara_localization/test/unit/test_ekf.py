@@ -2,12 +2,14 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_localization import motion_model
 from sara_localization.config import DEFAULT_PROCESS_NOISE
 from sara_localization.ekf import Ekf
+from sara_localization.estimator import Estimator
 from sara_localization.geometry import wrap
 from sara_localization.state import VX, VYAW, YAW
 
@@ -89,3 +91,30 @@ def test_the_gate_rejects_beyond_its_sigmas():
     ekf = a_filter()
     assert not ekf.correct((VX,), [10.0], [[0.1]], threshold=3.0)
     assert ekf.correct((VX,), [0.5], [[0.1]], threshold=3.0)
+
+
+@pytest.mark.parametrize('kept', [True, False])
+def test_prediction_and_correction_in_one_call_are_the_two_of_them(kept):
+    rng = np.random.default_rng(4)
+    for trial in range(300):
+        one, two = (Ekf(np.eye(15) * 0.01, np.eye(15) * 0.1, keep_positive=kept) for _ in range(2))
+        k = int(rng.integers(1, 4))
+        indices = tuple(int(i) for i in rng.permutation(15)[:k])
+        for step in range(1, 6):
+            z, R = rng.normal(size=k), np.diag(rng.uniform(1e-9, 1.0, k))
+            if trial % 5 == 1:
+                z[0] = rng.choice([math.nan, math.inf])
+            if trial % 5 == 2:
+                R = rng.normal(size=(k, k))     # no covariance
+            if trial % 5 == 3:
+                for kf in (one, two):           # nor is the filter's
+                    kf.P = -kf.P if step == 3 else kf.P
+            threshold = 1.0 if trial % 7 == 0 else math.inf
+            done = one.process(0.1 * step, indices, z, R, threshold)
+            if two.initialised:
+                assert done == Estimator._predict_and_correct(two, 0.1 * step - two.last_measurement_time, 0.1 * step, indices, z, R, threshold, None)
+                two.last_measurement_time = 0.1 * step
+            else:
+                two.process(0.1 * step, indices, z, R, threshold)
+            assert np.array_equal(one.x, two.x, equal_nan=True) and np.array_equal(one.P, two.P, equal_nan=True)
+            assert one.repairs == two.repairs and (one.nis == two.nis or math.isnan(one.nis) and math.isnan(two.nis))

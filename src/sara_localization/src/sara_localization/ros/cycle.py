@@ -11,9 +11,11 @@ import time
 import rospy
 from rospy.rostime import is_wallclock
 
+from ..stamps import Stamp
+
 
 class Cycle:
-    """Calls `work()` every `period` (s) until the node is shut down; cycles that were missed are not made up for."""
+    """Calls `work(now)` every `period` (s) until the node is shut down, with the ROS time as a Stamp; cycles that were missed are not made up for."""
 
     def __init__(self, period: float, work):
         self._period, self._work = rospy.Duration.from_sec(period).to_nsec(), work
@@ -21,22 +23,22 @@ class Cycle:
         self._thread.start()
 
     def _run(self):
-        due = None                          # ns
+        due = now = None                    # ns
         while not rospy.is_shutdown():
             try:
                 if due is None:
                     rospy.sleep(0.0)        # until there is time
-                    due = _now()
-                remaining = due - _now()
-                if remaining > self._period:
-                    due = _now()            # the clock went back
-                elif remaining > 0:
-                    _sleep(remaining)
+                    due = now = _now()
+                if due - now > self._period:
+                    due = now               # the clock went back
+                elif due > now:
+                    _sleep(due - now)
+                    now = _now()
             except rospy.ROSTimeMovedBackwardsException:
-                due = _now()
+                due = now = _now()
             except rospy.ROSInterruptException:
                 return
-            self._work()
+            self._work(Stamp(*divmod(now, 10 ** 9)))
             due += self._period
             now = _now()
             if due < now:

@@ -142,10 +142,9 @@ class FilterNode:
         rospy.loginfo('the filter starts anew')
         return EmptyResponse()
 
-    def tick(self):
-        """A cycle of the filter; whatever goes wrong in one must not end the timer."""
+    def tick(self, now):
+        """A cycle of the filter at `now` (Stamp); whatever goes wrong in one must not end the timer."""
         try:
-            now = conversions.seconds(rospy.Time.now())
             with self.lock:
                 jumps = self.engine.time_jumps
                 self.mailbox.deliver()
