@@ -8,6 +8,7 @@ from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from . import joining
 from .geometry import Transform
 from .state import RATES
 
@@ -106,7 +107,6 @@ class FilterOutput(NamedTuple):
     Attributes:
         stamp: time of the state (s); frame_id, child_frame_id: world and robot frame.
         state: (15,) in the order of state.py; covariance: (15, 15).
-        pose: the robot in the world frame.
         transform: what is to be broadcast (map -> odom, or odom -> base_link), or None where there is none.
         published: False where the stamp was published before (robot_localization keeps silent then).
         turning: how the rates changed between the last two ticks, for the angular acceleration.
@@ -117,10 +117,14 @@ class FilterOutput(NamedTuple):
     child_frame_id: str
     state: np.ndarray
     covariance: np.ndarray
-    pose: Transform
     transform: Optional[StampedTransform]
     published: bool
     turning: Turning
+
+    @property
+    def pose(self) -> Transform:
+        """The robot in the world frame."""
+        return joining.pose_of(self.state)
 
     @property
     def angular_acceleration(self) -> np.ndarray:

@@ -35,7 +35,8 @@ class TumWriter:
         self._file = file
 
     def write(self, output: FilterOutput):
-        numbers = ['%.9f' % v for v in (*output.pose.translation, *output.pose.rotation)]
+        pose = output.pose
+        numbers = ['%.9f' % v for v in (*pose.translation, *pose.rotation)]
         self._file.write('%.9f %s\n' % (output.stamp, ' '.join(numbers)))
 
 

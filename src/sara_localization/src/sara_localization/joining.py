@@ -36,17 +36,25 @@ def join(t, q, u, r):
              aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz))
 
 
+@kernel
+def placed(x, u, r):
+    """(translation, quaternion) of the pose in the state x (n,), n >= 6, after the transform (u, r)."""
+    t, q = pose(x)
+    return join(t, q, u, r)
+
+
 def pose_of(x: np.ndarray) -> Transform:
     """The pose of the state x (n,) in the world's frame."""
     return Transform(*pose(x))
 
 
-def joined(a: Transform, b: Transform) -> Transform:
-    """a @ b."""
-    return Transform(*join(*a, *b))
+def joined(x: np.ndarray, b: Transform) -> Transform:
+    """pose_of(x) @ b."""
+    return Transform(*placed(x, *b))
 
 
 @lru_cache(maxsize=None)
 def warm() -> None:
-    """Compile (or load from the cache) both, so that nothing compiles on the move."""
-    joined(*[pose_of(np.zeros(SIZE))] * 2)
+    """Compile (or load from the cache) what is called, so that nothing compiles on the move."""
+    x = np.zeros(SIZE)
+    joined(x, pose_of(x))

@@ -45,11 +45,10 @@ class Output:
         config, stamp, x, P = self.config, float(kf.last_measurement_time), kf.x[:SIZE].copy(), kf.P[:SIZE, :SIZE].copy()
         if now is not None:
             self._turn(x, P, now)
-        pose = joining.pose_of(x)
         fresh = config.permit_corrected_publication or stamp > self._published_stamp
-        transform = self._transform(stamp, pose) if config.publish_tf and fresh else None
+        transform = self._transform(stamp, x) if config.publish_tf and fresh else None
         self._published_stamp = stamp
-        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, P, pose, transform, fresh, self.turning)
+        return FilterOutput(stamp, config.world_frame, config.base_link_frame_output, x, P, transform, fresh, self.turning)
 
     def _turn(self, x, P, now):
         dt, period = now - self._rates_time, self._period
@@ -66,15 +65,15 @@ class Output:
             return None
         if config.publish_tf:
             return output.map_to_odom.transform if output.map_to_odom else None
-        stamped = self._transform(output.stamp, output.pose) if output.published and not config.invert_tf else None
+        stamped = self._transform(output.stamp, output.state) if output.published and not config.invert_tf else None
         return stamped.transform if stamped else None
 
-    def _transform(self, stamp, pose) -> Optional[StampedTransform]:
+    def _transform(self, stamp, x) -> Optional[StampedTransform]:
         config, dated = self.config, later(stamp, self.config.transform_time_offset)
         if config.invert_tf:
-            return StampedTransform(dated, config.base_link_frame_output, config.world_frame, pose.inverse())
+            return StampedTransform(dated, config.base_link_frame_output, config.world_frame, joining.pose_of(x).inverse())
         if not config.publishes_map_to_odom:
-            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, pose)
+            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, joining.pose_of(x))
         base_from_odom = self.transforms.lookup(config.base_link_frame, config.odom_frame, stamp)
         if base_from_odom is None:
             missing = 'no transform %s -> %s: %s -> %s cannot be published' % (
@@ -84,4 +83,4 @@ class Output:
             self.missing_transform = missing
             return None
         self.missing_transform = None
-        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(pose, base_from_odom))
+        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom))

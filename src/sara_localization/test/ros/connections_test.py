@@ -62,7 +62,7 @@ class ConnectionsTest(unittest.TestCase):
         for frame, child in (('map', 'odom'), ('', ''), ('Räder/links', 'base_link')):
             pose = Transform(tuple(numbers.random(3).tolist()), tuple(numbers.random(4).tolist()))
             stamped = StampedTransform(Stamp(1700000000, 123456789), frame, child, pose)
-            output = FilterOutput(stamped.stamp, frame, child, numbers.random(15), numbers.random((15, 15)), pose, stamped, True,
+            output = FilterOutput(stamped.stamp, frame, child, numbers.random(15), numbers.random((15, 15)), stamped, True,
                                   Turning(numbers.random(15), numbers.random((15, 15)), np.zeros(3), 0.02))
             self.assertEqual(wire.write_odometry(7, output), self.written(conversions.odometry_message(output)))
             self.assertEqual(wire.write_transform(7, stamped), self.written(TFMessage([conversions.transform_message(stamped)])))

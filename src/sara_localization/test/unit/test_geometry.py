@@ -65,7 +65,7 @@ def test_what_is_compiled_is_the_same(state, other):
     x = np.array(state + [0.0] * 9)
     pose = joining.pose_of(x)
     assert pose == Transform.from_xyz_rpy(*state)
-    assert joining.joined(pose, other) == pose @ other
+    assert joining.joined(x, other) == pose @ other
 
 
 @given(transforms, transforms)
