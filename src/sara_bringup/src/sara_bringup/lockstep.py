@@ -87,16 +87,22 @@ class Lockstep:
         """Advance everything by 10 ms."""
         self.tick += 1
         frames, now = self.chair.step(), self.chair.time
-        for frame in frames:
-            for reading in self.reader.on_frame(frame):
-                self._on_reading(reading)
+        self._hear(frames)
         if self.tick % FILTER_STEPS == 0 and self.localization_runs:
             self._localize(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
             self._navigate(now)
         if self.tick % COMMAND_STEPS == 0:
-            self.chair.receive(self.wheels.step(now))
-            self._give_up(now)
+            self._command(now)
+
+    def _hear(self, frames):
+        for frame in frames:
+            for reading in self.reader.on_frame(frame):
+                self._on_reading(reading)
+
+    def _command(self, now):
+        self.chair.receive(self.wheels.step(now))
+        self._give_up(now)
 
     def start_up(self):
         """Step, at rest, until the gyro is calibrated, the fused pose is there and the safety gate would let the chair drive. Raises LockstepError."""

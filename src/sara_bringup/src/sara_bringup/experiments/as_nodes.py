@@ -20,7 +20,7 @@ class AsNodes(Recorded):
         self._navigation_phase, self._filter_phase, self._command_phase = (drawn.randrange(steps) for steps in (self._control_steps, FILTER_STEPS, COMMAND_STEPS))
 
     def step(self):
-        """Advance everything by 10 ms."""
+        """Advance everything by 10 ms: the nodes in another order than Lockstep's, and what they hear last."""
         self.tick += 1
         frames, now = self.chair.step(), self.chair.time
         if (self.tick + self._navigation_phase) % self._control_steps == 0 and self.navigation_runs:
@@ -28,8 +28,5 @@ class AsNodes(Recorded):
         if (self.tick + self._filter_phase) % FILTER_STEPS == 0 and self.localization_runs:
             self._localize(now)
         if (self.tick + self._command_phase) % COMMAND_STEPS == 0:
-            self.chair.receive(self.wheels.step(now))
-            self._give_up(now)
-        for frame in frames:
-            for reading in self.reader.on_frame(frame):
-                self._on_reading(reading)
+            self._command(now)
+        self._hear(frames)
