@@ -19,8 +19,9 @@ ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / 'build' / 'mutants'
 PACKAGE = ROOT / 'src' / 'sara_control'
 MODULE = 'src/sara_control/safety.py'
-JUDGED_BY = ('reasons', 'comfort', 'zones', 'gate_config', 'safety')  # what a result depends on
-TESTS = ('test/unit/test_safety.py',)
+JUDGED_BY = ('reasons', 'comfort', 'zones', 'caution', 'movers', 'guard', 'gate_config', 'safety')  # what a result depends on
+TESTS = ('test/unit/test_safety.py', 'test/unit/test_caution.py')
+CONFIG = 'config/safety.yaml'
 PYTEST = [sys.executable, '-m', 'pytest', '-x', '-q', '-p', 'no:cacheprovider', '-p', 'stable', *TESTS]
 STABLE = """import hypothesis
 hypothesis.settings.register_profile('stable', derandomize=True, database=None, max_examples=20)
@@ -31,7 +32,7 @@ hypothesis.settings.load_profile('stable')
 def sources():
     """A digest of all that the result depends on."""
     modules = (PACKAGE / 'src' / 'sara_control' / f'{name}.py' for name in JUDGED_BY)
-    files = [*modules, *(PACKAGE / test for test in TESTS)]
+    files = [*modules, *(PACKAGE / path for path in (*TESTS, CONFIG))]
     return hashlib.sha256(b''.join([sys.executable.encode(), *(path.read_bytes() for path in files)])).hexdigest()
 
 
@@ -43,9 +44,9 @@ def prepare():
     (WORK / 'src' / 'sara_control').mkdir(parents=True)
     for path in (PACKAGE / 'src' / 'sara_control').glob('*.py'):
         shutil.copy(path, WORK / 'src' / 'sara_control')
-    for test in TESTS:
-        (WORK / test).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(PACKAGE / test, WORK / test)
+    for path in (*TESTS, CONFIG):
+        (WORK / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(PACKAGE / path, WORK / path)
     (WORK / 'stable.py').write_text(STABLE)
     command = ' '.join(PYTEST)
     (WORK / 'config.toml').write_text(

@@ -180,7 +180,7 @@ class SafetyGate:
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
         if self._tired(dt, waits and not comfort.moving, _wants(command)):
-            return self._decision(State.SLOWED, Reason.CROWD, True)
+            return self._decision(State.BLOCKED, Reason.CROWD, True, waits)
         if near:
             return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False, waits)
         if slowly < 1.0:

@@ -304,7 +304,7 @@ def test_goals_are_given_up_in_words_when_people_have_held_it_up_for_long():
     decisions = crowd(patience=15.0)
     given_up = [k for k, decision in enumerate(decisions) if decision.give_up]
     assert [round(0.02 * k) for k in given_up] == [15, 30]
-    assert all(decisions[k].reason is Reason.CROWD for k in given_up)
+    assert all((decisions[k].state, decisions[k].reason, decisions[k].v) == (State.BLOCKED, Reason.CROWD, 0.0) for k in given_up)
     assert not any(decision.give_up for decision in crowd(patience=0.0))
 
 
