@@ -27,7 +27,7 @@ _CLOSED, _OPEN, _LISTEN = 'closed', 'open', 'listen only'
 
 class LawicelAdapter:
     """State of one adapter. `state`: 'closed', 'open' or 'listen only'; `bit_rate`: n of the last `Sn`, -1 after `sxxyy`, None before;
-    `rate`: the bit/s of that; `counts`: what passed and what was refused; `switched`: how often the channel was opened or closed."""
+    `rate`: the bit/s of that; `counts`: what passed and what was refused; `closed`: how often the channel was closed."""
 
     def __init__(self, bus_rate: int = 500000):
         """`bus_rate`: bit/s of the bus that the adapter is plugged into."""
@@ -37,7 +37,7 @@ class LawicelAdapter:
         self.rate: float | None = None
         self.code, self.mask = bytes(4), b'\xFF' * 4
         self.timestamps = False
-        self.switched = 0
+        self.closed = 0
         self.counts: Counter = Counter()
         self._line = bytearray()
         self._overlong = False
@@ -169,7 +169,6 @@ class LawicelAdapter:
         if rest or self.is_open or self.bit_rate is None:
             return BEL
         self.state, self._status, self._stuck = state, 0, 0
-        self.switched += 1
         return CR
 
     def _listen(self, rest: bytes) -> bytes:
@@ -179,7 +178,7 @@ class LawicelAdapter:
         if rest or not self.is_open:
             return BEL
         self.state = _CLOSED
-        self.switched += 1
+        self.closed += 1
         return CR
 
     def _version(self, rest: bytes) -> bytes:

@@ -60,7 +60,8 @@ def test_closed_channel_carries_nothing(frame):
 def test_every_bit_rate_opens(rate):
     adapter = LawicelAdapter()
     assert adapter.feed(b'S%d\rO\r' % rate)[0] == CR + CR
-    assert adapter.bit_rate == rate and adapter.switched == 1
+    assert adapter.bit_rate == rate and adapter.closed == 0
+    assert adapter.feed(b'C\rC\r')[0] == CR + BEL and adapter.closed == 1
 
 
 @pytest.mark.parametrize('line, answer', [

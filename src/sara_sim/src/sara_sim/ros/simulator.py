@@ -128,10 +128,11 @@ class SimulatorNode:
         data = self._terminal.read(timeout)
         if not data:
             return
-        switched = self._adapter.switched
+        closed = self._adapter.closed
         answer, frames = self._adapter.feed(data)
-        if self._adapter.switched != switched:
-            # What an earlier reader left unread is old: a new one must not take it for news.
+        if self._adapter.closed != closed:
+            # What who closes the channel leaves unread is old: the next one must not take it for news. Not when it is opened:
+            # that one may be reading already, and is told of a broken port by what vanishes under its hands.
             self._terminal.discard()
         if answer:
             self._write(answer)
