@@ -114,9 +114,9 @@ class Caution:
             history.clear()
         self._nearest.clear()
 
-    def add(self, name, distance, stamp, v, w, sigma):
+    def add(self, name, distance, stamp, v, w, sigma, told=False):
         """A raw reading (m, +-Inf as in REP-117) at stamp (s), while the chair was told to drive at v (m/s) and turned by w (rad/s); sigma (m): of its
-        scatter, +Inf where it tells of nobody."""
+        scatter, +Inf where it tells of nobody; told: whether it is told to move at all."""
         if not self.config.memory:
             return
         if stamp < self._last - LATELY:   # the clock was set back
@@ -133,7 +133,7 @@ class Caution:
         if name in self._history:
             self._history[name].append((stamp, self._way, distance))
             self._nearest.pop(name, None)
-        if abs(v) > STANDS[0] or abs(w) > STANDS[1]:
+        if told or abs(v) > STANDS[0] or abs(w) > STANDS[1]:
             self._moved = stamp
             self._stood.clear()
         elif stamp - self._moved >= SETTLED and distance < math.inf:

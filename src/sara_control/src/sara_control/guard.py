@@ -75,7 +75,7 @@ class Guard:
 
     def on_raw_range(self, stamp, name, distance):
         """A range as the sensor said it, before any filter, see Zones. False if it is not believed."""
-        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turning):
+        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turning, self.comfort.moving):
             return self._drop('raw range not known or not possible')
         return True
 

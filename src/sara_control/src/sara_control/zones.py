@@ -112,8 +112,11 @@ class Zones:
             self._movers[name].add(*kept.popleft())
         self._listen(self._movers[name], name, distance, stamp, v, w)
 
-    def on_raw_range(self, name, distance, stamp, v=0.0, w=0.0):
-        """The same reading as it came, before any filter, which tells a reading late of who moves by themselves; where it scatters, the filtered one has to tell."""
+    def on_raw_range(self, name, distance, stamp, v=0.0, w=0.0, told=False):
+        """The same reading as it came, before any filter, which tells a reading late of who moves by themselves; where it scatters, the filtered one has to tell.
+
+        told: whether the wheels are told to move; w is measured, and tells of a turn that has just begun too late.
+        """
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
         raw = self._raw_movers[name]
@@ -122,7 +125,7 @@ class Zones:
             self._listen(raw, name, distance, stamp, v, w)
         else:
             raw.add(stamp, distance, v, w, self.caution.about(stamp))
-        self.caution.add(name, distance, stamp, v, w, raw.sigma if trusted else math.inf)
+        self.caution.add(name, distance, stamp, v, w, raw.sigma if trusted else math.inf, told)
         if trusted and raw.sure(stamp):
             self.caution.mover(name, distance, stamp)
         if raw.coarse:

@@ -92,6 +92,14 @@ def test_a_chair_that_moves_tells_nobody_by_what_it_hears_at_another_distance():
         assert not result.about(t + 0.2)
 
 
+def test_a_chair_that_has_just_been_told_to_turn_tells_nobody_by_the_wall_that_comes_into_a_cone():
+    for told in (False, True):
+        result = caution()
+        t = hear(result, 2.1, seconds=3.0)
+        result.add('STI', 0.83, t, 0.0, 0.02, 0.01, told)
+        assert result.about(t) == (not told)
+
+
 def test_a_mover_heard_once_may_be_a_wall_and_twice_is_somebody():
     result = caution()
     for t in (1.0, 3.0, 5.0):
@@ -248,6 +256,17 @@ def test_somebody_heard_and_then_hidden_makes_the_chair_creep_and_say_why_and_qu
     ride.go(CONFIG.memory)
     assert ride.decisions[-1].v == pytest.approx(0.4) and ride.decisions[-1].state is State.DRIVING
     assert not any(decision.give_up for decision in ride.decisions)
+
+
+def test_a_wall_that_a_turn_which_has_just_begun_brings_into_a_cone_is_nobody():
+    ride = Ride()
+    ride.ranges = {'STI': 2.1}
+    ride.go(3.0)
+    ride.command = 0.0, 0.4
+    ride.go(0.1)
+    ride.ranges = {'STI': 0.83}   # before the gyroscope tells of the turn
+    ride.go(0.4)
+    assert not ride.guard.zones.people(ride.t)
 
 
 def test_a_wall_that_was_there_all_the_time_slows_nobody():
