@@ -13,7 +13,6 @@ from sara_localization.config import FilterConfig
 from sara_localization.data import ImuData, OdometryData, PoseData
 from sara_localization.engine import FilterEngine
 from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.state import POSE
 from sara_localization.transforms import TransformBuffer
 
 RVIZ_COVARIANCE = np.diag((0.25, 0.25, 0.0, 0.0, 0.0, (np.pi / 12.0) ** 2))   # of its "2D Pose Estimate"; m2, rad2
@@ -45,10 +44,7 @@ class Filter(Estimate):
         tree = parameters("sara_localization", f"ekf_{name}.yaml")
         tree["initial_state"] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
         self._transforms = TransformBuffer()
-        config = FilterConfig.from_params(tree, kind)
-        self._engine = FilterEngine(config, self._transforms)
-        # Only through poses that are told in another frame does a filter look up the transform that it gives out itself.
-        self._asks_itself = any(any(i.mask[POSE]) for i in config.inputs if i.kind != "imu")
+        self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
         self._imu_covariances = [_diagonal(tuple(variances)) for variances in imu_variances]
 
     def on_imu(self, reading):
@@ -79,8 +75,7 @@ class Filter(Estimate):
         self.pose, self.velocity, self.stamp = (x[0], x[1], x[5]), (x[6], x[11]), output.stamp
         stamped = output.map_to_odom
         if stamped is not None:
-            if self._asks_itself:
-                self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
+            self._transforms.set_transform(stamped.parent, stamped.child, stamped.transform, stamped.stamp)
             x, y, _ = stamped.transform.translation
             self.map_from_odom = (float(x), float(y), stamped.transform.yaw)
         return True

@@ -135,9 +135,7 @@ class CanBase:
             self._rest[index] = 0.0
             return 0.0
         step = self._resolution[index]
-        wanted = speed / step + self._rest[index]
-        if not -128.0 <= wanted <= 127.0:
-            wanted = 127.0 if wanted > 0.0 else -128.0
+        wanted = min(max(speed / step + self._rest[index], -128.0), 127.0)
         raw = round(wanted)
         self._rest[index] = wanted - raw
         return raw * step

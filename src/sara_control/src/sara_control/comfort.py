@@ -109,7 +109,16 @@ class Comfort:
         self.profile = profile
         self._forward = AxisLimiter(profile.acceleration, profile.braking, profile.jerk)
         self._turn = AxisLimiter(profile.turn_acceleration, profile.turn_acceleration, profile.turn_jerk)
-        self.v = self.w = 0.0
+
+    @property
+    def v(self):
+        """m/s."""
+        return self._forward.speed
+
+    @property
+    def w(self):
+        """rad/s."""
+        return self._turn.speed
 
     @property
     def moving(self):
@@ -127,24 +136,22 @@ class Comfort:
             self._waiting = None
         if dt >= SHORTEST_STEP:
             v, w = self.profile.shape(v, w)
-            self.v, self.w = self._forward.step(v, dt), self._turn.step(w, dt)
+            self._forward.step(v, dt)
+            self._turn.step(w, dt)
         return self.v, self.w
 
     def brake(self, dt, braking, turn_braking):
         """One step of dt (s) towards rest on the same curve, at these decelerations (m/s2, rad/s2) and without a limit of jerk."""
         left = max(abs(self.v) / braking, abs(self.w) / turn_braking)
         factor = max(0.0, 1.0 - dt / left) if left > 0.0 else 0.0
-        self._set(self.v * factor, self.w * factor)
+        self._forward.set(self.v * factor)
+        self._turn.set(self.w * factor)
         return self.v, self.w
 
     def rest(self):
         """Nothing is commanded any more, from now on."""
-        self._set(0.0, 0.0)
-
-    def _set(self, v, w):
-        self.v, self.w = v, w
-        self._forward.set(v)
-        self._turn.set(w)
+        self._forward.set(0.0)
+        self._turn.set(0.0)
 
 
 @kernel

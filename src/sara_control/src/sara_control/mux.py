@@ -125,7 +125,7 @@ class Mux:
             self.dropped[name] = self.dropped.get(name, 0) + 1
             return None
         heard = self._heard[name]
-        if heard.barred and (v == w == 0.0 or all(one is not heard for _, one in self._speaking(t))):
+        if heard.barred and (v == w == 0.0 or _silent(t, self._sources[name], heard)):
             heard.barred = False
         heard.v, heard.w, heard.stamp = v, w, t
         said = self._decide(t)
@@ -159,10 +159,6 @@ class Mux:
         locked, stamp = self._locks[lock.name]
         return locked or (lock.timeout > 0.0 and not t - stamp <= lock.timeout)
 
-    def _speaking(self, t):
-        """[(Source, _Heard)] of those who said something that at t (s) is neither too old nor from the future."""
-        return [pair for pair in self._all if -AHEAD <= t - pair[1].stamp <= pair[0].timeout]
-
     def _driver(self, speaking, least):
         """Who may drive, of those that speak and whose priority is at least so much."""
         if self._taken:
@@ -176,7 +172,7 @@ class Mux:
     def _decide(self, t):
         """Changes of the driver; returns what they say to the wheels, or None."""
         least = self.locked(t)
-        speaking = self._speaking(t)
+        speaking = [pair for pair in self._all if not _silent(t, *pair)]
         before, self.driver = self.driver, self._driver(speaking, least)
         self._bar(speaking, least)
         if self.driver == before:
@@ -194,3 +190,8 @@ class Mux:
             if (self._taken or source.priority < least) and (heard.v != 0.0 or heard.w != 0.0) and not heard.barred:
                 heard.barred = True
                 self._driven_out += source.name,
+
+
+def _silent(t, source, heard):
+    """Whether what a Source said last is too old at t (s), or from the future."""
+    return not -AHEAD <= t - heard.stamp <= source.timeout

@@ -118,7 +118,8 @@ def test_shape_keeps_the_curve_and_the_limits(v, w):
 @settings(max_examples=200, deadline=None)
 def test_braking_is_linear_and_on_the_curve(v, w, dt):
     comfort = Comfort(Profile())
-    comfort._set(v, w)
+    comfort._forward.set(v)
+    comfort._turn.set(w)
     needed = max(abs(v) / 1.5, abs(w) / 3.0)
     for _ in range(int(needed / dt) + 2):
         before = comfort.v, comfort.w

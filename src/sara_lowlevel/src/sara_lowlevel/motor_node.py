@@ -127,8 +127,6 @@ class MotorNode:
 
     def _limited(self, wheels: tuple[float, float]) -> tuple[float, ...]:
         (right, left), limit = wheels, self.config.max_wheel_speed
-        if -limit <= right <= limit and -limit <= left <= limit:
-            return wheels
         return min(max(right, -limit), limit), min(max(left, -limit), limit)
 
     def _take_from_pc(self, mode: int) -> None:

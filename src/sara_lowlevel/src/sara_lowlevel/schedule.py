@@ -9,7 +9,7 @@ they are the freshest. The fast mode repeats the IMU's slots every 50 ms and lea
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import floor, inf
+from math import floor
 
 SENSORS = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 TURN_1 = ('SDI', 'STD', 'SLDD', 'SLIT')
@@ -81,14 +81,14 @@ class Every:
         """`period`: seconds, positive."""
         self.period = period
         self._next: float | None = None
-        self._not_before = -inf
 
     def due(self, t: float) -> bool:
         """True once per period. `t`: seconds. After a gap longer than a period the missed turns are dropped."""
-        if t < self._not_before:
+        if self._next is None:
+            self._next = t
+        if t < self._next - TIME_TOLERANCE_S:
             return False
-        self._next = (t if self._next is None else self._next) + self.period
+        self._next += self.period
         if self._next <= t:
             self._next = t + self.period
-        self._not_before = self._next - TIME_TOLERANCE_S
         return True
