@@ -7,7 +7,7 @@ import numpy as np
 from sara_bringup.judge import judge
 from sara_bringup.lockstep import Lockstep
 from sara_bringup.paths import share
-from sara_bringup.travel import USUAL_PATIENCE, Recorder, reach
+from sara_bringup.travel import PATIENCE_S, Recorder, reach
 
 APPROACHES = 20
 WIDEST = math.radians(70.0)   # of the approach's bearing, off the straight one
@@ -55,7 +55,7 @@ def cross(number, navigation=None):
     lockstep = Lockstep(share() / "maps" / "doorway.yaml", start, number, localization="fake", navigation=navigation)
     recorder = Recorder(lockstep)
     lockstep.start_up()
-    ended, late = reach(recorder, goal, USUAL_PATIENCE[1])
+    ended, late = reach(recorder, goal, PATIENCE_S)
     way = math.dist(start[:2], DOOR) + math.dist(DOOR, goal[:2])
     found = judge(recorder.track([replace(ended, shortest=way)]), lockstep.chair.drive.world)
     return Crossing(number, start, goal, ended.reached, late, ended.text, tuple(recorder.touched.contacts), found)

@@ -16,9 +16,10 @@ from sara_nav.geometry import Pose2D, wrap
 from sara_nav.move_base import ACTIVE, SUCCEEDED
 from sara_sim.world import World
 
-MODES = ("true", "fused", "boxes", "people", "expected")
-USUAL_PATIENCE = 0.10, 120.0   # a journey may take its way at so many m/s, and so long (s) besides;
-PATIENCE = dict.fromkeys(("people", "expected"), (0.015, 600.0))   # where people walk about it has to creep and to stand, and to turn about for another way
+AMONG_PEOPLE = ("people", "expected")
+MODES = ("true", "fused", "boxes", *AMONG_PEOPLE)
+PACE, PATIENCE_S = 0.10, 120.0   # a journey may take its way at so many m/s, and so long besides;
+SLOW_PACE, MUCH_PATIENCE_S = 0.015, 600.0   # where people walk about it has to creep and to stand, and to turn about for another way
 SETTLE_S = 1.0
 SAMPLE_STEPS = 2                 # 50 Hz
 POSITION_M, YAW_DEG = {"true": 0.10, "fused": 0.30}, {"true": 4.0, "fused": 7.0}   # farther off than that, a goal is not reached, whatever move_base says
@@ -114,7 +115,7 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     pair = pairs(name)[number]
     world = World.from_yaml(map_file(name))
     lockstep = Lockstep(map_file(name), pair.start, number, gain=gain, localization="ekf" if mode == "fused" else "fake", navigation=navigation)
-    for obstacle in boxes(name) if mode == "boxes" else people(name, number) if mode in ("people", "expected") else ():
+    for obstacle in boxes(name) if mode == "boxes" else people(name, number) if mode in AMONG_PEOPLE else ():
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
     lockstep.wheels.guard.zones.caution.expect(mode == "expected")
@@ -123,7 +124,7 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
         lockstep.start_up()
     except LockstepError as error:
         return Outcome(name, mode, number, pair.start, pair.goal, pair.way, False, False, str(error), 0.0, math.nan, math.nan, 0, (), None)
-    pace, besides = PATIENCE.get(mode, USUAL_PATIENCE)
+    pace, besides = (SLOW_PACE, MUCH_PATIENCE_S) if mode in AMONG_PEOPLE else (PACE, PATIENCE_S)
     goal, late = reach(recorder, pair.goal, besides + pair.way / pace)
     goal = replace(goal, shortest=pair.way)
     last = lockstep.chair.pose

@@ -15,7 +15,6 @@ from sara_sim.world import World
 SEEDS = 3
 JOURNEYS = {"true": (("school", 4), ("flat", 7), ("hall", 3)), "fused": (("school", 1), ("flat", 5), ("hall", 2)),
             "boxes": (("school", 10), ("flat", 8), ("hall", 8)), "people": (("school", 2), ("flat", 0), ("hall", 1)), "expected": (("school", 43), ("flat", 13), ("hall", 1))}
-PEOPLE = ("people", "expected")
 APPROACHES = (4, 10, 15)
 
 
@@ -52,11 +51,11 @@ def test_the_squares_verdict_finds_each_fault(square_results):
 def test_a_journey_is_reached_without_a_contact_that_the_chair_made(mode, which):
     name, number = JOURNEYS[mode][which]
     outcome = travel.drive(name, mode, number)
-    assert outcome.faults == [] and (outcome.reached or mode in PEOPLE and outcome.text), outcome.text
+    assert outcome.faults == [] and (outcome.reached or mode in travel.AMONG_PEOPLE and outcome.text), outcome.text
     found = outcome.judgement
     assert found.length > 0.9 * math.dist(outcome.start[:2], outcome.goal[:2]) or not outcome.reached
     assert json.loads(json.dumps(outcome.to_json()))["judgement"]["contacts"] == len(outcome.contacts)
-    assert mode in PEOPLE or (found.gap_min > 0.0 and found.contacts == 0)
+    assert mode in travel.AMONG_PEOPLE or (found.gap_min > 0.0 and found.contacts == 0)
 
 
 @pytest.mark.parametrize("number", APPROACHES)
