@@ -7,8 +7,7 @@ from collections import deque
 import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
-from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult,
-                                RecoveryStatus)
+from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult, RecoveryStatus
 from std_msgs.msg import Bool, String
 
 from sara_nav import move_base as mb
@@ -181,7 +180,7 @@ class MoveBaseNode:
         if late:
             rospy.logwarn_throttle(5.0, '%s', late)
         self._take_in(now)
-        self._take_abort()
+        self._hear_who_stops()
         self._take_requests(t)
         pose, pose_time, local_pose = self.robot.poses()
         began = time.perf_counter()
@@ -225,8 +224,8 @@ class MoveBaseNode:
             rospy.logwarn('%s', result.text)
             self.current_goal.publish(conv.pose_stamped(result.goal_used, frame, now))
 
-    def _take_abort(self):
-        """Give up the goal that somebody says cannot be reached now; one that comes later is not meant."""
+    def _hear_who_stops(self):
+        """Give up the goal that whoever stops the robot says cannot be reached now, one that comes later is not meant; or do not take standing for being stuck."""
         while self._abort_reasons:
             self.machine.abort('Goal aborted: %s' % self._abort_reasons.popleft())
         if self._excused:
