@@ -28,6 +28,9 @@ ENDED = 0.01
 """The end of a leg is reached this way (m) before it."""
 NEARLY_EXACT = 0.25
 """Share of path_deviation by which a path is smoothed where there is no room for more."""
+OVERSHOT = 0.5
+"""Share of yaw_goal_tolerance by which the turn at the goal may go too far and still be over: a pose that comes from a slow IMU swings by so much
+while a turn ends, and who follows it turns to and fro. What is off once the robot stands counts."""
 LONGEST_REPAIR = 0.3
 """A goal missed by less than this (m) may be approached in reverse."""
 
@@ -290,7 +293,8 @@ class RotateThenPursue:
             if abs(velocity[0]) > 2.0 * c.trans_stopped_vel or self._last[0] != 0.0:
                 return self._braked(t, dt, now, world, 'comes to rest')
             planned = p.final_angle if abs(p.final_angle) > c.yaw_goal_tolerance else 0.0
-            blocked = self._turning.begin(now, wrap(self.goal.yaw - now.yaw), world, planned, c.yaw_goal_tolerance)
+            blocked = self._turning.begin(now, wrap(self.goal.yaw - now.yaw), world, planned, c.yaw_goal_tolerance,
+                                          OVERSHOT * c.yaw_goal_tolerance)
             if blocked:
                 return blocked
             p.holding, p.final_angle = False, 0.0

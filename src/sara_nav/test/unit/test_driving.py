@@ -164,6 +164,29 @@ def test_turns_in_place_go_the_short_way_and_stay_in_place(turn):
     assert all(v == 0.0 for _, (v, _) in trail) and reversals(trail) == 0
 
 
+class SlowImuChair(SimChair):
+    """A SimChair whose heading comes from an IMU that speaks five times a second and is heard ``late`` s after; between, the last rate is believed to go on."""
+
+    def __init__(self, pose, late, phase):
+        super().__init__(pose, delay=0.0, pose_period=0.01)
+        self.late, self.phase = late, phase
+
+    def seen(self):
+        pose, velocity, stamp = super().seen()
+        at = next((entry for entry in reversed(self.history) if entry[0] <= self.t - self.late + 1e-9 and round(100.0 * entry[0]) % 20 == self.phase), self.history[0])
+        return Pose2D(pose.x, pose.y, wrap(at[1].yaw + at[2][1] * (self.t - at[0]))), velocity, stamp
+
+
+@pytest.mark.parametrize('late, phase', [(late, phase) for late in (0.1, 0.18) for phase in (1, 6, 11, 16)])
+def test_a_turn_that_ends_does_not_follow_a_heading_that_swings(late, phase):
+    move_base, chair = make(), SlowImuChair(Pose2D(3.0, 3.0, 0.0), late, phase)
+    for yaw in (90.0, 180.0, 270.0, 0.0):
+        result, taken, trail = drive(move_base, chair, Pose2D(3.0, 3.0, math.radians(yaw)))
+        assert result.status == 'succeeded' and taken < 8.0
+        assert all(w >= 0.0 for _, (_, w) in trail), 'to and fro'
+        assert degrees_between(chair.pose.yaw, math.radians(yaw)) < 1.5
+
+
 def test_commands_keep_the_limits():
     move_base, chair = make(), SimChair(Pose2D(1.0, 1.0, 2.0))
     c = move_base.local_planner.config
