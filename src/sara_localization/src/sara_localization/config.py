@@ -68,6 +68,7 @@ class FilterConfig:
     standstill: StandstillConfig = StandstillConfig()
     publish_nis: bool = False
     hold_after: float = 0.0
+    join_at_odometry_time: bool = False
     debug: bool = False
     debug_out_file: str = DEBUG_FILE
     warnings: Tuple[str, ...] = ()
@@ -181,7 +182,8 @@ class _Reader(InputReader):
                               ('publish_acceleration', False), ('permit_corrected_publication', False),
                               ('reset_on_time_jump', False), ('predict_to_current_time', False),
                               ('smooth_lagged_data', False), ('dynamic_process_noise_covariance', False),
-                              ('disabled_at_startup', False), ('publish_nis', False), ('debug', False)):
+                              ('disabled_at_startup', False), ('publish_nis', False), ('join_at_odometry_time', False),
+                              ('debug', False)):
             values[name] = self.boolean(name, default)
         if values['smooth_lagged_data'] and values['history_length'] == 0.0:
             self.warnings.append('smooth_lagged_data has no effect while history_length is 0: give it the longest delay of an '

@@ -143,7 +143,7 @@ def _parameters(rng):
     parameters.update(frequency=30, world_frame=str(rng.choice(['map', 'odom'])), two_d_mode=coin(), use_control=coin(),
                       control_config=[coin() for _ in range(6)], smooth_lagged_data=coin(), history_length=0.5,
                       predict_to_current_time=coin(), dynamic_process_noise_covariance=coin(0.3), reset_on_time_jump=coin(),
-                      disabled_at_startup=coin(0.1), standstill_update=coin(0.3), invert_tf=coin(0.2))
+                      disabled_at_startup=coin(0.1), standstill_update=coin(0.3), invert_tf=coin(0.2), join_at_odometry_time=coin())
     return parameters, 'ukf' if coin() else 'ekf'
 
 

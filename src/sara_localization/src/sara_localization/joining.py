@@ -11,7 +11,11 @@ import numpy as np
 from ahead_of_time import kernel
 
 from .geometry import Transform
-from .state import SIZE
+from .motion_model import advance
+from .state import POSE, SIZE, TWIST
+
+LONGEST = 0.5
+"""Seconds by which a state is taken back at most: odometry that is older has ended."""
 
 
 @kernel
@@ -37,8 +41,11 @@ def join(t, q, u, r):
 
 
 @kernel
-def placed(x, u, r):
-    """(translation, quaternion) of the pose in the state x (n,), n >= 6, after the transform (u, r)."""
+def placed(x, age, u, r):
+    """(translation, quaternion) of the pose that the state x (n,), n >= 15, had `age` seconds ago, after the transform (u, r)."""
+    if age > 0.0:
+        x = x.copy()
+        advance(x, -age)
     t, q = pose(x)
     return join(t, q, u, r)
 
@@ -48,9 +55,18 @@ def pose_of(x: np.ndarray) -> Transform:
     return Transform(*pose(x))
 
 
-def joined(x: np.ndarray, b: Transform) -> Transform:
-    """pose_of(x) @ b."""
-    return Transform(*placed(x, *b))
+def joined(x: np.ndarray, b: Transform, age: float = 0.0) -> Transform:
+    """pose_of(x) @ b; `age` (s): b is older than x by so much, which x is taken back by its own velocities, LONGEST at most."""
+    return Transform(*placed(x, min(age, LONGEST), *b))
+
+
+def joined_moving(pose: Transform, twist, b: Transform, age: float) -> Transform:
+    """As `joined`, for a pose with a twist (6,) along the robot's axes, m/s and rad/s; one that is not finite is taken for rest."""
+    x, moving = np.zeros(SIZE), np.array(twist)
+    x[POSE] = (*pose.translation, *pose.rpy)
+    if np.isfinite(moving).all():
+        x[TWIST] = moving
+    return joined(x, b, age)
 
 
 @lru_cache(maxsize=None)

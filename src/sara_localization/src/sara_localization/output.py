@@ -83,4 +83,5 @@ class Output:
             self.missing_transform = missing
             return None
         self.missing_transform = None
-        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom))
+        age = self.transforms.age(config.base_link_frame, config.odom_frame, stamp) if config.join_at_odometry_time else 0.0
+        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom, age))

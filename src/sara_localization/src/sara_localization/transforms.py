@@ -22,6 +22,9 @@ class Transforms(Protocol):
     def lookup(self, target: str, source: str, stamp: float) -> Optional[Transform]:
         """target_from_source at the stamp (s), the latest one where that time is not covered, or None."""
 
+    def age(self, target: str, source: str, stamp: float) -> float:
+        """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing moves."""
+
 
 class _Timed:
     """The samples of one moving frame, oldest first; times in ns."""
@@ -149,6 +152,12 @@ class TransformBuffer:
             if len(way[0]) + len(way[1]) == 1:   # what a single frame's newest sample says is worked out once
                 return self._of_newest(target, source, way, latest)
         return self._along(*way, latest)
+
+    def age(self, target: str, source: str, stamp: float) -> float:
+        """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing moves."""
+        way = self._way(target, source)
+        latest = self._latest_common_time(*way) if way else None
+        return 0.0 if latest is None else max(0.0, 1e-9 * (nanoseconds(stamp) - latest))
 
     def _of_newest(self, target, source, way, latest):
         transform = self._along(*way, latest)

@@ -23,7 +23,7 @@ class Drive:
         params = {'frequency': 50, 'two_d_mode': True, 'world_frame': 'map', 'predict_to_current_time': True,
                   'transform_time_offset': 0.05, 'odom0': '/odom', 'odom0_config': [i in odometry for i in range(15)],
                   'imu0': '/imu', 'imu0_config': [i in (YAW, VYAW) for i in range(15)], 'initial_state': START, **params}
-        self.buffer, self.said = TransformBuffer(), []
+        self.buffer, self.said, self.late = TransformBuffer(), [], 0.0
         self.engine = FilterEngine(FilterConfig.from_params(params), self.buffer, self.said.append)
         self.step = 0
         self.pose = Transform()
@@ -52,7 +52,8 @@ class Drive:
             dt = 0.02
             self.pose = self.pose @ Transform.from_xyz_rpy(x=self.v * dt, yaw=self.w * dt)
             self.imu_yaw += self.w * dt
-            self.buffer.set_transform('odom', 'base_link', self.pose, self.now)
+            then = self.pose @ Transform.from_xyz_rpy(x=self.v * self.late, yaw=self.w * self.late).inverse()
+            self.buffer.set_transform('odom', 'base_link', then, self.now - self.late)
             if self.step % 5 == 0:
                 self.engine.add_odometry('odom0', self.odometry(self.now))
             if self.step % 10 == 0:
@@ -89,6 +90,19 @@ def test_map_to_odom_joins_the_estimate_with_the_wheels():
     joined = link.transform @ drive.buffer.lookup('odom', 'base_link', output.stamp)
     np.testing.assert_allclose(joined.translation, output.pose.translation, atol=1e-9)
     np.testing.assert_allclose(joined.rpy, output.pose.rpy, atol=1e-9)
+
+
+@pytest.mark.parametrize('v, w', [(0.5, 0.0), (0.0, 0.5), (-0.2, 0.3)])
+def test_odometry_that_comes_late_is_joined_as_it_is_or_at_its_own_time(v, w):
+    joined = {}
+    for at_its_time in (False, True):
+        drive = Drive(join_at_odometry_time=at_its_time)
+        drive.v, drive.w, drive.late = v, w, 0.06
+        output = drive.run(2.0)
+        joined[at_its_time] = output.map_to_odom.transform @ drive.buffer.lookup('odom', 'base_link', output.stamp)
+    np.testing.assert_allclose((*joined[False].translation, joined[False].yaw), (*output.pose.translation, output.pose.yaw), atol=1e-9)
+    ahead = joined[True].inverse() @ joined[False]
+    assert (ahead.translation[0], ahead.yaw) == pytest.approx((0.06 * v, 0.06 * w), abs=5e-4)
 
 
 def test_in_the_odom_frame_the_robot_itself_is_broadcast():

@@ -33,6 +33,12 @@ def test_outside_of_its_time_the_latest_is_given(buffer, stamp):
     assert buffer.lookup('odom', 'base_link', stamp).translation[0] == pytest.approx(4.0)
 
 
+@pytest.mark.parametrize('stamp, age', [(50.0, 0.0), (101.5, 0.0), (104.0, 0.0), (104.5, 0.5)])
+def test_the_age_of_what_is_given(buffer, stamp, age):
+    assert buffer.age('odom', 'imu_link', stamp) == buffer.age('imu_link', 'odom', stamp) == pytest.approx(age)
+    assert buffer.age('base_link', 'imu_link', stamp) == buffer.age('map', 'imu_link', stamp) == 0.0
+
+
 def test_what_is_not_joined_is_none(buffer):
     assert buffer.lookup('map', 'base_link', 101.0) is None
     assert buffer.lookup('odom', 'laser', 101.0) is None

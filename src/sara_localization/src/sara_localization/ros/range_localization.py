@@ -15,6 +15,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
 
+from .. import joining
 from ..data import StampedTransform
 from ..fake import true_pose
 from ..geometry import Transform
@@ -92,11 +93,13 @@ class RangeNode:
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
             base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
+            map_from_odom = base_from_odom and joining.joined_moving(
+                corrected, (*data.linear, *data.angular), base_from_odom, self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp))
             self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
                 config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
-        if base_from_odom is not None:
+        if map_from_odom is not None:
             publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
-                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, corrected @ base_from_odom))]))
+                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, map_from_odom))]))
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()

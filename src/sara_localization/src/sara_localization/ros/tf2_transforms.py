@@ -74,6 +74,14 @@ class Tf2Transforms:
             return None
         return conversions.transform(found).transform
 
+    def age(self, target, source, stamp):
+        """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing moves."""
+        try:
+            newest = self.buffer.get_latest_common_time(target, source)
+        except tf2_ros.TransformException:
+            return 0.0
+        return 0.0 if newest.is_zero() else max(0.0, (conversions.ros_time(stamp) - newest).to_sec())
+
     def clear(self):
         """Forget all that moved, as after a jump of the clock."""
         self._own.clear()
