@@ -2,8 +2,9 @@
 
 Speeds are those of base_local_planner's rotate-to-goal: as fast as the angle that is left, no slower than the minimum,
 no faster than the maximum, within the acceleration and what it can stop from. What is added: the turn ends early by the
-angle the base still coasts, which is learned from every stop; an angle smaller than that is turned in a pulse; and
-nothing is decided again until the base has come to rest.
+angle the base still coasts, which is learned from every stop (before the first it ends where the tolerance begins, as
+the peer's do always); an angle smaller than that is turned in a pulse; and nothing is decided again until the base has
+come to rest.
 """
 import math
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ SETTLE = 0.3
 """Seconds of standing, commanded and measured, until a stop counts."""
 GIVE_UP = 1.5
 """Seconds after which a stop counts although the measured speed does not fall (odometry that shakes)."""
+FIRST_GUESS, LONGEST_COAST = 0.1, 0.6
+"""Seconds that the base goes on at the last rate: least before a stop has been seen, and most."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class InPlaceTurn:
     """One turn onto a heading. ``coast`` (s): how long the base goes on at the last rate; learned, kept for good."""
 
     def __init__(self):
-        self.coast = 0.1
+        self.coast = FIRST_GUESS
+        self._learned = False
         self.begin()
 
     def begin(self):
@@ -64,8 +68,11 @@ class InPlaceTurn:
             self._pulse -= abs(last) * dt
             if last != 0.0 and self._pulse < 0.5 * limits.slowest * dt:
                 return self._stop(t, last)
-        elif left <= abs(last) * self.coast:
-            return self._stop(t, last)
+        else:
+            if not self._learned and last != 0.0:
+                self.coast = min(max(FIRST_GUESS, tolerance / abs(last)), LONGEST_COAST)
+            if left <= abs(last) * self.coast:
+                return self._stop(t, last)
         speed = min(max(left, limits.slowest), limits.fastest, abs(last) + limits.acceleration * dt,
                     math.sqrt(2.0 * limits.acceleration * max(left, 0.0)))
         return self._sense * min(max(speed, limits.slowest), limits.fastest)
@@ -84,5 +91,6 @@ class InPlaceTurn:
         """Correct ``coast`` by what the stop missed the heading by."""
         if self._rate_at_stop:
             missed = wrap(error) / self._rate_at_stop
-            self.coast = min(max(self.coast - missed, 0.0), 0.6)
+            self.coast = min(max(self.coast - missed, 0.0), LONGEST_COAST)
+            self._learned = True
         self._rate_at_stop = 0.0

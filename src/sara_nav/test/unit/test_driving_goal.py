@@ -80,15 +80,16 @@ def test_a_turn_in_place_ends_within_tolerance_without_hunting(angle, lag, delay
         assert senses[0] == math.copysign(1.0, angle), 'the short way'
 
 
-def test_the_coast_is_learned_so_that_the_second_turn_needs_no_correction():
-    turn, limits = InPlaceTurn(), TurnLimits(0.4, 1.0, 3.2, 0.01)
-    base, t, starts = Base(Pose2D(0.0, 0.0, 0.0), 0.2, 0.1, 1.0), 0.0, []
-    for goal in (1.5, 0.0, 1.5):
+def turns(goals, lag, delay, slowest, fastest, tolerance):
+    """Turn to headings (rad) one after the other; returns the InPlaceTurn, and how often each was set out for."""
+    turn, limits = InPlaceTurn(), TurnLimits(slowest, fastest, 3.2, 0.01)
+    base, t, starts = Base(Pose2D(0.0, 0.0, 0.0), lag, delay, 1.0), 0.0, []
+    for goal in goals:
         turn.begin()
         last, begun = 0.0, 0
         while True:
-            pose, speed = base.seen(0.1)
-            rate = turn.rate(t, 0.05, wrap(goal - pose.yaw), speed[1], last, limits, 0.03)
+            pose, speed = base.seen(delay)
+            rate = turn.rate(t, 0.05, wrap(goal - pose.yaw), speed[1], last, limits, tolerance)
             if rate is None:
                 break
             begun += rate != 0.0 and last == 0.0
@@ -96,7 +97,17 @@ def test_the_coast_is_learned_so_that_the_second_turn_needs_no_correction():
             base.go(0.0, rate, 0.05)
             t += 0.05
         starts.append(begun)
+    return turn, starts
+
+
+def test_the_coast_is_learned_so_that_the_second_turn_needs_no_correction():
+    turn, starts = turns((1.5, 0.0, 1.5), 0.2, 0.1, 0.4, 1.0, 0.03)
     assert starts[-1] == 1 and 0.1 < turn.coast < 0.4
+
+
+def test_before_a_stop_was_seen_a_turn_ends_where_the_tolerance_begins():
+    turn, starts = turns((1.5, 0.0, 1.5, 0.0), 0.4, 0.1, 0.2, 0.2, 0.05)
+    assert starts == [1, 1, 1, 1] and 0.35 < turn.coast < 0.55
 
 
 @settings(deadline=None, max_examples=40)
