@@ -13,7 +13,7 @@ import numpy as np
 from sara_bringup.experiments.core import rounded, table
 
 LIMIT = 3.0
-CHAIRS = 10
+CHAIRS = 50     # a spread over ten is itself known to a quarter, and does not hold what happens to one chair in twenty
 AS_NODES = "as nodes"   # begins the key of a drive in lockstep with the timing of nodes
 
 
