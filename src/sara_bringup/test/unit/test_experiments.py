@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from sara_bringup.experiments import core, drives, in_place, orientation, pages, ranking, registry, rest, runner, school, square, turns
 from sara_bringup.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row
 from sara_bringup.experiments.drives import BOTH, DEFAULT, FILTER, LONG, OURS, SHORT, TRUTH, VX, WHEELS, XY, XY_VX, Course, SetUp
+from sara_bringup.localization import Filter
 from sara_bringup.paths import config_file
 from sara_bringup.planar import compose
 
@@ -138,6 +139,11 @@ def test_the_wheels_are_taken_for_the_pose_or_the_truth_is():
     assert np.abs(wheels["fused"] - wheels["wheels"]).max() < 1e-9
     assert np.abs(truth["fused"][:, :2] - truth["true"][:, :2]).max() < 0.06, "as old as the newest odometry"
     assert set(truth) == {"t", "true", "fused", "wheels", "imu_yaw", "imu_rate", "wheel_rate", "v", "w", "ends"} and np.isfinite(truth["imu_rate"]).all()
+
+
+@pytest.mark.parametrize("fusion", (DEFAULT, XY_VX))
+def test_no_fusion_is_corrected_by_the_sonars_as_none_is_over_ros(fusion):
+    assert type(drives.Recorded(square.SQUARE, 0, SetUp(OURS, fusion), None).localization) is Filter
 
 
 def test_a_calibrated_chair_s_odometry_turns_as_the_chair_does():

@@ -120,7 +120,7 @@ class Recorded(Lockstep):
     def __init__(self, course, seed, setup, gain):
         fusion = "ekf" if setup.fusion not in (TRUTH, WHEELS) else "fake"
         super().__init__(share() / "maps" / f"{course.map}.yaml", course.placed(course.start), seed, setup.localization, gain if setup.own_gain else None, fusion,
-                         navigation(setup.planner, setup.turn_rate))
+                         navigation(setup.planner, setup.turn_rate), ranges=False)
         self._setup, self._start = setup, course.placed(course.start)
         if setup.fusion == WHEELS:
             self.localization = Wheels(self._start)
