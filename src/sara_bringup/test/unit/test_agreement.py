@@ -47,7 +47,7 @@ def test_what_disagrees_is_a_fault_and_stands_out():
     lockstep = {key: {**figures, REACHED: 4.0} for key, figures in runs([0.01, 0.02, 0.03]).items()}
     good, bad = (agreement.with_ros(REPORT, "E7", lockstep, {key: {**figures, REACHED: reached} for key, figures in runs([off, off]).items()}) for off, reached in ((0.02, 4.0), (0.09, 3.0)))
     assert good.faults == () and "2 of 2 figures agree" in good.sections[0][1] and "**" not in good.sections[0][1]
-    assert len(bad.faults) == 2 and "ours, left: goals reached 3, 3 instead of 4 ± 0" in bad.faults[1] and "**0.090, 0.090; 0.020 ± 0.010**" in bad.sections[0][1]
+    assert len(bad.faults) == 2 and "ours, left: goals reached 3, 3 instead of 4 ± 0 (4 to 4)" in bad.faults[1] and "**0.090, 0.090; 0.020 ± 0.010** (0.010 to 0.030)" in bad.sections[0][1]
     assert good.data["over_ros"]["E7 / ours / left"][OFF.name]["agrees"] and not bad.data["over_ros"]["E7 / ours / left"][OFF.name]["agrees"]
 
 

@@ -130,13 +130,13 @@ def with_ros(report, name, lockstep, ros):
     chairs = sorted({key[-1] for key in ros})
     told = f"{len(known) - len(out)} of {len(known)} figures agree" if all(of.agrees is not None for _, _, of in known) else "One chair in lockstep tells nothing of the spread: more `--seeds` do"
     text = (f"`rosrun sara_bringup experiment {name} --ros`: the same descriptions through the launch files, the simulated chair behind its adapter under all nodes; chair{'s' * (len(chairs) > 1)} {', '.join(map(str, chairs))}. "
-            f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than {LIMIT:g} deviations from lockstep's mean. {told}.\n\n")
+            f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than {LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {told}.\n\n")
     names = list(dict.fromkeys(figure for _, figure, _ in known))
     if len(compared) > 1:
         head, rows = ("", *(figure.name for figure in names)), [(_called(set_up), *(_cell(figure, figures[figure]) if figure in figures else "" for figure in names)) for set_up, figures in compared.items()]
     else:
         head, rows = ("", *map(_called, compared)), [(figure.name, _cell(figure, of)) for _, figure, of in known]
-    faults = tuple(f"over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± {of.deviation:.{figure.digits}f}" for set_up, figure, of in out)
+    faults = tuple(f"over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± {of.deviation:.{figure.digits}f}{_range(figure, of)}" for set_up, figure, of in out)
     data = {"over_ros": {" / ".join(map(str, set_up)): {figure.name: {"ros": of.ros, "lockstep_mean": of.mean, "lockstep_deviation": of.deviation, "apart": of.apart, "agrees": of.agrees}
                                                         for figure, of in figures.items()} for set_up, figures in compared.items()}}
     return replace(report, sections=(*report.sections, ("Over ROS", text + table(head, rows))), data={**report.data, **data}, faults=(*report.faults, *faults))
@@ -153,4 +153,9 @@ def _values(figure, of):
 def _cell(figure, of):
     spread = "" if math.isnan(of.deviation) else f" ± {of.deviation:.{figure.digits}f}"
     text = f"{_values(figure, of)}; {of.mean:.{figure.digits}f}{spread}"
-    return f"**{text}**" if of.agrees is False else text
+    return f"**{text}**{_range(figure, of)}" if of.agrees is False else text
+
+
+def _range(figure, of):
+    """What the chairs do in lockstep: where one in ten is lost, three deviations say little."""
+    return f" ({min(of.lockstep):.{figure.digits}f} to {max(of.lockstep):.{figure.digits}f})"
