@@ -21,6 +21,8 @@ class RangeConfig:
     global_frame_id: str = 'map'
     range_topics: Tuple[str, ...] = ()
     tf_broadcast: bool = True
+    join_at_odometry_time: bool = False
+    """As ekf_se's: map -> odom is of the time of odom -> base, which is older than the dead reckoning."""
     transform_tolerance: float = 0.1
     """s that map -> odom is dated ahead, and that a range may be newer than the dead reckoning."""
     map_occupied_above: float = 65.0

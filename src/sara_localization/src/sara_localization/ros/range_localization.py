@@ -93,8 +93,8 @@ class RangeNode:
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
             base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
-            map_from_odom = base_from_odom and joining.joined_moving(
-                corrected, (*data.linear, *data.angular), base_from_odom, self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp))
+            age = self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp) if config.join_at_odometry_time else 0.0
+            map_from_odom = base_from_odom and joining.joined_moving(corrected, (*data.linear, *data.angular), base_from_odom, age)
             self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
                 config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
         if map_from_odom is not None:
