@@ -41,11 +41,8 @@ def join(t, q, u, r):
 
 
 @kernel
-def placed(x, age, u, r):
-    """(translation, quaternion) of the pose that the state x (n,), n >= 15, had `age` seconds ago, after the transform (u, r)."""
-    if age > 0.0:
-        x = x.copy()
-        advance(x, -age)
+def placed(x, u, r):
+    """(translation, quaternion) of the pose in the state x (n,), n >= 6, after the transform (u, r)."""
     t, q = pose(x)
     return join(t, q, u, r)
 
@@ -55,22 +52,29 @@ def pose_of(x: np.ndarray) -> Transform:
     return Transform(*pose(x))
 
 
-def joined(x: np.ndarray, b: Transform, age: float = 0.0) -> Transform:
-    """pose_of(x) @ b; `age` (s): b is older than x by so much, which x is taken back by its own velocities, LONGEST at most."""
-    return Transform(*placed(x, min(age, LONGEST), *b))
+def joined(x: np.ndarray, b: Transform) -> Transform:
+    """pose_of(x) @ b."""
+    return Transform(*placed(x, *b))
 
 
-def joined_moving(pose: Transform, twist, b: Transform, age: float) -> Transform:
-    """As `joined`, for a pose with a twist (6,) along the robot's axes, m/s and rad/s; one that is not finite is taken for rest."""
+def earlier(x: np.ndarray, age: float) -> np.ndarray:
+    """The state x (n,), n >= 15, as it was `age` s ago (LONGEST at most), by its own velocities."""
+    x = x.copy()
+    advance(x, -min(age, LONGEST))
+    return x
+
+
+def pose_earlier(pose: Transform, twist, age: float) -> Transform:
+    """As `earlier`, of a pose with a twist (6,) along the robot's axes, m/s and rad/s; one that is not finite is taken for rest."""
     x, moving = np.zeros(SIZE), np.array(twist)
     x[POSE] = (*pose.translation, *pose.rpy)
     if np.isfinite(moving).all():
         x[TWIST] = moving
-    return joined(x, b, age)
+    return pose_of(earlier(x, age))
 
 
 @lru_cache(maxsize=None)
 def warm() -> None:
     """Compile (or load from the cache) what is called, so that nothing compiles on the move."""
     x = np.zeros(SIZE)
-    joined(x, pose_of(x))
+    joined(earlier(x, 0.0), pose_of(x))

@@ -83,5 +83,6 @@ class Output:
             self.missing_transform = missing
             return None
         self.missing_transform = None
-        age = self.transforms.age(config.base_link_frame, config.odom_frame, stamp) if config.join_at_odometry_time else 0.0
-        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom, age))
+        if config.join_at_odometry_time:
+            x = joining.earlier(x, self.transforms.age(config.base_link_frame, config.odom_frame, stamp))
+        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom))

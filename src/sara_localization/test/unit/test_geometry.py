@@ -72,17 +72,17 @@ def test_what_is_compiled_is_the_same(state, other):
 def test_a_state_is_joined_as_it_was(state, other, age):
     x = np.array(state)
     before, _ = motion_model.predict(x, -age)
-    same(joining.joined(x, other, age), joining.pose_of(before) @ other)
+    same(joining.joined(joining.earlier(x, age), other), joining.pose_of(before) @ other)
     np.testing.assert_array_equal(x, state)
-    same(joining.joined(x, other, 60.0), joining.joined(x, other, joining.LONGEST))
+    same(joining.joined(joining.earlier(x, 60.0), other), joining.joined(joining.earlier(x, joining.LONGEST), other))
 
 
 @given(transforms, st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6), transforms, st.floats(0.0, 0.5))
 def test_a_pose_that_moves_is_joined_as_the_state_that_says_the_same(pose, twist, other, age):
     x = np.array((*pose.translation, *pose.rpy, *twist, 0.0, 0.0, 0.0))
-    same(joining.joined_moving(pose, twist, other, age), joining.joined(x, other, age), 1e-6)
+    same(joining.pose_earlier(pose, twist, age) @ other, joining.joined(joining.earlier(x, age), other), 1e-6)
     for nothing in (math.nan, math.inf):
-        same(joining.joined_moving(pose, (*twist[:5], nothing), other, age), pose @ other, 1e-6)
+        same(joining.pose_earlier(pose, (*twist[:5], nothing), age) @ other, pose @ other, 1e-6)
 
 
 @given(transforms, transforms)

@@ -93,13 +93,14 @@ class RangeNode:
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
             base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
-            age = self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp) if config.join_at_odometry_time else 0.0
-            map_from_odom = base_from_odom and joining.joined_moving(corrected, (*data.linear, *data.angular), base_from_odom, age)
+            then = corrected
+            if config.join_at_odometry_time:
+                then = joining.pose_earlier(corrected, (*data.linear, *data.angular), self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp))
             self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
                 config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
-        if map_from_odom is not None:
+        if base_from_odom is not None:
             publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
-                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, map_from_odom))]))
+                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, then @ base_from_odom))]))
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
