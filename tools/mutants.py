@@ -2,8 +2,8 @@
 """Mutation testing of the safety gate: each small change of safety.py must make a unit test fail.
 
 Works on a copy in build/mutants, so that no mutant is ever in the sources. First every line and branch must be covered; then
-cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md lists it (the line before and the
-line after) as one that changes no behaviour. Ends with status 1 if another is left. An interrupted run goes on where it was.
+cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md of sara_control lists it (the
+line before and the line after) as one that changes no behaviour. Ends with status 1 if another is left. An interrupted run goes on where it was.
 """
 
 import argparse
@@ -94,7 +94,7 @@ def main():
     print('== mutants: one change at a time', flush=True)
     run([tool('cosmic-ray'), 'exec', 'config.toml', 'session.sqlite'])
     rows = results()
-    known = (ROOT / 'docs' / 'mutants.md').read_text() if (ROOT / 'docs' / 'mutants.md').exists() else ''
+    known = (PACKAGE / 'docs' / 'mutants.md').read_text()
     alive = [row for row in rows if 'killed' not in row[3].lower()]
     new = [row for row in alive if f'`{row[1]}`' not in known or f'`{row[2]}`' not in known]
     for operator, before, after, outcome in new:

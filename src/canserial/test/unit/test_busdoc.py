@@ -17,8 +17,8 @@ BO_ 2147483649 LONG: 8 A
 
 
 def test_the_committed_document_is_what_the_command_prints():
-    committed = Path(__file__).resolve().parents[4] / 'docs' / 'bus.md'
-    assert committed.read_text() == markdown(BusDescription.default()), 'rosrun canserial bus2md > docs/bus.md'
+    committed = Path(__file__).resolve().parents[2] / 'docs' / 'bus.md'
+    assert committed.read_text() == markdown(BusDescription.default()), 'rosrun canserial bus2md > src/canserial/docs/bus.md'
 
 
 def test_every_signal_is_described():
