@@ -1,0 +1,117 @@
+"""The documents against the source tree: links, commands, files and make targets that a page names are there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILT = {'build', 'devel', 'install', 'out', 'logs', '.venv', '.git', '.pytest_cache', '.hypothesis'}  # no documents of ours
+PAGES = sorted(path for path in ROOT.rglob('*.md') if not BUILT & set(path.relative_to(ROOT).parts))
+
+FENCE = re.compile(r'^(```|~~~).*?^\1', re.MULTILINE | re.DOTALL)
+INLINE_CODE = re.compile(r'`[^`\n]*`')
+LINK = re.compile(r'!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)')
+HEADING = re.compile(r'^#{1,6}\s+(.*?)\s*#*$', re.MULTILINE)
+RUN = re.compile(r'\b(rosrun|roslaunch)\s+(?:--\S+\s+)*([a-z]\w*)\s+([\w.]+)')
+TARGET = re.compile(r'`make ([a-z]+)\b')
+FILE = re.compile(r'(?<![\w./$~-])((?:src|tools|docs)/[\w./-]*\w)')
+COMMIT = re.compile(r'\b(?=[0-9a-f]*[0-9])(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b')
+
+
+def anchors(text):
+    """Names of a page's headings as GitHub makes them: lower case, no punctuation, a hyphen for a space, -1, -2, ... where one is repeated."""
+    names = []
+    for heading in HEADING.findall(FENCE.sub('', text)):
+        plain = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading)
+        name = re.sub(r'[^\w\- ]', '', plain.lower()).replace(' ', '-')
+        repeated = sum(other == name or re.fullmatch(re.escape(name) + r'-\d+', other) is not None for other in names)
+        names.append(f'{name}-{repeated}' if repeated else name)
+    return names
+
+
+def broken_links(page):
+    """Targets of a page's relative links and images that are no file, or no heading of it."""
+    prose = INLINE_CODE.sub('', FENCE.sub('', page.read_text()))
+    for target in LINK.findall(prose):
+        if re.match(r'[a-z][a-z+.-]*:', target):  # a scheme: elsewhere
+            continue
+        name, _, anchor = target.partition('#')
+        file = (page.parent / name).resolve() if name else page
+        if not file.exists() or anchor and (file.suffix != '.md' or anchor not in anchors(file.read_text())):
+            yield target
+
+
+def programs(package):
+    """Names that `rosrun PACKAGE` finds, by the package's CMakeLists.txt."""
+    cmake = re.sub(r'#.*', '', (package / 'CMakeLists.txt').read_text())
+    calls = re.findall(r'catkin_install_python\(\s*PROGRAMS\s+(.*?)\s+DESTINATION', cmake, re.DOTALL)
+    return {Path(program).name for call in calls for program in call.split()}
+
+
+def missing_commands(text, src=ROOT / 'src'):
+    """The `rosrun PACKAGE NAME` and `roslaunch PACKAGE FILE` of a page that our packages do not have; other packages are not looked at."""
+    for command, name, what in RUN.findall(text):
+        package, what = src / name, what.rstrip('.')
+        if what.isupper() or not (package / 'CMakeLists.txt').exists():  # PLACE stands for a name
+            continue
+        there = what in programs(package) if command == 'rosrun' else next(package.rglob(what), None) is not None
+        if not there:
+            yield f'{command} {name} {what}'
+
+
+def missing_files(text, root=ROOT):
+    """Paths below src, tools or docs that a page's code names as from the root, and that are not there; a folder of outputs is no file."""
+    code = ' '.join(re.findall(r'`[^`\n]+`|^ {4}.*$', text, re.MULTILINE))
+    return [path for path in FILE.findall(code) if not any(root.glob(path)) and 'PKG' not in path]
+
+
+def commits(text):
+    """What looks like the hash of a commit."""
+    return COMMIT.findall(text)
+
+
+def page_id(path):
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize('page', PAGES, ids=page_id)
+def test_every_link_leads_to_a_file_and_heading(page):
+    assert list(broken_links(page)) == []
+
+
+@pytest.mark.parametrize('page', PAGES, ids=page_id)
+def test_every_command_and_file_named_is_there(page):
+    text = page.read_text()
+    assert list(missing_commands(text)) == []
+    targets = re.search(r'^\.PHONY:(.*)', (ROOT / 'Makefile').read_text(), re.MULTILINE).group(1).split()
+    assert [name for name in TARGET.findall(text) if name not in targets] == []
+    if page.parent in (ROOT, ROOT / 'docs'):  # a package's pages name files as from the package
+        assert missing_files(text) == []
+
+
+@pytest.mark.parametrize('page', [page for page in PAGES if page.name != 'CHANGELOG.md'], ids=page_id)
+def test_no_page_names_a_commit(page):
+    assert commits(page.read_text()) == []
+
+
+def test_what_is_broken_is_found(tmp_path):
+    (tmp_path / 'other.md').write_text('# A `b` (c)\n## Twice\n## Twice\n')
+    page = tmp_path / 'page.md'
+    page.write_text('[1](other.md#a-b-c) [2](other.md#twice-1) [3](https://example.org/x) `[4](code.md)` [5](#here)\n# Here\n'
+                    '[6](gone.md) ![7](gone.png) [8](other.md#nowhere) [9](#there)\n```\n[10](fenced.md)\n```\n')
+    assert list(broken_links(page)) == ['gone.md', 'gone.png', 'other.md#nowhere', '#there']
+
+
+def test_missing_commands_and_files_are_found(tmp_path):
+    (tmp_path / 'src/robot/launch').mkdir(parents=True)
+    (tmp_path / 'src/robot/launch/all.launch').touch()
+    (tmp_path / 'src/robot/CMakeLists.txt').write_text('catkin_install_python(PROGRAMS nodes/drive\n  nodes/look.py\n  DESTINATION x)\n')
+    text = 'rosrun robot drive, rosrun robot look.py. rosrun robot PLACE, rosrun robot fly, rosrun rviz rviz; roslaunch robot all.launch, roslaunch robot no.launch'
+    assert list(missing_commands(text, tmp_path / 'src')) == ['rosrun robot fly', 'roslaunch robot no.launch']
+    assert missing_files('`src/robot/launch` and `src/robot/gone.py`, src/prose.py\n\n    python3 src/robot/too.py\n', tmp_path) == [
+        'src/robot/gone.py', 'src/robot/too.py']
+
+
+def test_hashes_are_told_from_words_and_numbers():
+    assert commits('at d6e006d, 3a2a0017 and 1000000 effaced 0x80000001 facade') == ['d6e006d', '3a2a0017']
