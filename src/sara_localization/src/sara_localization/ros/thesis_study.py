@@ -1,4 +1,4 @@
-"""The figure and the tables of docs/localization_thesis_set.md.
+"""The figure and the tables of docs/thesis_set.md.
 
     rosrun sara_localization thesis_set_study [--out FILE.png] [--bags FOLDER]
 
