@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILT = {'build', 'devel', 'install', 'out', 'logs', '.venv', '.git', '.pytest_cache', '.hypothesis'}  # no documents of ours
-PAGES = sorted(path for path in ROOT.rglob('*.md') if not BUILT & set(path.relative_to(ROOT).parts))
+PAGES = sorted([*ROOT.glob('*.md'), *(path for folder in ('docs', 'src', 'tools') for path in (ROOT / folder).rglob('*.md'))])
 
 FENCE = re.compile(r'^(```|~~~).*?^\1', re.MULTILINE | re.DOTALL)
 INLINE_CODE = re.compile(r'`[^`\n]*`')
@@ -93,6 +92,11 @@ def test_every_command_and_file_named_is_there(page):
 @pytest.mark.parametrize('page', [page for page in PAGES if page.name != 'CHANGELOG.md'], ids=page_id)
 def test_no_page_names_a_commit(page):
     assert commits(page.read_text()) == []
+
+
+def test_every_picture_is_shown_on_a_page():
+    shown = {(page.parent / target).resolve() for page in PAGES for target in LINK.findall(page.read_text())}
+    assert sorted({*ROOT.glob('docs/**/*.png'), *ROOT.glob('src/*/docs/**/*.png')} - shown) == []
 
 
 def test_what_is_broken_is_found(tmp_path):
