@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([*ROOT.glob('*.md'), *(path for folder in ('docs', 'src', 'tools') for path in (ROOT / folder).rglob('*.md'))])
+FOLDERS = ('*.md', 'docs/**/*.md', 'src/**/*.md', 'tools/**/*.md')
+PAGES = sorted(path for folder in FOLDERS for path in ROOT.glob(folder))
 
 FENCE = re.compile(r'^(```|~~~).*?^\1', re.MULTILINE | re.DOTALL)
 INLINE_CODE = re.compile(r'`[^`\n]*`')
@@ -19,7 +20,7 @@ COMMIT = re.compile(r'\b(?=[0-9a-f]*[0-9])(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b')
 
 
 def anchors(text):
-    """Names of a page's headings as GitHub makes them: lower case, no punctuation, a hyphen for a space, -1, -2, ... where one is repeated."""
+    """Anchors of a page's headings as GitHub makes them: lower case, hyphens for spaces, -1, -2 if repeated."""
     names = []
     for heading in HEADING.findall(FENCE.sub('', text)):
         plain = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading)
@@ -49,7 +50,7 @@ def programs(package):
 
 
 def missing_commands(text, src=ROOT / 'src'):
-    """The `rosrun PACKAGE NAME` and `roslaunch PACKAGE FILE` of a page that our packages do not have; other packages are not looked at."""
+    """Each `rosrun PACKAGE NAME` and `roslaunch PACKAGE FILE` of a page that one of our packages has not."""
     for command, name, what in RUN.findall(text):
         package, what = src / name, what.rstrip('.')
         if what.isupper() or not (package / 'CMakeLists.txt').exists():  # PLACE stands for a name
@@ -60,7 +61,7 @@ def missing_commands(text, src=ROOT / 'src'):
 
 
 def missing_files(text, root=ROOT):
-    """Paths below src, tools or docs that a page's code names as from the root, and that are not there; a folder of outputs is no file."""
+    """Paths below src, tools or docs that a page's code names, as from the root, and that are not there."""
     code = ' '.join(re.findall(r'`[^`\n]+`|^ {4}.*$', text, re.MULTILINE))
     return [path for path in FILE.findall(code) if not any(root.glob(path)) and 'PKG' not in path]
 
@@ -102,19 +103,23 @@ def test_every_picture_is_shown_on_a_page():
 def test_what_is_broken_is_found(tmp_path):
     (tmp_path / 'other.md').write_text('# A `b` (c)\n## Twice\n## Twice\n')
     page = tmp_path / 'page.md'
-    page.write_text('[1](other.md#a-b-c) [2](other.md#twice-1) [3](https://example.org/x) `[4](code.md)` [5](#here)\n# Here\n'
-                    '[6](gone.md) ![7](gone.png) [8](other.md#nowhere) [9](#there)\n```\n[10](fenced.md)\n```\n')
+    page.write_text(
+        '[1](other.md#a-b-c) [2](other.md#twice-1) [3](https://example.org/x) `[4](code.md)` [5](#here)\n# Here\n'
+        '[6](gone.md) ![7](gone.png) [8](other.md#nowhere) [9](#there)\n```\n[10](fenced.md)\n```\n'
+    )
     assert list(broken_links(page)) == ['gone.md', 'gone.png', 'other.md#nowhere', '#there']
 
 
 def test_missing_commands_and_files_are_found(tmp_path):
     (tmp_path / 'src/robot/launch').mkdir(parents=True)
     (tmp_path / 'src/robot/launch/all.launch').touch()
-    (tmp_path / 'src/robot/CMakeLists.txt').write_text('catkin_install_python(PROGRAMS nodes/drive\n  nodes/look.py\n  DESTINATION x)\n')
-    text = 'rosrun robot drive, rosrun robot look.py. rosrun robot PLACE, rosrun robot fly, rosrun rviz rviz; roslaunch robot all.launch, roslaunch robot no.launch'
+    cmake = 'catkin_install_python(PROGRAMS nodes/drive\n  nodes/look.py\n  DESTINATION x)\n'
+    (tmp_path / 'src/robot/CMakeLists.txt').write_text(cmake)
+    text = ('rosrun robot drive, rosrun robot look.py. rosrun robot PLACE, rosrun robot fly, rosrun rviz rviz; '
+            'roslaunch robot all.launch, roslaunch robot no.launch')
     assert list(missing_commands(text, tmp_path / 'src')) == ['rosrun robot fly', 'roslaunch robot no.launch']
-    assert missing_files('`src/robot/launch` and `src/robot/gone.py`, src/prose.py\n\n    python3 src/robot/too.py\n', tmp_path) == [
-        'src/robot/gone.py', 'src/robot/too.py']
+    text = '`src/robot/launch` and `src/robot/gone.py`, src/prose.py\n\n    python3 src/robot/too.py\n'
+    assert missing_files(text, tmp_path) == ['src/robot/gone.py', 'src/robot/too.py']
 
 
 def test_hashes_are_told_from_words_and_numbers():
