@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign experiments mutants lint clean help setup apt venv build install
+.PHONY: run test bench campaign experiments mutants lint format clean help setup apt venv build install
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -21,22 +21,25 @@ test: build ## every test: units without ROS, then the rostests
 	@tools/run_tests.sh
 
 bench: build ## how fast it is, against a yardstick timed in the same run; out/bench.json (CHECK=1: fails on what got slower)
-	@$(ENV) rosrun sara_bringup bench --out out $(if $(CHECK),--check)
+	@$(ENV) rosrun sara_lab bench --out out $(if $(CHECK),--check)
 
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
-	@$(ENV) rosrun sara_bringup campaign --out out/campaign --json docs/campaign.json
-	@$(ENV) rosrun canserial fuzz --count 1000000 --seed 0
-	@$(ENV) rosrun sara_nav fuzz --count 100000 --seed 0
+	@$(ENV) rosrun sara_lab campaign --out out/campaign --json docs/campaign.json
+	@$(ENV) rosrun sara_lab fuzz_bus --count 1000000 --seed 0
+	@$(ENV) rosrun sara_lab fuzz_navigation --count 100000 --seed 0
 	@tools/run_tests.sh random
 
 experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=50: those of docs/experiments, an hour; resumable)
-	@$(ENV) rosrun sara_bringup experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)
+	@$(ENV) rosrun sara_lab experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)
 
 mutants: build ## mutation testing of the safety gate
 	@tools/mutants.sh
 
 lint: venv ## manifests, CMake files and Python sources
 	@tools/lint.sh
+
+format: venv ## format the Python sources
+	@.venv/bin/ruff check -q --fix --select I .; .venv/bin/ruff format .
 
 build: venv ## build the catkin workspace into devel/
 	@tools/build.sh

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Mutation testing of the safety gate: each small change of safety.py must make a unit test fail.
 
-Works on a copy in build/mutants, so that no mutant is ever in the sources. First every line and branch must be covered; then
-cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md of sara_control lists it (the
-line before and the line after) as one that changes no behaviour. Ends with status 1 if another is left. An interrupted run goes on where it was.
+Works on a copy in build/mutants, so that no mutant is ever in the sources. First every line and branch must be covered;
+then cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md of
+sara_control lists it (the line before and the line after) as one that changes no behaviour. Ends with status 1 if another is left. An interrupted
+run goes on where it was.
 """
 
 import argparse
@@ -18,8 +19,17 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / 'build' / 'mutants'
 PACKAGE = ROOT / 'src' / 'sara_control'
-MODULE = 'src/sara_control/safety.py'
-JUDGED_BY = ('reasons', 'comfort', 'zones', 'caution', 'movers', 'guard', 'gate_config', 'safety')  # what a result depends on
+MODULE = 'src/sara_control/gate/safety.py'
+JUDGED_BY = (
+    'gate/reasons',
+    'gate/comfort',
+    'zones/zones',
+    'zones/caution',
+    'zones/moving_obstacles',
+    'gate/guard',
+    'gate/gate_config',
+    'gate/safety',
+)  # what a result depends on
 TESTS = ('test/unit/test_safety.py', 'test/unit/test_caution.py')
 CONFIG = 'config/safety.yaml'
 PYTEST = [sys.executable, '-m', 'pytest', '-x', '-q', '-p', 'no:cacheprovider', '-p', 'stable', *TESTS]
@@ -41,9 +51,11 @@ def prepare():
     if (WORK / 'digest').exists() and (WORK / 'digest').read_text() == sources():
         return
     shutil.rmtree(WORK, ignore_errors=True)
-    (WORK / 'src' / 'sara_control').mkdir(parents=True)
-    for path in (PACKAGE / 'src' / 'sara_control').glob('*.py'):
-        shutil.copy(path, WORK / 'src' / 'sara_control')
+    shutil.copytree(
+        PACKAGE / 'src' / 'sara_control',
+        WORK / 'src' / 'sara_control',
+        ignore=shutil.ignore_patterns('ros', '__pycache__'),
+    )
     for path in (*TESTS, CONFIG):
         (WORK / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(PACKAGE / path, WORK / path)
@@ -51,7 +63,8 @@ def prepare():
     command = ' '.join(PYTEST)
     (WORK / 'config.toml').write_text(
         f'[cosmic-ray]\nmodule-path = "{MODULE}"\ntimeout = 60.0\nexcluded-modules = []\ntest-command = "{command}"\n\n'
-        '[cosmic-ray.distributor]\nname = "local"\n')
+        '[cosmic-ray.distributor]\nname = "local"\n'
+    )
     print('== mutants: lines and branches', flush=True)
     run([sys.executable, '-m', 'coverage', 'run', '--branch', f'--include={MODULE}', *PYTEST[1:]])
     run([sys.executable, '-m', 'coverage', 'report', '-m', '--fail-under=100'])
@@ -82,8 +95,14 @@ def results():
         diff = (result or {}).get('diff') or ''
         before = [text[1:].strip() for text in diff.splitlines() if text.startswith('-') and not text.startswith('---')]
         after = [text[1:].strip() for text in diff.splitlines() if text.startswith('+') and not text.startswith('+++')]
-        rows.append((item['mutations'][0]['operator_name'], ' '.join(before), ' '.join(after),
-                     (result or {}).get('test_outcome') or 'pending'))
+        rows.append(
+            (
+                item['mutations'][0]['operator_name'],
+                ' '.join(before),
+                ' '.join(after),
+                (result or {}).get('test_outcome') or 'pending',
+            )
+        )
     return rows
 
 
@@ -99,7 +118,9 @@ def main():
     new = [row for row in alive if f'`{row[1]}`' not in known or f'`{row[2]}`' not in known]
     for operator, before, after, outcome in new:
         print(f'{outcome}: {operator}\n  - {before}\n  + {after}')
-    print(f'{len(rows)} mutants: {len(rows) - len(alive)} killed, {len(alive) - len(new)} known to change nothing, {len(new)} survived')
+    print(
+        f'{len(rows)} mutants: {len(rows) - len(alive)} killed, {len(alive) - len(new)} known to change nothing, {len(new)} survived'
+    )
     sys.exit(1 if new or not rows else 0)
 
 

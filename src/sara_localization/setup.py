@@ -1,6 +1,4 @@
-from setuptools import setup
 from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import find_packages, setup
 
-setup(**generate_distutils_setup(
-    packages=['sara_localization', 'sara_localization.ros'],
-    package_dir={'': 'src'}))
+setup(**generate_distutils_setup(packages=find_packages('src'), package_dir={'': 'src'}))

@@ -115,8 +115,10 @@ def test_missing_commands_and_files_are_found(tmp_path):
     (tmp_path / 'src/robot/launch/all.launch').touch()
     cmake = 'catkin_install_python(PROGRAMS nodes/drive\n  nodes/look.py\n  DESTINATION x)\n'
     (tmp_path / 'src/robot/CMakeLists.txt').write_text(cmake)
-    text = ('rosrun robot drive, rosrun robot look.py. rosrun robot PLACE, rosrun robot fly, rosrun rviz rviz; '
-            'roslaunch robot all.launch, roslaunch robot no.launch')
+    text = (
+        'rosrun robot drive, rosrun robot look.py. rosrun robot PLACE, rosrun robot fly, rosrun rviz rviz; '
+        'roslaunch robot all.launch, roslaunch robot no.launch'
+    )
     assert list(missing_commands(text, tmp_path / 'src')) == ['rosrun robot fly', 'roslaunch robot no.launch']
     text = '`src/robot/launch` and `src/robot/gone.py`, src/prose.py\n\n    python3 src/robot/too.py\n'
     assert missing_files(text, tmp_path) == ['src/robot/gone.py', 'src/robot/too.py']

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """CAN adapter <-> canrx, cantx."""
+
 import os
 import sys
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """canrx -> imu/data, ranges, encoders, ...."""
+
 import os
 import sys
 

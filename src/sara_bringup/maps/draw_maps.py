@@ -1,8 +1,12 @@
-"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, doorway, school and flat, .pgm and .yaml (ROS map format, trinary).
+"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, doorway, school and flat, .pgm and
+.yaml (ROS map format, trinary).
 
-The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle. The others are where
-planners drive: the hall is open, the doorway is one door of 0.80 m between two rooms, the school has corridors, classrooms and doors of 0.80 and 0.90 m, the flat is furnished.
+The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle. The others
+are where
+planners drive: the hall is open, the doorway is one door of 0.80 m between two rooms, the school has corridors,
+classrooms and doors of 0.80 and 0.90 m, the flat is furnished.
 """
+
 import sys
 from pathlib import Path
 
@@ -37,10 +41,16 @@ class Drawing:
 
     def save(self, folder, name):
         """Write NAME.pgm (top row first) and NAME.yaml into `folder`."""
-        Image.fromarray(self.cells[::-1]).save(folder / f"{name}.pgm")
-        description = {"image": f"{name}.pgm", "resolution": RESOLUTION, "origin": [*self.origin, 0.0], "negate": 0,
-                       "occupied_thresh": 0.65, "free_thresh": 0.196}
-        (folder / f"{name}.yaml").write_text(yaml.safe_dump(description, sort_keys=False))
+        Image.fromarray(self.cells[::-1]).save(folder / f'{name}.pgm')
+        description = {
+            'image': f'{name}.pgm',
+            'resolution': RESOLUTION,
+            'origin': [*self.origin, 0.0],
+            'negate': 0,
+            'occupied_thresh': 0.65,
+            'free_thresh': 0.196,
+        }
+        (folder / f'{name}.yaml').write_text(yaml.safe_dump(description, sort_keys=False))
 
 
 def room():
@@ -67,18 +77,50 @@ def doorway():
     return drawing
 
 
-SCHOOL_ROOMS = ((0.0, 6.0, 28.0, 8.2), (15.0, 8.2, 17.0, 14.0),                                         # corridors, 2.2 and 2.0 m wide
-                (0.0, 0.0, 8.9, 5.9), (9.0, 0.0, 17.9, 5.9), (18.0, 0.0, 28.0, 5.9),                  # classrooms in the south
-                (0.0, 8.3, 7.4, 14.0), (7.5, 8.3, 14.9, 14.0),                                        # two in the north-west
-                (17.1, 8.3, 28.0, 10.9), (17.1, 11.0, 28.0, 14.0))                                    # two beside the short corridor
-SCHOOL_DOORS = ((1.8, 5.9, 2.7, 6.0), (7.0, 5.9, 7.8, 6.0), (12.6, 5.9, 13.5, 6.0), (20.0, 5.9, 20.8, 6.0),   # 0.90, 0.80, 0.90, 0.80 m
-                (3.2, 8.2, 4.0, 8.3), (10.0, 8.2, 10.9, 8.3), (7.4, 9.2, 7.5, 10.1),                          # 0.80, 0.90, 0.90 m
-                (17.0, 9.2, 17.1, 10.0), (17.0, 12.0, 17.1, 12.9), (26.0, 10.9, 26.8, 11.0))                  # 0.80, 0.90, 0.80 m
-CLASSROOM = ((1.2, 0.8), (3.9, 0.8), (6.6, 0.8), (1.2, 2.4), (3.9, 2.4), (6.6, 2.4))                          # desks for two, lower left corners
-SCHOOL_THINGS = (*((x0 + x, y, x0 + x + 1.2, y + 0.5) for x0 in (0.0, 9.0, 18.4) for x, y in CLASSROOM),
-                 *((x0 + x, y, x0 + x + 1.2, y + 0.5) for x0 in (0.4, 7.9) for x, y in ((0.8, 11.4), (3.5, 11.4), (0.8, 13.0), (3.5, 13.0))),
-                 (20.5, 8.9, 23.7, 9.9), (20.0, 12.2, 21.4, 12.9), (23.2, 12.2, 24.6, 12.9),                  # a long table; two tables
-                 (5.0, 7.85, 8.0, 8.2), (22.0, 6.0, 25.0, 6.35))                                              # lockers along the corridor
+SCHOOL_ROOMS = (
+    (0.0, 6.0, 28.0, 8.2),
+    (15.0, 8.2, 17.0, 14.0),  # corridors, 2.2 and 2.0 m wide
+    (0.0, 0.0, 8.9, 5.9),
+    (9.0, 0.0, 17.9, 5.9),
+    (18.0, 0.0, 28.0, 5.9),  # classrooms in the south
+    (0.0, 8.3, 7.4, 14.0),
+    (7.5, 8.3, 14.9, 14.0),  # two in the north-west
+    (17.1, 8.3, 28.0, 10.9),
+    (17.1, 11.0, 28.0, 14.0),
+)  # two beside the short corridor
+SCHOOL_DOORS = (
+    (1.8, 5.9, 2.7, 6.0),
+    (7.0, 5.9, 7.8, 6.0),
+    (12.6, 5.9, 13.5, 6.0),
+    (20.0, 5.9, 20.8, 6.0),  # 0.90, 0.80, 0.90, 0.80 m
+    (3.2, 8.2, 4.0, 8.3),
+    (10.0, 8.2, 10.9, 8.3),
+    (7.4, 9.2, 7.5, 10.1),  # 0.80, 0.90, 0.90 m
+    (17.0, 9.2, 17.1, 10.0),
+    (17.0, 12.0, 17.1, 12.9),
+    (26.0, 10.9, 26.8, 11.0),
+)  # 0.80, 0.90, 0.80 m
+CLASSROOM = (
+    (1.2, 0.8),
+    (3.9, 0.8),
+    (6.6, 0.8),
+    (1.2, 2.4),
+    (3.9, 2.4),
+    (6.6, 2.4),
+)  # desks for two, lower left corners
+SCHOOL_THINGS = (
+    *((x0 + x, y, x0 + x + 1.2, y + 0.5) for x0 in (0.0, 9.0, 18.4) for x, y in CLASSROOM),
+    *(
+        (x0 + x, y, x0 + x + 1.2, y + 0.5)
+        for x0 in (0.4, 7.9)
+        for x, y in ((0.8, 11.4), (3.5, 11.4), (0.8, 13.0), (3.5, 13.0))
+    ),
+    (20.5, 8.9, 23.7, 9.9),
+    (20.0, 12.2, 21.4, 12.9),
+    (23.2, 12.2, 24.6, 12.9),  # a long table; two tables
+    (5.0, 7.85, 8.0, 8.2),
+    (22.0, 6.0, 25.0, 6.35),
+)  # lockers along the corridor
 
 
 def school():
@@ -88,17 +130,39 @@ def school():
     return drawing
 
 
-FLAT_ROOMS = ((0.0, 4.0, 11.0, 5.8),                                                                    # corridor, 1.8 m wide
-              (0.0, 5.9, 6.4, 9.4), (6.5, 5.9, 11.0, 9.4),                                            # living room, bedroom
-              (0.0, 0.0, 4.4, 3.9), (4.5, 0.0, 7.2, 3.9), (7.3, 0.0, 11.0, 3.9))                      # kitchen, bathroom, child's room
-FLAT_DOORS = ((2.6, 5.8, 3.5, 5.9), (8.0, 5.8, 8.8, 5.9),                                             # 0.90, 0.80 m
-              (1.5, 3.9, 2.4, 4.0), (5.55, 3.9, 6.35, 4.0), (8.6, 3.9, 9.4, 4.0))                     # 0.90, 0.80, 0.80 m
-FLAT_THINGS = ((1.0, 8.5, 3.2, 9.4), (0.0, 6.5, 0.35, 8.3), (4.8, 7.8, 6.0, 8.7),                     # sofa, shelf, dining table
-               (5.2, 7.35, 5.6, 7.75), (4.35, 8.05, 4.75, 8.45),                                      # two chairs
-               (9.2, 7.4, 11.0, 9.0), (6.5, 7.3, 7.1, 9.4),                                           # double bed, wardrobe
-               (0.0, 0.0, 4.4, 0.6), (0.0, 0.6, 0.6, 2.0), (3.3, 1.6, 4.1, 2.4),                      # the kitchen's worktops and table
-               (4.5, 0.0, 5.2, 1.7), (6.75, 0.6, 7.2, 1.1), (6.75, 1.7, 7.2, 2.2),                    # bath, toilet, basin
-               (10.0, 0.0, 11.0, 2.0), (7.3, 0.5, 7.9, 1.7), (10.6, 4.0, 11.0, 4.8))                  # bed, desk; a chest in the corridor
+FLAT_ROOMS = (
+    (0.0, 4.0, 11.0, 5.8),  # corridor, 1.8 m wide
+    (0.0, 5.9, 6.4, 9.4),
+    (6.5, 5.9, 11.0, 9.4),  # living room, bedroom
+    (0.0, 0.0, 4.4, 3.9),
+    (4.5, 0.0, 7.2, 3.9),
+    (7.3, 0.0, 11.0, 3.9),
+)  # kitchen, bathroom, child's room
+FLAT_DOORS = (
+    (2.6, 5.8, 3.5, 5.9),
+    (8.0, 5.8, 8.8, 5.9),  # 0.90, 0.80 m
+    (1.5, 3.9, 2.4, 4.0),
+    (5.55, 3.9, 6.35, 4.0),
+    (8.6, 3.9, 9.4, 4.0),
+)  # 0.90, 0.80, 0.80 m
+FLAT_THINGS = (
+    (1.0, 8.5, 3.2, 9.4),
+    (0.0, 6.5, 0.35, 8.3),
+    (4.8, 7.8, 6.0, 8.7),  # sofa, shelf, dining table
+    (5.2, 7.35, 5.6, 7.75),
+    (4.35, 8.05, 4.75, 8.45),  # two chairs
+    (9.2, 7.4, 11.0, 9.0),
+    (6.5, 7.3, 7.1, 9.4),  # double bed, wardrobe
+    (0.0, 0.0, 4.4, 0.6),
+    (0.0, 0.6, 0.6, 2.0),
+    (3.3, 1.6, 4.1, 2.4),  # the kitchen's worktops and table
+    (4.5, 0.0, 5.2, 1.7),
+    (6.75, 0.6, 7.2, 1.1),
+    (6.75, 1.7, 7.2, 2.2),  # bath, toilet, basin
+    (10.0, 0.0, 11.0, 2.0),
+    (7.3, 0.5, 7.9, 1.7),
+    (10.6, 4.0, 11.0, 4.8),
+)  # bed, desk; a chest in the corridor
 
 
 def flat():
@@ -111,6 +175,6 @@ def flat():
 MAPS = (room, hall, doorway, school, flat)
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     for draw in MAPS:
         draw().save(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent, draw.__name__)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Prints how long and how far the chair of test_guard.py goes on after each hazard: the worst of many seeds, from 0.8 m/s.
+"""Prints how long and how far the chair of test_guard.py goes on after each hazard: the worst of many seeds, from 0.8
+m/s.
 
 Run with the package's environment sourced: `.venv/bin/python src/sara_control/test/stopping_times.py [seeds]`.
 """

@@ -5,10 +5,10 @@ import sys
 import time
 from pathlib import Path
 
-from canserial.bus import BusDescription
+from canserial.dbc.bus import BusDescription
 from sara_lowlevel.config import SensorConfig
-from sara_lowlevel.sensor_node import SensorNode
-from sara_lowlevel.wheel_drive import WheelDrive
+from sara_lowlevel.motor.wheel_drive import WheelDrive
+from sara_lowlevel.sensor.sensor_node import SensorNode
 
 sys.path.insert(0, str(Path(__file__).parent / 'unit'))
 from fake_amplifier import FakeAmplifier  # noqa: E402
@@ -51,7 +51,11 @@ def best(turn, first=200):
 
 def main():
     """Run and print."""
-    for name, options in (('IMU frames every 200 ms', {}), ('without Madgwick', {'madgwick': False}), ('every 50 ms', {'imu_period': 0.05})):
+    for name, options in (
+        ('IMU frames every 200 ms', {}),
+        ('without Madgwick', {'madgwick': False}),
+        ('every 50 ms', {'imu_period': 0.05}),
+    ):
         node = SensorNode(BusDescription.default(), FreeBus(), SensorConfig(calibrate=False, **options))
         cost = best(lambda k: node.update(k / 100))
         assert node.state == 'running'
@@ -61,6 +65,7 @@ def main():
     def turn(k):
         fake.advance(k / 100)
         fake.write(drive.update(k / 100, (2.0, 2.0), fake.read()))
+
     print(f'wheel drive with its simulated controller: {best(turn):.1f} us per turn of 10 ms')
 
 

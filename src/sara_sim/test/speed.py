@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
-"""Prints what 10 ms of simulation cost, driving in circles among walls, all chips and sensors on, and where the time goes."""
+"""Prints what 10 ms of simulation cost, driving in circles among walls, all chips and sensors on, and where the time
+goes.
+"""
 
 import cProfile
 import pstats
 import time
 
 import numpy as np
-from canserial.bus import BusDescription
+
+from canserial.dbc.bus import BusDescription
 from sara_sim.chair import SimulatedChair
-from sara_sim.obstacles import Obstacle
 from sara_sim.options import ChairOptions
-from sara_sim.terrain import Ramp
-from sara_sim.world import World
+from sara_sim.world.obstacles import Obstacle
+from sara_sim.world.terrain import Ramp
+from sara_sim.world.world import World
 
 STEPS = 20000
 CHUNKS = 10
@@ -27,7 +30,9 @@ def walls(**more):
 
 
 def drive(chair, steps):
-    """Steps with the PC's commands; seconds they took, from the best of `CHUNKS` equal parts (others use the machine too)."""
+    """Steps with the PC's commands; seconds they took, from the best of `CHUNKS` equal parts (others use the machine
+    too).
+    """
     bus = BusDescription.default()
     ask = bus.encode('WHEEL_COMMAND', right=0.0, left=0.0, mode=ord('A'))
     go = bus.encode('WHEEL_COMMAND', right=2.0, left=1.2, mode=ord('C'))
@@ -62,10 +67,16 @@ def main():
         taken.append(time.perf_counter() - before)
     print(f'{"constructor, 30 s of calibration included":44} {1e3 * min(taken):5.1f} ms')
     tell('the reference chair', chair)
-    people = [Obstacle(f'person {k}', radius=0.25, path=((1.0, 7.0 + 0.5 * k), (9.0, 7.0 + 0.5 * k)), speed=0.8, loop='back') for k in range(5)]
+    people = [
+        Obstacle(f'person {k}', radius=0.25, path=((1.0, 7.0 + 0.5 * k), (9.0, 7.0 + 0.5 * k)), speed=0.8, loop='back')
+        for k in range(5)
+    ]
     tell('five people walking', SimulatedChair(walls(obstacles=people), 0, start))
     options = ChairOptions(castor_swing=0.02, payload=20.0, payload_x=0.1, collision_shake=True)
-    tell('castors, payload, a ramp', SimulatedChair(walls(ramps=[Ramp(5.0, 3.0, 2.0, 2.0, 0.0, 0.05)]), 0, start, options=options))
+    tell(
+        'castors, payload, a ramp',
+        SimulatedChair(walls(ramps=[Ramp(5.0, 3.0, 2.0, 2.0, 0.0, 0.05)]), 0, start, options=options),
+    )
     profile = cProfile.Profile()
     chair = SimulatedChair(walls(), 0, start)
     profile.enable()

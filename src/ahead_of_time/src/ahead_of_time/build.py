@@ -1,8 +1,11 @@
-"""Compiles the kernels of packages: `python3 -m ahead_of_time.build FOLDER PACKAGE...`, with FOLDER on the path that will be searched.
+"""Compiles the kernels of packages: `python3 -m ahead_of_time.build FOLDER PACKAGE...`, with FOLDER on the path that
+will be searched.
 
-The modules that say `@kernel` are imported and their `warm()` is called; what is called then, and with which types, is compiled into
-one object per package (numba.pycc), with the index that library.py reads beside it. What is fresh is left alone.
+The modules that say `@kernel` are imported and their `warm()` is called; what is called then, and with which types, is
+compiled into one object per package (numba.pycc), with the index that library.py reads beside it. What is fresh is left
+alone.
 """
+
 import ast
 import importlib
 import importlib.util
@@ -28,10 +31,12 @@ def types_of(signature):
 
 def _letter(type_):
     from numba.core import types
+
     if isinstance(type_, types.BaseTuple) and not isinstance(type_, types.BaseNamedTuple):
         return '(' + ''.join(map(_letter, type_)) + ')'
     if isinstance(type_, types.Array) and type_.layout in 'CA' and type_.aligned and type_.ndim < 10:
         from numba.np.numpy_support import as_dtype
+
         dtype = as_dtype(type_.dtype)
         if dtype.kind in 'biuf' and dtype.itemsize < 10:
             return f'a{dtype.kind}{dtype.itemsize}{type_.ndim}{type_.layout}{"w" if type_.mutable else "r"}'
@@ -58,11 +63,17 @@ class Recorded:
 
     def __init__(self, function, options):
         from numba import njit
-        self.function, self.dispatcher, self.called = function, njit(**options)(function), {}   # numba's cache does not see all changes
-        self.py_func, self.targetoptions = function, self.dispatcher.targetoptions   # as numba's inlining looks for them
+
+        self.function, self.dispatcher, self.called = (
+            function,
+            njit(**options)(function),
+            {},
+        )  # numba's cache does not see all changes
+        self.py_func, self.targetoptions = function, self.dispatcher.targetoptions  # as numba's inlining looks for them
 
     def __call__(self, *arguments):
         from numba import typeof
+
         result = self.dispatcher(*arguments)
         signature = self.dispatcher.overloads[tuple(map(typeof, arguments))].signature
         self.called[types_of(signature)] = signature
@@ -90,7 +101,9 @@ def _imports(path):
 
 
 def sources_of(name):
-    """Paths of a module and of all that it imports from its own package, directly or not: what its machine code may depend on."""
+    """Paths of a module and of all that it imports from its own package, directly or not: what its machine code may
+    depend on.
+    """
     package, found, waiting = name.split('.')[0], {}, [name]
     while waiting:
         name = waiting.pop()
@@ -108,7 +121,7 @@ def sources_of(name):
 def _spec(name):
     try:
         return importlib.util.find_spec(name)
-    except (ImportError, AttributeError):   # a function's name, not a module's
+    except (ImportError, AttributeError):  # a function's name, not a module's
         return None
 
 
@@ -132,30 +145,40 @@ def teach_numba():
 
 
 def mend_pycc():
-    """Give each function that pycc compiles flags of its own: inlining turns some off, for all that are compiled after it."""
+    """Give each function that pycc compiles flags of its own: inlining turns some off, for all that are compiled after
+    it.
+    """
     from numba.pycc import compiler
+
     compile_one = compiler.compile_extra
 
     def compile_extra(typing, target, function, arguments, result, flags, **rest):
         return compile_one(typing, target, function, arguments, result, flags.copy(), **rest)
+
     compiler.compile_extra = compile_extra
 
 
 def compile_package(folder, package, modules):
     """Compile a package's kernels into an object in the folder; returns the package's entry of the index."""
     from numba.pycc import CC
+
     stamps = {name: {path: library.stamp(path) for path in sources_of(name)} for name in modules}
     object_code = CC(library.object_name(package))
     object_code.target_cpu, object_code.output_dir = 'host', str(folder)
-    entry = {'object': object_code.output_file, 'modules': {name: {'sources': stamps[name], 'kernels': {}} for name in modules}}
+    entry = {
+        'object': object_code.output_file,
+        'modules': {name: {'sources': stamps[name], 'kernels': {}} for name in modules},
+    }
     for kernel in record(modules):
         name = kernel.function.__module__
-        variants = entry['modules'][name]['kernels'][kernel.function.__name__] = []   # stays empty for what compiled code alone calls
+        variants = entry['modules'][name]['kernels'][
+            kernel.function.__name__
+        ] = []  # stays empty for what compiled code alone calls
         for number, (types, signature) in enumerate(sorted(kernel.called.items())):
-            symbol = f"{name.replace('.', '_')}__{kernel.function.__name__}__{number}"
+            symbol = f'{name.replace(".", "_")}__{kernel.function.__name__}__{number}'
             object_code.export(symbol, signature)(kernel.function)
             variants.append([types, symbol])
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:   # what runs keeps the file that it has open
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:  # what runs keeps the file that it has open
         object_code.output_dir = scratch
         object_code.compile()
         os.replace(os.path.join(scratch, entry['object']), folder / entry['object'])
@@ -165,12 +188,15 @@ def compile_package(folder, package, modules):
 def compile_dispatch(folder):
     """Compile dispatch.c into the folder, unless it is there and newer."""
     from numba.pycc.platform import Toolchain
+
     source, tools = Path(__file__).with_name('dispatch.c'), Toolchain()
     target = folder / tools.get_ext_filename(library.DISPATCH)
     if target.exists() and target.stat().st_mtime > source.stat().st_mtime:
         return
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        objects = tools.compile_objects([str(source)], scratch, include_dirs=tools.get_python_include_dirs(), extra_cflags=['-O2'])
+        objects = tools.compile_objects(
+            [str(source)], scratch, include_dirs=tools.get_python_include_dirs(), extra_cflags=['-O2']
+        )
         tools.link_shared(os.path.join(scratch, target.name), objects)
         os.replace(os.path.join(scratch, target.name), target)
 
@@ -182,12 +208,17 @@ def main():
     index = json.loads(path.read_text()) if path.exists() else {}
     if index.get('machine') != library.machine():
         index = {'machine': library.machine(), 'packages': {}}
-    library.recorder = Recorder()   # before anything with a kernel is imported
-    warnings.simplefilter('ignore')   # pycc is what there is; it warns that it will be replaced one day
+    library.recorder = Recorder()  # before anything with a kernel is imported
+    warnings.simplefilter('ignore')  # pycc is what there is; it warns that it will be replaced one day
     modules = {package: kernel_modules(package) for package in packages}
     known = index['packages']
-    stale = [package for package in packages if package not in known or set(known[package]['modules']) != set(modules[package])
-             or not all(map(library.fresh, known[package]['modules'].values()))]
+    stale = [
+        package
+        for package in packages
+        if package not in known
+        or set(known[package]['modules']) != set(modules[package])
+        or not all(map(library.fresh, known[package]['modules'].values()))
+    ]
     compile_dispatch(folder)
     if stale:
         teach_numba()
@@ -197,14 +228,14 @@ def main():
         print(f'compiling the kernels of {package}', flush=True)
         try:
             known[package] = compile_package(folder, package, modules[package])
-        except Exception:   # whatever is wrong with one package's source, the others' are compiled
+        except Exception:  # whatever is wrong with one package's source, the others' are compiled
             traceback.print_exc()
             failed.append(package)
     new = path.with_suffix('.new')
     new.write_text(json.dumps(index, indent=1))
     os.replace(new, path)
     if failed:
-        sys.exit(f"the kernels of {', '.join(failed)} could not be compiled")
+        sys.exit(f'the kernels of {", ".join(failed)} could not be compiled')
 
 
 if __name__ == '__main__':

@@ -1,9 +1,10 @@
 """The decorator `kernel`: machine code made at build time where it is there and fresh, numba where it is not."""
+
 from functools import lru_cache
 
 from . import library
 
-_kernels = []   # those that run machine code made at build time
+_kernels = []  # those that run machine code made at build time
 
 
 def kernel(function=None, **options):
@@ -25,6 +26,7 @@ def kernel(function=None, **options):
 def compiled(function, options):
     """numba's own dispatcher of the function."""
     from numba import njit
+
     return njit(cache=True, **options)(function)
 
 
@@ -63,7 +65,9 @@ def teach_numba():
 
 
 def misses():
-    """{name of a kernel: how often it was called with types that nothing was compiled for at build time}, where there were any."""
+    """{name of a kernel: how often it was called with types that nothing was compiled for at build time}, where there
+    were any.
+    """
     return {f'{k.__wrapped__.__module__}.{k.__wrapped__.__name__}': k.missed for k in _kernels if k.missed}
 
 

@@ -1,8 +1,9 @@
 """Where the machine code is: an index beside it, looked for along sys.path, says what was compiled of which sources.
 
-The index is JSON: {"machine": ..., "packages": {name: {"object": file, "modules": {name: {"sources": {path: [mtime_ns, size]},
-"kernels": {function: [[types, symbol], ...]}}}}}}. `types` is a letter per argument, as dispatch.c reads them.
+The index is JSON: {"machine": ..., "packages": {name: {"object": file, "modules": {name: {"sources": {path: [mtime_ns,
+size]}, "kernels": {function: [[types, symbol], ...]}}}}}}. `types` is a letter per argument, as dispatch.c reads them.
 """
+
 import importlib.machinery
 import importlib.util
 import json
@@ -12,9 +13,9 @@ from functools import lru_cache
 from pathlib import Path
 
 INDEX = 'ahead_of_time.index.json'
-DISPATCH = '_ahead_of_time'   # the extension module made of dispatch.c
+DISPATCH = '_ahead_of_time'  # the extension module made of dispatch.c
 
-recorder = None   # set by build.py: takes every kernel in
+recorder = None  # set by build.py: takes every kernel in
 
 
 def machine():
@@ -23,7 +24,9 @@ def machine():
         lines = Path('/proc/cpuinfo').read_text().split('\n\n', 1)[0].splitlines()
     except OSError:
         lines = []
-    abilities = [line for line in lines if line.split(':')[0].strip() in ('model name', 'flags', 'Features', 'CPU part')]
+    abilities = [
+        line for line in lines if line.split(':')[0].strip() in ('model name', 'flags', 'Features', 'CPU part')
+    ]
     return [sys.implementation.cache_tag, os.uname().machine, *abilities]
 
 
@@ -53,7 +56,7 @@ def fresh(module, stamp=stamp):
     return all(stamp(path) == was for path, was in module['sources'].items())
 
 
-_stamp_at_import = lru_cache(None)(stamp)   # modules have most of their sources in common
+_stamp_at_import = lru_cache(None)(stamp)  # modules have most of their sources in common
 _place = lru_cache(None)(os.path.realpath)
 
 
@@ -79,7 +82,9 @@ def _kernels_of(package, name, path):
 @lru_cache(None)
 def load(name, path):
     """The extension module in a file."""
-    spec = importlib.util.spec_from_file_location(name, path, loader=importlib.machinery.ExtensionFileLoader(name, path))
+    spec = importlib.util.spec_from_file_location(
+        name, path, loader=importlib.machinery.ExtensionFileLoader(name, path)
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

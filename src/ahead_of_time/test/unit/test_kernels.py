@@ -1,4 +1,7 @@
-"""Kernels compiled at build time: they are found when fresh, take no type that they were not made for, and numba steps in otherwise."""
+"""Kernels compiled at build time: they are found when fresh, take no type that they were not made for, and numba steps
+in otherwise.
+"""
+
 import json
 import os
 import subprocess
@@ -9,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SOURCE = '''
+SOURCE = """
 import numpy as np
 from ahead_of_time import kernel
 from toys import numbers
@@ -32,8 +35,8 @@ def summed(a, k, scale, flag, pair):
 
 def warm():
     summed(np.zeros(2), 2, 1.0, False, (0.0, 1.0))
-'''
-PROBE = '''
+"""
+PROBE = """
 import json, sys
 import numpy as np
 from ahead_of_time import misses
@@ -41,7 +44,7 @@ from toys import sums
 values = %s
 total, full = sums.summed(*values)
 print(json.dumps([total, full.tolist(), 'numba' in sys.modules, misses()]))
-'''
+"""
 ARRAY, REST = 'np.array([1.0, 2.0, 3.0])', '3, 2.0, True, (10.0, 5.0)'
 
 
@@ -84,41 +87,60 @@ def test_without_numba_the_result_is_the_same(workshop):
     assert total == 22.0 and numba and not missed
 
 
-@pytest.mark.parametrize('array, rest', [
-    ('np.array([1, 2, 3])', REST),                                        # another dtype of the same size
-    ('np.array([1.0, 2.0, 3.0], np.float32)', REST),
-    ('np.array([1.0, 2.0, 3.0]).astype(">f8").byteswap().view("f8")', '3, 2, True, (10.0, 5.0)'),
-    ('np.array([1.0, 0.0, 2.0, 0.0, 3.0])[::2]', REST),                   # not contiguous
-    (ARRAY, '3, 2, True, (10.0, 5.0)'),                                   # an int for a float
-    (ARRAY, '3, 2.0, 1, (10.0, 5.0)'),                                    # an int for a bool
-    (ARRAY, '3, 2.0, True, (10.0, 5.0, 0.0)'),                            # a longer tuple
-    (ARRAY, '3, 2.0, True, (10, 5.0)'),
-])
+@pytest.mark.parametrize(
+    'array, rest',
+    [
+        ('np.array([1, 2, 3])', REST),  # another dtype of the same size
+        ('np.array([1.0, 2.0, 3.0], np.float32)', REST),
+        ('np.array([1.0, 2.0, 3.0]).astype(">f8").byteswap().view("f8")', '3, 2, True, (10.0, 5.0)'),
+        ('np.array([1.0, 0.0, 2.0, 0.0, 3.0])[::2]', REST),  # not contiguous
+        (ARRAY, '3, 2, True, (10.0, 5.0)'),  # an int for a float
+        (ARRAY, '3, 2.0, 1, (10.0, 5.0)'),  # an int for a bool
+        (ARRAY, '3, 2.0, True, (10.0, 5.0, 0.0)'),  # a longer tuple
+        (ARRAY, '3, 2.0, True, (10, 5.0)'),
+    ],
+)
 def test_other_types_are_left_to_numba(workshop, array, rest):
     total, numba, missed = probe(workshop, array, rest)
     assert total == 22.0 and numba and missed == {'toys.sums.summed': 1}
 
 
-@pytest.mark.parametrize('rest', ['np.int64(3), 2.0, True, (10.0, 5.0)', '3, np.float64(2.0), np.bool_(True), (10.0, 5.0)'])
+@pytest.mark.parametrize(
+    'rest', ['np.int64(3), 2.0, True, (10.0, 5.0)', '3, np.float64(2.0), np.bool_(True), (10.0, 5.0)']
+)
 def test_numpys_scalars_are_what_numba_takes_them_for(workshop, rest):
     assert probe(workshop, rest=rest) == (22.0, False, {})
 
 
 def test_an_array_that_may_not_be_written_is_not_written(workshop):
-    assert python(workshop, '-c', PROBE.replace('total,', 'values[0].flags.writeable = False\ntotal,', 1) % f'[{ARRAY}, {REST}]').returncode != 0
+    assert (
+        python(
+            workshop,
+            '-c',
+            PROBE.replace('total,', 'values[0].flags.writeable = False\ntotal,', 1) % f'[{ARRAY}, {REST}]',
+        ).returncode
+        != 0
+    )
 
 
-@pytest.mark.parametrize('arguments', ['', ARRAY, f'{ARRAY}, {REST}, 1', f'None, {REST}', f'"abc", {REST}', f'[1.0], {REST}'])
+@pytest.mark.parametrize(
+    'arguments', ['', ARRAY, f'{ARRAY}, {REST}, 1', f'None, {REST}', f'"abc", {REST}', f'[1.0], {REST}']
+)
 def test_what_numba_refuses_is_refused(workshop, arguments):
     done = python(workshop, '-c', f'import numpy as np\nfrom toys import sums\nsums.summed({arguments})')
     assert done.returncode == 1 and 'Traceback' in done.stderr
 
 
 def test_changed_sources_are_not_run_as_they_were(workshop):
-    assert build(workshop) == ''   # all is fresh
+    assert build(workshop) == ''  # all is fresh
     time.sleep(0.02)
     (workshop / 'toys' / 'numbers.py').write_text('FACTOR = 10.0\n')
-    done = python(workshop, '-c', 'from ahead_of_time import library\nprint(library._kernels_of("toys", "toys.sums", "%s"))' % (workshop / 'toys' / 'sums.py'))
+    done = python(
+        workshop,
+        '-c',
+        'from ahead_of_time import library\nprint(library._kernels_of("toys", "toys.sums", "%s"))'
+        % (workshop / 'toys' / 'sums.py'),
+    )
     assert done.stdout.strip() == '{}', done.stderr
     assert 'toys' in build(workshop)
     assert probe(workshop) == (130.0, False, {})
@@ -136,7 +158,9 @@ def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_p
     for name, line in (('good', 'return a + 1.0'), ('bad', 'return a.no_such_thing')):
         (tmp_path / name).mkdir()
         (tmp_path / name / '__init__.py').write_text('')
-        (tmp_path / name / 'one.py').write_text(f'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    {line}\ndef warm():\n    f(1.0)\n')
+        (tmp_path / name / 'one.py').write_text(
+            f'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    {line}\ndef warm():\n    f(1.0)\n'
+        )
     done = python(tmp_path, '-m', 'ahead_of_time.build', str(tmp_path), 'bad', 'good')
     assert done.returncode == 1 and 'the kernels of bad could not be compiled' in done.stderr
     done = python(tmp_path, '-c', 'import sys\nfrom good import one\nprint(one.f(1.0), "numba" in sys.modules)')
@@ -145,6 +169,7 @@ def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_p
 
 def test_the_extension_takes_what_it_is_given():
     from ahead_of_time import library
+
     try:
         kernel_type = library.dispatch().Kernel
     except TypeError:

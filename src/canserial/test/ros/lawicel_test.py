@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Bytes written by hand, as a Lawicel CANUSB would send them, come out as the right messages; commands come out as bytes."""
+"""Bytes written by hand, as a Lawicel CANUSB would send them, come out as the right messages; commands come out as
+bytes.
+"""
 
 import math
 import os
@@ -15,24 +17,31 @@ sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'suppo
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
-from canserial.msg import CAN, Encoder  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
 from pty_adapter import PtyAdapter, wait_until  # noqa: E402
 from sensor_msgs.msg import Imu, Range  # noqa: E402
 from std_msgs.msg import UInt8  # noqa: E402
 
+from canserial.msg import CAN, Encoder  # noqa: E402
+
 wait_until = partial(wait_until, seconds=15.0)
 ACCELERATION = b't203864005226F6FF0A00'  # SJO 100 cm, az 9.810, ay -0.010, ax 0.010 m/s2
-ANGLES = b't20580000E8030CFE0000'        # rx 1.000, ry -0.500, rz 0 deg
-AT_REST = b't20480000BFFFA5FFCFFF'       # no alarm, gz -0.65, gy -0.91, gx -0.49 deg/s
-TURNING = b't20480000A703A5FF3300'       # gz 9.35, gy -0.91, gx 0.51 deg/s: 10, 0 and 1 above rest
+ANGLES = b't20580000E8030CFE0000'  # rx 1.000, ry -0.500, rz 0 deg
+AT_REST = b't20480000BFFFA5FFCFFF'  # no alarm, gz -0.65, gy -0.91, gx -0.49 deg/s
+TURNING = b't20480000A703A5FF3300'  # gz 9.35, gy -0.91, gx 0.51 deg/s: 10, 0 and 1 above rest
 
 
 class LawicelTest(unittest.TestCase):
     def setUp(self):
         self.got = {}
-        for topic, kind in (('imu/data', Imu), ('encoders', Encoder), ('mode', UInt8), ('SDI_range', Range),
-                            ('SJO_range', Range), ('raw_ranges', Range)):
+        for topic, kind in (
+            ('imu/data', Imu),
+            ('encoders', Encoder),
+            ('mode', UInt8),
+            ('SDI_range', Range),
+            ('SJO_range', Range),
+            ('raw_ranges', Range),
+        ):
             rospy.Subscriber(topic, kind, lambda m, t=topic: self.got.setdefault(t, []).append(m), tcp_nodelay=True)
         self.cantx = rospy.Publisher('cantx', CAN, queue_size=10)
         self.set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
@@ -77,8 +86,14 @@ class LawicelTest(unittest.TestCase):
         self.assertEqual(last.header.frame_id, 'base_link')
         self.assertLess(abs(rospy.get_time() - last.header.stamp.to_sec()), 2.0)
         acceleration, rate = last.linear_acceleration, last.angular_velocity
-        for value, right in ((acceleration.x, 0.01), (acceleration.y, -0.01), (acceleration.z, 9.81),
-                             (rate.x, math.radians(1.0)), (rate.y, 0.0), (rate.z, 1.08 * math.radians(10.0))):
+        for value, right in (
+            (acceleration.x, 0.01),
+            (acceleration.y, -0.01),
+            (acceleration.z, 9.81),
+            (rate.x, math.radians(1.0)),
+            (rate.y, 0.0),
+            (rate.z, 1.08 * math.radians(10.0)),
+        ):
             self.assertAlmostEqual(value, right, 9)
         roll, pitch, yaw = angles(last.orientation)
         self.assertAlmostEqual(roll, math.radians(1.0), 6)
@@ -107,7 +122,9 @@ class LawicelTest(unittest.TestCase):
         self.assertEqual(self.got['mode'][0].data, 3)
         self.assertAlmostEqual(self.got['SDI_range'][0].range, 1.1, 5)
         self.assertEqual(self.got['SDI_range'][0].header.frame_id, 'SDI_frame')
-        self.assertTrue(wait_until(lambda: 'SDI_frame' in {message.header.frame_id for message in self.got.get('raw_ranges', [])}))
+        self.assertTrue(
+            wait_until(lambda: 'SDI_frame' in {message.header.frame_id for message in self.got.get('raw_ranges', [])})
+        )
         self.assertAlmostEqual([m.range for m in self.got['raw_ranges'] if m.header.frame_id == 'SDI_frame'][0], 1.1, 5)
         self.assertAlmostEqual(self.got['SJO_range'][0].range, 1.0, 5)
 
@@ -122,9 +139,11 @@ class LawicelTest(unittest.TestCase):
 
 def angles(q):
     """Roll, pitch, yaw of a quaternion."""
-    return (math.atan2(2 * (q.w * q.x + q.y * q.z), 1 - 2 * (q.x ** 2 + q.y ** 2)),
-            math.asin(2 * (q.w * q.y - q.z * q.x)),
-            math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y ** 2 + q.z ** 2)))
+    return (
+        math.atan2(2 * (q.w * q.x + q.y * q.z), 1 - 2 * (q.x**2 + q.y**2)),
+        math.asin(2 * (q.w * q.y - q.z * q.x)),
+        math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)),
+    )
 
 
 if __name__ == '__main__':

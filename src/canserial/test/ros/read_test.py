@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""read.py and calibrate_gain over ROS: the services, the file between them, and what is published. Frames come on canrx."""
+"""read.py and calibrate_gain over ROS: the services, the file between them, and what is published. Frames come on
+canrx.
+"""
 
 import math
 import os
@@ -17,9 +19,6 @@ sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'suppo
 import rospy  # noqa: E402
 import rostest  # noqa: E402
 import yaml  # noqa: E402
-from canserial.bus import BusDescription  # noqa: E402
-from canserial.msg import CAN  # noqa: E402
-from canserial.ros.conversions import frame_to_msg  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped  # noqa: E402
 from pty_adapter import wait_until  # noqa: E402
@@ -28,10 +27,20 @@ from sensor_msgs.msg import BatteryState, Imu  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
+from canserial.dbc.bus import BusDescription  # noqa: E402
+from canserial.msg import CAN  # noqa: E402
+from canserial.ros.conversions import frame_to_msg  # noqa: E402
+
 BUS = BusDescription.default()
 OFFSET = (-0.49, -0.91, -0.65)
-TOPICS = (('imu/data', Imu), ('impact', Bool), ('battery', BatteryState), ('orientation/complementary', Vector3Stamped),
-          ('orientation/madgwick', Vector3Stamped), ('saved/imu/data', Imu))
+TOPICS = (
+    ('imu/data', Imu),
+    ('impact', Bool),
+    ('battery', BatteryState),
+    ('orientation/complementary', Vector3Stamped),
+    ('orientation/madgwick', Vector3Stamped),
+    ('saved/imu/data', Imu),
+)
 
 
 class Bus:
@@ -117,8 +126,9 @@ class ReadTest(unittest.TestCase):
         self.bus.turn(7)
 
     def rosrun(self, *arguments, **pipes):
-        process = subprocess.Popen(['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                   text=True, **pipes)
+        process = subprocess.Popen(
+            ['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **pipes
+        )
         self.addCleanup(lambda: process.stdin and process.stdin.close())
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
@@ -173,7 +183,9 @@ class ReadTest(unittest.TestCase):
         self.calibrate()
         bus = self.bus
         listeners = bus.canrx.get_num_connections()
-        process = self.rosrun('read.py', '__ns:=saved', 'canrx:=/canrx', '_calibration:=saved', f'_calibration_file:={self.file}')
+        process = self.rosrun(
+            'read.py', '__ns:=saved', 'canrx:=/canrx', '_calibration:=saved', f'_calibration_file:={self.file}'
+        )
         self.assertTrue(wait_until(lambda: bus.canrx.get_num_connections() > listeners))
         self.assertTrue(bus.turn_until(lambda: bus.got['saved/imu/data'], turns=100))
         self.assertAlmostEqual(bus.got['saved/imu/data'][-1].angular_velocity.z, 0.0, delta=math.radians(0.02))
@@ -182,12 +194,15 @@ class ReadTest(unittest.TestCase):
     def test_a_bad_file_ends_the_node_with_one_sentence(self):
         bad = self.file + '.bad'
         self.addCleanup(lambda: os.path.exists(bad) and os.unlink(bad))
-        for number, (content, arguments, sentence) in enumerate((
+        for number, (content, arguments, sentence) in enumerate(
+            (
                 (None, ['_calibration:=saved'], 'there is no calibration file'),
                 ('gyro_offset: [0, 0', ['_calibration:=saved'], 'is damaged'),
                 ('gyro_offset: [0, 0, 99]', ['_calibration:=saved'], 'is implausible: gyro_offset is (0, 0, 99)'),
                 ('gain: 1.1', ['_calibration:=saved'], 'holds no gyro_offset'),
-                ('gain: [', [], 'is damaged'))):
+                ('gain: [', [], 'is damaged'),
+            )
+        ):
             if content is not None:
                 with open(bad, 'w', encoding='utf-8') as file:
                     file.write(content)
@@ -199,8 +214,19 @@ class ReadTest(unittest.TestCase):
     def test_the_gain_by_turns_of_known_angle(self):
         bus = self.bus
         listeners = bus.canrx.get_num_connections()
-        process = self.rosrun('calibrate_gain', '--angles', '90', '360', '--calibration-time', '1.0', '--file', self.file,
-                              '--node', '/reader', stdin=subprocess.PIPE)
+        process = self.rosrun(
+            'calibrate_gain',
+            '--angles',
+            '90',
+            '360',
+            '--calibration-time',
+            '1.0',
+            '--file',
+            self.file,
+            '--node',
+            '/reader',
+            stdin=subprocess.PIPE,
+        )
         said = []
 
         def listen():
@@ -222,7 +248,9 @@ class ReadTest(unittest.TestCase):
             answer_when(f'from which you will turn {way}, and press Enter: ')
             turned = 0.0
             for angle in (90.0, 360.0):
-                self.assertTrue(bus.turn_until(lambda: f'Turn {way} until the chair stands {angle:g} deg' in ''.join(said)))
+                self.assertTrue(
+                    bus.turn_until(lambda: f'Turn {way} until the chair stands {angle:g} deg' in ''.join(said))
+                )
                 rate = sign * (angle - turned) / 1.1 / 4.0
                 bus.turn(20, rate=round(rate, 2))
                 bus.turn(8)
@@ -247,14 +275,17 @@ class ReadTest(unittest.TestCase):
 
         def yaw():
             q = bus.got['imu/data'][-1].orientation
-            return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y ** 2 + q.z ** 2))
+            return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
 
         for number, ago in enumerate((0.0, None, 0.3, -100.0), 1):
             pose = PoseWithCovarianceStamped()
             pose.header.stamp = rospy.Time.from_sec(0.0 if ago is None else bus.time - ago)
             pose.pose.pose.orientation.z, pose.pose.pose.orientation.w = math.sin(0.3 * number), math.cos(0.3 * number)
             bus.set_pose.publish(pose)
-            self.assertTrue(bus.turn_until(lambda: abs(math.remainder(yaw() - 0.6 * number, math.tau)) < 0.01, turns=50), (ago, yaw()))
+            self.assertTrue(
+                bus.turn_until(lambda: abs(math.remainder(yaw() - 0.6 * number, math.tau)) < 0.01, turns=50),
+                (ago, yaw()),
+            )
         nothing = PoseWithCovarianceStamped()
         bus.set_pose.publish(nothing)
         bus.turn(5)
@@ -266,8 +297,14 @@ class ReadTest(unittest.TestCase):
         self.addCleanup(lambda: os.path.exists(path) and os.unlink(path))
         with open(path, 'w', encoding='utf-8') as file:
             file.write('gain: 1.07')
-        self.rosrun('read.py', '__ns:=starting', 'canrx:=/canrx', '_calibration_time:=1.0', '_save_calibration:=true',
-                    f'_calibration_file:={path}')
+        self.rosrun(
+            'read.py',
+            '__ns:=starting',
+            'canrx:=/canrx',
+            '_calibration_time:=1.0',
+            '_save_calibration:=true',
+            f'_calibration_file:={path}',
+        )
 
         def saved():
             with open(path, encoding='utf-8') as file:

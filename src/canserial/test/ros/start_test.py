@@ -27,8 +27,9 @@ def wait_for(node, topic):
 
 class StartTest(unittest.TestCase):
     def rosrun(self, *arguments):
-        process = subprocess.Popen(['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                   text=True)
+        process = subprocess.Popen(
+            ['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
@@ -39,8 +40,10 @@ class StartTest(unittest.TestCase):
         self.assertTrue(wait_for('/launched_read', '/imu/data'))
 
     def test_by_rosrun(self):
-        processes = [self.rosrun('canserial.py', '__name:=run_canserial', '_port:=/dev/no_such_adapter'),
-                     self.rosrun('read.py', '__name:=run_read', '_calibration_file:=/none/of/it.yaml')]
+        processes = [
+            self.rosrun('canserial.py', '__name:=run_canserial', '_port:=/dev/no_such_adapter'),
+            self.rosrun('read.py', '__name:=run_read', '_calibration_file:=/none/of/it.yaml'),
+        ]
         self.assertTrue(wait_for('/run_canserial', '/canrx'))
         self.assertTrue(wait_for('/run_read', '/imu/data'))
         self.assertEqual([process.poll() for process in processes], [None, None])
@@ -61,8 +64,11 @@ class StartTest(unittest.TestCase):
 
     def test_silence_on_canrx_is_named_in_the_diagnostics(self):
         statuses = {}
-        rospy.Subscriber('/diagnostics', DiagnosticArray,
-                         lambda message: statuses.update({status.name: status for status in message.status}))
+        rospy.Subscriber(
+            '/diagnostics',
+            DiagnosticArray,
+            lambda message: statuses.update({status.name: status for status in message.status}),
+        )
         end = time.monotonic() + 10.0
         while time.monotonic() < end and 'launched_read: frames to readings' not in statuses:
             time.sleep(0.1)
@@ -70,12 +76,18 @@ class StartTest(unittest.TestCase):
         self.assertEqual((status.level, status.message), (2, 'waiting for frames on /canrx'))
 
     def test_wrong_settings_end_the_node_by_name(self):
-        for number, (arguments, sentence) in enumerate((
+        for number, (arguments, sentence) in enumerate(
+            (
                 (('read.py', '_calibration:=guessed'), "calibration is 'guessed', allowed are 'measure' and 'saved'"),
                 (('read.py', '_dbc:=/none.dbc'), "dbc: bus description is '/none.dbc', allowed are sara, sara_tenths"),
                 (('canserial.py', '_bitrate:=123'), 'bitrate is 123, allowed with slcan are 10000'),
-                (('canserial.py', '_interface:=socketcan', '_port:=can0', '_listen_only:=true'), 'listen_only is True, allowed with'),
-                (('canserial.py', '_interface:=gs_usb', '_port:=0'), 'cannot be used on this machine'))):
+                (
+                    ('canserial.py', '_interface:=socketcan', '_port:=can0', '_listen_only:=true'),
+                    'listen_only is True, allowed with',
+                ),
+                (('canserial.py', '_interface:=gs_usb', '_port:=0'), 'cannot be used on this machine'),
+            )
+        ):
             process = self.rosrun(*arguments, f'__name:=wrong_{number}')
             output, _ = process.communicate(timeout=20.0)
             self.assertIn(sentence, output)

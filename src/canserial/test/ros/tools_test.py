@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""The commands by rosrun: a log to a bag and back is the log; what is left out is named by line; documents and fuzz tests run."""
+"""The commands by rosrun: a log to a bag and back is the log; what is left out is named by line; documents and fuzz
+tests run.
+"""
 
 import os
 import signal
@@ -17,18 +19,19 @@ import genpy  # noqa: E402
 import rosbag  # noqa: E402
 import rospy  # noqa: E402
 import rostest  # noqa: E402
-from canserial.bus import BusDescription  # noqa: E402
-from canserial.busdoc import markdown  # noqa: E402
+from std_msgs.msg import UInt8  # noqa: E402
+
+from canserial.dbc.bus import BusDescription  # noqa: E402
+from canserial.dbc.busdoc import markdown  # noqa: E402
 from canserial.frame import Frame  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
 from canserial.ros.adapter_node import QUEUE, FramePublisher  # noqa: E402
-from std_msgs.msg import UInt8  # noqa: E402
 
-LOG = '''(1612345678.123456) can0 204#0011223344556677
+LOG = """(1612345678.123456) can0 204#0011223344556677
 (1612345678.123457) can0 101#
 (1612345678.999999) can0 1ABCDEF0#01
 (1612345679.000000) can0 001#FF
-'''
+"""
 NO_MASTER = {**os.environ, 'ROS_MASTER_URI': 'http://localhost:1'}
 
 
@@ -39,7 +42,9 @@ class ToolsTest(unittest.TestCase):
         self.path = lambda name: os.path.join(folder.name, name)
 
     def rosrun(self, *arguments):
-        done = subprocess.run(['rosrun', 'canserial', *arguments], capture_output=True, text=True, env=NO_MASTER, timeout=50)
+        done = subprocess.run(
+            ['rosrun', 'canserial', *arguments], capture_output=True, text=True, env=NO_MASTER, timeout=50
+        )
         return done.returncode, done.stdout, done.stderr
 
     def write(self, text):
@@ -52,25 +57,35 @@ class ToolsTest(unittest.TestCase):
 
     def test_there_and_back(self):
         self.write(LOG)
-        self.assertEqual(self.rosrun('candump2bag', self.path('in.log'), self.path('a.bag'), '--topic', 'bus/canrx')[0], 0)
+        self.assertEqual(
+            self.rosrun('candump2bag', self.path('in.log'), self.path('a.bag'), '--topic', 'bus/canrx')[0], 0
+        )
         with rosbag.Bag(self.path('a.bag')) as bag:
             messages = list(bag.read_messages())
         self.assertEqual({m.topic for m in messages}, {'/bus/canrx'})
         self.assertEqual([m.message.timestamp for m in messages], [m.timestamp for m in messages])
         self.assertEqual(messages[0].timestamp, genpy.Time(1612345678, 123456000))
-        self.assertEqual([(m.message.stdId, m.message.extId) for m in messages], [(0x204, -1), (0x101, -1), (0, 0x1ABCDEF0), (1, -1)])
+        self.assertEqual(
+            [(m.message.stdId, m.message.extId) for m in messages], [(0x204, -1), (0x101, -1), (0, 0x1ABCDEF0), (1, -1)]
+        )
         code, out, _ = self.rosrun('bag2candump', self.path('a.bag'), self.path('out.log'), '--topic', 'bus/canrx')
         self.assertEqual((code, out), (0, f'4 frames to {self.path("out.log")}\n'))
         self.assertEqual(self.read('out.log'), LOG)
-        self.rosrun('bag2candump', self.path('a.bag'), self.path('slcan.log'), '--topic', '/bus/canrx', '--interface', 'slcan0')
+        self.rosrun(
+            'bag2candump', self.path('a.bag'), self.path('slcan.log'), '--topic', '/bus/canrx', '--interface', 'slcan0'
+        )
         self.assertEqual(self.read('slcan.log'), LOG.replace('can0', 'slcan0'))
 
     def test_what_is_left_out_is_said(self):
-        self.write('(0.000000) can0 204#01\nrubbish\n\n(1.0) can0 204#R\n(1.0) can0 20000004#0001000000000000\n(1.0) can0 204##1AABB\n'
-                   '(2.0) can1 204#02\n(3.0) can0 800#\n')
+        self.write(
+            '(0.000000) can0 204#01\nrubbish\n\n(1.0) can0 204#R\n(1.0) can0 20000004#0001000000000000\n(1.0) can0 204##1AABB\n'
+            '(2.0) can1 204#02\n(3.0) can0 800#\n'
+        )
         code, out, error = self.rosrun('candump2bag', self.path('in.log'), self.path('a.bag'), '--interface', 'can0')
         self.assertEqual(code, 0)
-        self.assertEqual(out, f'1 frames to {self.path("a.bag")}; left out: 2 bad, 1 error, 1 fd, 1 other interface, 1 remote\n')
+        self.assertEqual(
+            out, f'1 frames to {self.path("a.bag")}; left out: 2 bad, 1 error, 1 fd, 1 other interface, 1 remote\n'
+        )
         self.assertIn('line 2: not', error)
         self.assertIn('line 8: no CAN identifier: 800', error)
         self.rosrun('bag2candump', self.path('a.bag'), self.path('out.log'))
@@ -82,10 +97,12 @@ class ToolsTest(unittest.TestCase):
         with rosbag.Bag(self.path('a.bag'), 'w') as bag:
             bag.write('/canrx', UInt8(1), genpy.Time(1))
             bag.write('/wide', CAN(stdId=1, extId=-1, data=bytes(9)), genpy.Time(1))
-        for arguments, sentence in ((('candump2bag', '/none.log', self.path('x')), 'cannot read /none.log'),
-                                    (('bag2candump', self.path('a.bag'), self.path('x')), 'is of type std_msgs/UInt8'),
-                                    (('bag2candump', self.path('a.bag'), self.path('x'), '--topic', 'y'), 'has no topic y, but /canrx'),
-                                    (('bag2candump', self.path('a.bag'), self.path('a.bag')), 'exists already')):
+        for arguments, sentence in (
+            (('candump2bag', '/none.log', self.path('x')), 'cannot read /none.log'),
+            (('bag2candump', self.path('a.bag'), self.path('x')), 'is of type std_msgs/UInt8'),
+            (('bag2candump', self.path('a.bag'), self.path('x'), '--topic', 'y'), 'has no topic y, but /canrx'),
+            (('bag2candump', self.path('a.bag'), self.path('a.bag')), 'exists already'),
+        ):
             code, _, error = self.rosrun(*arguments)
             self.assertEqual(code, 1)
             self.assertIn(sentence, error)

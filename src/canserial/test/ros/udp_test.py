@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""An adapter other than the Lawicel one by parameters alone: frames of cantx come out on the other nodes' canrx, as far as they listen."""
+"""An adapter other than the Lawicel one by parameters alone: frames of cantx come out on the other nodes' canrx, as far
+as they listen.
+"""
 
 import os
 import socket
@@ -15,16 +17,20 @@ sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'suppo
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
-from canserial.msg import CAN  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from pty_adapter import wait_until  # noqa: E402
+
+from canserial.msg import CAN  # noqa: E402
 
 
 def multicast_works():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                             struct.pack('4sl', socket.inet_aton('239.74.163.2'), socket.INADDR_ANY))
+            probe.setsockopt(
+                socket.IPPROTO_IP,
+                socket.IP_ADD_MEMBERSHIP,
+                struct.pack('4sl', socket.inet_aton('239.74.163.2'), socket.INADDR_ANY),
+            )
             probe.sendto(b'', ('239.74.163.2', 43902))
         except OSError:
             return False
@@ -58,8 +64,18 @@ class UdpTest(unittest.TestCase):
         self.assertTrue(wait_until(both_ways), 'no frame from two')
         self.assertEqual({m.extId for m in got['listener']}, {0x1ABCDEF0}, 'the filter')
         status = 'listener/canserial: CAN adapter'
-        self.assertTrue(wait_until(lambda: status in statuses and any(
-            value.key == 'not_sent_listen_only' and int(value.value) > 0 for value in statuses[status].values)), statuses.keys())
+        self.assertTrue(
+            wait_until(
+                lambda: (
+                    status in statuses
+                    and any(
+                        value.key == 'not_sent_listen_only' and int(value.value) > 0
+                        for value in statuses[status].values
+                    )
+                )
+            ),
+            statuses.keys(),
+        )
         self.assertIn(('sent', '0'), [(value.key, value.value) for value in statuses[status].values])
 
 

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""An adapter pulled out while frames flow both ways: one line says so, one its return; frames come again, old commands never go out."""
+"""An adapter pulled out while frames flow both ways: one line says so, one its return; frames come again, old commands
+never go out.
+"""
 
 import os
 import sys
@@ -13,16 +15,19 @@ sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'suppo
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
-from canserial.msg import CAN  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from pty_adapter import PtyAdapter, wait_until  # noqa: E402
 from rosgraph_msgs.msg import Log  # noqa: E402
+
+from canserial.msg import CAN  # noqa: E402
 
 NODE = '/unplugged_canserial'
 
 
 class Adapter(PtyAdapter):
-    """Sends frame 0x101 with a count in it every 10 ms, and 0x201, which the filter drops; its status says that it was overrun."""
+    """Sends frame 0x101 with a count in it every 10 ms, and 0x201, which the filter drops; its status says that it was
+    overrun.
+    """
 
     WAIT = 0.01
     count = 0
@@ -52,7 +57,11 @@ class UnplugTest(unittest.TestCase):
     def on_diagnostics(self, message):
         for status in message.status:
             if status.name == f'{NODE[1:]}: CAN adapter':
-                self.status = {'level': status.level, 'message': status.message, **{v.key: v.value for v in status.values}}
+                self.status = {
+                    'level': status.level,
+                    'message': status.message,
+                    **{v.key: v.value for v in status.values},
+                }
 
     def command(self, first, count):
         for number in range(first, first + count):
@@ -70,7 +79,10 @@ class UnplugTest(unittest.TestCase):
         self.assertEqual({frame.stdId for frame in self.frames}, {0x101}, 'the filter')
         self.command(1, 10)
         self.assertTrue(wait_until(lambda: len(adapter.lines) == 10), adapter.lines)
-        self.assertTrue(wait_until(lambda: self.status and int(self.status.get('overruns', 0)) > 0), 'the adapter\'s status is not read')
+        self.assertTrue(
+            wait_until(lambda: self.status and int(self.status.get('overruns', 0)) > 0),
+            "the adapter's status is not read",
+        )
         self.assertTrue(wait_until(lambda: float(self.status['bus_load_percent']) > 0.0))
 
         adapter.unplug()
@@ -86,10 +98,14 @@ class UnplugTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: len(self.frames) > 20), 'an adapter plugged in again is not found')
         self.command(200, 10)
         self.assertTrue(wait_until(lambda: len(adapter.lines) == 10))
-        self.assertEqual([int(line[5:7], 16) for line in adapter.lines], list(range(200, 210)), 'a command from before the loss')
+        self.assertEqual(
+            [int(line[5:7], 16) for line in adapter.lines], list(range(200, 210)), 'a command from before the loss'
+        )
         self.assertEqual(len(self.told('is open')), 2)
         self.assertTrue(wait_until(lambda: self.status['level'] != 2))
-        counted = sum(int(self.status.get(name, 0)) for name in ('not_sent_closed', 'transmit_queue_discarded', 'not_sent_failed'))
+        counted = sum(
+            int(self.status.get(name, 0)) for name in ('not_sent_closed', 'transmit_queue_discarded', 'not_sent_failed')
+        )
         self.assertLessEqual(int(self.status['sent']) + counted, 70)
         self.assertGreater(counted, 0)
         adapter.unplug()

@@ -7,11 +7,12 @@ import tty
 
 import can
 import pytest
-from canserial.adapter import Adapter, AdapterConfig, AdapterError, BadFrame, NoDriver
-from canserial.busload import frame_bits
-from canserial.frame import Frame
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from canserial.adapter.adapter import Adapter, AdapterConfig, AdapterError, BadFrame, NoDriver
+from canserial.adapter.busload import frame_bits
+from canserial.frame import Frame
 
 
 @pytest.fixture
@@ -25,8 +26,10 @@ def pair():
     there.close()
 
 
-@given(st.booleans().flatmap(lambda e: st.tuples(st.integers(0, 0x1FFFFFFF if e else 0x7FF), st.just(e))),
-       st.binary(max_size=8))
+@given(
+    st.booleans().flatmap(lambda e: st.tuples(st.integers(0, 0x1FFFFFFF if e else 0x7FF), st.just(e))),
+    st.binary(max_size=8),
+)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_sent_arrives_stamped_by_the_clock(pair, identifier, data):
     here, there = pair
@@ -34,17 +37,24 @@ def test_what_is_sent_arrives_stamped_by_the_clock(pair, identifier, data):
     assert there.receive(1.0, lambda: 12.5) == Frame(identifier[0], data, 12.5, identifier[1])
 
 
-@pytest.mark.parametrize('frame', [Frame(0x800, b''), Frame(-1, b''), Frame(1, bytes(9)), Frame(2 ** 29, b'', 0.0, True)])
+@pytest.mark.parametrize('frame', [Frame(0x800, b''), Frame(-1, b''), Frame(1, bytes(9)), Frame(2**29, b'', 0.0, True)])
 def test_what_can_cannot_carry_is_refused(pair, frame):
     with pytest.raises(BadFrame):
         pair[0].send(frame)
 
 
-@pytest.mark.parametrize('message, counted', [
-    (can.Message(arbitration_id=1, is_remote_frame=True), {'remote_frames': 1}),
-    (can.Message(arbitration_id=1, is_fd=True, data=bytes(12)), {'fd_frames': 1}),
-    (can.Message(arbitration_id=0x80, is_error_frame=True), {'error_frames': 1}),
-    (can.Message(arbitration_id=0x04, is_error_frame=True, data=[0, 1, 0, 0, 0, 0, 0, 0]), {'error_frames': 1, 'overruns': 1})])
+@pytest.mark.parametrize(
+    'message, counted',
+    [
+        (can.Message(arbitration_id=1, is_remote_frame=True), {'remote_frames': 1}),
+        (can.Message(arbitration_id=1, is_fd=True, data=bytes(12)), {'fd_frames': 1}),
+        (can.Message(arbitration_id=0x80, is_error_frame=True), {'error_frames': 1}),
+        (
+            can.Message(arbitration_id=0x04, is_error_frame=True, data=[0, 1, 0, 0, 0, 0, 0, 0]),
+            {'error_frames': 1, 'overruns': 1},
+        ),
+    ],
+)
 def test_what_is_no_data_frame_is_counted_by_kind_not_given_out(pair, message, counted):
     with can.Bus(interface='virtual', channel='canserial_unit', protocol=can.CanProtocol.CAN_FD) as other:
         other.send(message)
@@ -60,7 +70,9 @@ def test_bits_on_the_wire_are_counted_both_ways(pair):
 
 
 def test_filters_let_through_what_agrees_in_the_mask():
-    here = Adapter(AdapterConfig(interface='virtual', port='canserial_filter', filters=[{'can_id': 0x200, 'can_mask': 0x7F0}]))
+    here = Adapter(
+        AdapterConfig(interface='virtual', port='canserial_filter', filters=[{'can_id': 0x200, 'can_mask': 0x7F0}])
+    )
     there = Adapter(AdapterConfig(interface='virtual', port='canserial_filter'))
     here.open()
     there.open()

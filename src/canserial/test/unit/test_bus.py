@@ -4,10 +4,11 @@ import math
 
 import cantools
 import pytest
-from canserial.bus import DBC_FOLDER, PACKAGED, BadLength, BadValue, BusDescription, BusError, UnknownFrame
-from canserial.frame import Frame
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.dbc.bus import DBC_FOLDER, PACKAGED, BadLength, BadValue, BusDescription, BusError, UnknownFrame
+from canserial.frame import Frame
 
 BUS = BusDescription.default()
 BUSES = {name: BusDescription.named(name) for name in PACKAGED}
@@ -35,8 +36,11 @@ def test_encoding_rounds_to_half_a_step(kind, data):
     name, message = kind
     values = {}
     for signal in message.signals:
-        low, high = ((-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed
-                     else (0, (1 << signal.length) - 1))
+        low, high = (
+            (-(1 << signal.length - 1), (1 << signal.length - 1) - 1)
+            if signal.is_signed
+            else (0, (1 << signal.length) - 1)
+        )
         values[signal.name] = data.draw(st.floats(low * signal.scale, high * signal.scale))
     frame = BUSES[name].encode(message.name, **values)
     for key, value in BUSES[name].decode(frame)[1].items():
@@ -81,9 +85,11 @@ def test_frames_of_the_bus_as_bytes():
     """Spot values worked out by hand from the table of the bus, in wire order."""
     assert BUS.decode(Frame(0x101, bytes.fromhex('00fa000010270000')))[1] == {'steps': 64000, 'time': 10000}
     assert BUS.decode(Frame(0x203, bytes.fromhex('64005226f6ff0a00')))[1] == pytest.approx(
-        {'SJO': 1.0, 'az': 9.81, 'ay': -0.01, 'ax': 0.01})
+        {'SJO': 1.0, 'az': 9.81, 'ay': -0.01, 'ax': 0.01}
+    )
     assert BUS.decode(Frame(0x204, bytes.fromhex('0100beff00007b00')))[1] == pytest.approx(
-        {'alarma': 1, 'gz': -0.66, 'gy': 0.0, 'gx': 1.23})
+        {'alarma': 1, 'gz': -0.66, 'gy': 0.0, 'gx': 1.23}
+    )
     assert BUS.encode('WHEEL_COMMAND', right=2.0, left=-2.0, mode=ord('C')).data == bytes.fromhex('13ed000043000000')
     assert BUS.id_of('BATTERY') == 0x210
 

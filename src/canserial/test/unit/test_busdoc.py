@@ -3,22 +3,25 @@
 from pathlib import Path
 
 import pytest
-from canserial import busdoc
-from canserial.bus import BusDescription
-from canserial.busdoc import markdown
 
-BIG_ENDIAN = '''VERSION ""
+from canserial.dbc import busdoc
+from canserial.dbc.bus import BusDescription
+from canserial.dbc.busdoc import markdown
+
+BIG_ENDIAN = """VERSION ""
 NS_ :
 BS_:
 BU_: A
 BO_ 2147483649 LONG: 8 A
  SG_ big : 7|16@0- (0.5,-3) [0|0] "K" Vector__XXX
-'''
+"""
 
 
 def test_the_committed_document_is_what_the_command_prints():
     committed = Path(__file__).resolve().parents[2] / 'docs' / 'bus.md'
-    assert committed.read_text() == markdown(BusDescription.default()), 'rosrun canserial bus2md > src/canserial/docs/bus.md'
+    assert committed.read_text() == markdown(BusDescription.default()), (
+        'rosrun canserial bus2md > src/canserial/docs/bus.md'
+    )
 
 
 def test_every_signal_is_described():

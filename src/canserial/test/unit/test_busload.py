@@ -1,11 +1,17 @@
-"""Bits on the wire: the tables against a bit-by-bit count, the CRC against its catalogued check value, bounds of the literature."""
+"""Bits on the wire: the tables against a bit-by-bit count, the CRC against its catalogued check value, bounds of the
+literature.
+"""
 
-from canserial.busload import crc15, frame_bits, load
 from hypothesis import given
 from hypothesis import strategies as st
 
-FRAMES = st.booleans().flatmap(lambda extended: st.tuples(st.integers(0, 2 ** 29 - 1 if extended else 2 ** 11 - 1),
-                                                          st.binary(max_size=8), st.just(extended)))
+from canserial.adapter.busload import crc15, frame_bits, load
+
+FRAMES = st.booleans().flatmap(
+    lambda extended: st.tuples(
+        st.integers(0, 2**29 - 1 if extended else 2**11 - 1), st.binary(max_size=8), st.just(extended)
+    )
+)
 
 
 def stuffed_length(identifier, data, extended):

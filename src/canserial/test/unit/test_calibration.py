@@ -3,12 +3,13 @@
 import random
 
 import pytest
-from canserial.bus import BusDescription
-from canserial.calibration import GyroCalibration
-from canserial.calibration_file import Calibration
-from canserial.config import ReaderConfig
+
+from canserial.calibration.calibration import GyroCalibration
+from canserial.calibration.calibration_file import Calibration
+from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
-from canserial.reader import Reader
+from canserial.reader.config import ReaderConfig
+from canserial.reader.reader import Reader
 
 CONFIG = ReaderConfig()
 OFFSET = (-0.49, -0.91, -0.65)
@@ -45,7 +46,8 @@ def test_noise_alone_does_not_fail_it_and_the_mean_is_right(period, resolution):
 
 @pytest.mark.parametrize('period', [0.2, 0.05])
 def test_a_false_alarm_is_rarer_than_one_in_ten_thousand_calibrations(period):
-    """By the margin: with limits at two thirds, noise still fails fewer than 1 in 50, and normal tails fall off far faster.
+    """By the margin: with limits at two thirds, noise still fails fewer than 1 in 50, and normal tails fall off far
+    faster.
 
     5.8 sigma becomes 3.9 and 6.2 becomes 4.1: a factor of more than 1000 in probability.
     """
@@ -65,11 +67,14 @@ def test_rates_that_are_rounded_to_nothing_are_a_calibration_too():
 
 
 @pytest.mark.parametrize('period', [0.2, 0.05])
-@pytest.mark.parametrize('motion, reason', [
-    (lambda t: 3.0 if 8.0 < t < 8.5 else 0.0, 'the gyroscope moved'),
-    (lambda t: 0.03 * t, 'the mean of the gyroscope changed'),
-    (lambda t: 25.0, 'the chair turns or the gyroscope is faulty'),
-])
+@pytest.mark.parametrize(
+    'motion, reason',
+    [
+        (lambda t: 3.0 if 8.0 < t < 8.5 else 0.0, 'the gyroscope moved'),
+        (lambda t: 0.03 * t, 'the mean of the gyroscope changed'),
+        (lambda t: 25.0, 'the chair turns or the gyroscope is faulty'),
+    ],
+)
 def test_motion_starts_it_over_or_ends_it(period, motion, reason):
     for persistent in (True, False):
         calibration = make(persistent=persistent)
@@ -98,9 +103,11 @@ BUS = BusDescription.default()
 
 def frames(stamp, gyro=OFFSET, noise=0.0):
     """What the sensor node sends in a turn; the noise keeps it from being stuck."""
-    return (BUS.encode('RANGE_ACCEL', stamp, SJO=1.0, ax=noise, ay=0.0, az=9.81),
-            BUS.encode('COMPLEMENTARY', stamp, rx=noise, ry=0.0, rz=0.0),
-            BUS.encode('IMPACT_GYRO', stamp, alarma=0, gx=gyro[0] + noise, gy=gyro[1], gz=gyro[2]))
+    return (
+        BUS.encode('RANGE_ACCEL', stamp, SJO=1.0, ax=noise, ay=0.0, az=9.81),
+        BUS.encode('COMPLEMENTARY', stamp, rx=noise, ry=0.0, rz=0.0),
+        BUS.encode('IMPACT_GYRO', stamp, alarma=0, gx=gyro[0] + noise, gy=gyro[1], gz=gyro[2]),
+    )
 
 
 class Chair:
@@ -137,8 +144,13 @@ def test_a_second_calibration_goes_on_beside_the_old_offset_and_then_takes_its_p
     assert not chair.reader.calibrating
 
 
-@pytest.mark.parametrize('motion, reason', [
-    ({'steps': 100}, 'the chair moves: a wheel turns'), ({'gyro': (5.0, 0.0, 0.0)}, 'the chair moves: the gyroscope moves')])
+@pytest.mark.parametrize(
+    'motion, reason',
+    [
+        ({'steps': 100}, 'the chair moves: a wheel turns'),
+        ({'gyro': (5.0, 0.0, 0.0)}, 'the chair moves: the gyroscope moves'),
+    ],
+)
 def test_a_moving_chair_is_not_calibrated(motion, reason):
     chair = Chair()
     chair.turn(12)
@@ -150,7 +162,9 @@ def test_a_moving_chair_is_not_calibrated(motion, reason):
     assert 'is being calibrated' in chair.reader.calibrate(chair.time)
 
 
-@pytest.mark.parametrize('motion, reason', [({'steps': 100}, 'a wheel turned'), ({'gyro': (5.0, 0.0, 0.0)}, 'the gyroscope moved')])
+@pytest.mark.parametrize(
+    'motion, reason', [({'steps': 100}, 'a wheel turned'), ({'gyro': (5.0, 0.0, 0.0)}, 'the gyroscope moved')]
+)
 def test_a_chair_that_sets_off_during_a_second_calibration_keeps_its_old_offset(motion, reason):
     chair = Chair()
     chair.turn(12)
@@ -180,7 +194,7 @@ def test_no_second_calibration_without_rates():
     chair = Chair()
     chair.turn(12)
     assert chair.reader.calibrate(chair.time + 5.0) == 'no rates (0x204) come'
-    assert Chair().reader.calibrate(0.0) .startswith('the gyroscope is being calibrated')
+    assert Chair().reader.calibrate(0.0).startswith('the gyroscope is being calibrated')
 
 
 def test_a_sensor_node_that_comes_back_from_its_own_calibration_is_measured_anew():
@@ -210,7 +224,9 @@ def test_saved_needs_an_offset_and_gives_readings_at_once():
     assert chair.turn(1)[-1].angular_velocity[2] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('given, stored, gain', [(1.2, 1.1, 1.2), (None, 1.1, 1.1), (None, None, 1.08), (1.2, None, 1.2)])
+@pytest.mark.parametrize(
+    'given, stored, gain', [(1.2, 1.1, 1.2), (None, 1.1, 1.1), (None, None, 1.08), (1.2, None, 1.2)]
+)
 def test_the_gain_is_the_given_one_else_the_files_else_the_thesiss(given, stored, gain):
     assert Reader(ReaderConfig(gain=given), BUS, Calibration(gain=stored)).gain == gain
 

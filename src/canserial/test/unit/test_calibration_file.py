@@ -4,18 +4,27 @@ import os
 
 import pytest
 import yaml
-from canserial import calibration_file
-from canserial.calibration_file import Calibration, CalibrationFileError, load, load_offset, save
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from canserial.calibration import calibration_file
+from canserial.calibration.calibration_file import Calibration, CalibrationFileError, load, load_offset, save
 
 OFFSETS = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 SIGMAS = st.tuples(*[st.floats(0.0, 20.0)] * 3)
 
 
-@given(st.builds(Calibration, gyro_offset=st.none() | OFFSETS, gyro_sigma=st.none() | SIGMAS, gyro_frames=st.none() | st.integers(1, 10000),
-                 gyro_measured=st.none() | st.just('2026-01-02T03:04:05+00:00'), gain=st.none() | st.floats(0.5, 2.0),
-                 gain_error=st.none() | st.floats(0.0, 1.0)))
+@given(
+    st.builds(
+        Calibration,
+        gyro_offset=st.none() | OFFSETS,
+        gyro_sigma=st.none() | SIGMAS,
+        gyro_frames=st.none() | st.integers(1, 10000),
+        gyro_measured=st.none() | st.just('2026-01-02T03:04:05+00:00'),
+        gain=st.none() | st.floats(0.5, 2.0),
+        gain_error=st.none() | st.floats(0.0, 1.0),
+    )
+)
 @settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_saved_is_loaded(tmp_path, calibration):
     if calibration == Calibration():
@@ -39,20 +48,23 @@ def test_an_update_keeps_the_rest(tmp_path):
     assert load(path) == Calibration(gain=1.1, gyro_offset=(1.0, 2.0, 3.0))
 
 
-@pytest.mark.parametrize('text, sentence', [
-    ('', 'is damaged: it holds no fields'),
-    ('[1, 2]', 'is damaged: it holds no fields'),
-    ('gyro_offset: [-0.49, -0.9', 'is damaged: while parsing'),
-    ('\x00\x01', 'is damaged'),
-    ('gyro_offset: [0, 0, 0]\nspeed: 3', 'is damaged: it holds speed'),
-    ('gyro_offset: [-0.49, -0.91]', r'is implausible: gyro_offset is \(-0.49, -0.91\), allowed are three numbers'),
-    ('gyro_offset: [0, 0, 21]', 'is implausible: gyro_offset'),
-    ('gyro_offset: [0, 0, .nan]', 'is implausible: gyro_offset'),
-    ('gyro_offset: [0, 0, yes]', 'is implausible: gyro_offset'),
-    ('gain: 10.8', 'is implausible: gain is 10.8, allowed is 0.5 to 2'),
-    ('gain: -1.08\ngyro_frames: 0\ngain_error: -1', 'gyro_frames is 0.*gain is -1.08.*gain_error is -1'),
-    ('gyro_offset: !!python/object:os.system {}', 'is damaged'),
-])
+@pytest.mark.parametrize(
+    'text, sentence',
+    [
+        ('', 'is damaged: it holds no fields'),
+        ('[1, 2]', 'is damaged: it holds no fields'),
+        ('gyro_offset: [-0.49, -0.9', 'is damaged: while parsing'),
+        ('\x00\x01', 'is damaged'),
+        ('gyro_offset: [0, 0, 0]\nspeed: 3', 'is damaged: it holds speed'),
+        ('gyro_offset: [-0.49, -0.91]', r'is implausible: gyro_offset is \(-0.49, -0.91\), allowed are three numbers'),
+        ('gyro_offset: [0, 0, 21]', 'is implausible: gyro_offset'),
+        ('gyro_offset: [0, 0, .nan]', 'is implausible: gyro_offset'),
+        ('gyro_offset: [0, 0, yes]', 'is implausible: gyro_offset'),
+        ('gain: 10.8', 'is implausible: gain is 10.8, allowed is 0.5 to 2'),
+        ('gain: -1.08\ngyro_frames: 0\ngain_error: -1', 'gyro_frames is 0.*gain is -1.08.*gain_error is -1'),
+        ('gyro_offset: !!python/object:os.system {}', 'is damaged'),
+    ],
+)
 def test_a_bad_file_is_an_error_of_one_sentence(tmp_path, text, sentence):
     path = tmp_path / 'c.yaml'
     path.write_text(text)

@@ -2,12 +2,13 @@
 
 import cantools
 import pytest
-from canserial.bus import BadValue, BusDescription
-from canserial.codec import Codec
-from canserial.layout import Message
-from canserial.frame import Frame
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.dbc.bus import BadValue, BusDescription
+from canserial.dbc.codec import Codec
+from canserial.dbc.layout import Message
+from canserial.frame import Frame
 
 OTHERS = """VERSION ""
 NS_ :
@@ -39,7 +40,8 @@ VAL_ 7 state 1 "on" 0 "off" ;
 """
 OTHER = {message.name: message for message in cantools.database.load_string(OTHERS, 'dbc').messages}
 PLAIN = [message for name in ('sara', 'sara_tenths') for message in BusDescription.named(name).messages] + [
-    OTHER[name] for name in ('MOTOROLA', 'LABELS', 'WIDE')]
+    OTHER[name] for name in ('MOTOROLA', 'LABELS', 'WIDE')
+]
 
 
 def test_every_message_of_sara_has_a_codec_and_what_is_laid_out_otherwise_has_none():
@@ -60,6 +62,7 @@ def test_values_between_the_steps_are_rounded_as_cantools_does(message, data):
     def span(signal):
         ends = [end * signal.scale + signal.offset for end in (-100.0 if signal.is_signed else 0.0, 100.0)]
         return st.floats(min(ends), max(ends))
+
     values = {signal.name: data.draw(span(signal)) for signal in message.signals}
     assert Codec.of(Message.of(message)).encode(values) == message.encode(values, strict=False)
 

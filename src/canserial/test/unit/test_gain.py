@@ -4,9 +4,10 @@ import math
 import random
 
 import pytest
-from canserial.gain import GainError, GainProcedure
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.calibration.gain import GainError, GainProcedure
 
 
 def procedure_with(pairs, **settings):
@@ -38,8 +39,12 @@ def test_table_4_11():
 
 def test_the_residuals_are_orthogonal_to_what_was_measured():
     chance = random.Random(5)
-    result = procedure_with([(angle, angle / 1.08 + chance.gauss(0, 1)) for angle in (90, 180, 270, 360, -90, -180)]).result()
-    assert sum(left * measured for left, (_, measured, _) in zip(result.residuals, result.rows)) == pytest.approx(0.0, abs=1e-6)
+    result = procedure_with(
+        [(angle, angle / 1.08 + chance.gauss(0, 1)) for angle in (90, 180, 270, 360, -90, -180)]
+    ).result()
+    assert sum(left * measured for left, (_, measured, _) in zip(result.residuals, result.rows)) == pytest.approx(
+        0.0, abs=1e-6
+    )
 
 
 def test_the_standard_error_is_honest():
@@ -47,7 +52,9 @@ def test_the_standard_error_is_honest():
     chance = random.Random(6)
     gains, errors = [], []
     for _ in range(400):
-        result = procedure_with([(a, a / 1.08 + chance.gauss(0, 1)) for a in (90, 180, 270, 360, -90, -180, -270, -360)]).result()
+        result = procedure_with(
+            [(a, a / 1.08 + chance.gauss(0, 1)) for a in (90, 180, 270, 360, -90, -180, -270, -360)]
+        ).result()
         gains.append(result.gain)
         errors.append(result.error)
     mean = sum(gains) / len(gains)
@@ -67,7 +74,9 @@ def test_a_misread_angle_is_named():
         procedure_with([(90, 82), (180, 167), (270, 230), (360, 332.5)]).result()
 
 
-@pytest.mark.parametrize('true, measured', [(90, -82), (90, 0.0), (90, 200), (90, 30), (math.nan, 82), (90, math.inf), (5, 5)])
+@pytest.mark.parametrize(
+    'true, measured', [(90, -82), (90, 0.0), (90, 200), (90, 30), (math.nan, 82), (90, math.inf), (5, 5)]
+)
 def test_pairs_that_no_scale_error_explains_are_refused_and_not_kept(true, measured):
     procedure = GainProcedure()
     with pytest.raises(GainError):

@@ -3,9 +3,10 @@
 import math
 
 import pytest
-from canserial.imu import YawIntegrator
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.reader.imu import YawIntegrator
 
 PERIOD, MAX_GAP = 0.2, 1.0
 RATES = st.floats(-4.0, 4.0)
@@ -73,8 +74,11 @@ def test_a_yaw_set_for_any_moment_is_exact(turns, yaw, part):
     integrator, frames = run(turns)
     start, end = 50.0, frames[-1][0]
     moment = start + part * (end - start)
-    since = sum(rate * (stamp - max(moment, before)) for (stamp, rate), before in zip(frames, [start, *(s for s, _ in frames)])
-                if stamp > moment)
+    since = sum(
+        rate * (stamp - max(moment, before))
+        for (stamp, rate), before in zip(frames, [start, *(s for s, _ in frames)])
+        if stamp > moment
+    )
     integrator.set(yaw, moment)
     assert differs(integrator.yaw, yaw + since) < 1e-8
 

@@ -2,14 +2,24 @@
 
 from collections import Counter
 
-from canserial.lawicel import STATUS_PERIOD, STATUS_TRIES, LinePort, is_frame
 from hypothesis import given
 from hypothesis import strategies as st
 
-FRAMES = st.booleans().flatmap(lambda extended: st.builds(
-    lambda identifier, data, stamp: (f'T{identifier:08X}' if extended else f't{identifier:03X}') + f'{len(data)}{data.hex()}{stamp}',
-    st.integers(0, 2 ** 29 - 1 if extended else 2 ** 11 - 1), st.binary(max_size=8), st.sampled_from(['', '0F3a'])))
-NOISE = st.text(alphabet='tTrRzZFV0189AFaf #\x00\xff', max_size=12).filter(lambda line: not is_frame(line.encode('latin1')))
+from canserial.adapter.lawicel import STATUS_PERIOD, STATUS_TRIES, LinePort, is_frame
+
+FRAMES = st.booleans().flatmap(
+    lambda extended: st.builds(
+        lambda identifier, data, stamp: (
+            (f'T{identifier:08X}' if extended else f't{identifier:03X}') + f'{len(data)}{data.hex()}{stamp}'
+        ),
+        st.integers(0, 2**29 - 1 if extended else 2**11 - 1),
+        st.binary(max_size=8),
+        st.sampled_from(['', '0F3a']),
+    )
+)
+NOISE = st.text(alphabet='tTrRzZFV0189AFaf #\x00\xff', max_size=12).filter(
+    lambda line: not is_frame(line.encode('latin1'))
+)
 
 
 class Port:
@@ -49,11 +59,35 @@ def test_any_bytes_pass_only_as_frames(data):
 
 
 def test_what_the_grammar_allows():
-    for line in (b't0000', b't7FF81122334455667788', b't1012aabb1234', b'T1FFFFFFF0', b'r1018', b'R000001230', b'd1019' + b'00' * 12,
-                 b'x000001231ff', b'B000001230'):
+    for line in (
+        b't0000',
+        b't7FF81122334455667788',
+        b't1012aabb1234',
+        b'T1FFFFFFF0',
+        b'r1018',
+        b'R000001230',
+        b'd1019' + b'00' * 12,
+        b'x000001231ff',
+        b'B000001230',
+    ):
         assert is_frame(line), line
-    for line in (b'', b't', b't8000', b't1019', b't1018', b't101112345', b't 010', b't-010', b't1_10', b'T200000000', b'T1230', b'd101900',
-                 b't1012aab', b'V1013', b'z'):
+    for line in (
+        b'',
+        b't',
+        b't8000',
+        b't1019',
+        b't1018',
+        b't101112345',
+        b't 010',
+        b't-010',
+        b't1_10',
+        b'T200000000',
+        b'T1230',
+        b'd101900',
+        b't1012aab',
+        b'V1013',
+        b'z',
+    ):
         assert not is_frame(line), line
 
 

@@ -1,4 +1,7 @@
-"""What is kept of a DBC file is what cantools reads in it, for those bytes and no others; with it cantools is not even imported."""
+"""What is kept of a DBC file is what cantools reads in it, for those bytes and no others; with it cantools is not even
+imported.
+"""
+
 import shutil
 import subprocess
 import sys
@@ -6,8 +9,8 @@ import sys
 import cantools
 import pytest
 
-from canserial import layout
-from canserial.bus import DBC_FOLDER, PACKAGED, BusDescription
+from canserial.dbc import layout
+from canserial.dbc.bus import DBC_FOLDER, PACKAGED, BusDescription
 
 
 @pytest.fixture(params=PACKAGED)
@@ -42,9 +45,17 @@ def test_a_folder_that_cannot_be_written_does_no_harm(file):
 
 
 def test_frames_pass_without_cantools():
-    bus = BusDescription(DBC_FOLDER / 'sara.dbc')   # it is kept from here on, at the latest
-    done = subprocess.run([sys.executable, '-c', 'import sys\nfrom canserial.bus import BusDescription\nbus = BusDescription.default()\n'
-                           'name, values = bus.decode(bus.encode(bus.names[0], 1.0, **{s: 0.0 for s in bus.signals(bus.names[0])}))\n'
-                           'print(name, "cantools" in sys.modules, bus.comment, bus.nodes, len(bus.messages), "cantools" in sys.modules)'],
-                          capture_output=True, text=True, check=True)
+    bus = BusDescription(DBC_FOLDER / 'sara.dbc')  # it is kept from here on, at the latest
+    done = subprocess.run(
+        [
+            sys.executable,
+            '-c',
+            'import sys\nfrom canserial.dbc.bus import BusDescription\nbus = BusDescription.default()\n'
+            'name, values = bus.decode(bus.encode(bus.names[0], 1.0, **{s: 0.0 for s in bus.signals(bus.names[0])}))\n'
+            'print(name, "cantools" in sys.modules, bus.comment, bus.nodes, len(bus.messages), "cantools" in sys.modules)',
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.strip() == f'{bus.names[0]} False {bus.comment} {bus.nodes} {len(bus.messages)} True'

@@ -1,14 +1,17 @@
-"""The link over an adapter that this test breaks at will: no frame from before a loss is sent after it; threads that die come back."""
+"""The link over an adapter that this test breaks at will: no frame from before a loss is sent after it; threads that
+die come back.
+"""
 
 import threading
 import time
 from collections import Counter
 
 import pytest
-from canserial import link as link_module
-from canserial.adapter import AdapterConfig, AdapterError, NoDriver
+
+from canserial.adapter import link as link_module
+from canserial.adapter.adapter import AdapterConfig, AdapterError, NoDriver
+from canserial.adapter.link import Link
 from canserial.frame import Frame
-from canserial.link import Link
 
 
 class Fake:
@@ -126,7 +129,10 @@ def test_no_frame_from_before_a_loss_goes_out_after_it(start):
     assert link.all_counters['reconnections'] == 1
     levels = [level for level, _ in said if 'is not sent' not in _]
     assert levels == ['info', 'warn', 'info']
-    assert 'is lost: device disconnected. Waiting for it.' in [sentence for level, sentence in said if 'lost' in sentence][0]
+    assert (
+        'is lost: device disconnected. Waiting for it.'
+        in [sentence for level, sentence in said if 'lost' in sentence][0]
+    )
 
 
 def test_a_missing_adapter_is_told_once_and_found(start):

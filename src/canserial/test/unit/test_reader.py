@@ -5,16 +5,24 @@ from pathlib import Path
 
 import pytest
 import yaml
-from canserial.bus import BusDescription
-from canserial.config import ConfigError, ReaderConfig
-from canserial.faults import KINDS
-from canserial.frame import Frame
-from canserial.fuzz import FuzzFailure, fuzz_reader
-from canserial.reader import Reader
-from canserial.readings import (AnglesReading, BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading,
-                                RangeReading)
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from canserial.dbc.bus import BusDescription
+from canserial.frame import Frame
+from canserial.reader.config import ConfigError, ReaderConfig
+from canserial.reader.faults import KINDS
+from canserial.reader.reader import Reader
+from canserial.reader.readings import (
+    AnglesReading,
+    BatteryReading,
+    EncoderReading,
+    ImpactReading,
+    ImuReading,
+    JoystickReading,
+    ModeReading,
+    RangeReading,
+)
 
 BUS = BusDescription.default()
 OFFSET = (-0.49, -0.91, -0.65)
@@ -28,9 +36,11 @@ def make(**settings_):
 def imu(reader, stamp, gz=OFFSET[2], gx=OFFSET[0], gy=OFFSET[1], roll=0.0):
     """One turn of IMU frames; returns the ImuReadings."""
     readings = []
-    for name, values in (('RANGE_ACCEL', {'SJO': 1.0, 'ax': 0.1, 'ay': -0.2, 'az': 9.81}),
-                         ('COMPLEMENTARY', {'rx': roll, 'ry': -1.0, 'rz': 12.0}),
-                         ('IMPACT_GYRO', {'alarma': 0, 'gx': gx, 'gy': gy, 'gz': gz})):
+    for name, values in (
+        ('RANGE_ACCEL', {'SJO': 1.0, 'ax': 0.1, 'ay': -0.2, 'az': 9.81}),
+        ('COMPLEMENTARY', {'rx': roll, 'ry': -1.0, 'rz': 12.0}),
+        ('IMPACT_GYRO', {'alarma': 0, 'gx': gx, 'gy': gy, 'gz': gz}),
+    ):
         readings += reader.on_frame(BUS.encode(name, stamp, **values))
     return [reading for reading in readings if isinstance(reading, ImuReading)]
 
@@ -135,7 +145,7 @@ def test_calibration_starts_over_when_the_chair_moves(disturb):
     for k in range(19):
         gz = OFFSET[2] + (3.0 if disturb == 'gyro' and k == 10 else 0.06 * k if disturb == 'slow turn' else 0.0)
         imu(reader, 0.2 * k, gz=gz)
-        steps = (2 ** 32 - 5 + (40 if disturb == 'wheel' and k > 10 else 0)) % 2 ** 32
+        steps = (2**32 - 5 + (40 if disturb == 'wheel' and k > 10 else 0)) % 2**32
         reader.on_frame(BUS.encode('ENCODER_LEFT', 0.2 * k, steps=steps, time=2000 * k))
     imu(reader, 0.2 * 19, gz=OFFSET[2])
     assert not reader.ready and reader.calibration.restarts >= 1
@@ -148,7 +158,7 @@ def test_calibration_starts_over_when_the_chair_moves(disturb):
 def test_encoder_noise_within_the_limit_does_not_start_over_across_the_wrap():
     reader = make(calibration_time=1.8)
     for k in range(10):
-        reader.on_frame(BUS.encode('ENCODER_RIGHT', 0.2 * k, steps=(2 ** 32 - 1 + k % 2) % 2 ** 32, time=2000 * k))
+        reader.on_frame(BUS.encode('ENCODER_RIGHT', 0.2 * k, steps=(2**32 - 1 + k % 2) % 2**32, time=2000 * k))
         imu(reader, 0.2 * k)
     assert reader.ready
 
@@ -160,7 +170,9 @@ def test_ranges_are_the_median_of_three_in_the_words_of_rep_117():
         readings = reader.on_frame(BUS.encode('RANGES_1', 0.2 * k, STD=1, SDI=sdi, SLIT=1, SLDD=1))
         answers += [reading.range for reading in readings if reading.name == 'SDI']
         raw += [reading.raw for reading in readings if reading.name == 'SDI']
-    assert raw == pytest.approx([1.1, math.inf, math.inf, -math.inf, -math.inf, math.inf])     # beyond 2.5 m nothing is heard
+    assert raw == pytest.approx(
+        [1.1, math.inf, math.inf, -math.inf, -math.inf, math.inf]
+    )  # beyond 2.5 m nothing is heard
     assert answers == pytest.approx([1.1, 2.0, math.inf, math.inf, -math.inf, -math.inf])
     later = BUS.encode('RANGES_1', 60.0, STD=1, SDI=1, SLIT=1, SLDD=1)
     assert reader.on_frame(later) == []
@@ -170,7 +182,10 @@ def test_all_nine_ranges_come():
     reader = make()
     names = set()
     for k in range(3):
-        for name, signals in (('RANGES_1', ('STD', 'SDI', 'SLIT', 'SLDD')), ('RANGES_2', ('SDD', 'SLID', 'STI', 'SLDT'))):
+        for name, signals in (
+            ('RANGES_1', ('STD', 'SDI', 'SLIT', 'SLDD')),
+            ('RANGES_2', ('SDD', 'SLID', 'STI', 'SLDT')),
+        ):
             for reading in reader.on_frame(BUS.encode(name, 0.2 * k, **dict.fromkeys(signals, 1.5))):
                 assert isinstance(reading, RangeReading) and reading.range == 1.5
                 names.add(reading.name)
@@ -187,38 +202,35 @@ def test_the_other_frames():
     [reading] = reader.on_frame(BUS.encode('JOYSTICK', 1.0, joyx=1023, joyy=540, **joystick))
     assert reading == JoystickReading(1.0, -1.0, 0.0, 1, pytest.approx(2.0, abs=0.01), pytest.approx(-2.0, abs=0.01))
     assert reader.on_frame(BUS.encode('JOYSTICK', 1.0, joyx=1024, joyy=540, **joystick)) == []
-    for name, signals, source in (('MADGWICK', ('roll', 'pitch', 'yaw'), 'madgwick'),
-                                  ('COMPLEMENTARY', ('rx', 'ry', 'rz'), 'complementary')):
+    for name, signals, source in (
+        ('MADGWICK', ('roll', 'pitch', 'yaw'), 'madgwick'),
+        ('COMPLEMENTARY', ('rx', 'ry', 'rz'), 'complementary'),
+    ):
         [reading] = reader.on_frame(BUS.encode(name, 1.0, **dict(zip(signals, (1.0, -2.0, 30.0)))))
         assert reading == AnglesReading(1.0, source, *map(math.radians, (1.0, -2.0, 30.0)))
-
-
-def test_any_frames_at_any_time_give_finite_readings_and_every_kind_of_them():
-    kinds = set()
-    assert fuzz_reader(20_000, 3, BUS, lambda reading: kinds.add(type(reading))) > 5000
-    assert kinds == {AnglesReading, BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading, ModeReading, RangeReading}
-
-
-def test_the_fuzz_notices_a_number_that_is_none(monkeypatch):
-    monkeypatch.setattr(Reader, '_battery', lambda self, stamp, values: [BatteryReading(stamp, math.nan)])
-    with pytest.raises(FuzzFailure, match='BatteryReading'):
-        fuzz_reader(2000, 1, BUS)
 
 
 def test_what_is_dropped_is_counted_by_kind():
     reader = make()
     reader.on_frame(Frame(0x7FF, bytes(8)))
     reader.on_frame(Frame(0x101, bytes(7)))
-    for stamp in (math.nan, math.inf, -1.0, 2.0 ** 32):
+    for stamp in (math.nan, math.inf, -1.0, 2.0**32):
         assert reader.on_frame(Frame(0x101, bytes(8), stamp)) == []
     reader.set_yaw(math.nan, 0.0)
     reader.set_yaw(0.0, -1.0)
-    assert dict(reader.counters) == {'unknown_id': 1, 'bad_length': 1, 'stamp_implausible': 4, 'set_pose_implausible': 2}
+    assert dict(reader.counters) == {
+        'unknown_id': 1,
+        'bad_length': 1,
+        'stamp_implausible': 4,
+        'set_pose_implausible': 2,
+    }
     assert reader.counters.keys() <= KINDS.keys()
 
 
 def test_configuration_faults_are_named_all_at_once():
-    with pytest.raises(ConfigError, match="gain is -1.*imu_period is 'fast'.*calibration is 'none', allowed are 'measure' and 'saved'"):
+    with pytest.raises(
+        ConfigError, match="gain is -1.*imu_period is 'fast'.*calibration is 'none', allowed are 'measure' and 'saved'"
+    ):
         ReaderConfig(gain=-1, imu_period='fast', calibration='none')
     with pytest.raises(ConfigError, match='range_min.*battery_empty is 20 and battery_full None'):
         ReaderConfig(range_min=3.0, battery_empty=20)

@@ -1,18 +1,26 @@
 """What /diagnostics says: the frame that does not come by name, what is waited for, what was dropped lately."""
 
 import pytest
-from canserial.bus import BusDescription
-from canserial.config import ReaderConfig
-from canserial.reader import Reader
-from canserial.status import ERROR, EXPECTED, OK, WARN, status_of
+
+from canserial.dbc.bus import BusDescription
+from canserial.reader.config import ReaderConfig
+from canserial.reader.reader import Reader
+from canserial.reader.status import ERROR, EXPECTED, OK, WARN, status_of
 
 BUS = BusDescription.default()
 SIGNALS = {
-    'ENCODER_RIGHT': {'steps': 0, 'time': 0}, 'ENCODER_LEFT': {'steps': 0, 'time': 0}, 'MODO_PC': {'modoPC': 1},
-    'RANGE_ACCEL': {'SJO': 1, 'ax': 0, 'ay': 0, 'az': 9.81}, 'IMPACT_GYRO': {'alarma': 0, 'gx': 0, 'gy': 0, 'gz': 0},
-    'COMPLEMENTARY': {'rx': 0, 'ry': 0, 'rz': 0}, 'MADGWICK': {'roll': 0, 'pitch': 0, 'yaw': 0},
-    'RANGES_1': {'STD': 1, 'SDI': 1, 'SLIT': 1, 'SLDD': 1}, 'RANGES_2': {'SDD': 1, 'SLID': 1, 'STI': 1, 'SLDT': 1},
-    'BATTERY': {'voltage': 24.0}, 'JOYSTICK': {'velD': 0, 'velI': 0, 'joyx': 512, 'joyy': 512, 'modo': 1}}
+    'ENCODER_RIGHT': {'steps': 0, 'time': 0},
+    'ENCODER_LEFT': {'steps': 0, 'time': 0},
+    'MODO_PC': {'modoPC': 1},
+    'RANGE_ACCEL': {'SJO': 1, 'ax': 0, 'ay': 0, 'az': 9.81},
+    'IMPACT_GYRO': {'alarma': 0, 'gx': 0, 'gy': 0, 'gz': 0},
+    'COMPLEMENTARY': {'rx': 0, 'ry': 0, 'rz': 0},
+    'MADGWICK': {'roll': 0, 'pitch': 0, 'yaw': 0},
+    'RANGES_1': {'STD': 1, 'SDI': 1, 'SLIT': 1, 'SLDD': 1},
+    'RANGES_2': {'SDD': 1, 'SLID': 1, 'STI': 1, 'SLDT': 1},
+    'BATTERY': {'voltage': 24.0},
+    'JOYSTICK': {'velD': 0, 'velI': 0, 'joyx': 512, 'joyy': 512, 'modo': 1},
+}
 IMU = ('RANGE_ACCEL', 'IMPACT_GYRO', 'COMPLEMENTARY', 'MADGWICK')
 
 
@@ -77,7 +85,10 @@ def test_an_imu_that_stops_while_its_node_lives_may_be_calibrating_itself():
     run(reader, 10.0, 15.0, without(*IMU))
     status = status_of(reader, 15.0)
     assert status.level == ERROR
-    assert '0x204 IMPACT_GYRO' in status.text and 'so no imu/data (the sensor node calibrates itself for 30 s' in status.text
+    assert (
+        '0x204 IMPACT_GYRO' in status.text
+        and 'so no imu/data (the sensor node calibrates itself for 30 s' in status.text
+    )
 
 
 def test_a_sensor_node_that_was_just_switched_on_is_waited_for():
@@ -132,8 +143,10 @@ def test_in_the_fast_mode_silence_is_judged_by_seconds():
     assert 'IMPACT_GYRO' in status_of(reader, 11.2).silent
 
 
-@pytest.mark.parametrize('name, kind', [('IMPACT_GYRO', 'rates (0x204)'), ('RANGE_ACCEL', 'accelerations (0x203)'),
-                                        ('COMPLEMENTARY', 'angles (0x205)')])
+@pytest.mark.parametrize(
+    'name, kind',
+    [('IMPACT_GYRO', 'rates (0x204)'), ('RANGE_ACCEL', 'accelerations (0x203)'), ('COMPLEMENTARY', 'angles (0x205)')],
+)
 def test_frames_that_come_but_say_always_the_same_are_no_imu(name, kind):
     reader = make()
     run(reader, 0.0, 10.0)

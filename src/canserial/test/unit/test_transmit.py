@@ -1,8 +1,9 @@
 """The transmit queue: order, limits in number and age, and that nothing survives a discard."""
 
-from canserial.transmit import TransmitQueue
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.adapter.transmit import TransmitQueue
 
 
 def take(queue, now):

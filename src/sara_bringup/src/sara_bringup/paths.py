@@ -1,23 +1,24 @@
 """Where the packages' files lie, in the source tree and in an install space alike."""
+
 import os
 from pathlib import Path
 
 import yaml
 
 
-def share(package="sara_bringup"):
+def share(package='sara_bringup'):
     """The share folder of a package: on ROS_PACKAGE_PATH, else beside this one's sources. Raises FileNotFoundError."""
-    candidates = [Path(entry) / package for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(":") if entry]
+    candidates = [Path(entry) / package for entry in os.environ.get('ROS_PACKAGE_PATH', '').split(':') if entry]
     candidates.append(Path(__file__).resolve().parents[3] / package)
     for folder in candidates:
-        if (folder / "package.xml").is_file():
+        if (folder / 'package.xml').is_file():
             return folder
     raise FileNotFoundError(f"the package {package} was found nowhere; source the workspace's setup.bash first")
 
 
-def config_file(name, package="sara_bringup"):
+def config_file(name, package='sara_bringup'):
     """Path of config/NAME of a package."""
-    return share(package) / "config" / name
+    return share(package) / 'config' / name
 
 
 def parameters(package, name):
@@ -27,4 +28,4 @@ def parameters(package, name):
 
 def plain(text):
     """What YAML of plain values says, read by libyaml where it is there. Raises yaml.YAMLError."""
-    return yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    return yaml.load(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))

@@ -1,7 +1,8 @@
 """Planar poses as (x, y, yaw) tuples: composition (REP-103: radians, counter-clockwise)."""
+
 import math
 
-from sara_nav.geometry import wrap
+from sara_common.planar import wrap
 
 
 def compose(a, b):

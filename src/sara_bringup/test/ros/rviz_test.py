@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """RViz driven with real mouse and key events: "2D Pose Estimate", then "2D Nav Goal", and the chair arrives.
 
-RViz runs on an Xvfb screen of its own. What it showed is left as PNG files in the folder that SARA_SCREENSHOTS names, by default build/rviz.
+RViz runs on an Xvfb screen of its own. What it showed is left as PNG files in the folder that SARA_SCREENSHOTS names,
+by default build/rviz.
 """
+
 import math
 import os
 import shutil
@@ -22,14 +24,14 @@ from sensor_msgs.msg import Imu
 
 from sara_bringup.paths import share
 from sara_bringup.planar import yaw_of
-from sara_nav.geometry import wrap
+from sara_common.planar import wrap
 
 SCREEN = 1300, 900
-SCALE, FOCUS = 85.0, (3.0, 3.0)            # of the view in rviz/sara.rviz: pixels per metre, and what is in its middle
-DRAG = 100                                 # pixels, of the arrow that says the yaw
-NEEDED = ("Xvfb", "rviz", "xdotool")
+SCALE, FOCUS = 85.0, (3.0, 3.0)  # of the view in rviz/sara.rviz: pixels per metre, and what is in its middle
+DRAG = 100  # pixels, of the arrow that says the yaw
+NEEDED = ('Xvfb', 'rviz', 'xdotool')
 START, GOAL = (1.0, 1.0, 0.0), (4.0, 1.2, math.pi / 2)
-PLAN, TRUE_TRAIL, FUSED_TRAIL = (25, 200, 25), (20, 20, 20), (30, 90, 220)   # colours of displays in rviz/sara.rviz
+PLAN, TRUE_TRAIL, FUSED_TRAIL = (25, 200, 25), (20, 20, 20), (30, 90, 220)  # colours of displays in rviz/sara.rviz
 
 
 def wait(condition, seconds, what):
@@ -40,7 +42,7 @@ def wait(condition, seconds, what):
         if found:
             return found
         time.sleep(0.1)
-    raise AssertionError(f"{what}: not within {seconds} s")
+    raise AssertionError(f'{what}: not within {seconds} s')
 
 
 class Screen:
@@ -48,47 +50,69 @@ class Screen:
 
     def __init__(self):
         read, write = os.pipe()
-        self.server = subprocess.Popen(["nice", "Xvfb", "-displayfd", str(write), "-screen", "0", f"{SCREEN[0]}x{SCREEN[1]}x24", "-nolisten", "tcp"],
-                                       pass_fds=(write,), stderr=subprocess.DEVNULL)
+        self.server = subprocess.Popen(
+            [
+                'nice',
+                'Xvfb',
+                '-displayfd',
+                str(write),
+                '-screen',
+                '0',
+                f'{SCREEN[0]}x{SCREEN[1]}x24',
+                '-nolisten',
+                'tcp',
+            ],
+            pass_fds=(write,),
+            stderr=subprocess.DEVNULL,
+        )
         os.close(write)
         with os.fdopen(read) as pipe:
-            self.display = f":{pipe.readline().strip()}"
+            self.display = f':{pipe.readline().strip()}'
         # Painting in software takes what it gets; the chair must not wait for it.
-        self.env = {**os.environ, "DISPLAY": self.display, "LIBGL_ALWAYS_SOFTWARE": "1", "LP_NUM_THREADS": "1"}
-        self.rviz = subprocess.Popen(["nice", "rviz", "-d", str(share() / "rviz" / "sara.rviz")], env=self.env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.centre = 823.0, 466.0   # pixels, of the view's middle; what comes of a click corrects it
+        self.env = {**os.environ, 'DISPLAY': self.display, 'LIBGL_ALWAYS_SOFTWARE': '1', 'LP_NUM_THREADS': '1'}
+        self.rviz = subprocess.Popen(
+            ['nice', 'rviz', '-d', str(share() / 'rviz' / 'sara.rviz')],
+            env=self.env,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self.centre = 823.0, 466.0  # pixels, of the view's middle; what comes of a click corrects it
 
     def do(self, *words):
         """xdotool's answer to its arguments."""
-        return subprocess.run(["xdotool", *map(str, words)], env=self.env, capture_output=True, text=True, check=False).stdout
+        return subprocess.run(
+            ['xdotool', *map(str, words)], env=self.env, capture_output=True, text=True, check=False
+        ).stdout
 
     def wait_for_window(self):
         """Wait for RViz's window and give it the keyboard."""
-        window = wait(lambda: self.do("search", "--onlyvisible", "--name", "sara.rviz").split(), 60, "RViz's window")[-1]
-        self.do("windowfocus", window)
+        window = wait(lambda: self.do('search', '--onlyvisible', '--name', 'sara.rviz').split(), 60, "RViz's window")[
+            -1
+        ]
+        self.do('windowfocus', window)
 
     def shot(self, name):
         """Keep a picture of the screen; return it, uint8 (rows, columns, 3)."""
-        folder = Path(os.environ.get("SARA_SCREENSHOTS") or share().parent.parent / "build" / "rviz")
+        folder = Path(os.environ.get('SARA_SCREENSHOTS') or share().parent.parent / 'build' / 'rviz')
         folder.mkdir(parents=True, exist_ok=True)
         picture = ImageGrab.grab(xdisplay=self.display)
-        picture.save(folder / f"{name}.png")
-        return np.asarray(picture.convert("RGB"))
+        picture.save(folder / f'{name}.png')
+        return np.asarray(picture.convert('RGB'))
 
     def drag(self, key, pose):
         """Take the tool of a key, press at a pose's place on the map, pull to where it looks, let go."""
         x = round(self.centre[0] + (pose[0] - FOCUS[0]) * SCALE)
         y = round(self.centre[1] - (pose[1] - FOCUS[1]) * SCALE)
-        self.do("mousemove", x, y)
+        self.do('mousemove', x, y)
         time.sleep(0.3)
-        self.do("key", key)
+        self.do('key', key)
         time.sleep(0.3)
-        self.do("mousedown", 1)
+        self.do('mousedown', 1)
         for part in (0.3, 0.6, 1.0):
             time.sleep(0.1)
-            self.do("mousemove", round(x + part * DRAG * math.cos(pose[2])), round(y - part * DRAG * math.sin(pose[2])))
+            self.do('mousemove', round(x + part * DRAG * math.cos(pose[2])), round(y - part * DRAG * math.sin(pose[2])))
         time.sleep(0.2)
-        self.do("mouseup", 1)
+        self.do('mouseup', 1)
 
     def close(self):
         """End both programs."""
@@ -106,11 +130,16 @@ class RvizTest(unittest.TestCase):
     def setUp(self):
         missing = [name for name in NEEDED if not shutil.which(name)]
         if missing:
-            self.skipTest(f"no {', '.join(missing)} on this machine, and so no screen to try RViz on")
+            self.skipTest(f'no {", ".join(missing)} on this machine, and so no screen to try RViz on')
         self.heard = {}
-        for name, topic, kind in (("pose", "/set_pose", PoseWithCovarianceStamped), ("goal", "/move_base_simple/goal", PoseStamped),
-                                  ("true", "/ground_truth", Odometry), ("imu", "/imu/data", Imu), ("fused", "/odometry/filtered", Odometry),
-                                  ("result", "/move_base/result", MoveBaseActionResult)):
+        for name, topic, kind in (
+            ('pose', '/set_pose', PoseWithCovarianceStamped),
+            ('goal', '/move_base_simple/goal', PoseStamped),
+            ('true', '/ground_truth', Odometry),
+            ('imu', '/imu/data', Imu),
+            ('fused', '/odometry/filtered', Odometry),
+            ('result', '/move_base/result', MoveBaseActionResult),
+        ):
             rospy.Subscriber(topic, kind, lambda message, name=name: self.heard.__setitem__(name, message))
         self.screen = Screen()
         self.addCleanup(self.screen.close)
@@ -126,7 +155,7 @@ class RvizTest(unittest.TestCase):
             self.heard.pop(name, None)
             self.screen.drag(key, pose)
             try:
-                wait(lambda: name in self.heard, 5, f"a message after key {key}")
+                wait(lambda: name in self.heard, 5, f'a message after key {key}')
             except AssertionError:
                 continue
             came = self.pose_of(name)
@@ -136,32 +165,40 @@ class RvizTest(unittest.TestCase):
                 return came
             x, y = self.screen.centre
             self.screen.centre = x - off[0] * SCALE, y + off[1] * SCALE
-        self.fail(f"the tool of key {key} never hit {pose}; newest: {name in self.heard and self.pose_of(name)}")
+        self.fail(f'the tool of key {key} never hit {pose}; newest: {name in self.heard and self.pose_of(name)}')
 
     def test_a_pose_and_a_goal_by_mouse_and_the_chair_arrives(self):
-        wait(lambda: {"fused", "true", "imu"} <= set(self.heard), 60, "the fused pose, and the gyro's calibration")
+        wait(lambda: {'fused', 'true', 'imu'} <= set(self.heard), 60, "the fused pose, and the gyro's calibration")
         self.screen.wait_for_window()
-        wait(lambda: rospy.get_published_topics() and any(topic == "/set_pose" for topic, _ in rospy.get_published_topics()), 30, "RViz's tools")
+        wait(
+            lambda: (
+                rospy.get_published_topics() and any(topic == '/set_pose' for topic, _ in rospy.get_published_topics())
+            ),
+            30,
+            "RViz's tools",
+        )
         time.sleep(2.0)
-        self.point_at("p", START, "pose")
+        self.point_at('p', START, 'pose')
         rospy.sleep(1.0)
-        fused = self.pose_of("fused")
-        self.assertLess(math.dist(fused[:2], self.pose_of("pose")[:2]), 0.05)
-        self.screen.shot("rviz_pose")
-        self.point_at("g", GOAL, "goal")
-        wait(lambda: math.dist(self.pose_of("true")[:2], START[:2]) > 1.5, 60, "the chair on its way")
-        under_way = self.screen.shot("rviz_driving")
-        wait(lambda: "result" in self.heard, 90, "move_base's result")
+        fused = self.pose_of('fused')
+        self.assertLess(math.dist(fused[:2], self.pose_of('pose')[:2]), 0.05)
+        self.screen.shot('rviz_pose')
+        self.point_at('g', GOAL, 'goal')
+        wait(lambda: math.dist(self.pose_of('true')[:2], START[:2]) > 1.5, 60, 'the chair on its way')
+        under_way = self.screen.shot('rviz_driving')
+        wait(lambda: 'result' in self.heard, 90, "move_base's result")
         rospy.sleep(2.0)
-        arrived = self.screen.shot("rviz_arrived")
-        self.assertEqual(self.heard["result"].status.status, 3, self.heard["result"].status.text)
-        true = self.pose_of("true")
+        arrived = self.screen.shot('rviz_arrived')
+        self.assertEqual(self.heard['result'].status.status, 3, self.heard['result'].status.text)
+        true = self.pose_of('true')
         self.assertLess(math.dist(true[:2], GOAL[:2]), 0.2)
         self.assertLess(abs(wrap(true[2] - GOAL[2])), math.radians(8))
-        self.assertGreater(pixels_of(under_way, PLAN), 50, "no plan is to be seen")
-        self.assertGreater(pixels_of(arrived, FUSED_TRAIL) + pixels_of(arrived, TRUE_TRAIL), 100, "no driven way is to be seen")
+        self.assertGreater(pixels_of(under_way, PLAN), 50, 'no plan is to be seen')
+        self.assertGreater(
+            pixels_of(arrived, FUSED_TRAIL) + pixels_of(arrived, TRUE_TRAIL), 100, 'no driven way is to be seen'
+        )
 
 
-if __name__ == "__main__":
-    rospy.init_node("rviz_test")
-    rostest.rosrun("sara_bringup", "rviz_by_hand", RvizTest)
+if __name__ == '__main__':
+    rospy.init_node('rviz_test')
+    rostest.rosrun('sara_bringup', 'rviz_by_hand', RvizTest)

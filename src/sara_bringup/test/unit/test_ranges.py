@@ -1,41 +1,48 @@
 """What the sonars see arrives in move_base's costmaps, at its place."""
+
 import math
 
 import pytest
-from sara_bringup.lockstep import Lockstep
+
+from sara_bringup.lockstep.lockstep import Lockstep
+from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import share
 from sara_bringup.planar import compose, inverse
-from sara_bringup.ranges import mountings
-from sara_sim.obstacles import Obstacle
+from sara_sim.world.obstacles import Obstacle
 
-HALL = share() / "maps" / "hall.yaml"
+HALL = share() / 'maps' / 'hall.yaml'
 
 
 def test_the_urdf_says_where_the_sensors_sit():
     places = mountings()
     assert len(places) == 9
-    assert places["SDI"] == pytest.approx((0.54, 0.18, math.radians(10.0)), abs=1e-6)
-    assert places["STD"] == pytest.approx((-0.54, -0.18, math.radians(-170.0)), abs=1e-6)
+    assert places['SDI'] == pytest.approx((0.54, 0.18, math.radians(10.0)), abs=1e-6)
+    assert places['STD'] == pytest.approx((-0.54, -0.18, math.radians(-170.0)), abs=1e-6)
 
 
-@pytest.mark.parametrize("frame", ["map", "odom"])
+@pytest.mark.parametrize('frame', ['map', 'odom'])
 def test_a_post_that_the_map_does_not_show_is_marked_where_it_stands(frame):
-    layer = {"plugins": [{"name": "ultrasonic", "type": "range_sensor_layer::RangeSensorLayer"}],
-             "ultrasonic": {"topics": [f"/{name}_range" for name in ("SDI", "SDD", "STI", "STD")], "pixel_decay": 3.0}}
-    navigation = {"local_costmap": {"global_frame": frame, **layer}, "global_costmap": layer}
-    lockstep = Lockstep(HALL, (3.0, 4.0, 0.0), 0, localization="fake", navigation=navigation)
-    lockstep.chair.world.obstacles.add(Obstacle("post", at=(5.0, 4.18), radius=0.15))
+    layer = {
+        'plugins': [{'name': 'ultrasonic', 'type': 'range_sensor_layer::RangeSensorLayer'}],
+        'ultrasonic': {'topics': [f'/{name}_range' for name in ('SDI', 'SDD', 'STI', 'STD')], 'pixel_decay': 3.0},
+    }
+    navigation = {'local_costmap': {'global_frame': frame, **layer}, 'global_costmap': layer}
+    lockstep = Lockstep(HALL, (3.0, 4.0, 0.0), 0, localization='fake', navigation=navigation)
+    lockstep.chair.world.obstacles.add(Obstacle('post', at=(5.0, 4.18), radius=0.15))
     while lockstep.time < 25.0:
         lockstep.step()
     here = lockstep.chair.pose
-    for costmap, base in ((lockstep.move_base.local_costmap, lockstep.odometry if frame == "odom" else here), (lockstep.move_base.global_costmap, here)):
-        y, x = (costmap.layers["ultrasonic"].probabilities > 0.8).nonzero()
+    for costmap, base in (
+        (lockstep.move_base.local_costmap, lockstep.odometry if frame == 'odom' else here),
+        (lockstep.move_base.global_costmap, here),
+    ):
+        y, x = (costmap.layers['ultrasonic'].probabilities > 0.8).nonzero()
         g = costmap.geometry
         marked = {compose(inverse(base), (*g.to_world(int(column), int(row)), 0.0))[:2] for column, row in zip(x, y)}
-        assert any(1.8 < ahead < 1.95 and abs(left - 0.18) < 0.1 for ahead, left in marked)   # the post's near side
+        assert any(1.8 < ahead < 1.95 and abs(left - 0.18) < 0.1 for ahead, left in marked)  # the post's near side
         assert not any(0.6 < ahead < 1.6 and abs(left) < 0.3 for ahead, left in marked)
 
 
 def test_a_costmap_in_a_frame_that_nobody_knows_is_refused():
     with pytest.raises(ValueError, match="global_frame is 'world'"):
-        Lockstep(HALL, (3.0, 4.0, 0.0), 0, navigation={"local_costmap": {"global_frame": "world"}})
+        Lockstep(HALL, (3.0, 4.0, 0.0), 0, navigation={'local_costmap': {'global_frame': 'world'}})

@@ -1,12 +1,13 @@
 """Trails: what is kept of a drive, and where the wheels alone would have it."""
+
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_bringup.missions.trail import Trail, WheelsAlone
 from sara_bringup.planar import compose
-from sara_bringup.trail import Trail, WheelsAlone
 
 POSES = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-math.pi, math.pi))
 
@@ -22,7 +23,7 @@ def test_a_trail_keeps_what_is_far_enough_apart_and_no_more_than_it_may():
     trail.add(trail.poses[-1])
     assert not trail.changed
     x, y, yaw = trail.poses[-1]
-    trail.add((x, y, yaw + 0.4))   # turned in place
+    trail.add((x, y, yaw + 0.4))  # turned in place
     assert trail.changed
     trail.clear()
     assert not trail.poses and trail.changed

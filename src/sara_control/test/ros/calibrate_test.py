@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The way of a calibration: the launch file drives and records, the command reads the bag and tells what the robot really is.
+"""The way of a calibration: the launch file drives and records, the command reads the bag and tells what the robot
+really is.
 
 The robot turns less than its wheels say and one wheel is larger; the test is its floor, its gyroscope and its clock.
 """
@@ -68,16 +69,44 @@ class CalibrateTest(unittest.TestCase):
             rospy.set_param(f'/calibration_drive/{name}', value)
         floor = Floor()
         floor.start()
-        drive = subprocess.run(['roslaunch', 'sara_control', 'calibration_drive.launch', 'cmd_vel:=/diff_drive_controller/cmd_vel',
-                                f'bag:={bag}', 'side:=0.8', 'turns:=1'], capture_output=True, text=True, timeout=200)
+        drive = subprocess.run(
+            [
+                'roslaunch',
+                'sara_control',
+                'calibration_drive.launch',
+                'cmd_vel:=/diff_drive_controller/cmd_vel',
+                f'bag:={bag}',
+                'side:=0.8',
+                'turns:=1',
+            ],
+            capture_output=True,
+            text=True,
+            timeout=200,
+        )
         floor.running = False
         self.assertIn('the drive is over', drive.stdout + drive.stderr)
         self.assertTrue(bag.exists(), drive.stdout + drive.stderr)
-        run = subprocess.run(['rosrun', 'sara_control', 'calibrate_odometry', str(bag), '--output', str(result), '--params', self.params(folder)],
-                             capture_output=True, text=True)
+        run = subprocess.run(
+            [
+                'rosrun',
+                'sara_control',
+                'calibrate_odometry',
+                str(bag),
+                '--output',
+                str(result),
+                '--params',
+                self.params(folder),
+            ],
+            capture_output=True,
+            text=True,
+        )
         self.assertEqual(run.returncode, 0, run.stderr)
         values = yaml.safe_load(result.read_text())
-        for name, true in (('wheel_separation_multiplier', 1.28), ('left_wheel_radius_multiplier', 0.9925), ('right_wheel_radius_multiplier', 1.0075)):
+        for name, true in (
+            ('wheel_separation_multiplier', 1.28),
+            ('left_wheel_radius_multiplier', 0.9925),
+            ('right_wheel_radius_multiplier', 1.0075),
+        ):
             self.assertTrue(math.isclose(values[name], true, rel_tol=0.01), f'{name}: {values[name]}\n{run.stdout}')
             self.assertIn(f'{name}: {values[name]:.6f}  # +- ', run.stdout)
         squares = [line for line in run.stdout.splitlines() if ' m, ' in line and float(line.split()[2]) > 2.0]
@@ -95,9 +124,14 @@ class CalibrateTest(unittest.TestCase):
     def test_what_cannot_be_calibrated_is_said(self):
         folder = Path(tempfile.mkdtemp())
         (folder / 'nothing.bag').write_text('this is no bag')
-        for words, sentence in ((['no_such.bag'], 'cannot be read'), ([str(folder / 'nothing.bag')], 'cannot be read'),
-                                (['x.bag', '--params', 'no_such.yaml'], 'no_such.yaml')):
-            run = subprocess.run(['rosrun', 'sara_control', 'calibrate_odometry', *words], capture_output=True, text=True)
+        for words, sentence in (
+            (['no_such.bag'], 'cannot be read'),
+            ([str(folder / 'nothing.bag')], 'cannot be read'),
+            (['x.bag', '--params', 'no_such.yaml'], 'no_such.yaml'),
+        ):
+            run = subprocess.run(
+                ['rosrun', 'sara_control', 'calibrate_odometry', *words], capture_output=True, text=True
+            )
             self.assertEqual(run.returncode, 1)
             self.assertRegex(run.stderr, sentence)
             self.assertNotIn('Traceback', run.stderr)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What users of the C++ diff_drive_controller rely on, on robots that are not SARA: each controller a process of its own.
+"""What users of the C++ diff_drive_controller rely on, on robots that are not SARA: each controller a process of its
+own.
 
 The test is the clock. It waits for the controllers: how fast the machine is does not matter.
 """
@@ -23,42 +24,92 @@ from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sara_control.msg import JointTrajectoryControllerState
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
+from sara_control.msg import JointTrajectoryControllerState
+
 PACKAGE = Path(rospkg.RosPack().get_path('sara_control'))
 STEP = 0.01
-URDF = ('<robot name="bot"><link name="base"/>'
-        + ''.join(f'<link name="{side}"><collision><geometry>{{shape}}</geometry></collision></link><joint name="{side}_wheel" type="continuous">'
-                  f'<parent link="base"/><child link="{side}"/><origin xyz="0 {y} 0"/></joint>' for side, y in (('left', 0.2), ('right', -0.2)))
-        + '</robot>')
+URDF = (
+    '<robot name="bot"><link name="base"/>'
+    + ''.join(
+        f'<link name="{side}"><collision><geometry>{{shape}}</geometry></collision></link><joint name="{side}_wheel" type="continuous">'
+        f'<parent link="base"/><child link="{side}"/><origin xyz="0 {y} 0"/></joint>'
+        for side, y in (('left', 0.2), ('right', -0.2))
+    )
+    + '</robot>'
+)
 SPHERE = URDF.format(shape='<sphere radius="0.11"/>')
 BOX = URDF.format(shape='<box size="0.2 0.2 0.2"/>')
-DIAGONALS = {'pose_covariance_diagonal': [0.001, 0.001, 1e6, 1e6, 1e6, 0.03], 'twist_covariance_diagonal': [0.001, 0.001, 1e6, 1e6, 1e6, 0.03]}
+DIAGONALS = {
+    'pose_covariance_diagonal': [0.001, 0.001, 1e6, 1e6, 1e6, 0.03],
+    'twist_covariance_diagonal': [0.001, 0.001, 1e6, 1e6, 1e6, 0.03],
+}
 ONE_EACH = {'left_wheel': 'left_wheel', 'right_wheel': 'right_wheel'}
-THREE_EACH = {f'{side}_wheel': [f'{place}{side}_wheel' for place in ('', 'front_', 'rear_')] for side in ('left', 'right')}
+THREE_EACH = {
+    f'{side}_wheel': [f'{place}{side}_wheel' for place in ('', 'front_', 'rear_')] for side in ('left', 'right')
+}
 SIZE = {'wheel_separation': 0.4, 'wheel_radius': 0.11}
 BOT = {'base': 'diffbot:Diffbot', **DIAGONALS}
 CONTROLLERS = {
     'plain': ({**BOT, **ONE_EACH, 'first_position': 1000.0}, SPHERE),
-    'options': ({**BOT, **THREE_EACH, **SIZE, 'publish_cmd': True, 'publish_wheel_joint_controller_state': True, 'odom_frame_id': 'new_odom',
-                 'base_frame_id': 'bot', 'allow_multiple_cmd_vel_publishers': False, 'publish_rate': 20.0, 'linear': {'x': {
-                     'has_acceleration_limits': True, 'max_acceleration': 0.5, 'has_velocity_limits': True, 'max_velocity': 0.6}}}, None),
-    'readme': ({**DIAGONALS, **ONE_EACH, **SIZE, 'base': 'my_robot:MyRobot', 'enable_odom_tf': False, 'wheel_radius_multiplier': 1.6,
-                'odom_frame_id': 'quiet_odom', 'base_frame_id': 'quiet_base', 'ticks_per_turn': 10000}, None)}
+    'options': (
+        {
+            **BOT,
+            **THREE_EACH,
+            **SIZE,
+            'publish_cmd': True,
+            'publish_wheel_joint_controller_state': True,
+            'odom_frame_id': 'new_odom',
+            'base_frame_id': 'bot',
+            'allow_multiple_cmd_vel_publishers': False,
+            'publish_rate': 20.0,
+            'linear': {
+                'x': {
+                    'has_acceleration_limits': True,
+                    'max_acceleration': 0.5,
+                    'has_velocity_limits': True,
+                    'max_velocity': 0.6,
+                }
+            },
+        },
+        None,
+    ),
+    'readme': (
+        {
+            **DIAGONALS,
+            **ONE_EACH,
+            **SIZE,
+            'base': 'my_robot:MyRobot',
+            'enable_odom_tf': False,
+            'wheel_radius_multiplier': 1.6,
+            'odom_frame_id': 'quiet_odom',
+            'base_frame_id': 'quiet_base',
+            'ticks_per_turn': 10000,
+        },
+        None,
+    ),
+}
 REFUSED = {
     'wrong_joint': ({**BOT, **SIZE, 'left_wheel': 'this_wheel', 'right_wheel': 'right_wheel'}, None, 'this_wheel'),
     'bad_urdf': ({**BOT, **ONE_EACH}, '<robot', 'robot_description is not XML'),
     'no_radius_in_urdf': ({**BOT, **ONE_EACH}, BOX, 'wheel_radius is missing.*neither cylinder nor sphere'),
     'bad_radius': ({**BOT, **ONE_EACH, **SIZE, 'wheel_radius': -0.1}, None, 'wheel_radius is -0.1'),
     'no_wheels': ({**BOT, **SIZE, 'left_wheel': [], 'right_wheel': []}, None, r'left_wheel is \[\]'),
-    'no_such_base': ({**BOT, **ONE_EACH, **SIZE, 'base': 'nobody:Nothing'}, None, "base is 'nobody:Nothing'.*cannot be loaded")}
+    'no_such_base': (
+        {**BOT, **ONE_EACH, **SIZE, 'base': 'nobody:Nothing'},
+        None,
+        "base is 'nobody:Nothing'.*cannot be loaded",
+    ),
+}
 
 
 class Clockwork(threading.Thread):
-    """10 ms of simulated time every 5 ms, as long as the controllers keep up; `commands`: {topic: Twist} go out 20 times a second."""
+    """10 ms of simulated time every 5 ms, as long as the controllers keep up; `commands`: {topic: Twist} go out 20
+    times a second.
+    """
 
     def __init__(self, controllers):
         super().__init__(daemon=True)
@@ -106,13 +157,24 @@ class ControllersTest(unittest.TestCase):
         folder = tempfile.mkdtemp()
         example = re.search(r'```python\n# my_robot.py.*?```', (PACKAGE / 'README.md').read_text(), re.S).group(0)
         Path(folder, 'my_robot.py').write_text(example.removeprefix('```python\n').removesuffix('```'))
-        cls.environment = {**os.environ, 'PYTHONPATH': f'{folder}:{PACKAGE / "test" / "ros"}:{os.environ.get("PYTHONPATH", "")}'}
-        cls.odometry, cls.frames, cls.limited, cls.states, cls.joints = {name: [] for name in CONTROLLERS}, {}, [], [], []
+        cls.environment = {
+            **os.environ,
+            'PYTHONPATH': f'{folder}:{PACKAGE / "test" / "ros"}:{os.environ.get("PYTHONPATH", "")}',
+        }
+        cls.odometry, cls.frames, cls.limited, cls.states, cls.joints = (
+            {name: [] for name in CONTROLLERS},
+            {},
+            [],
+            [],
+            [],
+        )
         for name in CONTROLLERS:
             rospy.Subscriber(f'/{name}/odom', Odometry, cls.odometry[name].append, tcp_nodelay=True)
         rospy.Subscriber('/tf', TFMessage, cls.on_tf, tcp_nodelay=True)
         rospy.Subscriber('/options/cmd_vel_out', TwistStamped, cls.limited.append, tcp_nodelay=True)
-        rospy.Subscriber('/options/wheel_joint_controller_state', JointTrajectoryControllerState, cls.states.append, tcp_nodelay=True)
+        rospy.Subscriber(
+            '/options/wheel_joint_controller_state', JointTrajectoryControllerState, cls.states.append, tcp_nodelay=True
+        )
         rospy.Subscriber('/options/joint_states', JointState, cls.joints.append, tcp_nodelay=True)
         cls.clock = Clockwork(CONTROLLERS)
         cls.processes = [cls.start(name, params, urdf) for name, (params, urdf) in CONTROLLERS.items()]
@@ -135,8 +197,15 @@ class ControllersTest(unittest.TestCase):
         rospy.set_param(f'/{name}', params)
         if urdf is not None:
             rospy.set_param(f'/{name}_ns/robot_description', urdf)
-        words = ['rosrun', 'sara_control', 'diff_drive_controller', f'__name:={name}', f'robot_description:=/{name}_ns/robot_description',
-                 f'joint_commands:=/{name}/joint_commands', f'joint_states:=/{name}/joint_states']
+        words = [
+            'rosrun',
+            'sara_control',
+            'diff_drive_controller',
+            f'__name:={name}',
+            f'robot_description:=/{name}_ns/robot_description',
+            f'joint_commands:=/{name}/joint_commands',
+            f'joint_states:=/{name}/joint_states',
+        ]
         return subprocess.Popen(words, env=cls.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     @classmethod
@@ -145,7 +214,9 @@ class ControllersTest(unittest.TestCase):
             cls.frames.setdefault(transform.header.frame_id, []).append(transform)
 
     def setUp(self):
-        self.assertTrue(all(self.odometry.values()), f'no odometry: {[name for name, got in self.odometry.items() if not got]}')
+        self.assertTrue(
+            all(self.odometry.values()), f'no odometry: {[name for name, got in self.odometry.items() if not got]}'
+        )
         self.rest()
 
     def wait(self, seconds):
@@ -177,7 +248,10 @@ class ControllersTest(unittest.TestCase):
         for name in ('plain', 'readme'):
             before, after = self.drive(name, 0.2, 0.0, 4.0)
             seconds = (after.header.stamp - before.header.stamp).to_sec()
-            way = math.hypot(after.pose.pose.position.x - before.pose.pose.position.x, after.pose.pose.position.y - before.pose.pose.position.y)
+            way = math.hypot(
+                after.pose.pose.position.x - before.pose.pose.position.x,
+                after.pose.pose.position.y - before.pose.pose.position.y,
+            )
             self.assertGreater(seconds, 3.5)
             self.assertAlmostEqual(way, 0.2 * seconds, delta=0.01)
             self.assertAlmostEqual(yaw(after), yaw(before), delta=0.01)
@@ -185,7 +259,9 @@ class ControllersTest(unittest.TestCase):
             self.rest()
             before, after = self.drive(name, 0.0, math.pi / 10.0, 4.0)
             seconds = (after.header.stamp - before.header.stamp).to_sec()
-            self.assertAlmostEqual(math.remainder(yaw(after) - yaw(before), math.tau), math.pi / 10.0 * seconds, delta=0.03)
+            self.assertAlmostEqual(
+                math.remainder(yaw(after) - yaw(before), math.tau), math.pi / 10.0 * seconds, delta=0.03
+            )
             self.assertAlmostEqual(after.twist.twist.angular.z, math.pi / 10.0, delta=0.01)
             self.rest()
 
@@ -199,7 +275,9 @@ class ControllersTest(unittest.TestCase):
             self.assertEqual((last.header.frame_id, last.child_frame_id), (odom, base))
             self.assertEqual(self.frames[odom][-1].child_frame_id, base)
             self.assertAlmostEqual(last.pose.covariance[35], 0.03)
-            others = [transform for frame, transforms in self.frames.items() if frame != odom for transform in transforms]
+            others = [
+                transform for frame, transforms in self.frames.items() if frame != odom for transform in transforms
+            ]
             self.assertFalse([transform for transform in others if transform.child_frame_id == base], 'a second parent')
 
     def test_what_was_not_asked_for_is_not_published(self):
@@ -215,10 +293,14 @@ class ControllersTest(unittest.TestCase):
         speeds = [message.twist.linear.x for message in self.limited]
         self.assertAlmostEqual(speeds[-1], 0.6, delta=1e-9)
         for a, b in zip(self.limited, self.limited[1:]):
-            self.assertLessEqual(b.twist.linear.x - a.twist.linear.x, 0.5 * (b.header.stamp - a.header.stamp).to_sec() + 1e-6)
+            self.assertLessEqual(
+                b.twist.linear.x - a.twist.linear.x, 0.5 * (b.header.stamp - a.header.stamp).to_sec() + 1e-6
+            )
         self.assertAlmostEqual(self.odometry['options'][-1].twist.twist.linear.x, 0.6, delta=0.02)
         self.assertEqual(list(self.joints[-1].name), THREE_EACH['left_wheel'] + THREE_EACH['right_wheel'])
-        self.assertEqual(self.clock.asked['options'], dict.fromkeys(self.joints[-1].name, self.clock.asked['options']['left_wheel']))
+        self.assertEqual(
+            self.clock.asked['options'], dict.fromkeys(self.joints[-1].name, self.clock.asked['options']['left_wheel'])
+        )
         state = self.states[-1]
         self.assertEqual(list(state.joint_names), THREE_EACH['left_wheel'] + THREE_EACH['right_wheel'])
         for k in range(6):
@@ -245,8 +327,11 @@ class ControllersTest(unittest.TestCase):
 
     def test_two_publishers_stop_it_where_one_is_allowed(self):
         # A second publisher in this process would share its connection: it must be somebody else.
-        other = subprocess.Popen(['rostopic', 'pub', '-r', '10', '/options/cmd_vel', 'geometry_msgs/Twist', '{linear: {x: 0.5}}'],
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        other = subprocess.Popen(
+            ['rostopic', 'pub', '-r', '10', '/options/cmd_vel', 'geometry_msgs/Twist', '{linear: {x: 0.5}}'],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         try:
             end = time.monotonic() + 20.0
             while len(self.commanders()) < 2:
@@ -254,8 +339,13 @@ class ControllersTest(unittest.TestCase):
                 time.sleep(0.05)
             self.wait(2.0)
             before, after = self.drive('options', 0.5, 0.3, 3.0)
-            self.assertLess(math.hypot(after.pose.pose.position.x - before.pose.pose.position.x,
-                                       after.pose.pose.position.y - before.pose.pose.position.y), 0.01)
+            self.assertLess(
+                math.hypot(
+                    after.pose.pose.position.x - before.pose.pose.position.x,
+                    after.pose.pose.position.y - before.pose.pose.position.y,
+                ),
+                0.01,
+            )
             self.assertAlmostEqual(yaw(after), yaw(before), delta=0.01)
         finally:
             other.terminate()
@@ -281,16 +371,30 @@ class ControllersTest(unittest.TestCase):
         self.wait(0.5)
         last = self.odometry['plain'][-1]
         self.assertGreater(last.header.stamp, after.header.stamp)
-        values = (last.pose.pose.position.x, last.pose.pose.position.y, yaw(last), last.twist.twist.linear.x, last.twist.twist.angular.z)
+        values = (
+            last.pose.pose.position.x,
+            last.pose.pose.position.y,
+            yaw(last),
+            last.twist.twist.linear.x,
+            last.twist.twist.angular.z,
+        )
         self.assertTrue(all(map(math.isfinite, values)), values)
 
     def test_reconfiguring(self):
         configure = rospy.ServiceProxy('/readme/set_parameters', Reconfigure)
         answer = configure(Config()).config
-        names = ['left_wheel_radius_multiplier', 'right_wheel_radius_multiplier', 'wheel_separation_multiplier', 'publish_rate']
+        names = [
+            'left_wheel_radius_multiplier',
+            'right_wheel_radius_multiplier',
+            'wheel_separation_multiplier',
+            'publish_rate',
+        ]
         self.assertEqual([(p.name, p.value) for p in answer.bools], [('enable_odom_tf', False)])
-        self.assertEqual([(p.name, p.value) for p in answer.doubles], list(zip(names, (1.6, 1.6, 1.0, 50.0))),
-                         'what was configured beyond the range of the fields must stay')
+        self.assertEqual(
+            [(p.name, p.value) for p in answer.doubles],
+            list(zip(names, (1.6, 1.6, 1.0, 50.0))),
+            'what was configured beyond the range of the fields must stay',
+        )
         self.assertFalse(answer.ints or answer.strs)
         self.assertNotIn('quiet_odom', self.frames)
         change = Config()

@@ -12,9 +12,6 @@ import unittest
 import rosnode
 import rospy
 import rostest
-from canserial.bus import BusDescription
-from canserial.msg import CAN, Encoder
-from canserial.ros.conversions import msg_to_frame
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -22,8 +19,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from tf2_msgs.msg import TFMessage
 
+from canserial.dbc.bus import BusDescription
+from canserial.msg import CAN, Encoder
+from canserial.ros.conversions import msg_to_frame
+
 STEP = 0.01
-START = 2 ** 32 - 500  # encoder counters about to wrap
+START = 2**32 - 500  # encoder counters about to wrap
 
 
 class Chair(threading.Thread):
@@ -62,8 +63,9 @@ class Chair(threading.Thread):
             if tick % 10 == 0:
                 self.mode_topic.publish(self.mode)
                 for wheel, angle in ((Encoder.RIGHT, self.wheels[1]), (Encoder.LEFT, self.wheels[0])):
-                    message = Encoder(wheel=wheel, steps=(START + round(angle * 64000 / math.tau)) % 2 ** 32,
-                                      time_100us=tick * 100)
+                    message = Encoder(
+                        wheel=wheel, steps=(START + round(angle * 64000 / math.tau)) % 2**32, time_100us=tick * 100
+                    )
                     message.header.stamp = stamp
                     if self.encoders_on:
                         self.encoders.publish(message)
@@ -97,8 +99,12 @@ class DiffDriveTest(unittest.TestCase):
 
     def test_the_way_of_a_command(self):
         got = {}
-        for topic, kind in (('/diff_drive_controller/odom', Odometry), ('/tf', TFMessage), ('/joint_states', JointState),
-                            ('/joint_commands', JointState)):
+        for topic, kind in (
+            ('/diff_drive_controller/odom', Odometry),
+            ('/tf', TFMessage),
+            ('/joint_states', JointState),
+            ('/joint_commands', JointState),
+        ):
             rospy.Subscriber(topic, kind, lambda m, t=topic: got.setdefault(t, []).append(m), tcp_nodelay=True)
         self.cmd_vel = rospy.Publisher('/diff_drive_controller/cmd_vel', Twist, queue_size=1)
         self.chair = chair = Chair()

@@ -3,8 +3,9 @@
 import math
 
 import rospy
-from sara_control.base import WheelBase, WheelPositions
 from std_srvs.srv import SetBool, SetBoolResponse
+
+from sara_control.wheels.base import WheelBase, WheelPositions
 
 
 class Diffbot(WheelBase):

@@ -13,7 +13,6 @@ import rosnode
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
-from canserial.msg import Encoder
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -22,12 +21,16 @@ from sensor_msgs.msg import Imu, Joy, Range
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger
 
+from canserial.msg import Encoder
+
 STEP = 0.01
 RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
 class Chair(threading.Thread):
-    """10 ms of simulated time every 5 ms. `silent`: what does not speak; `distances`: what the sonars say; `raw`: what some of them say before any filter."""
+    """10 ms of simulated time every 5 ms. `silent`: what does not speak; `distances`: what the sonars say; `raw`: what
+    some of them say before any filter.
+    """
 
     def __init__(self):
         super().__init__(daemon=True)
@@ -42,9 +45,16 @@ class Chair(threading.Thread):
         self.angles = [0.0, 0.0]
         self.command = (0.0, 0.0)
         self.out = []
-        publish = {'clock': ('/clock', Clock), 'encoders': ('encoders', Encoder), 'imu': ('imu/data', Imu), 'mode': ('mode', UInt8),
-                   'localization': ('odometry/filtered', Odometry), 'navigation': ('/cmd_vel/navigation', Twist),
-                   'impact': ('impact', Bool), 'joystick': ('joystick', Joy)}
+        publish = {
+            'clock': ('/clock', Clock),
+            'encoders': ('encoders', Encoder),
+            'imu': ('imu/data', Imu),
+            'mode': ('mode', UInt8),
+            'localization': ('odometry/filtered', Odometry),
+            'navigation': ('/cmd_vel/navigation', Twist),
+            'impact': ('impact', Bool),
+            'joystick': ('joystick', Joy),
+        }
         publish['raw'] = 'raw_ranges', Range
         publish.update({name: (f'{name}_range', Range) for name in RANGES})
         self.topics = {name: rospy.Publisher(topic, kind, queue_size=10) for name, (topic, kind) in publish.items()}
@@ -72,7 +82,7 @@ class Chair(threading.Thread):
             if tick % 10 == 0:
                 self.say('mode', UInt8(self.mode))
                 for wheel, angle in enumerate(self.angles):
-                    message = Encoder(wheel=wheel, steps=round(angle * 64000 / math.tau) % 2 ** 32, time_100us=tick * 100)
+                    message = Encoder(wheel=wheel, steps=round(angle * 64000 / math.tau) % 2**32, time_100us=tick * 100)
                     message.header.stamp = stamp
                     self.say('encoders', message)
                 if self.axes is not None:
@@ -108,8 +118,14 @@ class SafetyTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.got = {}
-        for topic, kind in (('/safety_gate/status', String), ('/safety_gate/give_up', String), ('/cmd_vel_mux/active', String), ('/move_base/cancel', GoalID), ('/safety_gate/waits', Bool),
-                            ('/diagnostics', DiagnosticArray)):
+        for topic, kind in (
+            ('/safety_gate/status', String),
+            ('/safety_gate/give_up', String),
+            ('/cmd_vel_mux/active', String),
+            ('/move_base/cancel', GoalID),
+            ('/safety_gate/waits', Bool),
+            ('/diagnostics', DiagnosticArray),
+        ):
             rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
         cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
         cls.touch = rospy.Publisher('/cmd_vel/touch', Twist, queue_size=1)
@@ -120,7 +136,9 @@ class SafetyTest(unittest.TestCase):
         end = time.monotonic() + 20.0
         topics = [cls.stop_button, cls.expected, cls.touch, *cls.chair.topics.values()]
         while not all(topic.get_num_connections() for topic in topics):
-            assert time.monotonic() < end, 'nobody listens to ' + ', '.join(t.name for t in topics if not t.get_num_connections())
+            assert time.monotonic() < end, 'nobody listens to ' + ', '.join(
+                t.name for t in topics if not t.get_num_connections()
+            )
             time.sleep(0.01)
         cls.chair.start()
 
@@ -134,7 +152,9 @@ class SafetyTest(unittest.TestCase):
         chair = self.chair
         chair.silent, chair.distances, chair.raw, chair.mode = set(), dict.fromkeys(RANGES, math.inf), {}, 3
         chair.navigation = chair.axes = None
-        self.until(lambda: self.status() == 'The chair is ready.' and chair.command == (0.0, 0.0), 'the chair is not ready')
+        self.until(
+            lambda: self.status() == 'The chair is ready.' and chair.command == (0.0, 0.0), 'the chair is not ready'
+        )
         self.wait(0.6)
 
     def wait(self, seconds):
@@ -192,8 +212,12 @@ class SafetyTest(unittest.TestCase):
         self.drive()
 
     def test_silence_of_each_sensor_stops_the_chair(self):
-        for name, word in (('encoders', 'wheel sensors'), ('imu', 'turn sensor'), ('STD', 'obstacle sensor'),
-                           ('localization', 'does not know where')):
+        for name, word in (
+            ('encoders', 'wheel sensors'),
+            ('imu', 'turn sensor'),
+            ('STD', 'obstacle sensor'),
+            ('localization', 'does not know where'),
+        ):
             self.drive()
             self.chair.silent = {name}
             self.until(lambda: self.chair.command == (0.0, 0.0), f'it drives without {name}')
@@ -229,11 +253,14 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: self.chair.command[0] < -0.15, 'it may go back')
 
     def test_people_who_are_expected_make_it_creep_until_they_are_not(self):
-        self.chair.raw = {'SLID': 0.45}   # something that would hide them
+        self.chair.raw = {'SLID': 0.45}  # something that would hide them
         self.wait(0.5)
         self.drive()
         self.expected.publish(Bool(True))
-        self.until(lambda: self.status() == 'The chair goes slowly because people are expected.', 'it does not say why it is slow')
+        self.until(
+            lambda: self.status() == 'The chair goes slowly because people are expected.',
+            'it does not say why it is slow',
+        )
         self.wait(3.0)
         self.assertGreater(self.chair.command[0], 0.02)
         self.assertLess(self.chair.command[0], 0.07)
@@ -244,7 +271,7 @@ class SafetyTest(unittest.TestCase):
         self.drive()
         message = Range()
         message.header.frame_id = 'SDI_frame'
-        for reading in range(8):   # 0.7 m/s and what the chair drives; the median hears nothing
+        for reading in range(8):  # 0.7 m/s and what the chair drives; the median hears nothing
             message.header.stamp, message.range = rospy.Time.from_sec(self.chair.now), 2.0 - 0.22 * reading
             self.chair.say('raw', message)
             self.wait(0.2)
@@ -253,11 +280,14 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: self.got.get('/safety_gate/waits'), 'it does not say that it waits')
         # They have gone, and are remembered: beside something that would hide them it creeps, and says why.
         self.chair.raw = {'SDI': math.inf, 'SLID': 0.45}
-        self.until(lambda: self.status() == 'The chair goes slowly because somebody is about.', 'it does not say why it is slow')
+        self.until(
+            lambda: self.status() == 'The chair goes slowly because somebody is about.',
+            'it does not say why it is slow',
+        )
         self.wait(3.0)
         self.assertGreater(self.chair.command[0], 0.02)
         self.assertLess(self.chair.command[0], 0.07)
-        self.chair.raw = {'SDI': math.inf, 'SLID': math.inf}   # past it, where all is heard
+        self.chair.raw = {'SDI': math.inf, 'SLID': math.inf}  # past it, where all is heard
         self.until(lambda: self.chair.command[0] > 0.35, 'it goes on slowly')
 
     def test_the_user_wins(self):
@@ -275,7 +305,9 @@ class SafetyTest(unittest.TestCase):
     def test_the_chairs_own_joystick(self):
         self.drive()
         self.chair.mode = 1
-        self.until(lambda: self.chair.command == (0.0, 0.0) and self.driver() == 'the joystick of the chair', 'it goes on')
+        self.until(
+            lambda: self.chair.command == (0.0, 0.0) and self.driver() == 'the joystick of the chair', 'it goes on'
+        )
         self.chair.mode = 3
         self.stands_although_commanded()
 
@@ -286,8 +318,15 @@ class SafetyTest(unittest.TestCase):
         self.touch.publish(message)
         self.wait(0.5)
         self.assertEqual(self.driver(), 'navigation')
-        self.until(lambda: any('not finite from touch' == pair.key and int(pair.value) >= 1 for array in self.got['/diagnostics']
-                               for status in array.status for pair in status.values), 'not in /diagnostics')
+        self.until(
+            lambda: any(
+                pair.key == 'not finite from touch' and int(pair.value) >= 1
+                for array in self.got['/diagnostics']
+                for status in array.status
+                for pair in status.values
+            ),
+            'not in /diagnostics',
+        )
         message.linear.x = 0.1
         self.touch.publish(message)
         self.until(lambda: self.driver() == 'touch', 'the touch screen is not heard')

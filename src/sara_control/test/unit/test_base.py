@@ -6,13 +6,21 @@ import types
 from pathlib import Path
 
 import pytest
-from sara_control.base import BaseError, WheelBase, WheelPositions, load_base
-from sara_control.config import ControllerConfig
-from sara_control.controller import DiffDriveController
+
+from sara_control.wheels.base import BaseError, WheelBase, WheelPositions, load_base
+from sara_control.wheels.config import ControllerConfig
+from sara_control.wheels.controller import DiffDriveController
 
 README = Path(__file__).resolve().parents[2] / 'README.md'
-PARAMS = {'wheel_separation': 0.5, 'wheel_radius': 0.1, 'left_wheel': 'left_wheel', 'right_wheel': 'right_wheel',
-          'pose_covariance_diagonal': [0.0] * 6, 'twist_covariance_diagonal': [0.0] * 6, 'ticks_per_turn': 100000}
+PARAMS = {
+    'wheel_separation': 0.5,
+    'wheel_radius': 0.1,
+    'left_wheel': 'left_wheel',
+    'right_wheel': 'right_wheel',
+    'pose_covariance_diagonal': [0.0] * 6,
+    'twist_covariance_diagonal': [0.0] * 6,
+    'ticks_per_turn': 100000,
+}
 CONFIG = ControllerConfig.from_params(PARAMS)
 
 
@@ -22,7 +30,9 @@ def robots():
     module = types.ModuleType('my_robot')
     exec(re.search(r'```python\n(# my_robot.py.*?)```', README.read_text(), re.S).group(1), module.__dict__)
     module.NotABase = object
-    module.Broken = type('Broken', (WheelBase,), {'__init__': lambda self, config, params: 1 / 0, 'read': None, 'write': None})
+    module.Broken = type(
+        'Broken', (WheelBase,), {'__init__': lambda self, config, params: 1 / 0, 'read': None, 'write': None}
+    )
     sys.modules['my_robot'] = module
     yield module
     del sys.modules['my_robot']
@@ -44,10 +54,19 @@ def test_the_readmes_robot_drives_a_metre(robots):
     assert base.left.speed == base.right.speed == 0.0
 
 
-@pytest.mark.parametrize('name, sentence', [
-    ('sonar', "base is 'sonar', allowed are can and MODULE:CLASS"), (3, 'base is 3'), ('a:b:c', "base is 'a:b:c'"),
-    ('no_such_module:Class', 'cannot be loaded'), ('my_robot:Nobody', 'cannot be loaded'), (':', 'cannot be loaded'),
-    ('my_robot:NotABase', 'is no sara_control.base.WheelBase'), ('my_robot:Broken', "'my_robot:Broken' did not start: division by zero")])
+@pytest.mark.parametrize(
+    'name, sentence',
+    [
+        ('sonar', "base is 'sonar', allowed are can and MODULE:CLASS"),
+        (3, 'base is 3'),
+        ('a:b:c', "base is 'a:b:c'"),
+        ('no_such_module:Class', 'cannot be loaded'),
+        ('my_robot:Nobody', 'cannot be loaded'),
+        (':', 'cannot be loaded'),
+        ('my_robot:NotABase', 'is no sara_control.wheels.base.WheelBase'),
+        ('my_robot:Broken', "'my_robot:Broken' did not start: division by zero"),
+    ],
+)
 def test_what_is_no_base_is_refused(robots, name, sentence):
     with pytest.raises(BaseError, match=sentence):
         load_base(name, CONFIG, PARAMS)

@@ -7,17 +7,29 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.calibration import calibrate, end_errors, odometry_path, reference_path
-from sara_control.calibration_report import report, yaml_text
-from sara_control.drive_log import DriveLog, LogError
-from sara_control.manoeuvres import ManoeuvreConfig, Manoeuvres, plan, problems
-from sara_control.odometry import Odometry
+
+from sara_control.calibration.calibration import calibrate, end_errors, odometry_path, reference_path
+from sara_control.calibration.calibration_report import report, yaml_text
+from sara_control.calibration.drive_log import DriveLog, LogError
+from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, plan, problems
+from sara_control.wheels.odometry import Odometry
 
 SEPARATION, RADIUS = 0.525, 0.155
 QUICK = ManoeuvreConfig(side=1.0, turns=1, rest=1.5, pause=4.0)
 
 
-def drive(separation=1.28, left=0.9925, right=1.0075, bias=0.0, noise=0.0, seed=0, config=QUICK, moves=None, steps=64000, lag=0.1):
+def drive(
+    separation=1.28,
+    left=0.9925,
+    right=1.0075,
+    bias=0.0,
+    noise=0.0,
+    seed=0,
+    config=QUICK,
+    moves=None,
+    steps=64000,
+    lag=0.1,
+):
     """A DriveLog of a robot with these multipliers, driven by its own wrong odometry: encoders 10 Hz, gyroscope 5 Hz.
 
     noise: rad/s of a gyroscope sample.
@@ -56,7 +68,7 @@ def drive(separation=1.28, left=0.9925, right=1.0075, bias=0.0, noise=0.0, seed=
 @settings(max_examples=10, deadline=None)
 @given(st.floats(0.8, 1.4), st.floats(0.97, 1.03), st.floats(0.97, 1.03), st.floats(-0.01, 0.01))
 def test_without_noise_it_is_exact(separation, left, right, bias):
-    result = calibrate(drive(separation, left, right, bias, steps=10 ** 9), SEPARATION, RADIUS)
+    result = calibrate(drive(separation, left, right, bias, steps=10**9), SEPARATION, RADIUS)
     mean = 0.5 * (left + right)  # which a gyroscope does not tell
     assert (result.left, result.right) == pytest.approx((left / mean, right / mean), abs=1e-5)
     assert result.separation == pytest.approx(separation / mean, rel=1e-5)
@@ -67,8 +79,11 @@ def test_without_noise_it_is_exact(separation, left, right, bias):
 def test_track_28_percent_off_and_a_wheel_1_5_percent_larger(seed):
     log = drive(bias=0.002, noise=0.0013, seed=seed)
     result = calibrate(log, SEPARATION, RADIUS, gyro_scale_sigma=0.0)
-    for value, sigma, true in ((result.separation, result.separation_sigma, 1.28), (result.left, result.left_sigma, 0.9925),
-                               (result.right, result.right_sigma, 1.0075)):
+    for value, sigma, true in (
+        (result.separation, result.separation_sigma, 1.28),
+        (result.left, result.left_sigma, 0.9925),
+        (result.right, result.right_sigma, 1.0075),
+    ):
         assert value == pytest.approx(true, rel=0.01)
         assert abs(value - true) < 4.0 * sigma < 0.04
     nominal = replace(result, separation=1.0, left=1.0, right=1.0).geometry(SEPARATION, RADIUS)
@@ -82,8 +97,15 @@ def test_track_28_percent_off_and_a_wheel_1_5_percent_larger(seed):
 
 
 def test_the_uncertainty_covers_the_error_as_often_as_it_says():
-    moves = [('rest', 2.0)] + [('straight', 1.0), ('rest', 1.5), ('turn', 1.5), ('rest', 1.5), ('turn', -1.5), ('rest', 1.5)] * 3
-    clean = drive(steps=10 ** 9, moves=moves)
+    moves = [('rest', 2.0)] + [
+        ('straight', 1.0),
+        ('rest', 1.5),
+        ('turn', 1.5),
+        ('rest', 1.5),
+        ('turn', -1.5),
+        ('rest', 1.5),
+    ] * 3
+    clean = drive(steps=10**9, moves=moves)
     random = np.random.default_rng(7)
     off = []
     for _ in range(200):
@@ -91,7 +113,7 @@ def test_the_uncertainty_covers_the_error_as_often_as_it_says():
         result = calibrate(noisy, SEPARATION, RADIUS, gyro_scale_sigma=0.0)
         off.append(((result.separation - 1.28) / result.separation_sigma, (result.right - 1.0075) / result.right_sigma))
     spread = np.sqrt(np.mean(np.square(off), axis=0))
-    assert (0.6 < spread).all() and (spread < 1.4).all()
+    assert (spread > 0.6).all() and (spread < 1.4).all()
 
 
 def test_a_gyroscope_that_may_be_wrong_makes_the_track_uncertain_but_not_the_wheels():
@@ -102,7 +124,7 @@ def test_a_gyroscope_that_may_be_wrong_makes_the_track_uncertain_but_not_the_whe
 
 
 def test_a_length_on_the_floor_sets_the_size_of_both_wheels():
-    log = drive(1.2, 1.05, 1.03, steps=10 ** 9)
+    log = drive(1.2, 1.05, 1.03, steps=10**9)
     legs = np.diff(log.truth[:, :2][[begin for begin, _ in log.rests(RADIUS, 0.5)]], axis=0)
     lengths = np.hypot(*legs.T)
     result = calibrate(log, SEPARATION, RADIUS, leg=float(lengths[lengths > 0.5].mean()), leg_sigma=0.001)
@@ -116,10 +138,17 @@ def test_a_gap_in_the_gyroscope_costs_its_stretch_only():
     assert (result.separation, result.right) == pytest.approx((1.28, 1.0075), rel=2e-3)
 
 
-@pytest.mark.parametrize('moves, sentence', [
-    ([('rest', 2.0), ('turn', 6.0), ('rest', 1.5), ('turn', -6.0), ('rest', 2.0)], '0 straight legs'),
-    ([('rest', 2.0), ('straight', 1.0), ('rest', 1.5), ('straight', 1.0), ('rest', 2.0)], '0.0 rad of turns on the spot'),
-    ([('straight', 1.0)], 'rests of 0.5 s or more, at least 2')])
+@pytest.mark.parametrize(
+    'moves, sentence',
+    [
+        ([('rest', 2.0), ('turn', 6.0), ('rest', 1.5), ('turn', -6.0), ('rest', 2.0)], '0 straight legs'),
+        (
+            [('rest', 2.0), ('straight', 1.0), ('rest', 1.5), ('straight', 1.0), ('rest', 2.0)],
+            '0.0 rad of turns on the spot',
+        ),
+        ([('straight', 1.0)], 'rests of 0.5 s or more, at least 2'),
+    ],
+)
 def test_a_drive_that_does_not_tell_is_refused(moves, sentence):
     with pytest.raises(LogError, match=sentence):
         calibrate(drive(moves=moves), SEPARATION, RADIUS)
@@ -131,11 +160,19 @@ def test_wheels_the_wrong_way_round_are_named():
         calibrate(replace(log, left=log.right, right=log.left), SEPARATION, RADIUS)
 
 
-@pytest.mark.parametrize('change, sentence', [
-    ({'left': np.zeros(3)}, 'arrays of one length'), ({'rates': np.full(5, np.nan), 'gyro_times': np.arange(5.0)}, 'must be finite'),
-    ({'wheel_times': np.zeros(5)}, 'wheel_times must rise'), ({'truth': np.zeros((4, 3))}, 'truth must be')])
+@pytest.mark.parametrize(
+    'change, sentence',
+    [
+        ({'left': np.zeros(3)}, 'arrays of one length'),
+        ({'rates': np.full(5, np.nan), 'gyro_times': np.arange(5.0)}, 'must be finite'),
+        ({'wheel_times': np.zeros(5)}, 'wheel_times must rise'),
+        ({'truth': np.zeros((4, 3))}, 'truth must be'),
+    ],
+)
 def test_bad_arrays_are_named(change, sentence):
-    good = dict(wheel_times=np.arange(5.0), left=np.zeros(5), right=np.zeros(5), gyro_times=np.arange(5.0), rates=np.zeros(5))
+    good = dict(
+        wheel_times=np.arange(5.0), left=np.zeros(5), right=np.zeros(5), gyro_times=np.arange(5.0), rates=np.zeros(5)
+    )
     with pytest.raises(LogError, match=sentence):
         DriveLog(**{**good, **change})
 
@@ -145,7 +182,12 @@ def test_the_report_says_all_of_it():
     result = calibrate(log, SEPARATION, RADIUS)
     nominal = replace(result, separation=1.0, left=1.0, right=1.0).geometry(SEPARATION, RADIUS)
     text = report(result, end_errors(log, nominal, result.geometry(SEPARATION, RADIUS), result.bias))
-    assert 'wheel_separation_multiplier' in text and '+-' in text and text.count('->') == 5 and 'mostly one way' not in text
+    assert (
+        'wheel_separation_multiplier' in text
+        and '+-' in text
+        and text.count('->') == 5
+        and 'mostly one way' not in text
+    )
     assert 'mostly one way' in report(replace(result, turned=(6.0, 1.0)), [])
     values = [float(line.split(':')[1].split('#')[0]) for line in yaml_text(result).splitlines()]
     assert values == pytest.approx([result.separation, result.left, result.right], abs=1e-6)
@@ -154,7 +196,10 @@ def test_the_report_says_all_of_it():
 def test_the_manoeuvres_are_a_square_each_way_and_turns_each_way():
     moves = plan(ManoeuvreConfig(side=3.0, rounds=2, turns=1))
     turned = [amount for kind, amount in moves if kind == 'turn']
-    assert sum(turned) == pytest.approx(0.0) and sum(turn > 0.0 for turn in turned) == sum(turn < 0.0 for turn in turned) == 10
+    assert (
+        sum(turned) == pytest.approx(0.0)
+        and sum(turn > 0.0 for turn in turned) == sum(turn < 0.0 for turn in turned) == 10
+    )
     assert [amount for kind, amount in moves if kind == 'straight'] == [3.0] * 16
     kinds = [kind for kind, _ in moves]
     assert kinds[0] == kinds[-1] == 'rest' and all('rest' in pair for pair in zip(kinds, kinds[1:]))
@@ -169,7 +214,7 @@ def test_by_its_own_odometry_the_square_closes():
 
 
 def test_without_the_truth_the_gyroscope_stands_for_it():
-    log = drive(1.28, 0.9925, 1.0075, bias=0.01, steps=10 ** 9)
+    log = drive(1.28, 0.9925, 1.0075, bias=0.01, steps=10**9)
     result = calibrate(log, SEPARATION, RADIUS)
     path = reference_path(replace(log, truth=None), result.geometry(SEPARATION, RADIUS), result.bias)
     assert path[-1] == pytest.approx(log.truth[-1], abs=0.02)
@@ -177,5 +222,6 @@ def test_without_the_truth_the_gyroscope_stands_for_it():
 
 def test_what_no_drive_can_have_is_named():
     assert problems({'side': 2.0, 'turns': 3}) == []
-    assert [sentence.split()[0] for sentence in problems({'side': 0.0, 'turns': 1.5, 'speed': True, 'rest': math.inf})] == \
-        ['side', 'turns', 'speed', 'rest']
+    assert [
+        sentence.split()[0] for sentence in problems({'side': 0.0, 'turns': 1.5, 'speed': True, 'rest': math.inf})
+    ] == ['side', 'turns', 'speed', 'rest']

@@ -3,14 +3,15 @@
 import math
 
 import pytest
-from canserial.bus import BusDescription
-from canserial.readings import LEFT, RIGHT, EncoderReading
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.can_base import CanBase
+
+from canserial.dbc.bus import BusDescription
+from canserial.reader.readings import LEFT, RIGHT, EncoderReading
+from sara_control.wheels.can_base import CanBase
 
 BUS = BusDescription.default()
-WRAP = 2 ** 32
+WRAP = 2**32
 STEP = math.tau / 64000
 
 
@@ -20,8 +21,12 @@ def pair(base, left, right, ticks, stamp=0.0, apart=0):
     return base.on_encoder(EncoderReading(stamp + 0.003, LEFT, left % WRAP, (ticks + apart) % WRAP))
 
 
-@given(st.integers(0, WRAP - 1), st.integers(0, WRAP - 1), st.integers(0, WRAP - 1),
-       st.lists(st.tuples(st.integers(-9000, 9000), st.integers(-9000, 9000), st.integers(900, 1100)), max_size=30))
+@given(
+    st.integers(0, WRAP - 1),
+    st.integers(0, WRAP - 1),
+    st.integers(0, WRAP - 1),
+    st.lists(st.tuples(st.integers(-9000, 9000), st.integers(-9000, 9000), st.integers(900, 1100)), max_size=30),
+)
 def test_positions_are_the_sum_of_the_steps_across_every_wrap(left, right, ticks, moves):
     base = CanBase(BUS)
     assert pair(base, left, right, ticks)[:2] == (0.0, 0.0)
@@ -101,7 +106,11 @@ def test_one_wheels_frame_that_comes_again_is_no_partner():
     assert base.counters == {'repeated': 1}
 
 
-@given(st.integers(0, WRAP - 1), st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), min_size=1, max_size=40), st.randoms())
+@given(
+    st.integers(0, WRAP - 1),
+    st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), min_size=1, max_size=40),
+    st.randoms(),
+)
 def test_whatever_is_lost_or_repeated_the_way_is_measured(ticks, fates, random):
     """Steady wheels; frames vanish or come twice, in any order of the wheels: positions stay those of the clock."""
     base = CanBase(BUS)
@@ -153,7 +162,7 @@ def test_over_a_second_and_over_ten_the_mean_command_is_what_was_asked(speed, si
     for name, wanted in (('left', sign * speed), ('right', -sign * speed)):
         values = [command[name] for command in sent]
         for start in range(0, 500, 50):
-            assert sum(values[start:start + 50]) / 50 == pytest.approx(wanted, abs=1.0 / (9.5 * 50) + 1e-9)
+            assert sum(values[start : start + 50]) / 50 == pytest.approx(wanted, abs=1.0 / (9.5 * 50) + 1e-9)
         assert sum(values) / 500 == pytest.approx(wanted, rel=0.01)
 
 

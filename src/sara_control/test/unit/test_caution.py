@@ -1,4 +1,6 @@
-"""Caution: who was heard is remembered, and while they are no part of the body goes faster than it could stop for who comes out from behind something."""
+"""Caution: who was heard is remembered, and while they are no part of the body goes faster than it could stop for who
+comes out from behind something.
+"""
 
 import math
 import random
@@ -8,15 +10,16 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.caution import BETWEEN, Caution, CautionConfig
-from sara_control.comfort import Comfort, Profile
-from sara_control.config import ConfigError
-from sara_control.gate_config import GateConfig, SafetyConfig
-from sara_control.guard import Guard
-from sara_control.movers import PAUSE, Mover
-from sara_control.reasons import Reason, State
-from sara_control.safety import Command, Inputs, SafetyGate
-from sara_control.zones import Zones
+
+from sara_control.gate.comfort import Comfort, Profile
+from sara_control.gate.gate_config import GateConfig, SafetyConfig
+from sara_control.gate.guard import Guard
+from sara_control.gate.reasons import Reason, State
+from sara_control.gate.safety import Command, Inputs, SafetyGate
+from sara_control.wheels.config import ConfigError
+from sara_control.zones.caution import BETWEEN, Caution, CautionConfig
+from sara_control.zones.moving_obstacles import PAUSE, Mover
+from sara_control.zones.zones import Zones
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
 SAFETY = SafetyConfig.from_params(PARAMS)
@@ -35,7 +38,14 @@ def hear(what, ranges, start=0.0, v=0.0, w=0.0, seconds=0.2, sigma=0.01):
     count = round(seconds / 0.2)
     for k in range(count):
         for sensor in SENSORS:
-            what.add(sensor.name, ranges.get(sensor.name, math.inf) if isinstance(ranges, dict) else ranges, start + 0.2 * k, v, w, sigma)
+            what.add(
+                sensor.name,
+                ranges.get(sensor.name, math.inf) if isinstance(ranges, dict) else ranges,
+                start + 0.2 * k,
+                v,
+                w,
+                sigma,
+            )
     return start + 0.2 * count
 
 
@@ -68,7 +78,14 @@ def test_a_chair_that_stands_among_things_that_stand_hears_nobody(seed, sigma):
     for k in range(150):
         for name, distance in away.items():
             lost = noise.random() < 0.03
-            result.add(name, math.inf if lost else max(distance + noise.gauss(0.0, sigma), 0.16), 0.2 * k, 0.0, noise.gauss(0.0, 0.005), max(sigma, 0.01))
+            result.add(
+                name,
+                math.inf if lost else max(distance + noise.gauss(0.0, sigma), 0.16),
+                0.2 * k,
+                0.0,
+                noise.gauss(0.0, 0.005),
+                max(sigma, 0.01),
+            )
         assert not result.about(0.2 * k)
 
 
@@ -80,7 +97,11 @@ def test_a_chair_that_stands_hears_who_walks_to_or_fro(sensor, away, walk, sense
     assert not result.about(t)
     for k in (1, 2):
         result.add(sensor.name, away + sense * walk * 0.2 * k, t + 0.2 * (k - 1), 0.0, 0.0, 0.01)
-    assert result.about(t + 0.2) and result.about(t + 0.2 + CONFIG.memory - 1e-6) and not result.about(t + 0.2 + CONFIG.memory)
+    assert (
+        result.about(t + 0.2)
+        and result.about(t + 0.2 + CONFIG.memory - 1e-6)
+        and not result.about(t + 0.2 + CONFIG.memory)
+    )
 
 
 def test_a_chair_that_moves_tells_nobody_by_what_it_hears_at_another_distance():
@@ -107,11 +128,13 @@ def test_a_mover_heard_once_may_be_a_wall_and_twice_is_somebody():
         assert not result.about(t + 0.2)
     result.mover('SDI', 1.0, 5.4)
     assert result.about(5.5)
-    result.mover('SDI', 1.0, 5.4 + CONFIG.memory - 0.1)   # while people are about once is enough
+    result.mover('SDI', 1.0, 5.4 + CONFIG.memory - 0.1)  # while people are about once is enough
     assert result.about(5.3 + 2.0 * CONFIG.memory - 0.1)
 
 
-@given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.sampled_from([s for s in SENSORS if s.stops]), st.floats(0.2, 2.4))
+@given(
+    st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.sampled_from([s for s in SENSORS if s.stops]), st.floats(0.2, 2.4)
+)
 @settings(max_examples=300, deadline=None)
 def test_no_part_of_the_body_goes_faster_towards_where_a_sensor_answers_than_its_echo_allows(v, w, sensor, heard):
     """Whoever walks into the corner next to the sensor comes along a normal of the corner."""
@@ -125,7 +148,7 @@ def test_no_part_of_the_body_goes_faster_towards_where_a_sensor_answers_than_its
         if normal[0] * corner[0] < 0.0 or normal[1] * corner[1] < 0.0:
             continue
         towards = factor * ((v - w * corner[1]) * normal[0] + w * corner[0] * normal[1])
-        assert towards <= CONFIG.allowed(heard) * 1.01 + 0.002   # looked at every 10 degrees
+        assert towards <= CONFIG.allowed(heard) * 1.01 + 0.002  # looked at every 10 degrees
 
 
 def test_with_nothing_near_people_about_do_not_slow_it():
@@ -136,9 +159,9 @@ def test_with_nothing_near_people_about_do_not_slow_it():
 def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_left_while_it_stood_does_not():
     result, t = alarmed({'SDI': 0.4})
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
-    t = hear(result, math.inf, t, 0.2, 0.0, 1.6)         # 0.3 m on, and the cone is free
+    t = hear(result, math.inf, t, 0.2, 0.0, 1.6)  # 0.3 m on, and the cone is free
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
-    t = hear(result, math.inf, t, 0.2, 0.0, 3.0)         # 0.9 m
+    t = hear(result, math.inf, t, 0.2, 0.0, 3.0)  # 0.9 m
     assert result.scale(0.5, 0.0, t) == 1.0
     result, t = alarmed(math.inf)
     t = hear(result, {'SDI': 0.4}, t, seconds=2.0)
@@ -174,9 +197,14 @@ def test_a_sensor_that_goes_on_scattering_has_told_of_nobody_and_who_others_hear
         for k in range(round(seconds / 0.2) + 1):
             result.doubted(name, t + start + 0.2 * k)
         return result, t + start + seconds
+
     result, t = doubt('SDD', 0.4, 4.0)
     assert not result.about(t) and result.scale(0.5, 0.0, t) == 1.0
-    for name, start, seconds in (('SLID', 0.4, 4.0), ('SDD', 0.4, 2.0), ('SDD', 6.0, 4.0)):   # another, for a while only, long after
+    for name, start, seconds in (
+        ('SLID', 0.4, 4.0),
+        ('SDD', 0.4, 2.0),
+        ('SDD', 6.0, 4.0),
+    ):  # another, for a while only, long after
         result, t = doubt(name, start, seconds)
         assert result.about(t)
 
@@ -196,11 +224,17 @@ def test_a_clock_set_back_forgets_them():
 
 
 def test_faults_name_the_parameter_and_what_is_allowed():
-    with pytest.raises(ConfigError, match='memory is -1.0, allowed are numbers of 0 or more; patience is .a.*walk is 0|walk is 0.*memory is -1.0'):
+    with pytest.raises(
+        ConfigError,
+        match='memory is -1.0, allowed are numbers of 0 or more; patience is .a.*walk is 0|walk is 0.*memory is -1.0',
+    ):
         CautionConfig(memory=-1.0, walk=0, patience='a')
     with pytest.raises(ConfigError, match='hope is 1, but there is no such parameter'):
         SafetyConfig.from_params({**PARAMS, 'caution': {'hope': 1}})
-    assert SafetyConfig.from_params({name: value for name, value in PARAMS.items() if name != 'caution'}).caution.memory == 0.0
+    assert (
+        SafetyConfig.from_params({name: value for name, value in PARAMS.items() if name != 'caution'}).caution.memory
+        == 0.0
+    )
 
 
 def test_where_people_are_about_a_first_step_is_enough_though_the_chair_turns():
@@ -223,7 +257,14 @@ class Ride:
     """A guard as SARA is set up, told to drive; what its raw sonars hear is `ranges`."""
 
     def __init__(self):
-        self.guard, self.t, self.ranges, self.command, self.speeds, self.decisions = Guard(SAFETY), 0.0, {}, (0.0, 0.0), [], []
+        self.guard, self.t, self.ranges, self.command, self.speeds, self.decisions = (
+            Guard(SAFETY),
+            0.0,
+            {},
+            (0.0, 0.0),
+            [],
+            [],
+        )
 
     def go(self, seconds):
         """So many seconds; the last Decision."""
@@ -245,7 +286,11 @@ def test_somebody_heard_and_then_hidden_makes_the_chair_creep_and_say_why_and_qu
     ride = Ride()
     ride.ranges = {'SLDD': 1.6, 'SLID': 0.45}
     ride.go(3.0)
-    for distance in (1.4, 1.3, 1.6):     # somebody passes on the right, at rest; then a wall on the left hides whoever is behind it
+    for distance in (
+        1.4,
+        1.3,
+        1.6,
+    ):  # somebody passes on the right, at rest; then a wall on the left hides whoever is behind it
         ride.ranges['SLDD'] = distance
         ride.go(0.4)
     del ride.ranges['SLDD']
@@ -264,7 +309,7 @@ def test_a_wall_that_a_turn_which_has_just_begun_brings_into_a_cone_is_nobody():
     ride.go(3.0)
     ride.command = 0.0, 0.4
     ride.go(0.1)
-    ride.ranges = {'STI': 0.83}   # before the gyroscope tells of the turn
+    ride.ranges = {'STI': 0.83}  # before the gyroscope tells of the turn
     ride.go(0.4)
     assert not ride.guard.zones.people(ride.t)
 
@@ -284,8 +329,11 @@ def test_who_is_expected_is_reckoned_with_before_anybody_is_heard_and_no_more_wh
     ride.go(3.0)
     ride.command = 0.4, 0.0
     told = ride.go(90.0)
-    assert 0.02 < told.v * math.cos(math.radians(40.0)) <= CREEP and (told.state, told.reason) == (State.SLOWED, Reason.EXPECTED)
-    assert not any(decision.give_up for decision in ride.decisions)   # nobody holds it up
+    assert 0.02 < told.v * math.cos(math.radians(40.0)) <= CREEP and (told.state, told.reason) == (
+        State.SLOWED,
+        Reason.EXPECTED,
+    )
+    assert not any(decision.give_up for decision in ride.decisions)  # nobody holds it up
     assert ride.guard.zones.caution.expect(False)
     assert ride.go(3.0).v == pytest.approx(0.4)
 
@@ -294,13 +342,18 @@ def test_people_cannot_be_expected_where_nothing_is_kept_in_mind():
     assert not caution(CautionConfig()).expect(True) and caution(CautionConfig()).expect(False)
     expecting = SafetyConfig.from_params({**PARAMS, 'caution': {**PARAMS['caution'], 'expected': True}}).caution
     assert caution(expecting).expected and not caution().expected
-    for fault, sentence in ({'expected': 1}, 'expected is 1, allowed are true and false'), ({'expected': True}, 'expected is True, allowed is false where memory is 0'):
+    for fault, sentence in (
+        ({'expected': 1}, 'expected is 1, allowed are true and false'),
+        ({'expected': True}, 'expected is True, allowed is false where memory is 0'),
+    ):
         with pytest.raises(ConfigError, match=sentence):
             CautionConfig(**fault)
 
 
 def crowd(patience, drives=((40.0, 0.5),), still=False):
-    """The Decisions of a gate before which somebody walks to and fro (`still`: stands), told to drive at v (m/s) for so many s: `drives`, one after another; 0 m/s is to stand."""
+    """The Decisions of a gate before which somebody walks to and fro (`still`: stands), told to drive at v (m/s) for so
+    many s: `drives`, one after another; 0 m/s is to stand.
+    """
     zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))
     gate = SafetyGate(GateConfig(), Comfort(Profile()), zones)
     for t in (0.0, 0.2):
@@ -315,7 +368,9 @@ def crowd(patience, drives=((40.0, 0.5),), still=False):
                     distance = 0.4 if still or sensor.side != 'front' else 1.2 - 0.2 * (k // 10 % 5)
                     zones.on_raw_range(sensor.name, distance, t)
                     zones.on_range(sensor.name, distance, t)
-            decisions.append(gate.step(t, Command(v, 0.0, t), Inputs(t, t, t, t, t, None, False, True, 'navigation', 0.0)))
+            decisions.append(
+                gate.step(t, Command(v, 0.0, t), Inputs(t, t, t, t, t, None, False, True, 'navigation', 0.0))
+            )
     return decisions
 
 
@@ -323,14 +378,19 @@ def test_goals_are_given_up_in_words_when_people_have_held_it_up_for_long():
     decisions = crowd(patience=15.0)
     given_up = [k for k, decision in enumerate(decisions) if decision.give_up]
     assert [round(0.02 * k) for k in given_up] == [15, 30]
-    assert all((decisions[k].state, decisions[k].reason, decisions[k].v) == (State.BLOCKED, Reason.CROWD, 0.0) for k in given_up)
+    assert all(
+        (decisions[k].state, decisions[k].reason, decisions[k].v) == (State.BLOCKED, Reason.CROWD, 0.0)
+        for k in given_up
+    )
     assert not any(decision.give_up for decision in crowd(patience=0.0))
 
 
 def test_it_says_that_it_waits_for_who_moves_and_not_for_what_stands_where_it_creeps_on():
     assert all(decision.waits for decision in crowd(0.0)[100:])
     creeping = crowd(15.0, still=True)[100:]
-    assert all(decision.v > 0.0 for decision in creeping) and not any(decision.waits or decision.give_up for decision in creeping)
+    assert all(decision.v > 0.0 for decision in creeping) and not any(
+        decision.waits or decision.give_up for decision in creeping
+    )
 
 
 @pytest.mark.parametrize('pause, gives_up', [(1.0, True), (8.0, False)])

@@ -6,10 +6,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from sara_control.comfort import AxisLimiter, Comfort, Profile, read_profiles
-from sara_control.config import ConfigError
+from sara_control.gate.comfort import AxisLimiter, Comfort, Profile, read_profiles
+from sara_control.wheels.config import ConfigError
 
-STEPS = st.lists(st.tuples(st.floats(-1.5, 1.5), st.integers(1, 40), st.sampled_from([0.01, 0.02, 0.05])), min_size=1, max_size=12)
+STEPS = st.lists(
+    st.tuples(st.floats(-1.5, 1.5), st.integers(1, 40), st.sampled_from([0.01, 0.02, 0.05])), min_size=1, max_size=12
+)
 LIMITS = st.tuples(st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(0.1, 5.0))
 
 
@@ -80,7 +82,9 @@ def test_a_falling_target_is_followed_as_it_falls():
         limiter = AxisLimiter(0.4, 0.8, 0.8)
         for _ in range(300):
             limiter.step(0.8, 0.02)
-        behind = [limiter.step(0.8 - 0.006 * (step // every * every), 0.02) - (0.8 - 0.006 * step) for step in range(110)]
+        behind = [
+            limiter.step(0.8 - 0.006 * (step // every * every), 0.02) - (0.8 - 0.006 * step) for step in range(110)
+        ]
         assert max(map(abs, behind[70:])) < 0.02 + 0.006 * every, every
 
 
@@ -110,7 +114,11 @@ def test_shape_keeps_the_curve_and_the_limits(v, w):
     assert -profile.max_reverse - 1e-12 <= shaped_v <= profile.max_forward + 1e-12
     assert abs(shaped_w) <= profile.max_turn + 1e-12 and abs(shaped_v * shaped_w) <= profile.max_lateral + 1e-12
     assert shaped_v * w == pytest.approx(shaped_w * v, abs=1e-12)
-    if -profile.max_reverse <= v <= profile.max_forward and abs(w) <= profile.max_turn and abs(v * w) <= profile.max_lateral:
+    if (
+        -profile.max_reverse <= v <= profile.max_forward
+        and abs(w) <= profile.max_turn
+        and abs(v * w) <= profile.max_lateral
+    ):
         assert (shaped_v, shaped_w) == (v, w)
 
 
@@ -124,7 +132,9 @@ def test_braking_is_linear_and_on_the_curve(v, w, dt):
     for _ in range(int(needed / dt) + 2):
         before = comfort.v, comfort.w
         comfort.brake(dt, 1.5, 3.0)
-        assert abs(before[0]) - abs(comfort.v) <= 1.5 * dt + 1e-12 and abs(before[1]) - abs(comfort.w) <= 3.0 * dt + 1e-12
+        assert (
+            abs(before[0]) - abs(comfort.v) <= 1.5 * dt + 1e-12 and abs(before[1]) - abs(comfort.w) <= 3.0 * dt + 1e-12
+        )
         assert comfort.v * w == pytest.approx(comfort.w * v, abs=1e-9)
         assert abs(comfort.v) <= abs(before[0]) and abs(comfort.w) <= abs(before[1])
     assert not comfort.moving
@@ -163,10 +173,17 @@ def test_rest_is_at_once():
 
 def test_bad_profiles_name_every_fault():
     with pytest.raises(ConfigError) as error:
-        read_profiles({'a': {'jerk': 0, 'acceleration': 'fast'}, 'b': 3, 'c': {'speed': 1.0}, 'd': {'braking': math.inf}})
+        read_profiles(
+            {'a': {'jerk': 0, 'acceleration': 'fast'}, 'b': 3, 'c': {'speed': 1.0}, 'd': {'braking': math.inf}}
+        )
     text = str(error.value)
-    for part in ("profiles/a/jerk is 0", "profiles/a/acceleration is 'fast'", 'profiles/b is 3', 'profiles/c/speed is 1.0',
-                 'profiles/d/braking is inf'):
+    for part in (
+        'profiles/a/jerk is 0',
+        "profiles/a/acceleration is 'fast'",
+        'profiles/b is 3',
+        'profiles/c/speed is 1.0',
+        'profiles/d/braking is inf',
+    ):
         assert part in text
     with pytest.raises(ConfigError, match='profiles is'):
         read_profiles({})

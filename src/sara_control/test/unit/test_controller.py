@@ -5,11 +5,19 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.config import ConfigError, ControllerConfig
-from sara_control.controller import DiffDriveController
 
-PARAMS = {'wheel_separation': 0.525, 'wheel_radius': 0.155, 'left_wheel': 'left', 'right_wheel': ['right'],
-          'pose_covariance_diagonal': [0.0] * 6, 'twist_covariance_diagonal': [1.0] * 6, 'velocity_rolling_window_size': 1}
+from sara_control.wheels.config import ConfigError, ControllerConfig
+from sara_control.wheels.controller import DiffDriveController
+
+PARAMS = {
+    'wheel_separation': 0.525,
+    'wheel_radius': 0.155,
+    'left_wheel': 'left',
+    'right_wheel': ['right'],
+    'pose_covariance_diagonal': [0.0] * 6,
+    'twist_covariance_diagonal': [1.0] * 6,
+    'velocity_rolling_window_size': 1,
+}
 CONFIG = ControllerConfig.from_params(PARAMS)
 
 
@@ -90,11 +98,25 @@ def test_no_input_makes_a_wheel_speed_that_is_not_finite(events):
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.sampled_from(['limits', 'brake', 'open', 'plain']), st.lists(st.tuples(
-    st.sampled_from('cwwuuj'), st.floats(-1e3, 1e3) | st.just(math.nan), st.floats(-1e3, 1e3) | st.just(math.inf),
-    st.floats(-0.1, 0.3), st.floats(0.0, 2.0)), max_size=100))
+@given(
+    st.sampled_from(['limits', 'brake', 'open', 'plain']),
+    st.lists(
+        st.tuples(
+            st.sampled_from('cwwuuj'),
+            st.floats(-1e3, 1e3) | st.just(math.nan),
+            st.floats(-1e3, 1e3) | st.just(math.inf),
+            st.floats(-0.1, 0.3),
+            st.floats(0.0, 2.0),
+        ),
+        max_size=100,
+    ),
+)
 def test_whatever_comes_the_state_stays_a_number_and_a_stop_stays_a_stop(kind, events):
-    controller = DiffDriveController(config(**{'limits': LIMITS, 'brake': {'stop_deceleration': 1.0}, 'open': {'open_loop': True}, 'plain': {}}[kind]))
+    controller = DiffDriveController(
+        config(
+            **{'limits': LIMITS, 'brake': {'stop_deceleration': 1.0}, 'open': {'open_loop': True}, 'plain': {}}[kind]
+        )
+    )
     t, commanded = 10.0, False
     for what, a, b, dt, lost in events:
         t += dt
@@ -109,7 +131,12 @@ def test_whatever_comes_the_state_stays_a_number_and_a_stop_stays_a_stop(kind, e
             assert commanded or speeds == (0.0, 0.0)
         if controller.state is not None:
             state = controller.state
-            assert all(map(math.isfinite, (state.x, state.y, state.heading, state.linear, state.angular, *state.pose_covariance)))
+            assert all(
+                map(
+                    math.isfinite,
+                    (state.x, state.y, state.heading, state.linear, state.angular, *state.pose_covariance),
+                )
+            )
             assert min(state.pose_covariance + state.twist_covariance) >= 0.0
 
 
@@ -120,7 +147,9 @@ def test_repeated_positions_are_counted():
 
 
 def test_multipliers_scale_the_geometry():
-    config = ControllerConfig.from_params({**PARAMS, 'wheel_separation_multiplier': 2.0, 'wheel_radius_multiplier': 0.5})
+    config = ControllerConfig.from_params(
+        {**PARAMS, 'wheel_separation_multiplier': 2.0, 'wheel_radius_multiplier': 0.5}
+    )
     assert config.separation == 1.05 and config.radii == (0.0775, 0.0775)
 
 
@@ -153,9 +182,12 @@ class Ideal:
 
 
 VARIANTS = {
-    'plain': {}, 'open_loop': {'open_loop': True}, 'multipliers': {'wheel_separation_multiplier': 1.3, 'wheel_radius_multiplier': 0.9},
+    'plain': {},
+    'open_loop': {'open_loop': True},
+    'multipliers': {'wheel_separation_multiplier': 1.3, 'wheel_radius_multiplier': 0.9},
     'left_and_right': {'left_wheel_radius_multiplier': 1.05, 'right_wheel_radius_multiplier': 0.95},
-    'several_wheels': {'left_wheel': ['a', 'b', 'c'], 'right_wheel': ['d', 'e', 'f']}}
+    'several_wheels': {'left_wheel': ['a', 'b', 'c'], 'right_wheel': ['d', 'e', 'f']},
+}
 
 
 @pytest.mark.parametrize('name', VARIANTS)
@@ -184,10 +216,18 @@ def test_a_side_with_several_joints_counts_as_their_mean():
     assert controller.on_wheels((), (3.0, 3.0), 3.0) is None
 
 
-LIMITS = {'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': 1.0, 'linear/x/has_acceleration_limits': True,
-          'linear/x/max_acceleration': 1.0, 'linear/x/has_jerk_limits': True, 'linear/x/max_jerk': 3.0,
-          'angular/z/has_velocity_limits': True, 'angular/z/max_velocity': 2.0, 'angular/z/has_acceleration_limits': True,
-          'angular/z/max_acceleration': 2.0}
+LIMITS = {
+    'linear/x/has_velocity_limits': True,
+    'linear/x/max_velocity': 1.0,
+    'linear/x/has_acceleration_limits': True,
+    'linear/x/max_acceleration': 1.0,
+    'linear/x/has_jerk_limits': True,
+    'linear/x/max_jerk': 3.0,
+    'angular/z/has_velocity_limits': True,
+    'angular/z/max_velocity': 2.0,
+    'angular/z/has_acceleration_limits': True,
+    'angular/z/max_acceleration': 2.0,
+}
 
 
 def test_commands_are_limited_in_jerk_then_acceleration_then_speed():
@@ -342,7 +382,9 @@ def test_covariances_are_the_configured_ones_until_something_is_lost():
     lost = controller.on_wheels(2.6, 3.0, 2.9, 0.1, 0.0, 0.3)
     assert all(lost.pose_covariance[index] > bridged.pose_covariance[index] for index in (0, 5))
     more = controller.on_wheels(2.7, 3.1, 3.8, 0.1, 0.0, 0.8)
-    first, second = (state.pose_covariance[5] - before.pose_covariance[5] for state, before in ((lost, after), (more, lost)))
+    first, second = (
+        state.pose_covariance[5] - before.pose_covariance[5] for state, before in ((lost, after), (more, lost))
+    )
     assert second > 4.0 * first, 'longer is worse'
 
 

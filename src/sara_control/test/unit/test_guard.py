@@ -1,4 +1,6 @@
-"""The whole gate on a chair with its bus: frames at their own rates with jitter, one lost now and then, hazards at random moments."""
+"""The whole gate on a chair with its bus: frames at their own rates with jitter, one lost now and then, hazards at
+random moments.
+"""
 
 import math
 import random
@@ -7,10 +9,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from sara_control.config import ConfigError
-from sara_control.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
-from sara_control.guard import Guard
-from sara_control.reasons import State
+from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
+from sara_control.gate.guard import Guard
+from sara_control.gate.reasons import State
+from sara_control.wheels.config import ConfigError
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
 STEPS = 64000 / math.tau
@@ -20,8 +22,8 @@ TICK = 0.01
 class Chair:
     """A guard in front of two wheels with a lag of 0.1 s, told at 50 Hz over a bus that takes 10 to 20 ms each way.
 
-    wall: m from the front sensors to a wall across, seen with a median of 3 at 5 Hz as on the chair; it comes nearer as the chair
-    drives. `dead`: what is silent. `lose`: names of the frames to lose next.
+    wall: m from the front sensors to a wall across, seen with a median of 3 at 5 Hz as on the chair; it comes nearer as
+    the chair drives. `dead`: what is silent. `lose`: names of the frames to lose next.
     """
 
     def __init__(self, seed=0, params=PARAMS):
@@ -80,7 +82,7 @@ class Chair:
         if self.tick % 10 == 0:
             self.later('mode', lambda t: guard.on_mode(t, self.mode))
             for i in (0, 1):
-                steps = round((self.frozen or self.angles)[i] * STEPS) % 2 ** 32
+                steps = round((self.frozen or self.angles)[i] * STEPS) % 2**32
                 self.later('encoders', lambda t, i=i, steps=steps: guard.on_encoder(t, i, steps, clock))
         if self.tick % 20 == 0:
             turn, impact = self.w / 1.27, self.impact
@@ -89,7 +91,10 @@ class Chair:
             self.echoes = [*self.echoes[-2:], echo if echo >= 0.16 else -math.inf]
             for name in guard.zones.sensors:
                 ahead = sorted(self.echoes)[len(self.echoes) // 2] if name in ('SDI', 'SDD') else math.inf
-                self.later('ranges', lambda t, name=name, ahead=ahead: guard.on_range(t, name, ahead if ahead <= 2.5 else math.inf))
+                self.later(
+                    'ranges',
+                    lambda t, name=name, ahead=ahead: guard.on_range(t, name, ahead if ahead <= 2.5 else math.inf),
+                )
         if self.tick % 2 == 0 and 'localization' not in self.dead:
             guard.on_localization(self.t, 0.0, 0.0, 0.0, 1.0)
         if self.tick % 5 == 0 and self.command is not None and 'navigation' not in self.dead:
@@ -117,8 +122,17 @@ def hazard(chair, name):
         chair.dead = {name}
 
 
-LIMITS = {'emergency_stop': 0.05, 'impact': 0.2, 'bus': 0.25, 'encoders': 0.3, 'frozen': 0.3, 'imu': 0.5, 'navigation': 0.5,
-          'ranges': 0.6, 'localization': 0.6}
+LIMITS = {
+    'emergency_stop': 0.05,
+    'impact': 0.2,
+    'bus': 0.25,
+    'encoders': 0.3,
+    'frozen': 0.3,
+    'imu': 0.5,
+    'navigation': 0.5,
+    'ranges': 0.6,
+    'localization': 0.6,
+}
 
 
 @pytest.mark.parametrize('name', LIMITS)
@@ -215,14 +229,22 @@ def test_bad_data_is_dropped_and_counted_and_moves_nothing():
     assert not guard.on_range(1.0, 'SDI', math.nan) and not guard.on_range(1.0, 'nose', 1.0)
     assert not guard.on_localization(1.0, 0.0, math.nan) and guard.on_localization(1.0, 0.0, 0.0)
     assert not guard.on_imu(1.0, (0.0, 0.0, math.nan))
-    assert guard.dropped == {'command not finite': 2, 'range not known or not possible': 2, 'pose not finite': 1,
-                             'turn rate not possible': 1}
+    assert guard.dropped == {
+        'command not finite': 2,
+        'range not known or not possible': 2,
+        'pose not finite': 1,
+        'turn rate not possible': 1,
+    }
     assert guard.step(1.0).v == 0.0
 
 
 def test_what_is_missing_is_named():
     chair = Chair()
-    assert set(chair.guard.missing(50.0)) == {'encoders', 'imu', *(f'range {name}' for name in PARAMS['zones']['sensors'])}
+    assert set(chair.guard.missing(50.0)) == {
+        'encoders',
+        'imu',
+        *(f'range {name}' for name in PARAMS['zones']['sensors']),
+    }
     chair.dead = {'imu'}
     chair.run(3.0)
     assert chair.guard.missing(chair.t) == ['imu']
@@ -242,18 +264,43 @@ def test_the_packaged_configuration_is_the_chairs():
     config = SafetyConfig.from_params(PARAMS)
     assert len(config.zones.sensors) == 9 and config.rate == 50.0
     standard = config.profiles['standard']
-    assert (standard.acceleration, standard.braking, standard.jerk, config.gate.emergency_braking) == (0.4, 0.8, 0.8, 1.5)
+    assert (standard.acceleration, standard.braking, standard.jerk, config.gate.emergency_braking) == (
+        0.4,
+        0.8,
+        0.8,
+        1.5,
+    )
     assert config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig()
 
 
 def test_config_names_every_fault():
     with pytest.raises(ConfigError) as error:
-        SafetyConfig.from_params({
-            'gate': {'imu_timeout': -1, 'emergency_braking': 0, 'localization_for': 'all', 'speed': 1}, 'plausibility': 3,
-            'zones': {'length': 0}, 'profiles': {'a': {'jerk': 0}}, 'rate': 5, 'handshake': 'yes', 'cancel_topics': '/x', 'tempo': 1})
+        SafetyConfig.from_params(
+            {
+                'gate': {'imu_timeout': -1, 'emergency_braking': 0, 'localization_for': 'all', 'speed': 1},
+                'plausibility': 3,
+                'zones': {'length': 0},
+                'profiles': {'a': {'jerk': 0}},
+                'rate': 5,
+                'handshake': 'yes',
+                'cancel_topics': '/x',
+                'tempo': 1,
+            }
+        )
     text = str(error.value)
-    for part in ('imu_timeout is -1', 'emergency_braking is 0', "localization_for is 'all'", 'speed is 1', '3 is given where',
-                 'length is 0', 'profiles/a/jerk is 0', 'rate is 5', "handshake is 'yes'", "cancel_topics is '/x'", 'tempo is 1'):
+    for part in (
+        'imu_timeout is -1',
+        'emergency_braking is 0',
+        "localization_for is 'all'",
+        'speed is 1',
+        '3 is given where',
+        'length is 0',
+        'profiles/a/jerk is 0',
+        'rate is 5',
+        "handshake is 'yes'",
+        "cancel_topics is '/x'",
+        'tempo is 1',
+    ):
         assert part in text, part
     with pytest.raises(ConfigError, match="profile is 'x', allowed are a"):
         SafetyConfig.from_params({**PARAMS, 'profiles': {'a': {}}, 'profile': 'x'})

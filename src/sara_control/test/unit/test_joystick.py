@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_control.config import ConfigError
-from sara_control.joystick import Joystick, JoystickConfig
+from sara_control.mux.joystick import Joystick, JoystickConfig
+from sara_control.wheels.config import ConfigError
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2))
@@ -46,7 +46,9 @@ def test_what_cannot_be_read_lets_go():
 
 def test_config():
     with pytest.raises(ConfigError) as error:
-        JoystickConfig.from_params({'max_linear': 0, 'deadzone': 1.0, 'axis_left': -1, 'deadman_button': -2, 'enabled': 1})
+        JoystickConfig.from_params(
+            {'max_linear': 0, 'deadzone': 1.0, 'axis_left': -1, 'deadman_button': -2, 'enabled': 1}
+        )
     for part in ('max_linear is 0', 'deadzone is 1.0', 'axis_left is -1', 'deadman_button is -2', 'enabled is 1'):
         assert part in str(error.value)
     with pytest.raises(ConfigError, match='joystick/speed is 1'):

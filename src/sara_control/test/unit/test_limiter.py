@@ -7,14 +7,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.config import ConfigError, ControllerConfig
-from sara_control.limiter import KINDS, Limits, SpeedLimiter
+
+from sara_control.wheels.config import ConfigError, ControllerConfig
+from sara_control.wheels.limiter import KINDS, Limits, SpeedLimiter
 
 REFERENCE = np.load(Path(__file__).resolve().parents[1] / 'data' / 'diff_drive.npz')
 SETS = range(8)
 DT = 0.05
-BASE = {'wheel_separation': 0.5, 'wheel_radius': 0.1, 'left_wheel': 'l', 'right_wheel': 'r',
-        'pose_covariance_diagonal': [0.0] * 6, 'twist_covariance_diagonal': [0.0] * 6}
+BASE = {
+    'wheel_separation': 0.5,
+    'wheel_radius': 0.1,
+    'left_wheel': 'l',
+    'right_wheel': 'r',
+    'pose_covariance_diagonal': [0.0] * 6,
+    'twist_covariance_diagonal': [0.0] * 6,
+}
 
 
 def limits(k):
@@ -46,7 +53,9 @@ def test_every_call_equals_the_peers(k):
 
 @pytest.mark.parametrize('k', SETS)
 def test_a_chain_of_commands_equals_the_peers(k):
-    np.testing.assert_allclose(chain(as_the_peer(k), REFERENCE[f'lim_{k}_chain_in']), REFERENCE[f'lim_{k}_chain_out'], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        chain(as_the_peer(k), REFERENCE[f'lim_{k}_chain_in']), REFERENCE[f'lim_{k}_chain_out'], rtol=0, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize('k', [k for k in SETS if REFERENCE[f'lim_{k}_has'][2]])
@@ -54,9 +63,9 @@ def test_the_peer_exceeds_the_jerk_it_was_given_and_this_does_not(k):
     lowest, highest = limits(k).jerk
     alone = SpeedLimiter(Limits(jerk=(lowest, highest)))
     wanted = REFERENCE[f'lim_{k}_chain_in']
-    jerk = np.diff(chain(alone, wanted), 2, prepend=[0.0, 0.0]) / DT ** 2
+    jerk = np.diff(chain(alone, wanted), 2, prepend=[0.0, 0.0]) / DT**2
     assert lowest - 1e-9 <= jerk.min() and jerk.max() <= highest + 1e-9
-    peer = np.diff(REFERENCE[f'lim_{k}_chain_out'], 2, prepend=[0.0, 0.0]) / DT ** 2
+    peer = np.diff(REFERENCE[f'lim_{k}_chain_out'], 2, prepend=[0.0, 0.0]) / DT**2
     assert peer.max() > 1.9 * highest
 
 
@@ -75,23 +84,53 @@ def test_each_limit_alone_holds(v, v0, v1, dt, velocity, acceleration, jerk):
 @given(speeds, speeds, speeds, st.floats(0.001, 0.2))
 def test_without_limits_and_within_them_a_command_is_itself(v, v0, v1, dt):
     assert SpeedLimiter().limit(v, v0, v1, dt) == v
-    assert SpeedLimiter(Limits((-9.0, 9.0), (-1e9, 1e9), (-1e9, 1e9))).limit(v, v0, v1, dt) == pytest.approx(v, abs=1e-9)
+    assert SpeedLimiter(Limits((-9.0, 9.0), (-1e9, 1e9), (-1e9, 1e9))).limit(v, v0, v1, dt) == pytest.approx(
+        v, abs=1e-9
+    )
 
 
 def test_parameters_have_the_peers_names_and_min_is_the_negative_max():
-    config = ControllerConfig.from_params({**BASE, 'linear': {'x': {
-        'has_velocity_limits': True, 'max_velocity': 1.0, 'min_velocity': -0.5, 'has_acceleration_limits': True, 'max_acceleration': 2,
-        'has_jerk_limits': False, 'max_jerk': 5.0}}, 'angular/z/has_jerk_limits': True, 'angular/z/max_jerk': 3.0})
+    config = ControllerConfig.from_params(
+        {
+            **BASE,
+            'linear': {
+                'x': {
+                    'has_velocity_limits': True,
+                    'max_velocity': 1.0,
+                    'min_velocity': -0.5,
+                    'has_acceleration_limits': True,
+                    'max_acceleration': 2,
+                    'has_jerk_limits': False,
+                    'max_jerk': 5.0,
+                }
+            },
+            'angular/z/has_jerk_limits': True,
+            'angular/z/max_jerk': 3.0,
+        }
+    )
     assert config.linear_limits == Limits((-0.5, 1.0), (-2.0, 2.0), None)
     assert config.angular_limits == Limits(jerk=(-3.0, 3.0))
 
 
-@pytest.mark.parametrize('given_, sentence', [
-    ({'linear/x/has_velocity_limits': True}, 'linear/x/max_velocity is missing though linear/x/has_velocity_limits is true'),
-    ({'linear/x/has_jerk_limits': 1}, 'linear/x/has_jerk_limits is 1, allowed are true and false'),
-    ({'angular/z/max_velocity': 'fast'}, "angular/z/max_velocity is 'fast', allowed are numbers"),
-    ({'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': -1.0}, 'is 1 to -1, allowed is a range with 0 in it'),
-    ({'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': float('nan')}, 'max_velocity is nan, allowed are numbers')])
+@pytest.mark.parametrize(
+    'given_, sentence',
+    [
+        (
+            {'linear/x/has_velocity_limits': True},
+            'linear/x/max_velocity is missing though linear/x/has_velocity_limits is true',
+        ),
+        ({'linear/x/has_jerk_limits': 1}, 'linear/x/has_jerk_limits is 1, allowed are true and false'),
+        ({'angular/z/max_velocity': 'fast'}, "angular/z/max_velocity is 'fast', allowed are numbers"),
+        (
+            {'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': -1.0},
+            'is 1 to -1, allowed is a range with 0 in it',
+        ),
+        (
+            {'linear/x/has_velocity_limits': True, 'linear/x/max_velocity': float('nan')},
+            'max_velocity is nan, allowed are numbers',
+        ),
+    ],
+)
 def test_bad_limits_are_named(given_, sentence):
     with pytest.raises(ConfigError, match=sentence):
         ControllerConfig.from_params({**BASE, **given_})

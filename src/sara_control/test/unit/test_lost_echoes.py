@@ -1,4 +1,5 @@
 """What was heard close and is heard no more since the chair moved stands beside the cone still."""
+
 import math
 from pathlib import Path
 
@@ -6,9 +7,10 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.lost_echoes import CLOSE, KEPT, NEAREST, LostEchoes
-from sara_control.zone_config import ZoneConfig
-from sara_control.zones import Zones
+
+from sara_control.zones.lost_echoes import CLOSE, KEPT, NEAREST, LostEchoes
+from sara_control.zones.zone_config import ZoneConfig
+from sara_control.zones.zones import Zones
 
 CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
 HALF = 0.5 * CONFIG.field_of_view
@@ -32,16 +34,25 @@ def test_the_outer_end_of_the_arc_is_kept(name, distance):
     ahead = math.copysign(1.0, math.cos(sensor.yaw))
     (place,) = losing(name, distance, 0.05 * ahead).places
     assert place.name == name and math.dist((place.x, place.y), (sensor.x, sensor.y)) == pytest.approx(away)
-    assert place.x * ahead > 0.54 and place.y * sensor.y > sensor.y ** 2
-    assert abs(math.remainder(math.atan2(place.y - sensor.y, place.x - sensor.x) - sensor.yaw, math.tau)) == pytest.approx(HALF)
+    assert place.x * ahead > 0.54 and place.y * sensor.y > sensor.y**2
+    assert abs(
+        math.remainder(math.atan2(place.y - sensor.y, place.x - sensor.x) - sensor.yaw, math.tau)
+    ) == pytest.approx(HALF)
 
 
 def test_what_is_not_driven_up_to_or_farther_off_or_beside_the_chair_or_moves_on_is_not_kept():
-    assert not losing(v=0.0).places and not losing(v=-0.1).places and not losing(v=0.0, w=0.3).places and not losing('STI').places
+    assert (
+        not losing(v=0.0).places
+        and not losing(v=-0.1).places
+        and not losing(v=0.0, w=0.3).places
+        and not losing('STI').places
+    )
     assert not losing(distance=CLOSE + 0.01).places
     assert not any(losing(name).places for name in ('SLID', 'SLIT', 'SLDD', 'SLDT', 'SJO'))
     lost = losing(distance=0.4)
-    assert not lost.heard(SENSORS['SDI'], 0.2, 0.3) and not lost.heard(SENSORS['SDI'], -math.inf, 0.2) and not lost.places
+    assert (
+        not lost.heard(SENSORS['SDI'], 0.2, 0.3) and not lost.heard(SENSORS['SDI'], -math.inf, 0.2) and not lost.places
+    )
 
 
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.integers(1, 20))
@@ -54,19 +65,22 @@ def test_a_place_stays_where_it_is_while_the_chair_moves(v, w, steps):
         lost.carry(1.0 + 0.05 * k, v, w)
         x, y, yaw = x + 0.05 * v * math.cos(yaw), y + 0.05 * v * math.sin(yaw), yaw + 0.05 * w
     for (px, py), place in zip(before, lost.places):
-        now = x + math.cos(yaw) * place.x - math.sin(yaw) * place.y, y + math.sin(yaw) * place.x + math.cos(yaw) * place.y
+        now = (
+            x + math.cos(yaw) * place.x - math.sin(yaw) * place.y,
+            y + math.sin(yaw) * place.x + math.cos(yaw) * place.y,
+        )
         assert now == pytest.approx((px, py), abs=1e-9)
 
 
 def test_it_is_forgotten_when_a_cone_finds_it_free_and_after_some_way():
     lost = losing()
-    lost.carry(1.4, -0.8, 0.0)      # back by 0.32 m: it is well within the cone again
+    lost.carry(1.4, -0.8, 0.0)  # back by 0.32 m: it is well within the cone again
     assert not lost.heard(SENSORS['SDI'], 0.6, 0.5) and len(lost.places) == 1
     assert lost.heard(SENSORS['SDI'], 0.5, 2.0) and not lost.places
     lost = losing()
     for k in range(1, 600):
         lost.carry(1.0 + 0.2 * k, 0.0, 0.0)
-    assert lost.places      # a chair that stands learns nothing of it
+    assert lost.places  # a chair that stands learns nothing of it
     for k in range(600, 600 + round(KEPT / 0.02)):
         assert lost.places
         lost.carry(1.0 + 0.2 * k, 0.1, 0.0)
@@ -82,8 +96,8 @@ def test_when_nobody_knows_how_the_chair_moved_all_is_forgotten(pause):
 
 
 def creeping(jamb_y, yaw_rate, forgets, seconds=25.0):
-    """A chair that wants to go straight on at 0.2 m/s, its heading wavering, with a jamb 0.5 m before it, and obeys 0.3 s late; the gap to it (m)
-    until 8 s after it was stopped first.
+    """A chair that wants to go straight on at 0.2 m/s, its heading wavering, with a jamb 0.5 m before it, and obeys 0.3
+    s late; the gap to it (m) until 8 s after it was stopped first.
 
     forgets: the gate keeps nothing.
     """

@@ -8,9 +8,10 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_control.movers import FINEST, HOLD, PAUSE, Mover, Scatter
-from sara_control.zone_config import RangeSensor, ZoneConfig
-from sara_control.zones import Zones
+
+from sara_control.zones.moving_obstacles import FINEST, HOLD, PAUSE, Mover, Scatter
+from sara_control.zones.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones.zones import Zones
 
 CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
 
@@ -45,24 +46,31 @@ def test_walls_that_the_chair_drives_towards_or_along_are_no_movers(v, seed):
 @settings(max_examples=300, deadline=None)
 def test_a_long_wall_is_no_mover_while_the_chair_turns(w, away, bearing):
     """What is heard of a wall is where it is nearest within the cone, up to 45 degrees off its normal."""
+
     def heard(t):
         normal = bearing - w * t
         edge = min(max(abs(normal) - HALF, 0.0), math.radians(44.0))
         return away / math.cos(edge)
+
     assert not any(hear(Mover(RangeSensor('X', 0.0, 0.0, 0.0), HALF), [heard(0.2 * k) for k in range(8)], 0.0, w))
 
 
 def test_a_jamb_that_comes_into_the_cone_is_no_mover():
     side = RangeSensor('SLID', 0.35, 0.29, math.radians(90.0))
-    for jumps in ([2.2, 2.2, 0.6, 0.6, 0.6], [2.2, 2.2, 1.4, 0.6, 0.6]):     # and not if a median makes two steps of it: nobody runs so fast
-        assert not any(hear(Mover(FRONT, HALF), jumps, 0.1, 0.3))    # turning
-        assert not any(hear(Mover(FRONT, HALF), jumps, -0.2))        # astern
-        assert not any(hear(Mover(side, HALF), jumps, 0.3))          # beside it
+    for jumps in (
+        [2.2, 2.2, 0.6, 0.6, 0.6],
+        [2.2, 2.2, 1.4, 0.6, 0.6],
+    ):  # and not if a median makes two steps of it: nobody runs so fast
+        assert not any(hear(Mover(FRONT, HALF), jumps, 0.1, 0.3))  # turning
+        assert not any(hear(Mover(FRONT, HALF), jumps, -0.2))  # astern
+        assert not any(hear(Mover(side, HALF), jumps, 0.3))  # beside it
 
 
 @given(st.sampled_from(CONFIG.sensors), st.floats(0.35, 2.0), st.floats(0.2, 1.15), st.integers(0, 10**6))
 @settings(max_examples=200, deadline=None)
-def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_waited_for_at_once(sensor, nearer, distance, seed):
+def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_waited_for_at_once(
+    sensor, nearer, distance, seed
+):
     noise = random.Random(seed)
     away = math.cos(sensor.yaw)
     v = 0.0 if abs(away) < 0.7 else math.copysign(noise.uniform(0.0, 0.4), away)
@@ -70,7 +78,7 @@ def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_wait
     mover = Mover(sensor, HALF)
     told = hear(mover, [*before, distance, distance], v)
     assert told[:3] == [0.0, 0.0, 0.0] and told[3] > 0.3
-    assert mover.speed(0.6 + PAUSE) > 0.0 and mover.speed(0.61 + PAUSE) == 0.0    # one that stays is no mover
+    assert mover.speed(0.6 + PAUSE) > 0.0 and mover.speed(0.61 + PAUSE) == 0.0  # one that stays is no mover
 
 
 def test_one_flicker_of_an_echo_that_was_as_near_before_is_nobody():
@@ -91,7 +99,7 @@ def test_somebody_is_reckoned_with_for_a_while_and_then_no_more():
     assert hear(mover, [2.0, 1.8, 1.6])[-1] > 0.9
     assert mover.speed(0.4 + HOLD) > 0.9
     assert mover.speed(0.41 + HOLD) == 0.0
-    assert mover.add(0.6, math.inf, 0.0, 0.0) > 0.9      # no echo: still there as far as anybody knows
+    assert mover.add(0.6, math.inf, 0.0, 0.0) > 0.9  # no echo: still there as far as anybody knows
 
 
 def test_nearby_the_first_step_makes_it_wait_for_a_second():
@@ -100,9 +108,9 @@ def test_nearby_the_first_step_makes_it_wait_for_a_second():
     assert mover.speed(0.2 + PAUSE) > 0.0
     assert mover.add(0.4, 0.75, 0.0, 0.0) > 0.0 and mover.add(0.7, 0.75, 0.0, 0.0) == 0.0
     assert not any(hear(Mover(FRONT, HALF), [1.5, 1.35]))
-    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.5]))     # no walk: something came into the cone
-    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.7], 0.0, 0.2))       # a turning cone sweeps over edges all the time:
-    assert hear(Mover(FRONT, HALF), [0.9, 0.7, 0.5], 0.0, 0.2)[-1] > 0.5    # there it takes two
+    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.5]))  # no walk: something came into the cone
+    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.7], 0.0, 0.2))  # a turning cone sweeps over edges all the time:
+    assert hear(Mover(FRONT, HALF), [0.9, 0.7, 0.5], 0.0, 0.2)[-1] > 0.5  # there it takes two
 
 
 @pytest.mark.parametrize('then', [0.1, -5.0])
@@ -132,7 +140,9 @@ def approached(walk, start=2.2, sensors=('SDI', 'SDD'), until=4):
 @given(st.floats(0.4, 1.5), st.floats(0.05, 0.8))
 @settings(max_examples=100, deadline=None)
 def test_the_chair_stands_before_somebody_who_walks_up_has_come(walk, v):
-    """The law: what is allowed ends, with the walker's way until then, before the stop distance; and nothing creeps towards them."""
+    """The law: what is allowed ends, with the walker's way until then, before the stop distance; and nothing creeps
+    towards them.
+    """
     met, distance = approached(walk)
     factor, name = met.scale(v, 0.0)
     u = factor * v
@@ -141,7 +151,7 @@ def test_the_chair_stands_before_somebody_who_walks_up_has_come(walk, v):
         assert u * (CONFIG.reaction_time + CONFIG.ease) + u * u / (2.0 * CONFIG.braking) <= room + 0.12 * (1.0 + walk)
     else:
         assert name in ('SDI', 'SDD')
-    assert met.scale(-v, 0.0) == (1.0, '')   # away from them always
+    assert met.scale(-v, 0.0) == (1.0, '')  # away from them always
 
 
 def test_nothing_creeps_towards_somebody_who_comes():
@@ -158,7 +168,7 @@ def test_a_turn_waits_for_who_comes_beside_it_either_way_round():
     met, distance = approached(0.8, start=1.4, sensors=('SLIT',))
     assert distance > 0.9
     assert met.scale(0.0, -0.4) == met.scale(0.0, 0.4) == (0.0, 'SLIT')
-    assert met.scale(0.4, 0.0) == (0.0, 'SLIT') and met.scale(-0.3, 0.0) == (0.0, 'SLIT')   # or out in front of it
+    assert met.scale(0.4, 0.0) == (0.0, 'SLIT') and met.scale(-0.3, 0.0) == (0.0, 'SLIT')  # or out in front of it
     standing, _ = approached(0.0, start=distance, sensors=('SLIT',))
     assert standing.scale(0.0, -0.4) == (1.0, '')
 
@@ -168,7 +178,7 @@ def test_raw_readings_tell_of_somebody_a_reading_before_the_median_does():
     distances = [2.0, 2.0, 2.0, 1.8, 1.6, 1.4, 1.2]
     stopped = {}
     for k in range(2, len(distances)):
-        median = sorted(distances[k - 2:k + 1])[1]
+        median = sorted(distances[k - 2 : k + 1])[1]
         for name, zones in (('raw', raw), ('filtered', filtered)):
             for sensor in CONFIG.sensors:
                 if name == 'raw':
@@ -177,8 +187,12 @@ def test_raw_readings_tell_of_somebody_a_reading_before_the_median_does():
             if zones.scale(0.4, 0.0)[0] == 0.0:
                 stopped.setdefault(name, k)
     assert stopped['raw'] + 1 == stopped['filtered']
-    assert raw.range('SDI') == 1.2      # who comes is believed at once
-    assert not raw.on_raw_range('SDI', math.nan, 9.0) and not raw.on_raw_range('NOBODY', 1.0, 9.0) and not raw.on_raw_range('SDI', -0.1, 9.0)
+    assert raw.range('SDI') == 1.2  # who comes is believed at once
+    assert (
+        not raw.on_raw_range('SDI', math.nan, 9.0)
+        and not raw.on_raw_range('NOBODY', 1.0, 9.0)
+        and not raw.on_raw_range('SDI', -0.1, 9.0)
+    )
 
 
 def test_without_raw_readings_for_a_while_the_median_is_listened_to_again():
@@ -224,7 +238,9 @@ def test_how_much_a_sensor_scatters_is_heard_in_its_readings_whoever_walks_and_w
     noise, scatter = random.Random(seed), Scatter()
     estimates = []
     for k in range(200):
-        distance = 3.0 - 0.8 * 0.2 * (k % 40) + (2.0 if k % 40 > 30 else 0.0)    # somebody walks up, and twice in 8 s something jumps
+        distance = (
+            3.0 - 0.8 * 0.2 * (k % 40) + (2.0 if k % 40 > 30 else 0.0)
+        )  # somebody walks up, and twice in 8 s something jumps
         scatter.add(0.2 * k, distance + noise.gauss(0.0, sigma))
         estimates.append(scatter.sigma)
     assert 0.6 * sigma < sum(estimates[20:]) / 180 < 2.0 * sigma
@@ -240,7 +256,9 @@ def test_a_sensor_is_taken_for_no_better_than_it_can_be():
 @given(st.sampled_from((0.1, 0.2, 0.3)), st.integers(0, 10**6))
 @settings(max_examples=100, deadline=None)
 def test_a_sensor_that_scatters_by_decimetres_tells_of_nobody(sigma, seed):
-    """0.3 m is the simulator's fault sonar_noisy: in a minute of it nobody comes but now and then, and is waited for as for a wall."""
+    """0.3 m is the simulator's fault sonar_noisy: in a minute of it nobody comes but now and then, and is waited for as
+    for a wall.
+    """
     noise, mover = random.Random(seed), Mover(FRONT, HALF)
     told = hear(mover, [abs(1.0 + noise.gauss(0.0, sigma)) for _ in range(300)])
     assert sum(speed > 0.0 for speed in told[10:]) < 0.1 * 290

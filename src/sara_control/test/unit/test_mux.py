@@ -6,14 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_control.config import ConfigError
-from sara_control.mux import NOBODY, ROBOT, Mux, MuxConfig, Said, Source
+from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig, Said, Source
+from sara_control.wheels.config import ConfigError
 
-TOPICS = [{'name': 'joystick', 'topic': '/cmd_vel/joystick', 'timeout': 0.5, 'priority': 100},
-          {'name': 'touch', 'topic': '/cmd_vel/touch', 'timeout': 0.5, 'priority': 50},
-          {'name': 'navigation', 'topic': '/cmd_vel/navigation', 'timeout': 0.5, 'priority': 10}]
-LOCKS = [{'name': 'pause', 'topic': '/pause', 'timeout': 0.0, 'priority': 20},
-         {'name': 'watchdog', 'topic': '/alive', 'timeout': 1.0, 'priority': 255}]
+TOPICS = [
+    {'name': 'joystick', 'topic': '/cmd_vel/joystick', 'timeout': 0.5, 'priority': 100},
+    {'name': 'touch', 'topic': '/cmd_vel/touch', 'timeout': 0.5, 'priority': 50},
+    {'name': 'navigation', 'topic': '/cmd_vel/navigation', 'timeout': 0.5, 'priority': 10},
+]
+LOCKS = [
+    {'name': 'pause', 'topic': '/pause', 'timeout': 0.0, 'priority': 20},
+    {'name': 'watchdog', 'topic': '/alive', 'timeout': 1.0, 'priority': 255},
+]
 
 
 def mux(locks=()):
@@ -44,7 +48,7 @@ def test_the_higher_priority_wins_and_who_was_driven_out_must_come_anew():
     assert one.on_command(1.15, 'navigation', 0.3, 0.0) is None
     assert one.on_command(1.2, 'joystick', 0.0, 0.0) == Said(0.0, 0.0, 'joystick')
     t = 1.2
-    while t < 3.0:                                       # navigation goes on as if nothing had been
+    while t < 3.0:  # navigation goes on as if nothing had been
         t += 0.05
         assert one.on_command(t, 'navigation', 0.3, 0.0) in (None, Said(0.0, 0.0, NOBODY))
     assert one.driver == NOBODY
@@ -143,14 +147,23 @@ def test_a_clock_set_back_makes_silent():
     assert one.update(5.0) == Said(0.0, 0.0, NOBODY)
 
 
-EVENTS = st.lists(st.tuples(st.sampled_from(['joystick', 'touch', 'navigation', 'robot', 'free', 'lock', 'unlock', 'wait']),
-                            st.sampled_from([0.0, 0.3]), st.floats(0.0, 0.4)), min_size=1, max_size=40)
+EVENTS = st.lists(
+    st.tuples(
+        st.sampled_from(['joystick', 'touch', 'navigation', 'robot', 'free', 'lock', 'unlock', 'wait']),
+        st.sampled_from([0.0, 0.3]),
+        st.floats(0.0, 0.4),
+    ),
+    min_size=1,
+    max_size=40,
+)
 
 
 @given(EVENTS)
 @settings(max_examples=500, deadline=None)
 def test_never_two_and_never_the_lesser(events):
-    """Whatever happens: no motion but by the driver; nobody of a lower priority while a higher one wants to move; none past the robot."""
+    """Whatever happens: no motion but by the driver; nobody of a lower priority while a higher one wants to move; none
+    past the robot.
+    """
     one = mux([LOCKS[0]])
     t, newest, robot, priority = 1.0, {}, False, {topic['name']: topic['priority'] for topic in TOPICS}
     for event, v, dt in events:
@@ -168,19 +181,38 @@ def test_never_two_and_never_the_lesser(events):
         if said is not None and said.v:
             assert not robot and said.source == one.driver and newest[said.source] == (said.v, t)
             assert priority[said.source] >= one.locked(t)
-            assert not any(priority[name] > priority[said.source] and value and t - stamp <= 0.5 and one.driver != name
-                           for name, (value, stamp) in newest.items() if not one._heard[name].barred)
+            assert not any(
+                priority[name] > priority[said.source] and value and t - stamp <= 0.5 and one.driver != name
+                for name, (value, stamp) in newest.items()
+                if not one._heard[name].barred
+            )
 
 
 def test_config_is_twist_muxs_and_names_every_fault():
     config = MuxConfig.from_params({'topics': TOPICS, 'locks': LOCKS})
     assert config.topics[0] == Source('joystick', '/cmd_vel/joystick', 0.5, 100) and len(config.locks) == 2
     with pytest.raises(ConfigError) as error:
-        MuxConfig.from_params({'topics': [dict(TOPICS[0], timeout=0), dict(TOPICS[0], priority=256, topic=''), 5,
-                                          dict(TOPICS[1], timeout=math.nan, colour=1)], 'locks': 'none'})
+        MuxConfig.from_params(
+            {
+                'topics': [
+                    dict(TOPICS[0], timeout=0),
+                    dict(TOPICS[0], priority=256, topic=''),
+                    5,
+                    dict(TOPICS[1], timeout=math.nan, colour=1),
+                ],
+                'locks': 'none',
+            }
+        )
     text = str(error.value)
-    for part in ('timeout of joystick is 0', 'topics[1]: priority is 256', "topics[1]: topic is ''", 'topics[2] is 5',
-                 'topics[3]: timeout is nan', 'topics[3]: colour is 1', "locks is 'none'"):
+    for part in (
+        'timeout of joystick is 0',
+        'topics[1]: priority is 256',
+        "topics[1]: topic is ''",
+        'topics[2] is 5',
+        'topics[3]: timeout is nan',
+        'topics[3]: colour is 1',
+        "locks is 'none'",
+    ):
         assert part in text, part
     with pytest.raises(ConfigError, match='topics is empty'):
         MuxConfig.from_params({})

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.odometry import SHORTEST_INTERVAL, Odometry
+
+from sara_control.wheels.odometry import SHORTEST_INTERVAL, Odometry
 
 REFERENCE = np.load(Path(__file__).resolve().parents[1] / 'data' / 'diff_drive.npz')
 CLOSED_LOOP = [k for k, case in enumerate(REFERENCE['odo_cases']) if case[4] == 0]
@@ -22,7 +23,8 @@ def test_equal_to_the_peer(k):
     odometry.start(0.0, 0.0, start)  # the peer counts from zero, wherever the encoders stand
     stamps, left, right = (REFERENCE[f'odo_{k:02d}_{name}'] for name in 'tab')
     stamps = np.round(stamps, 9)  # the peer's clock counts nanoseconds
-    # The peer loses the motion of intervals under 0.1 ms for its speed: ours must not, so there only poses are compared.
+    # The peer loses the motion of intervals under 0.1 ms for its speed: ours must not, so there only poses are
+    # compared.
     columns = 3 if np.diff(stamps, prepend=start).min() < SHORTEST_INTERVAL else 5
     answer = np.empty((len(stamps), 5))
     updated = []
@@ -59,7 +61,9 @@ def test_the_peers_first_pose_jumps_and_this_ones_does_not():
 def test_the_peers_speed_misses_short_intervals_and_this_ones_has_them():
     """Speed times interval must add up to the way; the peer's speeds are off, ours are not."""
     case, k = REFERENCE['odo_cases'][SHORT_INTERVALS], SHORT_INTERVALS
-    readings = list(zip(REFERENCE[f'odo_{k:02d}_a'], REFERENCE[f'odo_{k:02d}_b'], np.round(REFERENCE[f'odo_{k:02d}_t'], 9)))
+    readings = list(
+        zip(REFERENCE[f'odo_{k:02d}_a'], REFERENCE[f'odo_{k:02d}_b'], np.round(REFERENCE[f'odo_{k:02d}_t'], 9))
+    )
     odometry, single = Odometry(*case[1:4], int(case[0])), Odometry(*case[1:4], window=1)
     turned, counted_from, off = 0.0, case[5], []
     for each in (odometry, single):

@@ -2,7 +2,8 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.pacer import Pacer
+
+from sara_control.wheels.pacer import Pacer
 
 
 @given(st.floats(1.0, 90.0), st.floats(0.0, 0.003))

@@ -6,19 +6,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_control.comfort import Comfort, Profile
-from sara_control.gate_config import PlausibilityConfig
-from sara_control.plausibility import LEFT, RIGHT, Plausibility
-from sara_control.reasons import Reason
+from sara_control.gate.comfort import Comfort, Profile
+from sara_control.gate.gate_config import PlausibilityConfig
+from sara_control.gate.plausibility import LEFT, RIGHT, Plausibility
+from sara_control.gate.reasons import Reason
 
 CONFIG = PlausibilityConfig()
 STEPS = 64000 / math.tau
 
 
 class Wheels:
-    """Two wheels with a lag of 0.1 s, encoders every 0.1 s, an IMU every 0.2 s; `frozen`, `factor`: per wheel (right, left)."""
+    """Two wheels with a lag of 0.1 s, encoders every 0.1 s, an IMU every 0.2 s; `frozen`, `factor`: per wheel (right,
+    left).
+    """
 
-    def __init__(self, start=2 ** 32 - 900):
+    def __init__(self, start=2**32 - 900):
         self.watch = Plausibility(CONFIG)
         self.t, self.start = 10.0, start
         self.angle, self.speed, self.shown = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
@@ -43,8 +45,12 @@ class Wheels:
                     if self.lost:
                         self.lost -= 1
                         continue
-                    assert self.watch.on_encoder(self.t, i, (self.start + round(self.shown[i] * STEPS)) % 2 ** 32,
-                                                 (2 ** 32 - 3000 + self.tick * 200) % 2 ** 32)
+                    assert self.watch.on_encoder(
+                        self.t,
+                        i,
+                        (self.start + round(self.shown[i] * STEPS)) % 2**32,
+                        (2**32 - 3000 + self.tick * 200) % 2**32,
+                    )
             if self.tick % 10 == 0:
                 turn = (self.speed[RIGHT] - self.speed[LEFT]) * 0.155 / 0.525 / self.slip + self.imu_offset
                 assert self.watch.on_imu(self.t, (0.0, 0.0, turn))
@@ -53,10 +59,15 @@ class Wheels:
         return None
 
 
-@given(st.lists(st.tuples(st.floats(-0.4, 0.8), st.floats(-0.8, 0.8), st.floats(0.2, 2.0)), max_size=6), st.floats(1.25, 1.30))
+@given(
+    st.lists(st.tuples(st.floats(-0.4, 0.8), st.floats(-0.8, 0.8), st.floats(0.2, 2.0)), max_size=6),
+    st.floats(1.25, 1.30),
+)
 @settings(max_examples=30, deadline=None)
 def test_a_sound_chair_is_never_suspected(plan, slip):
-    """Commands within comfort limits twice those of the default, counters that wrap, slip; a frame is lost now and then."""
+    """Commands within comfort limits twice those of the default, counters that wrap, slip; a frame is lost now and
+    then.
+    """
     wheels = Wheels()
     wheels.slip = slip
     comfort = Comfort(Profile(acceleration=0.8, braking=1.6, jerk=3.0, turn_acceleration=1.6, turn_jerk=5.0))
@@ -76,7 +87,8 @@ def test_frozen_encoders_are_found_in_time(v, w, frozen):
         wheels.frozen = list(frozen)
         since = wheels.t
         assert wheels.run(v, w, 2.0) is Reason.FROZEN
-        # Slow wheels make their way more slowly; 0.5 s leave the chair in time for the 0.3 s + 0.25 s of the requirement.
+        # Slow wheels make their way more slowly; 0.5 s leave the chair in time for the 0.3 s + 0.25 s of the
+        # requirement.
         assert wheels.t - since <= (0.31 if abs(v) + 0.26 * abs(w) > 0.1 else 0.5)
 
 
@@ -161,11 +173,11 @@ def test_what_is_not_believed_is_dropped_counted_and_does_not_keep_alive():
     for t in (1.0, 1.1):
         watch.on_encoder(t, RIGHT, 0, round(t * 1e4))
     assert not watch.on_encoder(1.2, 2, 0, 12000)
-    assert not watch.on_encoder(1.2, RIGHT, 0, 11000)                 # repeated
-    assert not watch.on_encoder(1.2, RIGHT, 0, 10500)                 # older
-    assert not watch.on_encoder(1.2, RIGHT, 20000, 12000)             # 20 rad/s
-    assert watch.on_encoder(1.3, RIGHT, 20100, 13000)                 # the motor node counts anew from there
-    assert not watch.on_encoder(1.4, RIGHT, 20100, 500)               # its clock too
+    assert not watch.on_encoder(1.2, RIGHT, 0, 11000)  # repeated
+    assert not watch.on_encoder(1.2, RIGHT, 0, 10500)  # older
+    assert not watch.on_encoder(1.2, RIGHT, 20000, 12000)  # 20 rad/s
+    assert watch.on_encoder(1.3, RIGHT, 20100, 13000)  # the motor node counts anew from there
+    assert not watch.on_encoder(1.4, RIGHT, 20100, 500)  # its clock too
     assert watch.on_encoder(1.5, RIGHT, 20100, 1500)
     assert watch.dropped == {'unknown wheel': 1, 'encoder clock does not go on': 2, 'encoder jumped': 2}
     for bad in ((math.nan, 0.0, 0.0), (0.0, 0.0, math.inf), (0.0, 4.5, 0.0)):

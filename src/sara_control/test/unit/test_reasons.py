@@ -1,13 +1,19 @@
 """What the rider is told."""
 
-from sara_control.reasons import Announcer, Reason, State, sentence
+from sara_control.gate.reasons import Announcer, Reason, State, sentence
 
 
 def test_every_state_and_reason_makes_one_sentence():
     for state in State:
         for reason in Reason:
             text = sentence(state, reason)
-            assert text[0].isupper() and text.endswith('.') and text.count('.') == 1 and '{' not in text and '_' not in text
+            assert (
+                text[0].isupper()
+                and text.endswith('.')
+                and text.count('.') == 1
+                and '{' not in text
+                and '_' not in text
+            )
     assert sentence(State.BRAKING, Reason.IMU) == 'The chair is stopping because the turn sensor does not answer.'
     assert sentence(State.IDLE, None) == 'The chair is ready.'
 
@@ -16,7 +22,9 @@ def test_not_twice_and_not_in_a_flood():
     one = Announcer(period=1.0)
     assert one.say(0.0, State.IDLE, None) == 'The chair is ready.'
     assert one.say(0.1, State.IDLE, None) is None
-    said = [one.say(0.1 + 0.02 * i, *((State.SLOWED, Reason.FRONT) if i % 2 else (State.DRIVING, None))) for i in range(500)]
+    said = [
+        one.say(0.1 + 0.02 * i, *((State.SLOWED, Reason.FRONT) if i % 2 else (State.DRIVING, None))) for i in range(500)
+    ]
     assert 9 <= sum(text is not None for text in said) <= 11
 
 

@@ -7,17 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_control.comfort import Comfort, Profile
-from sara_control.gate_config import GateConfig
-from sara_control.reasons import Reason, State
-from sara_control.safety import Command, Decision, Inputs, SafetyGate, _recent
-from sara_control.zone_config import RangeSensor, ZoneConfig
-from sara_control.zones import Zones
+from sara_control.gate.comfort import Comfort, Profile
+from sara_control.gate.gate_config import GateConfig
+from sara_control.gate.reasons import Reason, State
+from sara_control.gate.safety import Command, Decision, Inputs, SafetyGate, _recent
+from sara_control.zones.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones.zones import Zones
 
 DT = 0.02
 CONFIG = GateConfig()
-SENSORS = (RangeSensor('F', 0.54, 0.0, 0.0), RangeSensor('B', -0.54, 0.0, math.pi),
-           RangeSensor('L', 0.35, 0.29, math.pi / 2), RangeSensor('R', 0.35, -0.29, -math.pi / 2))
+SENSORS = (
+    RangeSensor('F', 0.54, 0.0, 0.0),
+    RangeSensor('B', -0.54, 0.0, math.pi),
+    RangeSensor('L', 0.35, 0.29, math.pi / 2),
+    RangeSensor('R', 0.35, -0.29, -math.pi / 2),
+)
 
 
 class Bench:
@@ -34,8 +38,16 @@ class Bench:
         self.give_ups = []
 
     def inputs(self):
-        values = dict(bus=self.t, encoders=self.t, imu=self.t, ranges=self.t, localization=self.t, pc_drives=True,
-                      source='navigation', speed=abs(self.comfort.v))
+        values = dict(
+            bus=self.t,
+            encoders=self.t,
+            imu=self.t,
+            ranges=self.t,
+            localization=self.t,
+            pc_drives=True,
+            source='navigation',
+            speed=abs(self.comfort.v),
+        )
         values.update(self.changed)
         return Inputs(**values)
 
@@ -45,7 +57,9 @@ class Bench:
         return self
 
     def step(self, count=1, dt=DT):
-        """Steps; the command is given anew before each unless `command` is a Command or None. Returns the last Decision."""
+        """Steps; the command is given anew before each unless `command` is a Command or None. Returns the last
+        Decision.
+        """
         for _ in range(count):
             self.t += dt
             command = self.command
@@ -78,7 +92,9 @@ def steps_to_rest(bench):
     raise AssertionError('it does not stop')
 
 
-# -- starting -----------------------------------------------------------------------------------------------------------
+# -- starting
+# -----------------------------------------------------------------------------------------------------------
+
 
 def test_ready_when_all_is_well():
     bench = Bench()
@@ -104,8 +120,8 @@ def test_silence_makes_the_next_command_fresh_but_not_before_its_time():
     bench = Bench().ask(0.4)
     bench.step()
     bench.silence()
-    assert bench.step(49).state is State.WAITING          # 0.98 s
-    assert bench.step(2).state is State.IDLE              # 1.02 s
+    assert bench.step(49).state is State.WAITING  # 0.98 s
+    assert bench.step(2).state is State.IDLE  # 1.02 s
     bench.ask(0.4)
     assert bench.step(5).v > 0.0
 
@@ -115,7 +131,7 @@ def test_first_step_has_no_length():
     bench.ask(0.0).step(dt=0.0)
     bench.ask(0.4)
     assert bench.step(dt=0.0).v == 0.0
-    assert bench.step(dt=0.5).v == pytest.approx(0.8 * 0.1 * 0.1)   # as long as 0.1 s, by the jerk limit
+    assert bench.step(dt=0.5).v == pytest.approx(0.8 * 0.1 * 0.1)  # as long as 0.1 s, by the jerk limit
 
 
 def test_time_that_goes_back_is_no_step_and_old_stamps_are_not_believed():
@@ -138,7 +154,9 @@ def test_silence_arms_once():
     assert bench.decision == Decision(0.0, 0.0, State.IDLE, None, False) and len(bench.give_ups) == 1
 
 
-# -- driving ------------------------------------------------------------------------------------------------------------
+# -- driving
+# ------------------------------------------------------------------------------------------------------------
+
 
 @given(st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.integers(1, 60)), min_size=1, max_size=8))
 @settings(max_examples=60, deadline=None)
@@ -152,7 +170,9 @@ def test_comfort_holds_exactly_while_nothing_is_wrong(plan):
             decision = bench.ask(target_v, target_w).step()
             new_a, new_alpha = (decision.v - v) / DT, (decision.w - w) / DT
             assert abs(new_a) <= (profile.braking if v * new_a < 0.0 else profile.acceleration) + 1e-9
-            assert abs(new_a - a) <= profile.jerk * DT + 1e-9 and abs(new_alpha - alpha) <= profile.turn_jerk * DT + 1e-9
+            assert (
+                abs(new_a - a) <= profile.jerk * DT + 1e-9 and abs(new_alpha - alpha) <= profile.turn_jerk * DT + 1e-9
+            )
             assert abs(new_alpha) <= profile.turn_acceleration + 1e-9
             assert -profile.max_reverse - 1e-9 <= decision.v <= profile.max_forward + 1e-9
             v, a, w, alpha = decision.v, new_a, decision.w, new_alpha
@@ -163,7 +183,7 @@ def test_a_command_of_zero_is_no_loss_however_old_it_is():
     bench = Bench().driving()
     bench.ask(0.0).step()
     bench.silence()
-    assert bench.step().state is State.DRIVING           # still rolling, gently
+    assert bench.step().state is State.DRIVING  # still rolling, gently
     assert bench.step(200) == Decision(0.0, 0.0, State.IDLE, None, False)
     assert not bench.give_ups
 
@@ -175,9 +195,9 @@ def test_no_command_ever_is_idle():
 def test_late_commands_fade_gently_and_may_come_back():
     bench = Bench().driving()
     bench.silence()
-    assert bench.step(12).state is State.DRIVING          # 0.24 s
+    assert bench.step(12).state is State.DRIVING  # 0.24 s
     assert bench.decision.v == 0.4
-    decision = bench.step()                               # 0.26 s
+    decision = bench.step()  # 0.26 s
     assert (decision.state, decision.reason) == (State.FADING, Reason.COMMANDS)
     assert decision.v == pytest.approx(0.4 - 0.8 * DT * DT)
     assert bench.ask(0.4).step().state is State.DRIVING
@@ -187,12 +207,12 @@ def test_late_commands_fade_gently_and_may_come_back():
 def test_commands_that_ceased_brake_hard_and_need_a_fresh_one():
     bench = Bench().driving()
     bench.silence()
-    bench.step(22)                                        # 0.44 s
+    bench.step(22)  # 0.44 s
     assert bench.decision.state is State.FADING
     before = bench.decision.v
-    decision = bench.step()                               # 0.46 s
+    decision = bench.step()  # 0.46 s
     assert decision == Decision(pytest.approx(before - 1.5 * DT), 0.0, State.BRAKING, Reason.COMMANDS, True)
-    bench.ask(0.4)                                        # goes on as if nothing had been
+    bench.ask(0.4)  # goes on as if nothing had been
     steps_to_rest(bench)
     assert bench.step(200) == Decision(0.0, 0.0, State.WAITING, Reason.COMMANDS, False)
     assert len(bench.give_ups) > 1
@@ -210,13 +230,19 @@ def test_a_command_from_the_future_is_of_another_clock():
     assert bench.step() == Decision(pytest.approx(0.4 - 1.5 * DT), 0.0, State.BRAKING, Reason.COMMANDS, True)
     ahead = Bench().driving()
     ahead.command = Command(0.4, 0.0, ahead.t + 0.1)
-    assert ahead.step().state is State.DRIVING            # stamps may be a little ahead
+    assert ahead.step().state is State.DRIVING  # stamps may be a little ahead
 
 
-# -- losses -------------------------------------------------------------------------------------------------------------
+# -- losses
+# -------------------------------------------------------------------------------------------------------------
 
-WATCHED = [('bus', Reason.BUS, 0.25), ('encoders', Reason.ENCODERS, 0.25), ('imu', Reason.IMU, 0.45), ('ranges', Reason.RANGES, 0.5),
-           ('localization', Reason.LOCALIZATION, 0.5)]
+WATCHED = [
+    ('bus', Reason.BUS, 0.25),
+    ('encoders', Reason.ENCODERS, 0.25),
+    ('imu', Reason.IMU, 0.45),
+    ('ranges', Reason.RANGES, 0.5),
+    ('localization', Reason.LOCALIZATION, 0.5),
+]
 
 
 @pytest.mark.parametrize('name, reason, timeout', WATCHED)
@@ -233,9 +259,15 @@ def test_silence_brakes_hard_after_its_time_and_not_before(name, reason, timeout
     assert bench.step() == Decision(0.0, 0.0, State.HELD, reason, False)
 
 
-@pytest.mark.parametrize('changed, reason', [
-    ({'fault': Reason.FROZEN}, Reason.FROZEN), ({'fault': Reason.TURN}, Reason.TURN), ({'impact': True}, Reason.IMPACT),
-    *[({name: -math.inf}, reason) for name, reason, _ in WATCHED]])
+@pytest.mark.parametrize(
+    'changed, reason',
+    [
+        ({'fault': Reason.FROZEN}, Reason.FROZEN),
+        ({'fault': Reason.TURN}, Reason.TURN),
+        ({'impact': True}, Reason.IMPACT),
+        *[({name: -math.inf}, reason) for name, reason, _ in WATCHED],
+    ],
+)
 def test_after_a_loss_a_stream_that_goes_on_moves_nothing(changed, reason):
     bench = Bench().driving(0.4, 0.2)
     bench.changed = changed
@@ -254,7 +286,7 @@ def test_a_loss_that_is_over_before_the_chair_stands_still_stops_it():
     bench.changed = {'imu': -math.inf}
     bench.step()
     bench.changed = {}
-    bench.ask(0.0)                                        # a zero on the way is not a zero at rest
+    bench.ask(0.0)  # a zero on the way is not a zero at rest
     assert bench.step() == Decision(pytest.approx(0.4 - 3.0 * DT), 0.0, State.BRAKING, Reason.IMU, False)
     bench.ask(0.4)
     steps_to_rest(bench)
@@ -273,9 +305,15 @@ def test_the_newest_reason_is_told_while_it_stands():
 
 def test_the_gravest_reason_is_told():
     bench = Bench().driving()
-    order = [({'localization': -math.inf}, Reason.LOCALIZATION), ({'fault': Reason.FROZEN}, Reason.FROZEN),
-             ({'ranges': -math.inf}, Reason.RANGES), ({'imu': -math.inf}, Reason.IMU), ({'encoders': -math.inf}, Reason.ENCODERS),
-             ({'bus': -math.inf}, Reason.BUS), ({'impact': True}, Reason.IMPACT)]
+    order = [
+        ({'localization': -math.inf}, Reason.LOCALIZATION),
+        ({'fault': Reason.FROZEN}, Reason.FROZEN),
+        ({'ranges': -math.inf}, Reason.RANGES),
+        ({'imu': -math.inf}, Reason.IMU),
+        ({'encoders': -math.inf}, Reason.ENCODERS),
+        ({'bus': -math.inf}, Reason.BUS),
+        ({'impact': True}, Reason.IMPACT),
+    ]
     for changed, reason in order:
         bench.changed.update(changed)
         assert bench.step().reason is reason
@@ -286,7 +324,9 @@ def test_the_gravest_reason_is_told():
 
 
 def test_what_is_not_there_is_not_watched():
-    bench = Bench(GateConfig(bus_timeout=0, encoder_timeout=0, imu_timeout=0, range_timeout=0, localization_timeout=0)).driving()
+    bench = Bench(
+        GateConfig(bus_timeout=0, encoder_timeout=0, imu_timeout=0, range_timeout=0, localization_timeout=0)
+    ).driving()
     bench.changed = dict.fromkeys(('bus', 'encoders', 'imu', 'ranges', 'localization'), -math.inf)
     assert bench.step(10).state is State.DRIVING
 
@@ -311,7 +351,10 @@ def test_goals_are_given_up_at_once_and_then_once_a_second_while_somebody_insist
     bench = Bench().driving()
     bench.changed = {'imu': -math.inf}
     bench.step(160)
-    assert [t - bench.give_ups[0] for t in bench.give_ups] == [0.0, *(pytest.approx(n, abs=3.1 * DT) for n in (1.0, 2.0, 3.0))]
+    assert [t - bench.give_ups[0] for t in bench.give_ups] == [
+        0.0,
+        *(pytest.approx(n, abs=3.1 * DT) for n in (1.0, 2.0, 3.0)),
+    ]
     bench.ask(0.0).step(160)
     assert len(bench.give_ups) == 4
 
@@ -323,7 +366,7 @@ def test_who_insists_at_the_start_has_a_second():
     bench.step(2)
     assert len(bench.give_ups) == 1
     bench.step(20)
-    bench.t = 10.0                                        # the clock is set back: a second again
+    bench.t = 10.0  # the clock is set back: a second again
     bench.step(50)
     assert len(bench.give_ups) == 1
     bench.step(2)
@@ -338,7 +381,9 @@ def test_an_old_insistence_counts_for_nothing():
     assert not bench.give_ups
 
 
-# -- who drives ---------------------------------------------------------------------------------------------------------
+# -- who drives
+# ---------------------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize('who, reason', [(False, Reason.JOYSTICK), (None, Reason.UNKNOWN_DRIVER)])
 def test_the_joystick_takes_over_at_once_and_what_was_is_forgotten(who, reason):
@@ -351,7 +396,9 @@ def test_the_joystick_takes_over_at_once_and_what_was_is_forgotten(who, reason):
     assert bench.ask(0.4).step(5).v > 0.0
 
 
-# -- emergency stop -----------------------------------------------------------------------------------------------------
+# -- emergency stop
+# -----------------------------------------------------------------------------------------------------
+
 
 def test_emergency_stop_is_latched_and_released_only_explicitly():
     bench = Bench().driving()
@@ -379,7 +426,7 @@ def test_emergency_stop_is_released_only_at_rest_and_at_zero():
     bench.step()
     bench.gate.emergency_stop(False)
     bench.changed = {'speed': 0.0}
-    assert bench.gate.reset(None, bench.inputs()) == (False, STILL)           # still commanded to move
+    assert bench.gate.reset(None, bench.inputs()) == (False, STILL)  # still commanded to move
     steps_to_rest(bench)
     for speed in (0.05, 0.06, -0.3, math.nan):
         bench.changed = {'speed': speed}
@@ -407,15 +454,24 @@ def test_letting_go_of_a_button_that_was_not_pressed_is_nothing():
     assert bench.step().state is State.DRIVING and not bench.gate.latched
 
 
-# -- zones --------------------------------------------------------------------------------------------------------------
+# -- zones
+# --------------------------------------------------------------------------------------------------------------
+
 
 def see(bench, name, distance):
     for _ in range(3):
         bench.zones.on_range(name, distance)
 
 
-@pytest.mark.parametrize('name, v, w, reason', [('F', 0.4, 0.0, Reason.FRONT), ('B', -0.4, 0.0, Reason.REAR),
-                                                ('L', 0.0, 0.5, Reason.LEFT), ('R', 0.0, -0.5, Reason.RIGHT)])
+@pytest.mark.parametrize(
+    'name, v, w, reason',
+    [
+        ('F', 0.4, 0.0, Reason.FRONT),
+        ('B', -0.4, 0.0, Reason.REAR),
+        ('L', 0.0, 0.5, Reason.LEFT),
+        ('R', 0.0, -0.5, Reason.RIGHT),
+    ],
+)
 def test_something_near_slows_blocks_and_says_where(name, v, w, reason):
     bench = Bench()
     bench.ask(0.0).step()
@@ -429,7 +485,7 @@ def test_something_near_slows_blocks_and_says_where(name, v, w, reason):
     steps_to_rest(bench) if bench.comfort.moving else None
     blocked = bench.step(2)
     assert blocked == Decision(0.0, 0.0, State.BLOCKED, reason, False)
-    see(bench, name, math.inf)                            # it went away: a queue is no loss
+    see(bench, name, math.inf)  # it went away: a queue is no loss
     assert bench.step(5).state is State.DRIVING and not bench.give_ups
 
 
@@ -483,11 +539,18 @@ def test_late_commands_near_an_obstacle():
 
 # -- the required times, with wheels of a lag of 0.1 s ----------------------------------------------------------
 
-@given(st.floats(0.06, 0.8), st.floats(-0.4, 0.4), st.sampled_from(['stop', 'impact', 'bus', 'encoders', 'imu', 'ranges', 'localization']),
-       st.integers(0, 30))
+
+@given(
+    st.floats(0.06, 0.8),
+    st.floats(-0.4, 0.4),
+    st.sampled_from(['stop', 'impact', 'bus', 'encoders', 'imu', 'ranges', 'localization']),
+    st.integers(0, 30),
+)
 @settings(max_examples=40, deadline=None)
 def test_at_rest_in_time(v, w, hazard, phase):
-    limit = {'stop': 0.05, 'impact': 0.2, 'bus': 0.25, 'encoders': 0.3, 'imu': 0.5, 'ranges': 0.6, 'localization': 0.6}[hazard]
+    limit = {'stop': 0.05, 'impact': 0.2, 'bus': 0.25, 'encoders': 0.3, 'imu': 0.5, 'ranges': 0.6, 'localization': 0.6}[
+        hazard
+    ]
     bench = Bench()
     bench.ask(0.0).step()
     bench.ask(v, w).step(400 + phase)
@@ -503,17 +566,21 @@ def test_at_rest_in_time(v, w, hazard, phase):
             speed += (bench.decision.v - speed) * (1.0 - math.exp(-0.001 / 0.1))
         if abs(speed) >= 0.05:
             end = bench.t
-    assert end - happened <= limit + start / 1.5 + 0.25 - 0.05   # 0.05 s are left for the bus
+    assert end - happened <= limit + start / 1.5 + 0.25 - 0.05  # 0.05 s are left for the bus
     assert bench.decision.v == 0.0 and bench.decision.state in (State.HELD,)
 
 
-# -- what mutation testing asked for --------------------------------------------------------------------------------------
+# -- what mutation testing asked for
+# --------------------------------------------------------------------------------------
+
 
 def test_nothing_is_taken_as_heard_that_was_not():
     never = -math.inf
     inputs = Inputs()
     assert (inputs.bus, inputs.encoders, inputs.imu, inputs.ranges, inputs.localization) == (never,) * 5
-    assert (inputs.fault, inputs.impact, inputs.pc_drives, inputs.source) == (None, False, None, '') and math.isnan(inputs.speed)
+    assert (inputs.fault, inputs.impact, inputs.pc_drives, inputs.source) == (None, False, None, '') and math.isnan(
+        inputs.speed
+    )
 
 
 def test_a_limit_that_falls_is_followed_closely():
@@ -548,7 +615,7 @@ def test_a_command_of_the_very_moment_the_chair_became_ready_counts():
 
 @pytest.mark.parametrize('data', [Command(0.0, 0.0, 0.0), Inputs(), Decision(0.0, 0.0, State.IDLE, None, False)])
 def test_what_travels_cannot_be_changed_on_the_way(data):
-    for name in (data._fields if isinstance(data, tuple) else [field.name for field in dataclasses.fields(data)]):
+    for name in data._fields if isinstance(data, tuple) else [field.name for field in dataclasses.fields(data)]:
         with pytest.raises(AttributeError):
             setattr(data, name, 1.0)
 

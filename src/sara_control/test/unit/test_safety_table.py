@@ -7,8 +7,14 @@ import pytest
 
 TESTS = Path(__file__).parents[1]
 DOCUMENT = Path(__file__).resolve().parents[4] / 'docs' / 'safety.md'
-FILES = {'U': 'unit/test_guard.py', 'S': 'unit/test_safety.py', 'P': 'unit/test_plausibility.py', 'M': 'unit/test_mux.py',
-         'Z': 'unit/test_zones.py', 'R': 'ros/safety_test.py'}
+FILES = {
+    'U': 'unit/test_guard.py',
+    'S': 'unit/test_safety.py',
+    'P': 'unit/test_plausibility.py',
+    'M': 'unit/test_mux.py',
+    'Z': 'unit/test_zones.py',
+    'R': 'ros/safety_test.py',
+}
 
 
 @pytest.fixture(name='rows')

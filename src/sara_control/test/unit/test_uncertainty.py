@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.odometry import Odometry
-from sara_control.uncertainty import LossUncertainty
+
+from sara_control.wheels.odometry import Odometry
+from sara_control.wheels.uncertainty import LossUncertainty
 
 SEPARATION, A = 0.5, 1.5
 
@@ -16,7 +17,9 @@ def lost(window=1):
     return LossUncertainty(SEPARATION, A, window)
 
 
-@given(st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.01, 2.0), st.floats(0.01, 2.0))
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.01, 2.0), st.floats(0.01, 2.0)
+)
 def test_more_is_worse_and_it_never_gets_better(heading, left, right, one, other):
     short, long = lost(), lost()
     short.on_unmeasured(heading, left, right, min(one, other))
@@ -40,7 +43,7 @@ def test_two_wheels_err_independently():
     """Half the sum of the ways, and their difference over the track."""
     u = lost()
     u.on_lost_way(0.5 * math.pi, 0.3, 0.4)
-    assert u.pose == pytest.approx((0.0, (0.3 ** 2 + 0.4 ** 2) / 4.0, (0.3 ** 2 + 0.4 ** 2) / SEPARATION ** 2))
+    assert u.pose == pytest.approx((0.0, (0.3**2 + 0.4**2) / 4.0, (0.3**2 + 0.4**2) / SEPARATION**2))
 
 
 def test_the_speeds_doubt_passes_with_the_window():

@@ -3,16 +3,22 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_control.wheel_watch import WheelWatch
+
+from sara_control.wheels.wheel_watch import WheelWatch
 
 
 def run(watch, left, right, turning, seconds, angles=(0.0, 0.0)):
-    """Commands at 50 Hz, positions at 10 Hz of wheels of which only those in `turning` turn. Seconds until one is called frozen."""
+    """Commands at 50 Hz, positions at 10 Hz of wheels of which only those in `turning` turn. Seconds until one is
+    called frozen.
+    """
     angles = list(angles)
     watch.on_wheels(*angles)
     for k in range(1, round(seconds * 50) + 1):
         watch.on_command(left, right, 0.02)
-        angles = [angle + 0.02 * speed * (name in turning) for angle, speed, name in zip(angles, (left, right), ('left', 'right'))]
+        angles = [
+            angle + 0.02 * speed * (name in turning)
+            for angle, speed, name in zip(angles, (left, right), ('left', 'right'))
+        ]
         if k % 5 == 0 and watch.on_wheels(*angles):
             return k / 50
     return None
@@ -35,7 +41,9 @@ def test_the_one_that_stands_still_is_named(speed, sign, still):
     assert run(w, sign * speed, sign * speed, (other,), 5.0) is not None
     assert w.frozen == (still,)
     missed = w.missed[('left', 'right').index(still)]
-    assert 0.015 <= missed <= 0.015 + 0.1 * speed * 0.155 + 1e-9, 'it was noticed at the first reading after the way was missed'
+    assert 0.015 <= missed <= 0.015 + 0.1 * speed * 0.155 + 1e-9, (
+        'it was noticed at the first reading after the way was missed'
+    )
 
 
 def test_alone_it_takes_twice_the_way():

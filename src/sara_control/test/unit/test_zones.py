@@ -7,15 +7,25 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from sara_control.config import ConfigError
-from sara_control.zone_config import RangeSensor, ZoneConfig
-from sara_control.zones import Zones
+from sara_control.wheels.config import ConfigError
+from sara_control.zones.zone_config import RangeSensor, ZoneConfig
+from sara_control.zones.zones import Zones
 
 INF = math.inf
-PLACES = {'SDI': (0.54, 0.18, 10), 'SDD': (0.54, -0.18, -10), 'SLID': (0.35, 0.29, 90), 'SLIT': (-0.35, 0.29, 90),
-          'SLDD': (0.35, -0.29, -90), 'SLDT': (-0.35, -0.29, -90), 'STI': (-0.54, 0.18, 170), 'STD': (-0.54, -0.18, -170)}
-SENSORS = tuple(RangeSensor(name, x, y, math.radians(yaw), 0.10 if name.startswith('SL') else 0.0)
-                for name, (x, y, yaw) in PLACES.items()) + (RangeSensor('SJO', 0.30, -0.25, 0.0, 0.0, False),)
+PLACES = {
+    'SDI': (0.54, 0.18, 10),
+    'SDD': (0.54, -0.18, -10),
+    'SLID': (0.35, 0.29, 90),
+    'SLIT': (-0.35, 0.29, 90),
+    'SLDD': (0.35, -0.29, -90),
+    'SLDT': (-0.35, -0.29, -90),
+    'STI': (-0.54, 0.18, 170),
+    'STD': (-0.54, -0.18, -170),
+}
+SENSORS = tuple(
+    RangeSensor(name, x, y, math.radians(yaw), 0.10 if name.startswith('SL') else 0.0)
+    for name, (x, y, yaw) in PLACES.items()
+) + (RangeSensor('SJO', 0.30, -0.25, 0.0, 0.0, False),)
 CONFIG = ZoneConfig(sensors=SENSORS)
 
 
@@ -28,7 +38,9 @@ def zones(**ranges):
 
 
 def drive_until_contact(v, w, x, y, limit, step=0.002):
-    """The way (m) that a place makes relative to the chair until it is inside the body's rectangle, by small steps; else limit."""
+    """The way (m) that a place makes relative to the chair until it is inside the body's rectangle, by small steps;
+    else limit.
+    """
     way = 0.0
     u = math.hypot(v - w * y, w * x)
     if u < 1e-9:
@@ -42,7 +54,9 @@ def drive_until_contact(v, w, x, y, limit, step=0.002):
     return limit
 
 
-@given(st.sampled_from(SENSORS[:8]), st.floats(0.02, 2.4), st.floats(-30, 30), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
+@given(
+    st.sampled_from(SENSORS[:8]), st.floats(0.02, 2.4), st.floats(-30, 30), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)
+)
 @settings(max_examples=400, deadline=None)
 def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, distance, angle, v, w):
     """The law: u t_react + u^2 / (2 a) stays below the way to any place that the echo may come from."""
@@ -54,7 +68,8 @@ def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, dis
     allowed = factor * u * CONFIG.reaction_time + (factor * u) ** 2 / (2.0 * CONFIG.hard_braking)
     if factor * u <= 1.25 * CONFIG.creep_speed + 1e-9:  # passes always
         return
-    # The cone is reckoned with at 13 places, 5 degrees apart: between them the corner of a body may be nearer by the sagitta.
+    # The cone is reckoned with at 13 places, 5 degrees apart: between them the corner of a body may be nearer by the
+    # sagitta.
     assert drive_until_contact(v, w, x, y, allowed + 0.2) > allowed - 0.02
 
 
@@ -63,13 +78,16 @@ def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, dis
 def test_straight_ahead_exactly(distance, v):
     ahead = zones(SDI=distance, SDD=distance)
     factor, sensor = ahead.scale(v, 0.0)
-    nearest = min(distance * math.cos(math.radians(a)) for a in range(-20, 45, 5)
-                  if 0.18 + distance * math.sin(math.radians(a)) <= 0.31)
+    nearest = min(
+        distance * math.cos(math.radians(a))
+        for a in range(-20, 45, 5)
+        if 0.18 + distance * math.sin(math.radians(a)) <= 0.31
+    )
     room = nearest - 0.15
     if room <= 0.0:
         assert factor == 0.0
     elif factor < 1.0:
-        assert v * factor == pytest.approx(max(0.1, 0.8 * (math.sqrt(1.35 ** 2 + 2 * room / 0.8) - 1.35)), abs=0.03)
+        assert v * factor == pytest.approx(max(0.1, 0.8 * (math.sqrt(1.35**2 + 2 * room / 0.8) - 1.35)), abs=0.03)
         assert sensor in ('SDI', 'SDD') and ahead.sensors[sensor].side == 'front'
     else:
         assert CONFIG.way_to_rest(v) + 0.6 * v <= room + 0.05 or v <= 0.1
@@ -89,7 +107,13 @@ def test_creeping_is_never_braked_hard():
         assert zones(SDI=distance).scale(0.2, 0.0, gentle=False)[0] < 1.0 or distance == 0.3
 
 
-@given(st.sampled_from([s.name for s in SENSORS]), st.floats(0.1, 2.4), st.floats(0.0, 0.3), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
+@given(
+    st.sampled_from([s.name for s in SENSORS]),
+    st.floats(0.1, 2.4),
+    st.floats(0.0, 0.3),
+    st.floats(-0.8, 0.8),
+    st.floats(-0.8, 0.8),
+)
 @settings(max_examples=200, deadline=None)
 def test_nearer_never_allows_more(name, distance, less, v, w):
     near, far = zones(**{name: max(distance - less, 0.0)}), zones(**{name: distance})
@@ -127,8 +151,8 @@ def test_too_near_stops_and_way_back_is_open():
 def test_turning_in_place():
     beside = zones(SLID=0.17)
     assert beside.scale(0.0, 0.4)[0] < 1.0 or beside.scale(0.0, -0.4)[0] < 1.0
-    assert zones(SLID=0.6).scale(0.0, 0.6) == (1.0, '')           # beyond the corners' circle
-    assert zones(SLID=0.6).scale(0.3, 0.0) == (1.0, '')           # a wall alongside
+    assert zones(SLID=0.6).scale(0.0, 0.6) == (1.0, '')  # beyond the corners' circle
+    assert zones(SLID=0.6).scale(0.3, 0.0) == (1.0, '')  # a wall alongside
     corner = zones(SLID=-INF)
     assert corner.scale(0.0, 0.3)[0] == 0.0 or corner.scale(0.0, -0.3)[0] == 0.0
     assert corner.scale(0.0, 0.3)[1] in ('', 'SLID')
@@ -147,7 +171,9 @@ def sonar(x, y, yaw, corners):
 @pytest.mark.parametrize('offset, yaw', [(0.0, 0.0), (0.03, 0.0), (-0.03, 0.0), (0.0, 0.05), (0.05, 0.0)])
 def test_a_door_of_80_cm_is_passed_slowly(offset, yaw):
     """Jambs 0.10 m deep at +-0.40 m; the chair is driven through at what the zones allow, sonars at 5 Hz."""
-    corners = [(dx, side * (0.40 + dy)) for side in (1, -1) for dx in np.linspace(0.0, 0.10, 6) for dy in (0.0, 0.01, 0.02)]
+    corners = [
+        (dx, side * (0.40 + dy)) for side in (1, -1) for dx in np.linspace(0.0, 0.10, 6) for dy in (0.0, 0.01, 0.02)
+    ]
     corners += [(dx, side * y) for side in (1, -1) for dx in (0.0, 0.10) for y in np.linspace(0.40, 1.5, 60)]
     passed = Zones(CONFIG)
     x, y, t, slowest = -1.8, offset - 1.8 * yaw, 0.0, 1.0
@@ -189,12 +215,12 @@ def test_believed_is_borne_out(readings):
         if before is None:
             assert believed == reading
         elif believed < before:
-            assert count >= 2 and all(r <= believed for r in readings[count - 2:count])
+            assert count >= 2 and all(r <= believed for r in readings[count - 2 : count])
         elif believed > before:
-            assert count >= 3 and all(r >= believed for r in readings[count - 3:count])
+            assert count >= 3 and all(r >= believed for r in readings[count - 3 : count])
         else:
-            assert not (count >= 2 and all(r < believed for r in readings[count - 2:count]))
-            assert not (count >= 3 and all(r > believed for r in readings[count - 3:count]))
+            assert not (count >= 2 and all(r < believed for r in readings[count - 2 : count]))
+            assert not (count >= 3 and all(r > believed for r in readings[count - 3 : count]))
 
 
 def test_what_is_no_reading():
@@ -219,23 +245,53 @@ def test_a_point_on_the_axis_of_the_turn_does_not_matter():
 
 def test_sides():
     assert [RangeSensor('a', 0, 0, math.radians(yaw)).side for yaw in (10, -10, 170, -170, 90, -90)] == [
-        'front', 'front', 'rear', 'rear', 'left', 'right']
+        'front',
+        'front',
+        'rear',
+        'rear',
+        'left',
+        'right',
+    ]
 
 
 def test_config_names_every_fault():
     with pytest.raises(ConfigError) as error:
-        ZoneConfig.from_params({'length': 0, 'ease': -1, 'trigger': 0, 'release': 2.5, 'depth': 1, 'field_of_view_deg': 'wide',
-                                'sensors': {'a': {'x': 'far', 'y': 0, 'yaw_deg': 0, 'near': -1, 'stops': 1, 'z': 3}, 'b': 5}})
+        ZoneConfig.from_params(
+            {
+                'length': 0,
+                'ease': -1,
+                'trigger': 0,
+                'release': 2.5,
+                'depth': 1,
+                'field_of_view_deg': 'wide',
+                'sensors': {'a': {'x': 'far', 'y': 0, 'yaw_deg': 0, 'near': -1, 'stops': 1, 'z': 3}, 'b': 5},
+            }
+        )
     text = str(error.value)
-    for part in ('length is 0', 'ease is -1', 'trigger is 0', 'release is 2.5', 'depth is 1', "field_of_view is 'wide'",
-                 "sensors/a/x is 'far'", 'sensors/a/near is -1', 'sensors/a/stops is 1', 'sensors/a/z is 3', 'sensors/b/x is None'):
+    for part in (
+        'length is 0',
+        'ease is -1',
+        'trigger is 0',
+        'release is 2.5',
+        'depth is 1',
+        "field_of_view is 'wide'",
+        "sensors/a/x is 'far'",
+        'sensors/a/near is -1',
+        'sensors/a/stops is 1',
+        'sensors/a/z is 3',
+        'sensors/b/x is None',
+    ):
         assert part in text, part
     with pytest.raises(ConfigError, match='creep_speed is 0.2'):
         ZoneConfig(sensors=(), creep_speed=0.2)
     with pytest.raises(ConfigError, match='sensors is 3'):
         ZoneConfig.from_params({'sensors': 3})
-    config = ZoneConfig.from_params({'sensors': {'a': {'x': 1, 'y': 0, 'yaw_deg': 180, 'near': 0.1, 'stops': False}}, 'field_of_view_deg': 90})
-    assert config.sensors == (RangeSensor('a', 1, 0, math.pi, 0.1, False),) and config.field_of_view == pytest.approx(math.pi / 2)
+    config = ZoneConfig.from_params(
+        {'sensors': {'a': {'x': 1, 'y': 0, 'yaw_deg': 180, 'near': 0.1, 'stops': False}}, 'field_of_view_deg': 90}
+    )
+    assert config.sensors == (RangeSensor('a', 1, 0, math.pi, 0.1, False),) and config.field_of_view == pytest.approx(
+        math.pi / 2
+    )
 
 
 class CloseLook(Zones):
@@ -248,8 +304,13 @@ class CloseLook(Zones):
         return np.ones(len(places.x), bool)
 
 
-@given(st.lists(st.sampled_from([-INF, INF]) | st.floats(0.0, 2.5), min_size=9, max_size=9), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0),
-       st.sampled_from(('both', 'straight', 'turn')), st.booleans())
+@given(
+    st.lists(st.sampled_from([-INF, INF]) | st.floats(0.0, 2.5), min_size=9, max_size=9),
+    st.floats(-1.0, 1.0),
+    st.floats(-1.0, 1.0),
+    st.sampled_from(('both', 'straight', 'turn')),
+    st.booleans(),
+)
 @settings(max_examples=2000, deadline=None)
 def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, kind, gentle):
     v, w = (0.0 if kind == 'turn' else v), (0.0 if kind == 'straight' else w)
@@ -260,7 +321,13 @@ def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, k
     assert quick.scale(v, w, gentle) == slow.scale(v, w, gentle)
 
 
-@given(st.lists(st.tuples(st.sampled_from(sorted(PLACES)), st.sampled_from([-INF, INF]) | st.floats(0.0, 6.0)), min_size=1, max_size=12))
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(sorted(PLACES)), st.sampled_from([-INF, INF]) | st.floats(0.0, 6.0)),
+        min_size=1,
+        max_size=12,
+    )
+)
 @settings(max_examples=300, deadline=None)
 def test_places_are_where_the_echoes_say(readings):
     """As arrays say it, for all sensors at once and to the last digit."""
@@ -276,7 +343,13 @@ def test_places_are_where_the_echoes_say(readings):
             continue
         along = np.maximum(sensor.near if distance == -INF else distance, places.way_out[rays])
         x, y = sensor.x + along * places.directions[0, rays], sensor.y + along * places.directions[1, rays]
-        expected = {'x': x, 'y': y, 'outside': zones._outside(x, y), 'radius': np.hypot(x, y), 'way': along - places.way_out[rays]}
+        expected = {
+            'x': x,
+            'y': y,
+            'outside': zones._outside(x, y),
+            'radius': np.hypot(x, y),
+            'way': along - places.way_out[rays],
+        }
         for part, values in expected.items():
             assert (getattr(places, part)[rays] == values).all(), part
     assert (places.nearest, places.farthest) == (places.outside.min(), places.radius.max())

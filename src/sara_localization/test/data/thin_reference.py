@@ -1,7 +1,8 @@
 """Make the .npz files of this folder out of the full reference data (needs ROS's rosbag; the tests do not).
 
-    python3 thin_reference.py REFERENCE_FOLDER
+python3 thin_reference.py REFERENCE_FOLDER
 """
+
 import json
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ OUTPUT_ROWS = 120
 
 
 def nanoseconds(time):
-    return time.secs * 10 ** 9 + time.nsecs
+    return time.secs * 10**9 + time.nsecs
 
 
 def vector(v):
@@ -36,34 +37,65 @@ def core(source):
             thin[name] = array.astype(np.float32) if name != 'state' else array
     np.savez_compressed(HERE / 'rl_core_ekf.npz', **thin)
     keep = [k for k in range(len(ukf['cov_steps'])) if k % 2 == 0 or k + 1 == len(ukf['cov_steps'])]
-    np.savez_compressed(HERE / 'rl_core_ukf.npz', state=ukf['state'], cov_steps=ukf['cov_steps'][keep],
-                        cov_triu=ukf['cov_triu'][:, keep].astype(np.float32), comparable=ukf['comparable'],
-                        peer_defect=ukf['peer_defect'], ukf_alpha_kappa_beta=ukf['ukf_alpha_kappa_beta'],
-                        sensitivity=ukf['sensitivity'].astype(np.float32),
-                        last_measurement_time=ukf['last_measurement_time'])
+    np.savez_compressed(
+        HERE / 'rl_core_ukf.npz',
+        state=ukf['state'],
+        cov_steps=ukf['cov_steps'][keep],
+        cov_triu=ukf['cov_triu'][:, keep].astype(np.float32),
+        comparable=ukf['comparable'],
+        peer_defect=ukf['peer_defect'],
+        ukf_alpha_kappa_beta=ukf['ukf_alpha_kappa_beta'],
+        sensitivity=ukf['sensitivity'].astype(np.float32),
+        last_measurement_time=ukf['last_measurement_time'],
+    )
 
 
 def rows_of(kind, topic, message):
     """(stamp, frame, child, values) of one message; a tf message may hold several."""
     if kind == 'odom':
         p, t = message.pose, message.twist
-        yield (message.header.stamp, message.header.frame_id, message.child_frame_id,
-               vector(p.pose.position) + quaternion(p.pose.orientation) + vector(t.twist.linear) + vector(t.twist.angular)
-               + list(p.covariance) + list(t.covariance))
+        yield (
+            message.header.stamp,
+            message.header.frame_id,
+            message.child_frame_id,
+            vector(p.pose.position)
+            + quaternion(p.pose.orientation)
+            + vector(t.twist.linear)
+            + vector(t.twist.angular)
+            + list(p.covariance)
+            + list(t.covariance),
+        )
     elif kind == 'imu':
-        yield (message.header.stamp, message.header.frame_id, '',
-               quaternion(message.orientation) + vector(message.angular_velocity) + vector(message.linear_acceleration)
-               + list(message.orientation_covariance) + list(message.angular_velocity_covariance)
-               + list(message.linear_acceleration_covariance))
+        yield (
+            message.header.stamp,
+            message.header.frame_id,
+            '',
+            quaternion(message.orientation)
+            + vector(message.angular_velocity)
+            + vector(message.linear_acceleration)
+            + list(message.orientation_covariance)
+            + list(message.angular_velocity_covariance)
+            + list(message.linear_acceleration_covariance),
+        )
     elif kind == 'tf':
         for each in message.transforms:
-            yield (each.header.stamp, each.header.frame_id, each.child_frame_id,
-                   vector(each.transform.translation) + quaternion(each.transform.rotation))
+            yield (
+                each.header.stamp,
+                each.header.frame_id,
+                each.child_frame_id,
+                vector(each.transform.translation) + quaternion(each.transform.rotation),
+            )
     elif kind == 'command':
         yield None, '', '', vector(message.linear) + vector(message.angular)
     elif kind == 'set_pose':
-        yield (message.header.stamp, message.header.frame_id, '', vector(message.pose.pose.position)
-               + quaternion(message.pose.pose.orientation) + list(message.pose.covariance))
+        yield (
+            message.header.stamp,
+            message.header.frame_id,
+            '',
+            vector(message.pose.pose.position)
+            + quaternion(message.pose.pose.orientation)
+            + list(message.pose.covariance),
+        )
 
 
 def kind_of(topic):
@@ -80,7 +112,8 @@ def bag(source, name):
             for stamp, frame, child, values in rows_of(kind, topic, message):
                 frames = (kind, frame.lstrip('/'), child.lstrip('/'))
                 found.setdefault((topic,) + frames, []).append(
-                    (number, nanoseconds(received), nanoseconds(stamp) if stamp else 0, values))
+                    (number, nanoseconds(received), nanoseconds(stamp) if stamp else 0, values)
+                )
     arrays, topics = {}, []
     for k, (key, rows) in enumerate(found.items()):
         values = np.array([row[3] for row in rows], dtype=float)
@@ -94,7 +127,9 @@ def bag(source, name):
     truth = np.load(source / (name + '_truth.npz'))
     arrays.update({'truth_' + field: truth[field][::2] for field in ('t', 'x', 'y', 'yaw')})
     index = json.loads((source / 'index.json').read_text())[name]
-    np.savez_compressed(HERE / (name + '.npz'), topics=json.dumps(topics), static_tf=json.dumps(index['static_tf']), **arrays)
+    np.savez_compressed(
+        HERE / (name + '.npz'), topics=json.dumps(topics), static_tf=json.dumps(index['static_tf']), **arrays
+    )
 
 
 def run(source, name, kind):
@@ -109,12 +144,21 @@ def run(source, name, kind):
             assert (matrix == np.diag(matrix.diagonal())).all()
             parameters[key] = matrix.diagonal().tolist()
     tf = {'tf': full['tf'][rows].astype(np.float32)} if 'tf' in full.files else {}
-    np.savez_compressed(HERE / (name + '.npz'), filter=kind, **tf, parameters=json.dumps(parameters), tick=full['tick_index'][rows],
-                        stamp=full['stamp'][rows], pose=full['pose'][rows], published=full['published'][rows],
-                        twist=full['twist'][rows].astype(np.float32),
-                        accel=full['accel'][rows].astype(np.float32),
-                        pose_cov_diag=full['pose_cov_diag'][rows], twist_cov_diag=full['twist_cov_diag'][rows],
-                        last_tick=full['last_valid_tick'])
+    np.savez_compressed(
+        HERE / (name + '.npz'),
+        filter=kind,
+        **tf,
+        parameters=json.dumps(parameters),
+        tick=full['tick_index'][rows],
+        stamp=full['stamp'][rows],
+        pose=full['pose'][rows],
+        published=full['published'][rows],
+        twist=full['twist'][rows].astype(np.float32),
+        accel=full['accel'][rows].astype(np.float32),
+        pose_cov_diag=full['pose_cov_diag'][rows],
+        twist_cov_diag=full['twist_cov_diag'][rows],
+        last_tick=full['last_valid_tick'],
+    )
 
 
 def main():
@@ -125,7 +169,7 @@ def main():
     for name, entry in json.loads((source / 'index.json').read_text()).items():
         bag(source, name)
         for each, settings in entry['runs'].items():
-            run(source, '%s__%s' % (name, each), settings['filter'])
+            run(source, f'{name}__{each}', settings['filter'])
 
 
 if __name__ == '__main__':

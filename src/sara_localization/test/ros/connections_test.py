@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Mailbox and Outbox: what they carry is what rospy would, in order and whole, whatever the other end does."""
+
 import io
 import random
 import socket
@@ -16,12 +17,12 @@ from rospy.msg import serialize_message
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from sara_localization.data import FilterOutput, StampedTransform, Turning
-from sara_localization.geometry import Transform
+from sara_localization.geometry.rigid import Transform
+from sara_localization.geometry.stamps import Stamp
+from sara_localization.inputs.data import FilterOutput, StampedTransform, Turning
 from sara_localization.ros import conversions, wire
 from sara_localization.ros.mailbox import Mailbox
 from sara_localization.ros.outbox import Outbox
-from sara_localization.stamps import Stamp
 
 
 def wait_until(condition, what, timeout=15.0):
@@ -62,15 +63,25 @@ class ConnectionsTest(unittest.TestCase):
         for frame, child in (('map', 'odom'), ('', ''), ('Räder/links', 'base_link')):
             pose = Transform(tuple(numbers.random(3).tolist()), tuple(numbers.random(4).tolist()))
             stamped = StampedTransform(Stamp(1700000000, 123456789), frame, child, pose)
-            output = FilterOutput(stamped.stamp, frame, child, numbers.random(15), numbers.random((15, 15)), stamped, True,
-                                  Turning(numbers.random(15), numbers.random((15, 15)), np.zeros(3), 0.02))
+            output = FilterOutput(
+                stamped.stamp,
+                frame,
+                child,
+                numbers.random(15),
+                numbers.random((15, 15)),
+                stamped,
+                True,
+                Turning(numbers.random(15), numbers.random((15, 15)), np.zeros(3), 0.02),
+            )
             self.assertEqual(wire.write_odometry(7, output), self.written(conversions.odometry_message(output)))
-            self.assertEqual(wire.write_transform(7, stamped), self.written(TFMessage([conversions.transform_message(stamped)])))
+            self.assertEqual(
+                wire.write_transform(7, stamped), self.written(TFMessage([conversions.transform_message(stamped)]))
+            )
 
     def test_2_a_slow_listener_loses_whole_messages_and_delays_nobody(self):
         outbox = Outbox('slow', String, most=5)
         slow, quick = Listener(), Listener()
-        outbox._impl.connections = [slow, quick]    # pylint: disable=protected-access
+        outbox._impl.connections = [slow, quick]  # pylint: disable=protected-access
         quick.far_end.setblocking(False)
         received, numbers = b'', random.Random(2)
         for k in range(200):
@@ -86,7 +97,7 @@ class ConnectionsTest(unittest.TestCase):
         self.assertEqual(len(self.numbered(received)), 200)
         late = b''
         slow.far_end.setblocking(False)
-        for _ in range(50):     # what waits goes with what comes
+        for _ in range(50):  # what waits goes with what comes
             outbox.send(lambda seq: struct.pack('<II', 4, 1000))
             try:
                 late += slow.far_end.recv(1 << 20)
@@ -100,7 +111,7 @@ class ConnectionsTest(unittest.TestCase):
         outbox.send(lambda seq: struct.pack('<II', 4, 1001))
         self.assertTrue(slow.closed)
         self.assertFalse(quick.closed)
-        outbox._impl.connections = []    # pylint: disable=protected-access
+        outbox._impl.connections = []  # pylint: disable=protected-access
 
     def numbered(self, data):
         """The numbers of the messages in a stream, all of them whole."""
@@ -109,7 +120,7 @@ class ConnectionsTest(unittest.TestCase):
             length, number = struct.unpack_from('<II', data)
             self.assertLessEqual(4 + length, len(data))
             found.append(number)
-            data = data[4 + length:]
+            data = data[4 + length :]
         return found
 
     def test_3_rospy_hears_what_an_outbox_sends(self):
@@ -125,7 +136,9 @@ class ConnectionsTest(unittest.TestCase):
         self.assertEqual([m.pose.pose.position.x for m in heard], list(map(float, range(20))))
         self.assertEqual(np.diff([m.header.seq for m in heard]).tolist(), [1] * 19)
         subscriber.unregister()
-        wait_until(lambda: outbox.send(lambda seq: b'\0\0\0\0') or not outbox.heard, 'the listener that went is still sent to')
+        wait_until(
+            lambda: outbox.send(lambda seq: b'\0\0\0\0') or not outbox.heard, 'the listener that went is still sent to'
+        )
 
     def test_4_a_mailbox_gives_all_that_came_in_order_and_only_when_asked(self):
         mailbox, first, second = Mailbox(10000), [], []
@@ -150,12 +163,14 @@ class ConnectionsTest(unittest.TestCase):
 
     def test_5_what_a_publisher_said_before_it_went_is_not_lost_and_its_successor_is_heard(self):
         mailbox, heard = Mailbox(100), []
-        subscriber = mailbox.subscribe('brief', wire.unread(String), lambda data: heard.append(text(data)), queue_size=10)
+        subscriber = mailbox.subscribe(
+            'brief', wire.unread(String), lambda data: heard.append(text(data)), queue_size=10
+        )
         for word in ('one', 'two'):
             publisher = rospy.Publisher('brief', String, queue_size=10)
             wait_until(publisher.get_num_connections, 'the mailbox does not listen')
             publisher.publish(word)
-            time.sleep(0.2)     # rospy writes from a thread of its own
+            time.sleep(0.2)  # rospy writes from a thread of its own
             publisher.unregister()
             wait_until(lambda: not subscriber.get_num_connections(), 'a connection stays')
         mailbox.deliver()

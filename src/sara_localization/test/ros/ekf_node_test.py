@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The node's wiring: what goes in on its topics comes out on its topics, transforms and service."""
+
 import math
 import sys
 import threading
@@ -13,7 +14,7 @@ from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStam
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_localization.geometry import quaternion_from_rpy, rpy_from_quaternion
+from sara_localization.geometry.rigid import quaternion_from_rpy, rpy_from_quaternion
 from sara_localization.srv import SetPose
 
 SPEED = 0.2
@@ -67,7 +68,6 @@ class Robot:
 
 
 class EkfNodeTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.buffer = tf2_ros.Buffer()
@@ -104,10 +104,17 @@ class EkfNodeTest(unittest.TestCase):
     def shows(self, x, y, yaw):
         def near(a, b):
             return abs(a - b) < 0.02
+
         last, seen = self.outputs[-1], self.map_to_base()
         p = last.pose.pose
-        return (near(p.position.x, x) and near(p.position.y, y) and near(yaw_of(p.orientation), yaw)
-                and near(seen[0], x) and near(seen[1], y) and near(seen[2], yaw))
+        return (
+            near(p.position.x, x)
+            and near(p.position.y, y)
+            and near(yaw_of(p.orientation), yaw)
+            and near(seen[0], x)
+            and near(seen[1], y)
+            and near(seen[2], yaw)
+        )
 
     def test_1_starts_at_the_initial_state_and_publishes_at_its_rate(self):
         self.assertTrue(self.shows(1.0, 1.0, 0.0), (self.outputs[-1].pose.pose, self.map_to_base()))

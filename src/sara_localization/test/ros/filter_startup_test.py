@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """A filter that cannot start or run says why, in sentences with the remedy."""
+
 import subprocess
 import sys
 import time
@@ -12,7 +13,6 @@ from rosgraph_msgs.msg import Clock, Log
 
 
 class FilterStartupTest(unittest.TestCase):
-
     def test_simulated_time_that_nobody_gives_is_told(self):
         said = []
         rospy.Subscriber('/rosout', Log, lambda log: said.append(log.msg))
@@ -36,16 +36,32 @@ class FilterStartupTest(unittest.TestCase):
                 seconds += 0.02
                 clock.publish(Clock(rospy.Time.from_sec(seconds)))
                 time.sleep(0.005)
-            self.assertLess(time.monotonic(), end, 'no cycles after %g s: %s' % (begin, told))
+            self.assertLess(time.monotonic(), end, f'no cycles after {begin:g} s: {told}')
 
     def test_parameters_that_cannot_be_used_end_the_node_with_a_sentence_each(self):
         for kind in ('ekf', 'ukf'):
-            run = subprocess.run(['rosrun', 'sara_localization', kind + '_localization_node', '__name:=refused_' + kind, '_frequency:=-1',
-                                  '_odom0:=odom', '_odom0_config:=[true, false]', '_world_frame:=earth'],
-                                 capture_output=True, text=True, timeout=30)
+            run = subprocess.run(
+                [
+                    'rosrun',
+                    'sara_localization',
+                    kind + '_localization_node',
+                    '__name:=refused_' + kind,
+                    '_frequency:=-1',
+                    '_odom0:=odom',
+                    '_odom0_config:=[true, false]',
+                    '_world_frame:=earth',
+                ],
+                capture_output=True,
+                text=True,
+                timeout=30,
+            )
             self.assertEqual(run.returncode, 1)
             told = run.stdout + run.stderr
-            for words in ('frequency is -1; it must be greater than 0', 'odom0_config must be a list of 15', 'world_frame is earth'):
+            for words in (
+                'frequency is -1; it must be greater than 0',
+                'odom0_config must be a list of 15',
+                'world_frame is earth',
+            ):
                 self.assertIn(words, told)
             self.assertNotIn('Traceback', told)
 

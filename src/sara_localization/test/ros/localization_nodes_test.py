@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Wiring: every kind of input, diagnostics under robot_localization's keys, services, commands, fake_localization."""
+
 import io
 import math
 import random
@@ -12,12 +13,18 @@ import rospy
 import rostest
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, TransformStamped, TwistStamped, TwistWithCovarianceStamped
+from geometry_msgs.msg import (
+    PoseArray,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    TwistStamped,
+    TwistWithCovarianceStamped,
+)
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 
-from sara_localization.geometry import quaternion_from_rpy, rpy_from_quaternion
+from sara_localization.geometry.rigid import quaternion_from_rpy, rpy_from_quaternion
 from sara_localization.ros import conversions, wire
 from sara_localization.srv import SetPose, ToggleFilterProcessing
 
@@ -42,9 +49,15 @@ class Sensors:
     """Publishes a valid message of each kind at any stamp."""
 
     def __init__(self):
-        self.pubs = {name: rospy.Publisher(PREFIX + topic, kind, queue_size=10) for name, (topic, kind) in
-                     dict(odom0=('odom', Odometry), pose0=('pose', PoseWithCovarianceStamped),
-                          twist0=('twist', TwistWithCovarianceStamped), imu0=('imu/data', Imu)).items()}
+        self.pubs = {
+            name: rospy.Publisher(PREFIX + topic, kind, queue_size=10)
+            for name, (topic, kind) in dict(
+                odom0=('odom', Odometry),
+                pose0=('pose', PoseWithCovarianceStamped),
+                twist0=('twist', TwistWithCovarianceStamped),
+                imu0=('imu/data', Imu),
+            ).items()
+        }
 
     def connected(self):
         return all(pub.get_num_connections() for pub in self.pubs.values())
@@ -66,7 +79,6 @@ class Sensors:
 
 
 class LocalizationNodesTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.keys, cls.levels, cls.lock = {}, {}, threading.Lock()
@@ -101,9 +113,17 @@ class LocalizationNodesTest(unittest.TestCase):
             self.sensors.publish(rospy.Time.now())
             rospy.sleep(0.1)
         wait_until(lambda: outputs, 'no output')
-        wait_until(lambda: all(name in self.told() and ' 0 used' not in self.told()[name] and 'nothing' not in self.told()[name]
-                               for name in KINDS), lambda: 'not used: %s' % self.told())
-        wait_until(lambda: 'example/twist' in self.told()['twist1_silent'], lambda: 'who else publishes is not told: %s' % self.told()['twist1_silent'])
+        wait_until(
+            lambda: all(
+                name in self.told() and ' 0 used' not in self.told()[name] and 'nothing' not in self.told()[name]
+                for name in KINDS
+            ),
+            lambda: f'not used: {self.told()}',
+        )
+        wait_until(
+            lambda: 'example/twist' in self.told()['twist1_silent'],
+            lambda: 'who else publishes is not told: {}'.format(self.told()['twist1_silent']),
+        )
         self.assertIn('odom0 NIS', self.told())
         self.forget()
         self.sensors.publish(rospy.Time(0))
@@ -123,8 +143,16 @@ class LocalizationNodesTest(unittest.TestCase):
         rospy.sleep(0.2)
         self.forget()
         self.sensors.publish(newest - rospy.Duration(0.1))
-        self.assert_told(['imu0_acceleration_timestamp', 'imu0_pose_timestamp', 'imu0_twist_timestamp', 'odom0_twist_timestamp',
-                          'pose0_timestamp', 'twist0_timestamp'])
+        self.assert_told(
+            [
+                'imu0_acceleration_timestamp',
+                'imu0_pose_timestamp',
+                'imu0_twist_timestamp',
+                'odom0_twist_timestamp',
+                'pose0_timestamp',
+                'twist0_timestamp',
+            ]
+        )
 
     def test_3_enable_control_toggle_and_reset(self):
         outputs = []
@@ -137,7 +165,11 @@ class LocalizationNodesTest(unittest.TestCase):
 
         def sideways_still():
             twist = TwistWithCovarianceStamped()
-            twist.header.stamp, twist.header.frame_id, twist.twist.covariance = rospy.Time.now(), 'commanded_base', IDENTITY_6
+            twist.header.stamp, twist.header.frame_id, twist.twist.covariance = (
+                rospy.Time.now(),
+                'commanded_base',
+                IDENTITY_6,
+            )
             twist_pub.publish(twist)
 
         def command(speed):
@@ -187,7 +219,7 @@ class LocalizationNodesTest(unittest.TestCase):
                 truth.pose.pose.position.x = 4.0
                 q = truth.pose.pose.orientation
                 q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, 1.0)
-                truth_pub.publish(truth)        # before the transform that it waits for
+                truth_pub.publish(truth)  # before the transform that it waits for
                 link.header.stamp, link.header.frame_id, link.child_frame_id = now, 'fake_odom', 'fake_base'
                 link.transform.translation.y, link.transform.rotation.w = 9.0, 1.0
                 broadcaster.sendTransform(link)
@@ -216,11 +248,16 @@ class LocalizationNodesTest(unittest.TestCase):
         set_pose_pub.publish(pose)
         wait_until(lambda: at(-1.0, 2.0, 0.0), 'set_pose does not show')
         wait_until(lambda: relayed, 'set_pose is not relayed to initialpose')
-        wait_until(lambda: DiagnosticStatus.OK in self.levels.get('fake/fake_localization: fake_localization', ()), 'not well')
+        wait_until(
+            lambda: DiagnosticStatus.OK in self.levels.get('fake/fake_localization: fake_localization', ()), 'not well'
+        )
 
     def test_5_what_is_read_from_the_bytes_is_what_the_message_holds(self):
         numbers = random.Random(5)
-        for message, from_bytes, from_message in ((Imu, wire.imu, conversions.imu), (Odometry, wire.odometry, conversions.odometry)):
+        for message, from_bytes, from_message in (
+            (Imu, wire.imu, conversions.imu),
+            (Odometry, wire.odometry, conversions.odometry),
+        ):
             for frame in ('', 'base_link', 'Räder/links'):
                 msg, buffer = filled(message(), numbers), io.BytesIO()
                 msg.header.stamp, msg.header.frame_id = rospy.Time(1700000000, 123456789), frame
@@ -243,7 +280,7 @@ def filled(msg, numbers):
         elif hasattr(value, '_slot_types'):
             filled(value, numbers)
         elif kind == 'string':
-            setattr(msg, name, 'frame %g' % numbers.random())
+            setattr(msg, name, f'frame {numbers.random():g}')
     return msg
 
 

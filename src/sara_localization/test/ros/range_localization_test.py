@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Wiring of range_localization: map, odometry, ranges and tf in; map -> odom, odometry/corrected, amcl_pose and diagnostics out.
+"""Wiring of range_localization: map, odometry, ranges and tf in; map -> odom, odometry/corrected, amcl_pose and
+diagnostics out.
 
 Time is that of the stamps, so that nothing depends on how fast the computer is.
 """
+
 import math
 import threading
 import unittest
@@ -15,8 +17,8 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 
-CELL, FREE_X, FREE_Y, WALL = 0.05, 60, 52, 3      # a room of 3.0 m x 2.6 m that begins at (0, 0)
-ERROR = (0.06, -0.05)                             # of the dead reckoning, m
+CELL, FREE_X, FREE_Y, WALL = 0.05, 60, 52, 3  # a room of 3.0 m x 2.6 m that begins at (0, 0)
+ERROR = (0.06, -0.05)  # of the dead reckoning, m
 STEP = rospy.Duration(0.02)
 
 
@@ -38,7 +40,9 @@ def room():
     info.origin.position.x = info.origin.position.y = -WALL * CELL
     info.origin.orientation.w = 1.0
     inside = lambda k, n: WALL <= k < WALL + n  # noqa: E731
-    msg.data = [0 if inside(c, FREE_X) and inside(r, FREE_Y) else 100 for r in range(info.height) for c in range(info.width)]
+    msg.data = [
+        0 if inside(c, FREE_X) and inside(r, FREE_Y) else 100 for r in range(info.height) for c in range(info.width)
+    ]
     return msg
 
 
@@ -51,12 +55,11 @@ def fixed(parent, child, x=0.0, y=0.0, yaw=0.0):
 
 
 class RangeLocalizationTest(unittest.TestCase):
-
     def setUp(self):
         self.lock, self.corrected, self.poses, self.status, self.told = threading.Lock(), {}, [], None, []
         self.map_pub = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
         self.odom_pub = rospy.Publisher('odom', Odometry, queue_size=100)
-        self.range_pubs = {name: rospy.Publisher('/%s_range' % name, Range, queue_size=100) for name in ('left', 'front')}
+        self.range_pubs = {name: rospy.Publisher(f'/{name}_range', Range, queue_size=100) for name in ('left', 'front')}
         self.set_pose_pub = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
         rospy.Subscriber('odometry/corrected', Odometry, lambda m: self.corrected.__setitem__(m.header.stamp, m))
         rospy.Subscriber('amcl_pose', PoseWithCovarianceStamped, self.poses.append)
@@ -64,9 +67,15 @@ class RangeLocalizationTest(unittest.TestCase):
         self.buffer = tf2_ros.Buffer(rospy.Duration(1000.0))
         self.listener = tf2_ros.TransformListener(self.buffer)
         self.static = tf2_ros.StaticTransformBroadcaster()
-        self.static.sendTransform([fixed('odom', 'base_link'), fixed('base_link', 'left_frame', 0.3, 0.3, math.pi / 2), fixed('base_link', 'front_frame', 0.5)])
+        self.static.sendTransform(
+            [
+                fixed('odom', 'base_link'),
+                fixed('base_link', 'left_frame', 0.3, 0.3, math.pi / 2),
+                fixed('base_link', 'front_frame', 0.5),
+            ]
+        )
         for pub in (self.map_pub, self.odom_pub, *self.range_pubs.values(), self.set_pose_pub):
-            wait_until(pub.get_num_connections, 'the node does not listen to %s' % pub.name)
+            wait_until(pub.get_num_connections, f'the node does not listen to {pub.name}')
         self.stamp = rospy.Time.now()
 
     def on_diagnostics(self, array):
@@ -80,13 +89,23 @@ class RangeLocalizationTest(unittest.TestCase):
         x, y = 1.2 + 0.3 * math.sin(0.5 * k * STEP.to_sec()), 1.3 + 0.2 * math.sin(0.7 * k * STEP.to_sec())
         odom = Odometry()
         odom.header.stamp, odom.header.frame_id, odom.child_frame_id = self.stamp, 'map', 'base_link'
-        odom.pose.pose.position.x, odom.pose.pose.position.y, odom.pose.pose.orientation.w = x + ERROR[0], y + ERROR[1], 1.0
+        odom.pose.pose.position.x, odom.pose.pose.position.y, odom.pose.pose.orientation.w = (
+            x + ERROR[0],
+            y + ERROR[1],
+            1.0,
+        )
         odom.twist.twist.linear.x = 0.25
         self.odom_pub.publish(odom)
         return self.stamp, x, y
 
     def send_range(self, name, distance, frame=None):
-        msg = Range(radiation_type=Range.ULTRASOUND, field_of_view=math.radians(60.0), min_range=0.16, max_range=2.5, range=distance)
+        msg = Range(
+            radiation_type=Range.ULTRASOUND,
+            field_of_view=math.radians(60.0),
+            min_range=0.16,
+            max_range=2.5,
+            range=distance,
+        )
         msg.header.stamp, msg.header.frame_id = self.stamp, frame or name + '_frame'
         self.range_pubs[name].publish(msg)
 
@@ -94,7 +113,9 @@ class RangeLocalizationTest(unittest.TestCase):
         return {v.key: v.value for v in self.status.values}.get(key) if self.status else None
 
     def ride(self, steps):
-        """Ranges go out with every tenth step, once the node has answered that: nothing is lost, however slow the computer."""
+        """Ranges go out with every tenth step, once the node has answered that: nothing is lost, however slow the
+        computer.
+        """
         for k in range(steps):
             stamp, x, y = self.send(k)
             if k % 10 == 9:
@@ -105,7 +126,10 @@ class RangeLocalizationTest(unittest.TestCase):
         return stamp, x, y
 
     def test_the_pose_is_corrected_and_told(self):
-        wait_until(lambda: self.status and self.status.message == 'waiting for the map', 'diagnostics do not say what is waited for')
+        wait_until(
+            lambda: self.status and self.status.message == 'waiting for the map',
+            'diagnostics do not say what is waited for',
+        )
         self.send(0)
         wait_until(lambda: self.corrected, 'dead reckoning does not come through without a map')
         self.assertEqual(next(iter(self.corrected.values())).pose.pose.position.x, 1.2 + ERROR[0])
@@ -121,13 +145,18 @@ class RangeLocalizationTest(unittest.TestCase):
         self.assertAlmostEqual(found.x, last.pose.pose.position.x, delta=0.02)
         self.assertAlmostEqual(found.y, last.pose.pose.position.y, delta=0.02)
         self.assertTrue(self.poses and self.poses[-1].header.frame_id == 'map')
-        wait_until(lambda: int(self.value('used') or 0) > 20 and self.status.level == DiagnosticStatus.OK, 'diagnostics do not tell of ranges used: %s' % self.status)
+        wait_until(
+            lambda: int(self.value('used') or 0) > 20 and self.status.level == DiagnosticStatus.OK,
+            f'diagnostics do not tell of ranges used: {self.status}',
+        )
 
         # What is faulty is dropped, told, and changes nothing.
         self.send_range('left', math.nan)
         self.send_range('left', 1.0, 'nowhere')
         self.odom_pub.publish(Odometry())
-        wait_until(lambda: self.value('bad_range') == '1' and self.value('no_mount') == '1', 'faulty readings are not counted')
+        wait_until(
+            lambda: self.value('bad_range') == '1' and self.value('no_mount') == '1', 'faulty readings are not counted'
+        )
 
         # A pose that is set is believed.
         message = PoseWithCovarianceStamped()

@@ -1,14 +1,16 @@
-"""Our UKF with the defects of robot_localization's put in: that it then agrees shows that the two differ in nothing else.
+"""Our UKF with the defects of robot_localization's put in: that it then agrees shows that the two differ in nothing
+else.
 
-In: (1) a posterior that leaves R out, (2) angles averaged by weighted sine and cosine, with weights of either sign, (3) in a
-correction the state's differences wrapped at the measurement's place instead of the state's, (4) a control input without
-effect, (5) sigma points that lack the process noise in the first correction after a prediction, and stay as they were after
-set_pose, before the first prediction and after a rejected measurement.
+In: (1) a posterior that leaves R out, (2) angles averaged by weighted sine and cosine, with weights of either sign, (3)
+in a correction the state's differences wrapped at the measurement's place instead of the state's, (4) a control input
+without effect, (5) sigma points that lack the process noise in the first correction after a prediction, and stay as
+they were after set_pose, before the first prediction and after a rejected measurement.
 """
+
 import numpy as np
 
-from sara_localization.motion_model import advance
-from sara_localization.ukf import Ukf
+from sara_localization.filters.motion_model import advance
+from sara_localization.filters.ukf import Ukf
 
 TAU = 2.0 * np.pi
 
@@ -21,12 +23,12 @@ class PeerUkf(Ukf):
     def __init__(self, *args, **kwargs):
         kwargs['control'], kwargs['keep_positive'] = None, False
         super().__init__(*args, **kwargs)
-        scale = self.alpha ** 2 * (15 + self.kappa)
+        scale = self.alpha**2 * (15 + self.kappa)
         self.scale = scale
         self.wm = np.full(31, 0.5 / scale)
         self.wm[0] = 1.0 - 15.0 / scale
         self.wc = self.wm.copy()
-        self.wc[0] += 1.0 - self.alpha ** 2 + self.beta
+        self.wc[0] += 1.0 - self.alpha**2 + self.beta
         self.points, self.fresh = np.zeros((31, 15)), True
 
     def _draw(self):

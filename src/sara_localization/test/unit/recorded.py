@@ -1,38 +1,50 @@
 """The synthetic bags of test/data, their reference runs, and the lockstep rule: a filter driven by recorded messages.
 
-Messages are delivered in the order and at the times they were received; tick k comes k/frequency after the first used message
-(/tf counts) and runs after all that was received by then; five ticks follow the last. The filter's own transform enters right after
-the tick that gives it.
+Messages are delivered in the order and at the times they were received; tick k comes k/frequency after the first used
+message (/tf counts) and runs after all that was received by then; five ticks follow the last. The filter's own
+transform enters right after the tick that gives it.
 """
+
 import json
 import math
 from pathlib import Path
 
 import numpy as np
 
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData, PoseData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import Transform
-from sara_localization.stamps import Stamp
-from sara_localization.transforms import TransformBuffer
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.geometry.rigid import Transform
+from sara_localization.geometry.stamps import Stamp
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
-BAGS = ('s1_eight_50_100', 's2_square_chair', 's3_gaps_20', 's4_out_of_order', 's5_spin_setpose', 's6_control_two_odoms')
+BAGS = (
+    's1_eight_50_100',
+    's2_square_chair',
+    's3_gaps_20',
+    's4_out_of_order',
+    's5_spin_setpose',
+    's6_control_two_odoms',
+)
 RUNS = sorted(path.stem for path in DATA.glob('*__*.npz'))
 TAU = 2.0 * math.pi
 
 
 def stamp_of(nanoseconds):
-    return Stamp(*divmod(int(nanoseconds), 10 ** 9))
+    return Stamp(*divmod(int(nanoseconds), 10**9))
 
 
 def _odometry(stamp, frame, child, v):
-    return OdometryData(stamp, frame, child, v[:3], v[3:7], v[13:49].reshape(6, 6), v[7:10], v[10:13], v[49:85].reshape(6, 6))
+    return OdometryData(
+        stamp, frame, child, v[:3], v[3:7], v[13:49].reshape(6, 6), v[7:10], v[10:13], v[49:85].reshape(6, 6)
+    )
 
 
 def _imu(stamp, frame, child, v):
-    return ImuData(stamp, frame, v[:4], v[10:19].reshape(3, 3), v[4:7], v[19:28].reshape(3, 3), v[7:10], v[28:37].reshape(3, 3))
+    return ImuData(
+        stamp, frame, v[:4], v[10:19].reshape(3, 3), v[4:7], v[19:28].reshape(3, 3), v[7:10], v[28:37].reshape(3, 3)
+    )
 
 
 def _pose(stamp, frame, child, v):
@@ -58,14 +70,17 @@ class RecordedBag:
         found = []
         for k, (topic, kind, frame, child) in enumerate(json.loads(str(arrays['topics']))):
             number, received, stamps, first, varies, values = (
-                arrays['%d_%s' % (k, part)] for part in ('number', 'received', 'stamp', 'first', 'varies', 'values'))
+                arrays['%d_%s' % (k, part)] for part in ('number', 'received', 'stamp', 'first', 'varies', 'values')
+            )
             rows = np.tile(first, (len(number), 1))
             rows[:, varies] = values
             for n, at, stamp, row in zip(number, received, stamps, rows):
                 found.append((int(n), int(at), topic, kind, MAKE[kind](stamp_of(stamp), frame, child, row)))
         self.messages = [row[1:] for row in sorted(found, key=lambda row: row[0])]
-        self.static = [(p, c, Transform.from_xyz_rpy(x, y, z, roll, pitch, yaw))
-                       for p, c, x, y, z, yaw, pitch, roll in json.loads(str(arrays['static_tf']))]
+        self.static = [
+            (p, c, Transform.from_xyz_rpy(x, y, z, roll, pitch, yaw))
+            for p, c, x, y, z, yaw, pitch, roll in json.loads(str(arrays['static_tf']))
+        ]
         self.truth = {field: arrays['truth_' + field] for field in ('t', 'x', 'y', 'yaw')}
 
     def error(self, t, xy, yaw):
@@ -150,11 +165,22 @@ def table():
         ours = [outputs[k] for k in run.tick]
         xyz, q = (np.array([getattr(o.pose, part) for o in ours]) for part in ('translation', 'rotation'))
         q *= np.sign((q * run.pose[:, 3:]).sum(axis=1))[:, None]
-        off = [bags[run.bag].error(run.stamp, xy, yaw) for xy, yaw in (
-            (xyz[:, :2], np.array([o.state[5] for o in ours])), (run.pose[:, :2], yaw_of(run.pose[:, 3:])))]
-        print('| %s | %s | %.1e | %.1e | %.4f | %.4f |' % (
-            name, run.filter, np.linalg.norm(xyz - run.pose[:, :3], axis=1).max(),
-            2.0 * np.linalg.norm(q - run.pose[:, 3:], axis=1).max(), *off))
+        off = [
+            bags[run.bag].error(run.stamp, xy, yaw)
+            for xy, yaw in (
+                (xyz[:, :2], np.array([o.state[5] for o in ours])),
+                (run.pose[:, :2], yaw_of(run.pose[:, 3:])),
+            )
+        ]
+        print(
+            '| {} | {} | {:.1e} | {:.1e} | {:.4f} | {:.4f} |'.format(
+                name,
+                run.filter,
+                np.linalg.norm(xyz - run.pose[:, :3], axis=1).max(),
+                2.0 * np.linalg.norm(q - run.pose[:, 3:], axis=1).max(),
+                *off,
+            )
+        )
 
 
 if __name__ == '__main__':

@@ -1,11 +1,14 @@
-"""Every mistake that users make is found and told in one sentence with its remedy, and a sound configuration is left in peace."""
+"""Every mistake that users make is found and told in one sentence with its remedy, and a sound configuration is left in
+peace.
+"""
+
 from pathlib import Path
 
 import pytest
 import yaml
 
-from sara_localization import check_config
-from sara_localization.diagnostics import ERROR, WARN
+from sara_localization.checks import check_config
+from sara_localization.engine.diagnostics import ERROR, WARN
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 
@@ -16,7 +19,9 @@ def mask(*variables):
 
 def sound(**changes):
     """A planar robot with wheels and an IMU, with changes; None takes a parameter out."""
-    params = dict(frequency=50, two_d_mode=True, odom0='odom', odom0_config=mask(6, 7), imu0='imu', imu0_config=mask(5, 11))
+    params = dict(
+        frequency=50, two_d_mode=True, odom0='odom', odom0_config=mask(6, 7), imu0='imu', imu0_config=mask(5, 11)
+    )
     params.update(changes)
     return {name: value for name, value in params.items() if value is not None}
 
@@ -42,16 +47,31 @@ def test_the_thesis_set_is_told_to_measure_itself():
 MISTAKES = [
     # changed parameters, level, key, words of the sentence
     (dict(odom0_config=mask(7)), ERROR, 'X_configuration', 'Neither x nor its velocity'),
-    (dict(imu0_config=mask(14), imu0_remove_gravitational_acceleration=True), ERROR, 'YAW_configuration', 'Neither yaw'),
+    (
+        dict(imu0_config=mask(14), imu0_remove_gravitational_acceleration=True),
+        ERROR,
+        'YAW_configuration',
+        'Neither yaw',
+    ),
     (dict(two_d_mode=False), ERROR, 'Z_configuration', 'two_d_mode'),
     (dict(odom0_config=mask(6)), ERROR, 'Y_configuration', 'sideways'),
-    (dict(pose0='gps', pose0_config=mask(0, 1), odom0_config=mask(0, 1, 6, 7)), WARN, 'X_configuration', 'odom0_differential: true'),
+    (
+        dict(pose0='gps', pose0_config=mask(0, 1), odom0_config=mask(0, 1, 6, 7)),
+        WARN,
+        'X_configuration',
+        'odom0_differential: true',
+    ),
     (dict(imu0_differential=True, imu0_relative=True), WARN, 'parameters', 'differential'),
     (dict(odom0_differential=True), WARN, 'parameters', 'no effect'),
     (dict(odom0_pose_use_child_frame=True), WARN, 'odom0_configuration', 'no effect'),
     (dict(world_frame='map', imu0_relative=True), WARN, 'imu0_configuration', 'initial_state'),
     (dict(world_frame='map', odom0_config=mask(0, 1, 6)), WARN, 'odom0_configuration', 'measures itself'),
-    (dict(two_d_mode=False, odom0_config=mask(2, 3, 4, 6, 7), imu0_config=mask(5, 11, 14)), WARN, 'imu0_configuration', 'gravity'),
+    (
+        dict(two_d_mode=False, odom0_config=mask(2, 3, 4, 6, 7), imu0_config=mask(5, 11, 14)),
+        WARN,
+        'imu0_configuration',
+        'gravity',
+    ),
     (dict(odom0_config=mask(7), imu0_config=mask(5, 11, 12)), WARN, 'imu0_configuration', 'bias of the accelerometer'),
     (dict(process_noise_covariance=[0.0] * 15), WARN, 'process_noise_covariance', 'no longer follows'),
     (dict(process_noise_covariance=[1e9] * 15), WARN, 'process_noise_covariance', '1e3'),
@@ -75,7 +95,9 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize('changes, level, key, words', MISTAKES, ids=lambda v: '+'.join(v) if isinstance(v, dict) else None)
+@pytest.mark.parametrize(
+    'changes, level, key, words', MISTAKES, ids=lambda v: '+'.join(v) if isinstance(v, dict) else None
+)
 def test_a_mistake_is_told_with_its_remedy(changes, level, key, words):
     findings = [f for f in found(sound(**changes)) if f.key == key and words in f.sentence]
     assert len(findings) == 1, found(sound(**changes))
@@ -96,21 +118,69 @@ def test_a_turned_imu_may_measure_yaw_with_another_axis():
     assert [f.level for f in findings] == [WARN] and 'mounted turned' in findings[0].sentence
 
 
-FILTER = ('frequency sensor_timeout two_d_mode map_frame odom_frame base_link_frame base_link_frame_output world_frame tf_prefix publish_tf '
-          'invert_tf publish_acceleration permit_corrected_publication transform_time_offset transform_timeout print_diagnostics '
-          'gravitational_acceleration debug debug_out_file smooth_lagged_data history_length reset_on_time_jump predict_to_current_time '
-          'use_control stamped_control control_timeout control_config acceleration_limits deceleration_limits acceleration_gains '
-          'deceleration_gains dynamic_process_noise_covariance process_noise_covariance initial_estimate_covariance initial_state '
-          'disabled_at_startup alpha kappa beta').split()
+FILTER = [
+    'frequency',
+    'sensor_timeout',
+    'two_d_mode',
+    'map_frame',
+    'odom_frame',
+    'base_link_frame',
+    'base_link_frame_output',
+    'world_frame',
+    'tf_prefix',
+    'publish_tf',
+    'invert_tf',
+    'publish_acceleration',
+    'permit_corrected_publication',
+    'transform_time_offset',
+    'transform_timeout',
+    'print_diagnostics',
+    'gravitational_acceleration',
+    'debug',
+    'debug_out_file',
+    'smooth_lagged_data',
+    'history_length',
+    'reset_on_time_jump',
+    'predict_to_current_time',
+    'use_control',
+    'stamped_control',
+    'control_timeout',
+    'control_config',
+    'acceleration_limits',
+    'deceleration_limits',
+    'acceleration_gains',
+    'deceleration_gains',
+    'dynamic_process_noise_covariance',
+    'process_noise_covariance',
+    'initial_estimate_covariance',
+    'initial_state',
+    'disabled_at_startup',
+    'alpha',
+    'kappa',
+    'beta',
+]
 GATES = ['pose_rejection_threshold', 'twist_rejection_threshold']
-INPUTS = {'odom': ['differential', 'relative', 'pose_use_child_frame', *GATES],
-          'pose': ['differential', 'relative', 'rejection_threshold'], 'twist': ['rejection_threshold'],
-          'imu': ['differential', 'relative', 'remove_gravitational_acceleration', 'linear_acceleration_rejection_threshold', *GATES]}
+INPUTS = {
+    'odom': ['differential', 'relative', 'pose_use_child_frame', *GATES],
+    'pose': ['differential', 'relative', 'rejection_threshold'],
+    'twist': ['rejection_threshold'],
+    'imu': [
+        'differential',
+        'relative',
+        'remove_gravitational_acceleration',
+        'linear_acceleration_rejection_threshold',
+        *GATES,
+    ],
+}
 
 
 def peer_parameters():
     """Names of all parameters of the peer's nodes with one input of each kind, but for the topics."""
-    return FILTER + ['%s0_%s' % (each, option) for each, options in INPUTS.items() for option in ('config', 'queue_size', 'nodelay', *options)]
+    return FILTER + [
+        f'{each}0_{option}'
+        for each, options in INPUTS.items()
+        for option in ('config', 'queue_size', 'nodelay', *options)
+    ]
 
 
 @pytest.mark.parametrize('kind', ['ekf', 'ukf'])
@@ -127,23 +197,48 @@ def test_nonsense_in_any_parameter_of_the_peer_is_refused_by_name(kind):
 
 @pytest.mark.parametrize('kind', ['ekf', 'ukf'])
 def test_no_parameter_of_the_peer_is_taken_for_a_misspelt_one(kind):
-    params = {name: False for name in peer_parameters()}
+    params = dict.fromkeys(peer_parameters(), False)
     params.update({each + '0': each for each in INPUTS})
-    params.update({each + '0_config': mask(*used) for each, used in dict(odom=[6, 7], pose=[0, 1], twist=[11], imu=[5, 11]).items()})
+    params.update(
+        {
+            each + '0_config': mask(*used)
+            for each, used in dict(odom=[6, 7], pose=[0, 1], twist=[11], imu=[5, 11]).items()
+        }
+    )
     for name in peer_parameters():
-        if name.endswith('_threshold') or name in ('frequency', 'sensor_timeout', 'history_length', 'transform_time_offset', 'alpha',
-                                                   'transform_timeout', 'gravitational_acceleration', 'control_timeout', 'kappa', 'beta'):
+        if name.endswith('_threshold') or name in (
+            'frequency',
+            'sensor_timeout',
+            'history_length',
+            'transform_time_offset',
+            'alpha',
+            'transform_timeout',
+            'gravitational_acceleration',
+            'control_timeout',
+            'kappa',
+            'beta',
+        ):
             params[name] = 0.1 if name == 'control_timeout' else 5.0 if name != 'transform_timeout' else 0.01
         elif name.endswith('_queue_size'):
             params[name] = 10
         elif name.endswith(('_frame', '_frame_output')) and 'child' not in name:
-            params[name] = {'map_frame': 'map', 'base_link_frame': 'base', 'base_link_frame_output': 'base_out'}.get(name, 'odom')
+            params[name] = {'map_frame': 'map', 'base_link_frame': 'base', 'base_link_frame_output': 'base_out'}.get(
+                name, 'odom'
+            )
         elif name.endswith(('_limits', '_gains')):
             params[name] = [1.0] * 6
         elif name.endswith('_covariance') and name != 'dynamic_process_noise_covariance':
             params[name] = [0.1] * 15
-    params.update(initial_state=[0.0] * 15, two_d_mode=True, use_control=True, control_config=[True] + [False] * 5, tf_prefix='robot',
-                  debug_out_file='trace.txt', smooth_lagged_data=True, print_diagnostics=True)
+    params.update(
+        initial_state=[0.0] * 15,
+        two_d_mode=True,
+        use_control=True,
+        control_config=[True] + [False] * 5,
+        tf_prefix='robot',
+        debug_out_file='trace.txt',
+        smooth_lagged_data=True,
+        print_diagnostics=True,
+    )
     config, findings = check_config.check(params, kind)
     assert config is not None, findings
     assert not [f for f in findings if 'is no parameter' in f.sentence or 'ignored' in f.sentence], findings

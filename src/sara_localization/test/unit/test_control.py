@@ -1,4 +1,5 @@
 """What a command does before the wheels have measured it."""
+
 import math
 
 import numpy as np
@@ -6,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_localization.control import Control, ControlConfig
-from sara_localization.ekf import Ekf
-from sara_localization.state import AX, VX, VYAW
-from sara_localization.ukf import Ukf
+from sara_localization.filters.control import Control, ControlConfig
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.state import AX, VX, VYAW
+from sara_localization.filters.ukf import Ukf
 
 SPEEDS = st.floats(-3, 3)
 CONFIG = ControlConfig((True, False, False, False, False, True), 0.2, (1.3,) * 6, (2.0,) * 6, (0.8,) * 6, (1.5,) * 6)
@@ -29,8 +30,10 @@ def test_it_accelerates_towards_the_command_within_the_limits(speed, command):
     assert abs(a) <= (1.3 if faster else 2.0)
 
 
-@pytest.mark.parametrize('speed, command, expected', [
-    (0.0, 1.0, 0.8), (0.0, 5.0, 1.3), (1.0, 0.5, -0.75), (1.0, -1.0, -2.0), (0.5, 0.5, 0.0), (-1.0, -0.5, 0.75)])
+@pytest.mark.parametrize(
+    'speed, command, expected',
+    [(0.0, 1.0, 0.8), (0.0, 5.0, 1.3), (1.0, 0.5, -0.75), (1.0, -1.0, -2.0), (0.5, 0.5, 0.0), (-1.0, -0.5, 0.75)],
+)
 def test_gains_and_limits_of_speeding_up_and_slowing_down(speed, command, expected):
     assert control([command] * 6).accelerations([speed] * 6, 1.0)[0] == pytest.approx(expected)
 

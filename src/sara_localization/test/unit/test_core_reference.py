@@ -1,4 +1,5 @@
 """The filters' cores against robot_localization's own (test/data/README.md), on every comparable step of 40 scenarios."""
+
 import sys
 from pathlib import Path
 
@@ -6,18 +7,19 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).resolve().parent))
-from peer_ukf import PeerUkf                                              # noqa: E402
+from peer_ukf import PeerUkf  # noqa: E402
 
-from sara_localization.control import Control, ControlConfig              # noqa: E402
-from sara_localization.ekf import Ekf                                     # noqa: E402
-from sara_localization.geometry import TAU                                # noqa: E402
-from sara_localization.ukf import Ukf                                     # noqa: E402
+from sara_localization.filters.control import Control, ControlConfig  # noqa: E402
+from sara_localization.filters.ekf import Ekf  # noqa: E402
+from sara_localization.filters.ukf import Ukf  # noqa: E402
+from sara_localization.geometry.rigid import TAU  # noqa: E402
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
 EKF, UKF = dict(np.load(DATA / 'rl_core_ekf.npz')), dict(np.load(DATA / 'rl_core_ukf.npz'))
 SCENARIOS = pytest.mark.parametrize('s', range(len(EKF['kind'])), ids=list(EKF['kind']))
 UPPER = np.triu_indices(15)
-# Here the first measurement leaves no covariance: zero variances, or a block that does not fit the cross terms that stay.
+# Here the first measurement leaves no covariance: zero variances, or a block that does not fit the cross terms that
+# stay.
 NO_COVARIANCE = (18, 19, 39)
 
 
@@ -25,10 +27,23 @@ def arguments(s):
     control = None
     if EKF['use_control'][s]:
         limits, gains, braking_limits, braking_gains = EKF['control_limits'][s]
-        control = Control(ControlConfig(tuple(EKF['control_mask'][s].astype(bool)), EKF['control_timeout'][s], tuple(limits),
-                                        tuple(braking_limits), tuple(gains), tuple(braking_gains)))
-    return dict(process_noise=EKF['Q'][s], initial_covariance=EKF['P0'][s], initial_state=EKF['x0'][s], control=control,
-                dynamic_process_noise=bool(EKF['dynamic_q'][s]))
+        control = Control(
+            ControlConfig(
+                tuple(EKF['control_mask'][s].astype(bool)),
+                EKF['control_timeout'][s],
+                tuple(limits),
+                tuple(braking_limits),
+                tuple(gains),
+                tuple(braking_gains),
+            )
+        )
+    return dict(
+        process_noise=EKF['Q'][s],
+        initial_covariance=EKF['P0'][s],
+        initial_state=EKF['x0'][s],
+        control=control,
+        dynamic_process_noise=bool(EKF['dynamic_q'][s]),
+    )
 
 
 def replay(s, kf, control):

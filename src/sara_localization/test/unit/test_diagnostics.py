@@ -1,14 +1,14 @@
 """Diagnostics by robot_localization's names: keys for what was wrong since the last report, and the rate of the output."""
-import pytest
-
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData, PoseData, TwistData
-from sara_localization.diagnostics import ERROR, OK, WARN, FilterDiagnostics, FrequencyDiagnostics
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import IDENTITY
-from sara_localization.transforms import TransformBuffer
 
 import numpy as np
+import pytest
+
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.diagnostics import ERROR, OK, WARN, FilterDiagnostics, FrequencyDiagnostics
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.geometry.rigid import IDENTITY
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData, TwistData
 
 ALL = [True] * 15
 NAMES = ('imu0', 'odom0', 'pose0', 'twist0')
@@ -28,11 +28,21 @@ class Node:
 
     def give(self, stamp):
         I6, I3 = np.eye(6), np.eye(3)
-        self.engine.add_odometry('odom0', OdometryData(stamp, 'odom', 'base_link', pose_covariance=I6, twist_covariance=I6))
+        self.engine.add_odometry(
+            'odom0', OdometryData(stamp, 'odom', 'base_link', pose_covariance=I6, twist_covariance=I6)
+        )
         self.engine.add_pose('pose0', PoseData(stamp, 'base_link', covariance=I6))
         self.engine.add_twist('twist0', TwistData(stamp, 'base_link', covariance=I6))
-        self.engine.add_imu('imu0', ImuData(stamp, 'base_link', orientation_covariance=I3, angular_velocity_covariance=I3,
-                                            linear_acceleration_covariance=I3))
+        self.engine.add_imu(
+            'imu0',
+            ImuData(
+                stamp,
+                'base_link',
+                orientation_covariance=I3,
+                angular_velocity_covariance=I3,
+                linear_acceleration_covariance=I3,
+            ),
+        )
 
     def keys(self, now):
         self.engine.tick(now)
@@ -61,8 +71,15 @@ def test_messages_older_than_their_predecessor_are_told_part_by_part():
     node.give(100.0)
     node.keys(100.1)
     node.give(99.0)
-    assert {'imu0_acceleration_timestamp', 'imu0_pose_timestamp', 'imu0_twist_timestamp', 'odom0_twist_timestamp', 'odom0_pose_timestamp',
-            'pose0_timestamp', 'twist0_timestamp'} <= node.keys(100.2)
+    assert {
+        'imu0_acceleration_timestamp',
+        'imu0_pose_timestamp',
+        'imu0_twist_timestamp',
+        'odom0_twist_timestamp',
+        'odom0_pose_timestamp',
+        'pose0_timestamp',
+        'twist0_timestamp',
+    } <= node.keys(100.2)
 
 
 def test_a_problem_is_told_once_and_not_for_ever():
@@ -89,8 +106,16 @@ def test_waiting_is_an_error_that_says_for_what():
     assert status.level == ERROR and 'nothing came' in status.message
 
 
-@pytest.mark.parametrize('rate, level, words', [(30.0, OK, 'met'), (26.0, OK, 'met'), (20.0, WARN, 'too low'), (40.0, WARN, 'too high'),
-                                                (0.0, ERROR, 'No events')])
+@pytest.mark.parametrize(
+    'rate, level, words',
+    [
+        (30.0, OK, 'met'),
+        (26.0, OK, 'met'),
+        (20.0, WARN, 'too low'),
+        (40.0, WARN, 'too high'),
+        (0.0, ERROR, 'No events'),
+    ],
+)
 def test_the_rate_of_the_output_is_judged(rate, level, words):
     frequency = FrequencyDiagnostics(30.0)
     status, due = None, 0.0

@@ -1,4 +1,5 @@
 """Laws of the filter: turned worlds, exact data, an honest covariance, measurements that are none."""
+
 import math
 
 import numpy as np
@@ -6,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import motion_model
-from sara_localization.config import DEFAULT_PROCESS_NOISE
-from sara_localization.ekf import Ekf
-from sara_localization.estimator import Estimator
-from sara_localization.geometry import wrap
-from sara_localization.state import VX, VYAW, YAW
+from sara_localization.config.filter_config import DEFAULT_PROCESS_NOISE
+from sara_localization.filters import motion_model
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.estimator import Estimator
+from sara_localization.filters.state import VX, VYAW, YAW
+from sara_localization.geometry.rigid import wrap
 
 Q = np.diag(DEFAULT_PROCESS_NOISE)
 
@@ -59,8 +60,13 @@ def test_exact_data_give_the_exact_path():
 
 
 @settings(deadline=None, max_examples=50)
-@given(st.lists(st.tuples(st.sets(st.integers(0, 14), min_size=1), st.floats(1e-12, 1e3), st.floats(-10, 10)),
-                min_size=1, max_size=20))
+@given(
+    st.lists(
+        st.tuples(st.sets(st.integers(0, 14), min_size=1), st.floats(1e-12, 1e3), st.floats(-10, 10)),
+        min_size=1,
+        max_size=20,
+    )
+)
 def test_covariance_stays_symmetric_and_positive(steps):
     ekf = a_filter()
     for k, (variables, variance, value) in enumerate(steps, 1):
@@ -105,14 +111,16 @@ def test_prediction_and_correction_in_one_call_are_the_two_of_them(kept):
             if trial % 5 == 1:
                 z[0] = rng.choice([math.nan, math.inf])
             if trial % 5 == 2:
-                R = rng.normal(size=(k, k))     # no covariance
+                R = rng.normal(size=(k, k))  # no covariance
             if trial % 5 == 3:
-                for kf in (one, two):           # nor is the filter's
+                for kf in (one, two):  # nor is the filter's
                     kf.P = -kf.P if step == 3 else kf.P
             threshold = 1.0 if trial % 7 == 0 else math.inf
             done = one.process(0.1 * step, indices, z, R, threshold)
             if two.initialised:
-                assert done == Estimator._predict_and_correct(two, 0.1 * step - two.last_measurement_time, 0.1 * step, indices, z, R, threshold, None)
+                assert done == Estimator._predict_and_correct(
+                    two, 0.1 * step - two.last_measurement_time, 0.1 * step, indices, z, R, threshold, None
+                )
                 two.last_measurement_time = 0.1 * step
             else:
                 two.process(0.1 * step, indices, z, R, threshold)

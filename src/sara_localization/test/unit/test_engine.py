@@ -1,15 +1,16 @@
 """What the filter does with messages as they come: order, time, transforms, set_pose, output."""
+
 import math
 
 import numpy as np
 import pytest
 
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData, PoseData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.state import VX, VYAW, YAW
-from sara_localization.transforms import TransformBuffer
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import VX, VYAW, YAW
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData
 
 DEFAULT = (VX,)
 THESIS = (0, 1, VX)
@@ -20,9 +21,19 @@ class Drive:
     """A chair that drives exactly; its wheels and IMU feed an engine every 0.1 s and 0.2 s, ticks come at 50 Hz."""
 
     def __init__(self, odometry=DEFAULT, **params):
-        params = {'frequency': 50, 'two_d_mode': True, 'world_frame': 'map', 'predict_to_current_time': True,
-                  'transform_time_offset': 0.05, 'odom0': '/odom', 'odom0_config': [i in odometry for i in range(15)],
-                  'imu0': '/imu', 'imu0_config': [i in (YAW, VYAW) for i in range(15)], 'initial_state': START, **params}
+        params = {
+            'frequency': 50,
+            'two_d_mode': True,
+            'world_frame': 'map',
+            'predict_to_current_time': True,
+            'transform_time_offset': 0.05,
+            'odom0': '/odom',
+            'odom0_config': [i in odometry for i in range(15)],
+            'imu0': '/imu',
+            'imu0_config': [i in (YAW, VYAW) for i in range(15)],
+            'initial_state': START,
+            **params,
+        }
         self.buffer, self.said, self.late = TransformBuffer(), [], 0.0
         self.engine = FilterEngine(FilterConfig.from_params(params), self.buffer, self.said.append)
         self.step = 0
@@ -36,15 +47,37 @@ class Drive:
         return 100.0 + 0.02 * self.step
 
     def odometry(self, stamp, **changes):
-        return OdometryData(**{**dict(stamp=stamp, frame_id='odom', child_frame_id='base_link', position=self.pose.translation,
-                                      orientation=self.pose.rotation, pose_covariance=np.eye(6) * 1e-3,
-                                      linear=(self.v, 0.0, 0.0), angular=(0.0, 0.0, self.w),
-                                      twist_covariance=np.eye(6) * 1e-3), **changes})
+        return OdometryData(
+            **{
+                **dict(
+                    stamp=stamp,
+                    frame_id='odom',
+                    child_frame_id='base_link',
+                    position=self.pose.translation,
+                    orientation=self.pose.rotation,
+                    pose_covariance=np.eye(6) * 1e-3,
+                    linear=(self.v, 0.0, 0.0),
+                    angular=(0.0, 0.0, self.w),
+                    twist_covariance=np.eye(6) * 1e-3,
+                ),
+                **changes,
+            }
+        )
 
     def imu(self, stamp, **changes):
-        return ImuData(**{**dict(stamp=stamp, frame_id='base_link', orientation=quaternion_from_rpy(0, 0, self.imu_yaw),
-                                 orientation_covariance=np.eye(3) * 1e-2, angular_velocity=(0.0, 0.0, self.w),
-                                 angular_velocity_covariance=np.eye(3) * 1e-6), **changes})
+        return ImuData(
+            **{
+                **dict(
+                    stamp=stamp,
+                    frame_id='base_link',
+                    orientation=quaternion_from_rpy(0, 0, self.imu_yaw),
+                    orientation_covariance=np.eye(3) * 1e-2,
+                    angular_velocity=(0.0, 0.0, self.w),
+                    angular_velocity_covariance=np.eye(3) * 1e-6,
+                ),
+                **changes,
+            }
+        )
 
     def run(self, seconds):
         for _ in range(round(seconds * 50)):
@@ -100,7 +133,9 @@ def test_odometry_that_comes_late_is_joined_as_it_is_or_at_its_own_time(v, w):
         drive.v, drive.w, drive.late = v, w, 0.06
         output = drive.run(2.0)
         joined[at_its_time] = output.map_to_odom.transform @ drive.buffer.lookup('odom', 'base_link', output.stamp)
-    np.testing.assert_allclose((*joined[False].translation, joined[False].yaw), (*output.pose.translation, output.pose.yaw), atol=1e-9)
+    np.testing.assert_allclose(
+        (*joined[False].translation, joined[False].yaw), (*output.pose.translation, output.pose.yaw), atol=1e-9
+    )
     ahead = joined[True].inverse() @ joined[False]
     assert (ahead.translation[0], ahead.yaw) == pytest.approx((0.06 * v, 0.06 * w), abs=5e-4)
 
@@ -114,9 +149,9 @@ def test_the_thesis_set_measures_itself_through_its_own_map_to_odom():
     drive = Drive(THESIS)
     drive.v = 0.5
     output = drive.run(5.0)
-    assert any('odom -> map' in sentence for sentence in drive.said)      # dropped until map -> odom exists
+    assert any('odom -> map' in sentence for sentence in drive.said)  # dropped until map -> odom exists
     assert drive.engine.inputs['odom0'].missing is None
-    assert 2.3 < output.state[0] - 1.0 < 3.1                              # 2.5 m driven
+    assert 2.3 < output.state[0] - 1.0 < 3.1  # 2.5 m driven
 
 
 @pytest.mark.parametrize('yaw', [1.0, -3.0, math.pi])
@@ -124,8 +159,12 @@ def test_set_pose_holds_against_measurements_of_before(yaw):
     drive = Drive()
     drive.run(1.0)
     stamp = drive.now
-    assert drive.engine.set_pose(PoseData(stamp, 'map', (2.0, 3.0, 0.0), quaternion_from_rpy(0, 0, yaw), np.eye(6) * .1),
-                                 drive.now) is None
+    assert (
+        drive.engine.set_pose(
+            PoseData(stamp, 'map', (2.0, 3.0, 0.0), quaternion_from_rpy(0, 0, yaw), np.eye(6) * 0.1), drive.now
+        )
+        is None
+    )
     drive.engine.add_imu('imu0', drive.imu(stamp - 0.01))
     drive.engine.add_imu('imu0', drive.imu(stamp))
     drive.imu_yaw = yaw
@@ -138,8 +177,11 @@ def test_set_pose_holds_against_measurements_of_before(yaw):
 def test_set_pose_in_an_unknown_frame_or_without_numbers_is_refused_and_changes_nothing():
     drive = Drive()
     before = drive.run(1.0)
-    for pose in (PoseData(drive.now, 'moon'), PoseData(drive.now, 'map', (math.nan, 0, 0)),
-                 PoseData(drive.now, 'map', orientation=(0, 0, 0, 0))):
+    for pose in (
+        PoseData(drive.now, 'moon'),
+        PoseData(drive.now, 'map', (math.nan, 0, 0)),
+        PoseData(drive.now, 'map', orientation=(0, 0, 0, 0)),
+    ):
         assert 'ignored' in drive.engine.set_pose(pose, drive.now)
     np.testing.assert_array_equal(drive.engine.filter.x, before.state)
 
@@ -226,7 +268,7 @@ def test_debug_writes_what_happened_step_by_step(tmp_path):
     drive.run(0.1)
     lines = file.read_text().splitlines()
     ticks = [line for line in lines if line.startswith('tick')]
-    assert len(ticks) == 105 and ticks[-1] == 'tick %.3f s' % drive.now
+    assert len(ticks) == 105 and ticks[-1] == f'tick {drive.now:.3f} s'
     assert sum(line.startswith('  took odom0_twist') for line in lines) >= 19
     assert sum(line.startswith('  took imu0_pose') for line in lines) == 10
     (left,) = [line for line in lines if line.startswith('  left')]

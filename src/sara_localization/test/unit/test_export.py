@@ -1,19 +1,21 @@
 """The estimate as tables and as a picture, and how far a way is from another."""
+
 import csv
 import io
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 
-from sara_localization.alignment import local_plane, rmse
-from sara_localization.config import FilterConfig
-from sara_localization.data import TwistData
-from sara_localization.engine import FilterEngine
-from sara_localization.export import CSV_HEADER, CsvWriter, InputTrack, Track, TumWriter
-from sara_localization.plots import brought_to, draw_drive
-from sara_localization.transforms import TransformBuffer
+from sara_localization.bags.alignment import local_plane, rmse
+from sara_localization.bags.export import CSV_HEADER, CsvWriter, InputTrack, Track, TumWriter
+from sara_localization.bags.plots import brought_to, draw_drive
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import TwistData
 
 
 def outputs():
@@ -21,7 +23,9 @@ def outputs():
     params = {'two_d_mode': True, 'twist0': 't', 'twist0_config': [False] * 6 + [True] * 6 + [False] * 3}
     engine = FilterEngine(FilterConfig.from_params(params), TransformBuffer())
     for k in range(1, 31):
-        engine.add_twist('twist0', TwistData(100.0 + k / 30.0, 'base_link', (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), np.eye(6) * 1e-4))
+        engine.add_twist(
+            'twist0', TwistData(100.0 + k / 30.0, 'base_link', (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), np.eye(6) * 1e-4)
+        )
         yield engine.tick(100.0 + k / 30.0)
 
 

@@ -1,4 +1,5 @@
 """Laws of angles, quaternions and transforms."""
+
 import math
 
 import numpy as np
@@ -6,9 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_localization import joining, motion_model
-from sara_localization.geometry import (IDENTITY, Transform, normalised, quaternion_from_rpy, rotation_matrix,
-                                        rpy_from_quaternion, wrap)
+from sara_localization.filters import motion_model
+from sara_localization.filters import state_pose as joining
+from sara_localization.geometry.rigid import (
+    IDENTITY,
+    Transform,
+    normalised,
+    quaternion_from_rpy,
+    rotation_matrix,
+    rpy_from_quaternion,
+    wrap,
+)
 
 angles = st.floats(-math.pi, math.pi)
 pitches = st.floats(-1.5, 1.5)

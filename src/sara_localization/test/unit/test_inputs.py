@@ -1,4 +1,7 @@
-"""Differential, relative, child frames, covariances of the user's own, lagged data, switches: what the inputs' options do."""
+"""Differential, relative, child frames, covariances of the user's own, lagged data, switches: what the inputs' options
+do.
+"""
+
 import math
 
 import numpy as np
@@ -6,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData, PoseData, TwistData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.state import AX, SIZE, VX, VYAW, X, Y, YAW
-from sara_localization.transforms import TransformBuffer
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import AX, SIZE, VX, VYAW, YAW, X, Y
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData, TwistData
 
 POSE6 = (0, 1, 2, 3, 4, 5)
 
@@ -33,17 +36,29 @@ def pose(stamp, x=0.0, y=0.0, yaw=0.0, frame='odom', variance=1e-4, **changes):
 
 
 def odometry(stamp, transform=Transform(), child='base_link', linear=(0, 0, 0), angular=(0, 0, 0), variance=1e-4):
-    return OdometryData(stamp, 'odom', child, transform.translation, transform.rotation, np.eye(6) * variance, linear, angular,
-                        np.eye(6) * variance)
+    return OdometryData(
+        stamp,
+        'odom',
+        child,
+        transform.translation,
+        transform.rotation,
+        np.eye(6) * variance,
+        linear,
+        angular,
+        np.eye(6) * variance,
+    )
 
 
-def imu(stamp, yaw=0.0, rate=0.0, frame='base_link', force=(0, 0, 0), orientation=None, pitch=0.0, roll=0.0, measured=True):
+def imu(
+    stamp, yaw=0.0, rate=0.0, frame='base_link', force=(0, 0, 0), orientation=None, pitch=0.0, roll=0.0, measured=True
+):
     q = orientation or quaternion_from_rpy(roll, pitch, yaw)
     covariance = np.eye(3) * 1e-4 if measured else -np.eye(3)
     return ImuData(stamp, frame, q, covariance, (0.0, 0.0, rate), np.eye(3) * 1e-4, force, np.eye(3) * 1e-4)
 
 
 # Differential
+
 
 @given(st.floats(-3, 3), st.floats(-2, 2), st.floats(-1, 1), st.floats(-3, 3))
 def test_differential_poses_are_a_twist_wherever_they_start(x, speed, turning, heading):
@@ -96,6 +111,7 @@ def test_differential_imu_measures_turning_through_its_mounting():
 
 # Relative
 
+
 @given(st.floats(-100, 100), st.floats(-3, 3))
 def test_relative_poses_start_at_zero_and_whole_turns_make_no_difference(x, heading):
     engine = make(pose0='/pose', pose0_config=mask(X, Y, YAW), pose0_relative=True, two_d_mode=True)
@@ -127,11 +143,14 @@ def test_a_relative_pose_without_rotation_is_no_beginning():
 
 # Child frames
 
+
 def test_pose_use_child_frame_takes_the_pose_of_another_part_of_the_robot():
     buffer = TransformBuffer()
     buffer.set_transform('base_link', 'camera', Transform.from_xyz_rpy(0.5, 0.2, 0, 0, 0, math.pi / 2))
     for use in (True, False):
-        engine = make(buffer, odom0='/odom', odom0_config=mask(X, Y, YAW), odom0_pose_use_child_frame=use, two_d_mode=True)
+        engine = make(
+            buffer, odom0='/odom', odom0_config=mask(X, Y, YAW), odom0_pose_use_child_frame=use, two_d_mode=True
+        )
         base = Transform.from_xyz_rpy(3.0, 4.0, 0, 0, 0, 0.3)
         camera = base @ buffer.lookup('base_link', 'camera', 0.0)
         for k in range(20):
@@ -147,6 +166,7 @@ def test_pose_use_child_frame_takes_the_pose_of_another_part_of_the_robot():
 
 # Gravity
 
+
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3, 3))
 def test_gravity_is_removed_along_the_messages_orientation(roll, pitch, yaw):
     engine = make(imu0='/imu', imu0_config=mask(12, 13, 14), imu0_remove_gravitational_acceleration=True)
@@ -159,14 +179,19 @@ def test_gravity_is_removed_along_the_messages_orientation(roll, pitch, yaw):
 def test_gravity_is_removed_along_the_states_orientation_where_the_imu_has_none():
     start = np.zeros(SIZE)
     start[3:6] = 0.1, -0.2, 1.0
-    engine = make(imu0='/imu', imu0_config=mask(12, 13, 14), imu0_remove_gravitational_acceleration=True,
-                  initial_state=start.tolist())
+    engine = make(
+        imu0='/imu',
+        imu0_config=mask(12, 13, 14),
+        imu0_remove_gravitational_acceleration=True,
+        initial_state=start.tolist(),
+    )
     force = Transform.from_xyz_rpy(0, 0, 0, *start[3:6]).inverse().apply((0.0, 0.0, 9.80665))
     engine.add_imu('imu0', imu(100.0, force=force, measured=False))
     np.testing.assert_allclose(engine.tick(100.0).state[12:], 0.0, atol=1e-9)
 
 
 # Covariances
+
 
 def test_a_covariance_of_the_users_own_takes_the_place_of_the_messages():
     loose = make(twist0='/t', twist0_config=mask(VX))
@@ -179,12 +204,16 @@ def test_a_covariance_of_the_users_own_takes_the_place_of_the_messages():
 
 
 def test_an_override_mends_the_zero_variances_of_a_driver_but_not_a_part_that_is_not_measured():
-    engine = make(imu0='/imu', imu0_config=mask(YAW, VYAW), imu0_angular_velocity_covariance=[1e-4] * 3,
-                  imu0_orientation_covariance=[1e-2] * 3)
+    engine = make(
+        imu0='/imu',
+        imu0_config=mask(YAW, VYAW),
+        imu0_angular_velocity_covariance=[1e-4] * 3,
+        imu0_orientation_covariance=[1e-2] * 3,
+    )
     engine.add_imu('imu0', ImuData(100.0, 'base_link', (0, 0, 0, 1), -np.eye(3), (0, 0, 0.3), np.zeros((3, 3))))
     output = engine.tick(100.0)
     assert output.state[VYAW] == 0.3 and not engine.inputs['imu0'].problems
-    assert output.covariance[YAW, YAW] == 0.01      # the initial one
+    assert output.covariance[YAW, YAW] == 0.01  # the initial one
 
 
 def test_wheels_that_slip_in_turns_are_trusted_less_in_turns():
@@ -215,6 +244,7 @@ def test_a_user_covariance_with_correlations_does_not_become_indefinite_at_the_s
 
 # Lagged data
 
+
 def drive(engine, order, lag=0.0):
     """Measurements of a robot that speeds up, delivered in `order` of their numbers; ticks go with the deliveries."""
     output = None
@@ -228,7 +258,9 @@ def drive(engine, order, lag=0.0):
 @given(st.permutations(range(8)), st.sampled_from(['ekf', 'ukf']))
 def test_with_lagged_data_any_order_of_one_topic_gives_the_result_of_the_right_order(order, filter):
     """robot_localization drops the late ones of a topic, lagged data or not."""
-    params = dict(twist0='/t', twist0_config=mask(VX, VYAW), two_d_mode=True, smooth_lagged_data=True, history_length=10.0)
+    params = dict(
+        twist0='/t', twist0_config=mask(VX, VYAW), two_d_mode=True, smooth_lagged_data=True, history_length=10.0
+    )
     order = [0, 1] + [k + 2 for k in order]
     late = drive(make(filter=filter, **params), order, lag=1.0)
     right = drive(make(filter=filter, **params), sorted(order), lag=1.0)
@@ -250,8 +282,14 @@ def test_a_message_older_than_the_history_is_dropped():
 
 
 def test_a_differential_source_gains_nothing_from_a_late_pose():
-    params = dict(pose0='/pose', pose0_config=mask(*POSE6), pose0_differential=True, two_d_mode=True, smooth_lagged_data=True,
-                  history_length=10.0)
+    params = dict(
+        pose0='/pose',
+        pose0_config=mask(*POSE6),
+        pose0_differential=True,
+        two_d_mode=True,
+        smooth_lagged_data=True,
+        history_length=10.0,
+    )
     engine = make(**params)
     for k in (0, 1, 2, 4, 3, 5):
         engine.add_pose('pose0', pose(100.0 + 0.05 * k, x=0.02 * k))
@@ -261,8 +299,16 @@ def test_a_differential_source_gains_nothing_from_a_late_pose():
 
 
 def test_what_is_done_again_uses_the_command_of_its_time():
-    params = dict(twist0='/t', twist0_config=mask(VYAW), two_d_mode=True, smooth_lagged_data=True, history_length=10.0,
-                  use_control=True, control_config=[True] + [False] * 5, control_timeout=10.0)
+    params = dict(
+        twist0='/t',
+        twist0_config=mask(VYAW),
+        two_d_mode=True,
+        smooth_lagged_data=True,
+        history_length=10.0,
+        use_control=True,
+        control_config=[True] + [False] * 5,
+        control_timeout=10.0,
+    )
     results = []
     for late in (False, True):
         engine = make(**params)
@@ -281,12 +327,13 @@ def test_what_is_done_again_uses_the_command_of_its_time():
 
 # Switches
 
+
 def test_disabled_at_startup_it_waits_for_enable():
     engine = make(twist0='/t', twist0_config=mask(VX), disabled_at_startup=True)
     engine.add_twist('twist0', TwistData(100.0, 'base_link', (5, 0, 0), covariance=np.eye(6)))
     assert engine.tick(100.0) is None and not engine.enabled
     assert engine.enable() and not engine.enable()
-    assert engine.tick(100.1) is None                    # what came before is not taken in
+    assert engine.tick(100.1) is None  # what came before is not taken in
     engine.add_twist('twist0', TwistData(100.2, 'base_link', (1, 0, 0), covariance=np.eye(6)))
     assert engine.tick(100.2).state[VX] == 1.0
 
@@ -321,7 +368,9 @@ def test_consistency_of_an_input_is_about_one_when_its_variance_is_honest(two_d)
         engine = make(twist0='/t', twist0_config=mask(VX), process_noise_covariance=[1e-6] * SIZE, two_d_mode=two_d)
         for k in range(400):
             stamp = 100.0 + 0.05 * k
-            engine.add_twist('twist0', TwistData(stamp, 'base_link', (rng.normal() * 0.1, 0, 0), covariance=np.eye(6) * claimed))
+            engine.add_twist(
+                'twist0', TwistData(stamp, 'base_link', (rng.normal() * 0.1, 0, 0), covariance=np.eye(6) * claimed)
+            )
             engine.tick(stamp)
         assert low < engine.inputs['twist0'].consistency < high
 
@@ -340,4 +389,6 @@ def test_invert_tf_broadcasts_the_world_from_the_robot():
     engine.add_pose('pose0', pose(100.0, 3.0, 1.0, 0.5))
     t = engine.tick(100.0).transform
     assert (t.parent, t.child) == ('base_link', 'odom')
-    np.testing.assert_allclose((t.transform @ Transform.from_xyz_rpy(3.0, 1.0, 0, 0, 0, 0.5)).translation, 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        (t.transform @ Transform.from_xyz_rpy(3.0, 1.0, 0, 0, 0, 0.5)).translation, 0.0, atol=1e-9
+    )

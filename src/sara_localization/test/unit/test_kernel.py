@@ -1,4 +1,5 @@
 """The compiled algebra against the formulas as they stand in the books, and filterpy as the oracle of both filters."""
+
 import math
 import sys
 
@@ -8,14 +9,14 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import covariance, kernel
-from sara_localization.ekf import Ekf
-from sara_localization.geometry import wrap
-from sara_localization.motion_model import advance, jacobian
-from sara_localization.ukf import Ukf
+from sara_localization.filters import covariance, kernel
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.motion_model import advance, jacobian
+from sara_localization.filters.ukf import Ukf
+from sara_localization.geometry.rigid import wrap
 
-Q = np.diag([.05, .05, .06, .03, .03, .06, .025, .025, .04, .01, .01, .02, .01, .01, .015])
-SEEDS = st.integers(0, 2 ** 32 - 1)
+Q = np.diag([0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015])
+SEEDS = st.integers(0, 2**32 - 1)
 STEPS = st.floats(1e-4, 1.0)
 
 
@@ -129,11 +130,11 @@ def test_whole_turns_of_a_measured_angle_change_nothing(seed, turns):
 @given(SEEDS, st.floats(-12, 12))
 def test_repair_gives_a_covariance_and_leaves_a_sound_one_alone(seed, exponent):
     rng = np.random.default_rng(seed)
-    sound = random_covariance(rng, 15, 10.0 ** exponent)
+    sound = random_covariance(rng, 15, 10.0**exponent)
     repaired = sound.copy()
     covariance.repair(repaired)
     assert scaled_difference(repaired, sound) < 1e-12
-    broken = rng.normal(size=(15, 15)) * 10.0 ** exponent
+    broken = rng.normal(size=(15, 15)) * 10.0**exponent
     broken[rng.integers(15), rng.integers(15)] = rng.choice([np.nan, np.inf, -1.0, 0.0])
     covariance.repair(broken)
     assert (broken == broken.T).all() and covariance.positive_definite(broken)
@@ -147,6 +148,7 @@ def test_positive_definite_is_independent_of_units():
 
 
 # filterpy
+
 
 class FilterpyEkf(ExtendedKalmanFilter):
     dt = 0.0
@@ -242,8 +244,14 @@ def test_ukf_with_points_close_to_the_centre_agrees_as_far_as_filterpys_weights_
     narrow.predict(0.05)
     wide.predict(0.05)
     np.testing.assert_allclose(_wrapped(narrow.x, wide.x, [3, 4, 5]), 0.0, atol=1e-5)
-    oracle = UnscentedKalmanFilter(15, 15, 0.1, lambda s: s, lambda p, dt: (advance(p := p.copy(), dt), p)[1],
-                                   MerweScaledSigmaPoints(15, 0.001, 2.0, 0.0))
+    oracle = UnscentedKalmanFilter(
+        15,
+        15,
+        0.1,
+        lambda s: s,
+        lambda p, dt: (advance(p := p.copy(), dt), p)[1],
+        MerweScaledSigmaPoints(15, 0.001, 2.0, 0.0),
+    )
     oracle.x, oracle.P, oracle.Q = x.copy(), P.copy(), Q * 0.05
     oracle.predict(0.05)
     np.testing.assert_allclose(_wrapped(narrow.x, oracle.x, [3, 4, 5]), 0.0, atol=1e-8)
@@ -252,7 +260,13 @@ def test_ukf_with_points_close_to_the_centre_agrees_as_far_as_filterpys_weights_
 
 def test_the_filters_do_not_load_filterpy_or_scipy():
     import subprocess
-    code = 'import sys; import sara_localization.engine; print([m for m in ("filterpy", "scipy.stats") if m in sys.modules])'
-    out = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True,
-                         env={'PYTHONPATH': ':'.join(sys.path), 'HOME': '/tmp'})
+
+    code = 'import sys; import sara_localization.engine.engine; print([m for m in ("filterpy", "scipy.stats") if m in sys.modules])'
+    out = subprocess.run(
+        [sys.executable, '-c', code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={'PYTHONPATH': ':'.join(sys.path), 'HOME': '/tmp'},
+    )
     assert out.stdout.strip() == '[]'

@@ -1,4 +1,5 @@
 """Whole runs over the synthetic bags against robot_localization's node in lockstep (test/data/README.md)."""
+
 import functools
 import sys
 from pathlib import Path
@@ -8,22 +9,24 @@ import pytest
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 sys.path.append(str(Path(__file__).resolve().parent))
-import sara_localization.engine as engine_module                          # noqa: E402
-from peer_ukf import PeerUkf                                              # noqa: E402
-from recorded import RUNS, RecordedBag, Run, play, yaw_of                 # noqa: E402
-from sara_localization.motion_model import advance                        # noqa: E402
-from sara_localization.ukf import Ukf                                     # noqa: E402
+from peer_ukf import PeerUkf  # noqa: E402
+from recorded import RUNS, RecordedBag, Run, play, yaw_of  # noqa: E402
 
-# Runs that a mended defect touches: late messages of one topic are put in their place, not dropped, with lagged data on.
+import sara_localization.engine.engine as engine_module  # noqa: E402
+from sara_localization.filters.motion_model import advance  # noqa: E402
+from sara_localization.filters.ukf import Ukf  # noqa: E402
+
+# Runs that a mended defect touches: late messages of one topic are put in their place, not dropped, with lagged data
+# on.
 MENDED = ('s4_out_of_order__lag', 's4_out_of_order__lag_short')
 EKF = [name for name in RUNS if Run(name).filter == 'ekf']
 UKF = [name for name in RUNS if Run(name).filter == 'ukf']
-# On s1 the wheels claim 2 % too much. The peer's UKF, whose yaw variance is too large, shortens every step by half of it
-# and hides that; see test_s1_the_peer_is_right_by_mistake.
+# On s1 the wheels claim 2 % too much. The peer's UKF, whose yaw variance is too large, shortens every step by half of
+# it and hides that; see test_s1_the_peer_is_right_by_mistake.
 RIGHT_BY_MISTAKE = 's1_eight_50_100__ukf2d'
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def bag(name):
     return RecordedBag(name)
 
@@ -69,7 +72,8 @@ def test_late_messages_of_one_topic_are_put_in_their_place(name):
     mine, peer = errors(run, ours)
     assert mine < peer
     assert sum(status.problems['out_of_order'] for status in engine.inputs.values()) < 0.2 * sum(
-        status.received for status in engine.inputs.values())
+        status.received for status in engine.inputs.values()
+    )
     if name == MENDED[0]:
         assert all(not status.problems['out_of_order'] for status in engine.inputs.values())
 
@@ -105,7 +109,9 @@ class TextbookUkf(Ukf):
             advance(point, dt)
             return point
 
-        self.book = UnscentedKalmanFilter(15, 15, 0.1, lambda s: s, fx, MerweScaledSigmaPoints(15, self.alpha, self.beta, self.kappa))
+        self.book = UnscentedKalmanFilter(
+            15, 15, 0.1, lambda s: s, fx, MerweScaledSigmaPoints(15, self.alpha, self.beta, self.kappa)
+        )
 
     def _propagate(self, dt, time):
         self.book.x, self.book.P, self.book.Q = self.x, self.P, self.process_noise * dt
@@ -152,8 +158,10 @@ def test_s1_the_textbook_filter_is_as_far_off_as_ours_and_the_ekf_farther(monkey
 def test_s1_the_peer_is_right_by_mistake(monkeypatch):
     """With the 2 % taken off the wheels, its defects no longer help: ours is as good, the two errors are within 5 %."""
     run, b = Run(RIGHT_BY_MISTAKE), bag('s1_eight_50_100')
-    true = [(at, topic, kind, data._replace(linear=data.linear / 1.02) if kind == 'odom' else data)
-            for at, topic, kind, data in b.messages]
+    true = [
+        (at, topic, kind, data._replace(linear=data.linear / 1.02) if kind == 'odom' else data)
+        for at, topic, kind, data in b.messages
+    ]
     found = []
     for filter_class in (engine_module.Ukf, PeerUkf):
         monkeypatch.setattr(engine_module, 'Ukf', filter_class)

@@ -1,15 +1,16 @@
 """How sensors' data become measurements: frames, masks, gravity, bad data."""
+
 import math
 
 import numpy as np
 import pytest
 
-from sara_localization import measurement
-from sara_localization.data import ImuData, PoseData, TwistData
-from sara_localization.geometry import Transform, quaternion_from_rpy, rotation_matrix
-from sara_localization.measurement import MissingTransform
-from sara_localization.state import AX, OFF_PLANE, PITCH, ROLL, VX, VY, X, Y, YAW, Z
-from sara_localization.transforms import TransformBuffer
+from sara_localization.filters.state import AX, OFF_PLANE, PITCH, ROLL, VX, VY, YAW, X, Y, Z
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy, rotation_matrix
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs import measurement
+from sara_localization.inputs.data import ImuData, PoseData, TwistData
+from sara_localization.inputs.measurement import MissingTransform
 
 ALL6 = (True,) * 6
 COVARIANCE = np.diag([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -37,16 +38,30 @@ def test_a_pose_is_brought_into_the_world(frames):
 
 
 def test_the_mask_turns_with_the_frame(frames):
-    prepared, _ = measurement.pose(PoseData(1.0, 'odom', covariance=COVARIANCE), (True,) + (False,) * 5, 's', frames, 'map')
+    prepared, _ = measurement.pose(
+        PoseData(1.0, 'odom', covariance=COVARIANCE), (True,) + (False,) * 5, 's', frames, 'map'
+    )
     assert prepared.indices == (Y,)
 
 
 def test_a_sideways_sensor_and_its_lever(frames):
-    side, _ = measurement.twist(TwistData(1.0, 'side', (1.0, 0.0, 0.0), (0, 0, 0), COVARIANCE),
-                                (True,) + (False,) * 5, 's', frames, 'base_link', (0.0, 0.0, 0.0))
+    side, _ = measurement.twist(
+        TwistData(1.0, 'side', (1.0, 0.0, 0.0), (0, 0, 0), COVARIANCE),
+        (True,) + (False,) * 5,
+        's',
+        frames,
+        'base_link',
+        (0.0, 0.0, 0.0),
+    )
     assert side.indices == (VY,)
-    front, _ = measurement.twist(TwistData(1.0, 'front', (1.0, 0.5, 0.0), (0, 0, 0.5), COVARIANCE), ALL6, 's', frames,
-                                 'base_link', (0.0, 0.0, 0.5))
+    front, _ = measurement.twist(
+        TwistData(1.0, 'front', (1.0, 0.5, 0.0), (0, 0, 0.5), COVARIANCE),
+        ALL6,
+        's',
+        frames,
+        'base_link',
+        (0.0, 0.0, 0.5),
+    )
     # A sensor 1 m ahead of a robot turning at 0.5 rad/s moves sideways by 0.5 m/s; the robot itself does not.
     assert value_of(front, VX) == pytest.approx(1.0) and value_of(front, VY) == pytest.approx(0.0)
 
@@ -76,7 +91,9 @@ def test_gravity_is_taken_off_a_tilted_imu(frames, orientation):
 
 def test_two_d_mode_measures_the_plane_and_takes_no_cross_terms(frames):
     covariance = COVARIANCE + 0.01
-    prepared, _ = measurement.pose(PoseData(1.0, 'map', covariance=covariance), ALL6, 's', frames, 'map', measurement.PoseOptions(two_d=True))
+    prepared, _ = measurement.pose(
+        PoseData(1.0, 'map', covariance=covariance), ALL6, 's', frames, 'map', measurement.PoseOptions(two_d=True)
+    )
     for i in OFF_PLANE:
         k = prepared.indices.index(i)
         assert prepared.z[k] == 0.0 and prepared.R[k, k] == 1e-6
@@ -84,9 +101,17 @@ def test_two_d_mode_measures_the_plane_and_takes_no_cross_terms(frames):
     assert prepared.R[prepared.indices.index(X), prepared.indices.index(YAW)] == pytest.approx(0.01)
 
 
-@pytest.mark.parametrize('variance, value, kind', [
-    (0.1, math.nan, 'not_finite'), (0.1, math.inf, 'not_finite'), (math.nan, 1.0, 'not_finite'), (0.0, 1.0, 'bad_variance'),
-    (-0.5, 1.0, 'bad_variance'), (1.7e308, 1.0, 'huge_variance')])
+@pytest.mark.parametrize(
+    'variance, value, kind',
+    [
+        (0.1, math.nan, 'not_finite'),
+        (0.1, math.inf, 'not_finite'),
+        (math.nan, 1.0, 'not_finite'),
+        (0.0, 1.0, 'bad_variance'),
+        (-0.5, 1.0, 'bad_variance'),
+        (1.7e308, 1.0, 'huge_variance'),
+    ],
+)
 def test_bad_data_leave_their_variable_out_and_are_told(frames, variance, value, kind):
     covariance = COVARIANCE.copy()
     covariance[0, 0] = variance
@@ -121,7 +146,9 @@ def test_a_missing_transform_is_named(frames):
 
 def test_acceleration_is_at_its_place_in_the_state(frames):
     data = ImuData(1.0, 'base_link', linear_acceleration=(0.3, 0, 9.8), linear_acceleration_covariance=np.eye(3))
-    prepared, _ = measurement.acceleration(data, (True, False, False), 's', frames, 'base_link', np.zeros(15), (0, 0, 0))
+    prepared, _ = measurement.acceleration(
+        data, (True, False, False), 's', frames, 'base_link', np.zeros(15), (0, 0, 0)
+    )
     assert prepared.indices == (AX,) and prepared.z[0] == pytest.approx(0.3)
 
 

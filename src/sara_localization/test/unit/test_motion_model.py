@@ -1,11 +1,12 @@
 """Laws of the motion model."""
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import motion_model
-from sara_localization.geometry import Transform, rotation_matrix
-from sara_localization.state import ACCELERATION, ANGLES, PITCH, POSITION, RATES, VELOCITY, YAW
+from sara_localization.filters import motion_model
+from sara_localization.filters.state import ACCELERATION, ANGLES, PITCH, POSITION, RATES, VELOCITY, YAW
+from sara_localization.geometry.rigid import Transform, rotation_matrix
 
 numbers = st.floats(-2.0, 2.0)
 states = st.lists(numbers, min_size=15, max_size=15).map(np.array)
@@ -14,7 +15,7 @@ steps = st.floats(0.0, 0.5)
 
 def level(x):
     x = x.copy()
-    x[PITCH] *= 0.6          # away from the nose straight up, where the Euler rates are infinite
+    x[PITCH] *= 0.6  # away from the nose straight up, where the Euler rates are infinite
     return x
 
 

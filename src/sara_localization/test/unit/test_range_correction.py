@@ -1,21 +1,31 @@
-"""The laws of correcting a pose by ranges against a map. Ranges are reckoned here from the walls' equations, not from the cells."""
+"""The laws of correcting a pose by ranges against a map. Ranges are reckoned here from the walls' equations, not from
+the cells.
+"""
+
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from sara_localization import map_echo
-from sara_localization.config import ConfigError
-from sara_localization.diagnostics import ERROR, OK, WARN
-from sara_localization.range_config import RangeConfig
-from sara_localization.range_correction import RangeCorrection, RangeData, RangeMap
-from sara_localization.range_status import status
+from sara_localization.config.filter_config import ConfigError
+from sara_localization.engine.diagnostics import ERROR, OK, WARN
+from sara_localization.ranges import map_echo
+from sara_localization.ranges.range_config import RangeConfig
+from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
+from sara_localization.ranges.range_status import status
 
 CELL, HALF = 0.05, math.radians(30.0)
-SIZE_X, SIZE_Y = 3.0, 2.6      # m, free inside of the walls of a room that begins at (0, 0)
-MOUNTS = {'front': (0.5, 0.1, 0.1), 'left': (0.3, 0.3, math.pi / 2), 'left_rear': (-0.3, 0.3, math.pi / 2), 'right': (0.3, -0.3, -math.pi / 2), 'rear': (-0.5, 0.0, math.pi)}
+SIZE_X, SIZE_Y = 3.0, 2.6  # m, free inside of the walls of a room that begins at (0, 0)
+MOUNTS = {
+    'front': (0.5, 0.1, 0.1),
+    'left': (0.3, 0.3, math.pi / 2),
+    'left_rear': (-0.3, 0.3, math.pi / 2),
+    'right': (0.3, -0.3, -math.pi / 2),
+    'rear': (-0.5, 0.0, math.pi),
+}
 CONFIG = RangeConfig(range_topics=('/a',))
 
 
@@ -54,8 +64,14 @@ def data(name, stamp, range_):
 
 
 def ride(correction, error, seconds=40.0, hear=heard, watch=None, centre=(1.5, 1.3)):
-    """To and fro, turning, in the room: the dead reckoning is off by `error` from the start, as a frame that lies there."""
-    back = (-math.cos(error[2]) * error[0] - math.sin(error[2]) * error[1], math.sin(error[2]) * error[0] - math.cos(error[2]) * error[1], -error[2])
+    """To and fro, turning, in the room: the dead reckoning is off by `error` from the start, as a frame that lies
+    there.
+    """
+    back = (
+        -math.cos(error[2]) * error[0] - math.sin(error[2]) * error[1],
+        math.sin(error[2]) * error[0] - math.cos(error[2]) * error[1],
+        -error[2],
+    )
     true = (*centre, 0.0)
     for k in range(round(seconds * 50)):
         t = 10.0 + k * 0.02
@@ -94,8 +110,10 @@ def test_what_no_wall_tells_is_not_changed():
     correction = RangeCorrection(CONFIG, room(size_x, ends=False))
     hear = lambda pose, mount: heard(pose, mount, size_x, ends=False)  # noqa: E731
     true = ride(correction, (0.08, 0.08, 0.0), hear=hear, centre=(20.0, 1.3))
-    assert abs(correction.pose[1] - true[1]) < 0.01             # across the corridor: corrected
-    assert correction.pose[0] - true[0] == pytest.approx(-0.08, abs=0.01)   # along it: as wrong as before, and known to be
+    assert abs(correction.pose[1] - true[1]) < 0.01  # across the corridor: corrected
+    assert correction.pose[0] - true[0] == pytest.approx(
+        -0.08, abs=0.01
+    )  # along it: as wrong as before, and known to be
     assert correction.sigma[0] > math.sqrt(CONFIG.initial_cov_xx)
 
 
@@ -160,6 +178,7 @@ def test_what_is_given_out_moves_no_faster_than_allowed():
             assert math.dist(shown[:2], before[:2]) <= CONFIG.max_correction_rate * 0.02 + 1e-9
             assert abs(shown[2] - before[2]) <= CONFIG.max_correction_turn_rate * 0.02 + 1e-9
         last[:] = [correction.offset]
+
     true = ride(correction, err, watch=watch)
     shown = compose(correction.offset, correction._trail[-1][1])
     assert off(shown, true)[0] < 0.02
@@ -172,13 +191,13 @@ def test_a_wall_must_be_heard_twice():
     assert correction.on_range(data('left', 1.0, 1.05)) == 'first'
     assert correction.pose == pose
     correction.on_pose(1.2, pose)
-    assert correction.on_range(data('left', 1.2, 0.4)) == 'shorter'       # and forgets the one before
+    assert correction.on_range(data('left', 1.2, 0.4)) == 'shorter'  # and forgets the one before
     assert correction.on_range(data('left', 1.2, 1.05)) == 'first'
     correction.on_pose(1.4, pose)
     assert correction.on_range(data('left', 1.4, 1.05)) == 'used'
     assert correction.pose[1] < 1.3
     correction.on_pose(1.6, pose)
-    assert correction.on_range(data('left', 1.6, 1.05)) == 'same_place'   # it has not moved: nothing new
+    assert correction.on_range(data('left', 1.6, 1.05)) == 'same_place'  # it has not moved: nothing new
 
 
 def test_late_readings_are_put_where_the_robot_was():
@@ -202,16 +221,26 @@ def test_faulty_data_are_dropped_and_counted():
     assert correction.on_range(data('left', 1.0, 1.0)) == 'no_map'
     correction.map = room()
     good = data('left', 1.0, 1.0)
-    for bad in (good._replace(range=math.nan), good._replace(stamp=math.nan), good._replace(stamp=math.inf), good._replace(field_of_view=0.0),
-                good._replace(field_of_view=math.nan), good._replace(mount=(math.nan, 0.0, 0.0))):
+    for bad in (
+        good._replace(range=math.nan),
+        good._replace(stamp=math.nan),
+        good._replace(stamp=math.inf),
+        good._replace(field_of_view=0.0),
+        good._replace(field_of_view=math.nan),
+        good._replace(mount=(math.nan, 0.0, 0.0)),
+    ):
         assert correction.on_range(bad) == 'bad_range'
-    assert correction.on_range(good._replace(stamp=0.5)) == 'waiting'       # the dead reckoning has just begun
+    assert correction.on_range(good._replace(stamp=0.5)) == 'waiting'  # the dead reckoning has just begun
     assert correction.on_range(good._replace(stamp=3.0)) == 'no_pose'
     for far in (math.inf, -math.inf, 0.1, 2.45, -1.0):
         assert correction.on_range(good._replace(range=far)) == 'out_of_span'
     correction.on_pose(math.nan, (0.0, 0.0, 0.0))
     correction.on_pose(2.0, (math.inf, 0.0, 0.0))
-    assert correction.counts['bad_pose'] == 2 and correction.counts['bad_range'] == 6 and correction.counts['out_of_span'] == 5
+    assert (
+        correction.counts['bad_pose'] == 2
+        and correction.counts['bad_range'] == 6
+        and correction.counts['out_of_span'] == 5
+    )
     assert correction.pose == (1.5, 1.3, 0.0) and correction.offset == (0.0, 0.0, 0.0)
 
 
@@ -222,7 +251,7 @@ def test_who_is_put_elsewhere_is_believed_anew():
     correction.on_pose(60.0, (2.0, 1.0, 1.0))
     assert correction.pose == (2.0, 1.0, 1.0) and correction.counts['jumped'] == 1
     assert correction.sigma[0] == pytest.approx(math.sqrt(CONFIG.initial_cov_xx))
-    correction.on_pose(20.0, (2.1, 1.0, 1.0))          # the clock went back
+    correction.on_pose(20.0, (2.1, 1.0, 1.0))  # the clock went back
     assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 2
 
 
@@ -235,7 +264,10 @@ def test_a_predicted_plane_is_where_the_wall_is_and_its_slopes_are_right(x, y, y
 
     def at(x, y, yaw, axes=none):
         sx, sy, axis = compose((x, y, yaw), MOUNTS['left'])
-        return map_echo.predict(map_.cells, CELL, x + shift, y + shift, yaw, sx + shift, sy + shift, axis, HALF, 2.5, 0.03, axes)
+        return map_echo.predict(
+            map_.cells, CELL, x + shift, y + shift, yaw, sx + shift, sy + shift, axis, HALF, 2.5, 0.03, axes
+        )
+
     sensor = compose((x, y, yaw), MOUNTS['left'])
     what, distance, *slopes = at(x, y, yaw, some)
     if what != map_echo.PLANE or not (0.0 < sensor[0] < SIZE_X and 0.0 < sensor[1] < SIZE_Y):
@@ -256,16 +288,25 @@ def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
     elif wall == 'end':
         cells[60:62, 42:] = map_echo.OCCUPIED
     else:
-        cells[40:, 58:] = map_echo.OCCUPIED             # the sensor looks along it
+        cells[40:, 58:] = map_echo.OCCUPIED  # the sensor looks along it
     what, distance, _ = map_echo.echo(cells, CELL, 2.0, 2.2, math.pi / 2, HALF, 2.5, 0.03)
     assert what == map_echo.AMBIGUOUS and math.isnan(distance)
 
 
-@pytest.mark.parametrize('params, words', [
-    ({}, 'range_topics'), ({'range_topics': ['/a', '/b', '/a']}, 'twice'), ({'range_topics': 'SDI_range'}, 'range_topics'), ({'range_topics': ['/a'], 'gate': 0.0}, 'gate'),
-    ({'range_topics': ['/a'], 'range_min_range': 3.0}, 'range_min_range'), ({'range_topics': ['/a'], 'odom_alpha1': -1.0}, 'odom_alpha1'),
-    ({'range_topics': ['/a'], 'update_min_d': 'far'}, 'update_min_d'), ({'range_topics': ['/a'], 'base_frame_id': 'map'}, 'must differ'),
-    ({'range_topics': ['/a'], 'map_occupied_above': 100.0}, 'map_occupied_above')])
+@pytest.mark.parametrize(
+    'params, words',
+    [
+        ({}, 'range_topics'),
+        ({'range_topics': ['/a', '/b', '/a']}, 'twice'),
+        ({'range_topics': 'SDI_range'}, 'range_topics'),
+        ({'range_topics': ['/a'], 'gate': 0.0}, 'gate'),
+        ({'range_topics': ['/a'], 'range_min_range': 3.0}, 'range_min_range'),
+        ({'range_topics': ['/a'], 'odom_alpha1': -1.0}, 'odom_alpha1'),
+        ({'range_topics': ['/a'], 'update_min_d': 'far'}, 'update_min_d'),
+        ({'range_topics': ['/a'], 'base_frame_id': 'map'}, 'must differ'),
+        ({'range_topics': ['/a'], 'map_occupied_above': 100.0}, 'map_occupied_above'),
+    ],
+)
 def test_bad_settings_are_told(params, words):
     with pytest.raises(ConfigError) as told:
         RangeConfig.from_params(params)
@@ -273,13 +314,20 @@ def test_bad_settings_are_told(params, words):
 
 
 def test_settings_are_taken_and_unknown_ones_told():
-    config = RangeConfig.from_params({'range_topics': ['/a', '/b'], 'range_delay': 0.3, 'global_frame_id': '/world', 'laser_max_range': 2.0})
+    config = RangeConfig.from_params(
+        {'range_topics': ['/a', '/b'], 'range_delay': 0.3, 'global_frame_id': '/world', 'laser_max_range': 2.0}
+    )
     assert config.range_topics == ('/a', '/b') and config.range_delay == 0.3 and config.global_frame_id == 'world'
     assert config.warnings == ('laser_max_range is no parameter of range_localization: ignored.',)
 
 
 def test_maps_that_are_none_are_refused():
-    for cells, resolution, origin in ((np.zeros((0, 0)), 0.05, (0, 0, 0)), (np.zeros(9), 0.05, (0, 0, 0)), (np.zeros((3, 3)), 0.0, (0, 0, 0)), (np.zeros((3, 3)), 0.05, (math.nan, 0, 0))):
+    for cells, resolution, origin in (
+        (np.zeros((0, 0)), 0.05, (0, 0, 0)),
+        (np.zeros(9), 0.05, (0, 0, 0)),
+        (np.zeros((3, 3)), 0.0, (0, 0, 0)),
+        (np.zeros((3, 3)), 0.05, (math.nan, 0, 0)),
+    ):
         with pytest.raises(ValueError):
             RangeMap.from_occupancy(cells, resolution, origin, 65.0)
 
@@ -290,7 +338,10 @@ def test_diagnostics_say_what_is_waited_for():
     correction.map = room()
     assert status('n', correction, 1.0, None, None)[1:3] == (ERROR, 'waiting for dead reckoning on odom')
     assert status('n', correction, 9.0, 8.9, 1.0).level == WARN
-    assert status('n', correction, 9.0, 8.9, 8.9, 'no transform odom -> base_link')[1:3] == (ERROR, 'no transform odom -> base_link')
+    assert status('n', correction, 9.0, 8.9, 8.9, 'no transform odom -> base_link')[1:3] == (
+        ERROR,
+        'no transform odom -> base_link',
+    )
     ride(correction, (0.05, 0.0, 0.0))
     told = status('n', correction, 50.0, 50.0, 50.0)
     assert told.level == OK and dict(told.values)['used'] == str(correction.counts['used'])

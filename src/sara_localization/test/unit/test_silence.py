@@ -1,13 +1,16 @@
-"""A robot that loses its sensors stands: the estimate does not run off with the last speed, and finds the wheels' way afterwards."""
+"""A robot that loses its sensors stands: the estimate does not run off with the last speed, and finds the wheels' way
+afterwards.
+"""
+
 import numpy as np
 import pytest
 
-from sara_localization.config import ConfigError, FilterConfig
-from sara_localization.data import ImuData, OdometryData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.state import VX, VYAW, X, Y, YAW
-from sara_localization.transforms import TransformBuffer
+from sara_localization.config.filter_config import ConfigError, FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import VX, VYAW, YAW, X, Y
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData
 
 SPEED, SILENT_S, UNHEARD_M = 0.5, 4.0, 0.15
 EYE = np.eye(6)
@@ -17,10 +20,18 @@ class Drive:
     """A robot on a line: wheels at 10 Hz (vx), an IMU at 5 Hz (yaw, vyaw), filter at 50 Hz, map -> odom given out."""
 
     def __init__(self, **parameters):
-        params = {'frequency': 50, 'two_d_mode': True, 'world_frame': 'map', 'predict_to_current_time': True,
-                  'odom0': '/odom', 'odom0_config': [i == VX for i in range(15)],
-                  'imu0': '/imu', 'imu0_config': [i in (YAW, VYAW) for i in range(15)],
-                  'initial_state': [2.0, 1.0] + [0.0] * 13, **parameters}
+        params = {
+            'frequency': 50,
+            'two_d_mode': True,
+            'world_frame': 'map',
+            'predict_to_current_time': True,
+            'odom0': '/odom',
+            'odom0_config': [i == VX for i in range(15)],
+            'imu0': '/imu',
+            'imu0_config': [i in (YAW, VYAW) for i in range(15)],
+            'initial_state': [2.0, 1.0] + [0.0] * 13,
+            **parameters,
+        }
         self.transforms = TransformBuffer()
         self.engine = FilterEngine(FilterConfig.from_params(params), self.transforms)
         self.step, self.x, self.yaw, self.output = 0, 0.0, 0.0, None
@@ -32,18 +43,43 @@ class Drive:
             self.x, self.yaw = self.x + 0.02 * v, self.yaw + 0.02 * rate
             if wheels and self.step % 5 == 0:
                 self.transforms.set_transform('odom', 'base_link', Transform.from_xyz_rpy(x=self.x, yaw=self.yaw), now)
-                self.engine.add_odometry('odom0', OdometryData(now, 'odom', 'base_link', (self.x, 0.0, 0.0), (0, 0, 0, 1), EYE * 0.01,
-                                                               (v, 0.0, 0.0), (0.0, 0.0, rate), EYE * 1e-4))
+                self.engine.add_odometry(
+                    'odom0',
+                    OdometryData(
+                        now,
+                        'odom',
+                        'base_link',
+                        (self.x, 0.0, 0.0),
+                        (0, 0, 0, 1),
+                        EYE * 0.01,
+                        (v, 0.0, 0.0),
+                        (0.0, 0.0, rate),
+                        EYE * 1e-4,
+                    ),
+                )
             if imu and self.step % 10 == 0:
-                self.engine.add_imu('imu0', ImuData(now, 'base_link', quaternion_from_rpy(0.0, 0.0, self.yaw), np.eye(3) * 1e-4,
-                                                    (0.0, 0.0, rate), np.eye(3) * 1e-6, (0.0, 0.0, 9.8), np.eye(3)))
+                self.engine.add_imu(
+                    'imu0',
+                    ImuData(
+                        now,
+                        'base_link',
+                        quaternion_from_rpy(0.0, 0.0, self.yaw),
+                        np.eye(3) * 1e-4,
+                        (0.0, 0.0, rate),
+                        np.eye(3) * 1e-6,
+                        (0.0, 0.0, 9.8),
+                        np.eye(3),
+                    ),
+                )
             self.output = self.engine.tick(now) or self.output
             assert np.linalg.eigvalsh(self.engine.filter.P).min() > 0.0
         return self.output.state
 
 
 def lost_for_a_while(**parameters):
-    """State after a drive, a silence in which the robot rolled on for UNHEARD_M, and a while at rest; and where it is in truth."""
+    """State after a drive, a silence in which the robot rolled on for UNHEARD_M, and a while at rest; and where it is
+    in truth.
+    """
     drive = Drive(**parameters)
     drive.run(1.0)
     drive.run(4.0, SPEED)

@@ -1,17 +1,18 @@
 """Parked or not, and what a parked robot tells about its sensors."""
+
 import math
 
 import numpy as np
 import pytest
 
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData
-from sara_localization.engine import FilterEngine
-from sara_localization.geometry import quaternion_from_rpy
-from sara_localization.state import VX, VYAW, YAW
-from sara_localization.transforms import TransformBuffer
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import VX, VYAW, YAW
+from sara_localization.geometry.rigid import quaternion_from_rpy
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData
 
-BIAS = -0.011      # rad/s: 0.65 deg/s, a cheap gyro
+BIAS = -0.011  # rad/s: 0.65 deg/s, a cheap gyro
 
 
 class Chair:
@@ -19,8 +20,15 @@ class Chair:
 
     def __init__(self, seed=0, bias=BIAS, noise=0.002, imu_config=(YAW, VYAW), wheel_config=(VX,), **parameters):
         self.rng = np.random.default_rng(seed)
-        params = {'frequency': 50, 'two_d_mode': True, 'odom0': '/odom', 'odom0_config': [i in wheel_config for i in range(15)],
-                  'imu0': '/imu', 'imu0_config': [i in imu_config for i in range(15)], **parameters}
+        params = {
+            'frequency': 50,
+            'two_d_mode': True,
+            'odom0': '/odom',
+            'odom0_config': [i in wheel_config for i in range(15)],
+            'imu0': '/imu',
+            'imu0_config': [i in imu_config for i in range(15)],
+            **parameters,
+        }
         self.engine = FilterEngine(FilterConfig.from_params(params), TransformBuffer())
         self.bias, self.noise = bias, noise
         self.step, self.yaw, self.imu_yaw, self.odometer = 0, 0.0, 0.3, 0.0
@@ -40,13 +48,33 @@ class Chair:
             self.odometer += v * 0.02
             said = turning if wheels is None else wheels
             if self.step % 3 == 0:
-                self.engine.add_odometry('odom0', OdometryData(
-                    self.now, 'odom', 'base_link', (self.odometer, 0.0, 0.0), (0, 0, 0, 1), np.eye(6) * 1e-3, (v, 0.0, 0.0),
-                    (0.0, 0.0, said), np.eye(6) * 1e-4))
-            self.engine.add_imu('imu0', ImuData(
-                self.now, 'base_link', quaternion_from_rpy(0.0, 0.0, self.imu_yaw), np.eye(3) * 1e-3,
-                (self.rng.normal() * self.noise, self.rng.normal() * self.noise, measured), np.eye(3) * self.noise ** 2,
-                tuple(self.rng.normal(size=3) * shaking + (0.0, 0.0, 9.8)), np.eye(3) * 0.01))
+                self.engine.add_odometry(
+                    'odom0',
+                    OdometryData(
+                        self.now,
+                        'odom',
+                        'base_link',
+                        (self.odometer, 0.0, 0.0),
+                        (0, 0, 0, 1),
+                        np.eye(6) * 1e-3,
+                        (v, 0.0, 0.0),
+                        (0.0, 0.0, said),
+                        np.eye(6) * 1e-4,
+                    ),
+                )
+            self.engine.add_imu(
+                'imu0',
+                ImuData(
+                    self.now,
+                    'base_link',
+                    quaternion_from_rpy(0.0, 0.0, self.imu_yaw),
+                    np.eye(3) * 1e-3,
+                    (self.rng.normal() * self.noise, self.rng.normal() * self.noise, measured),
+                    np.eye(3) * self.noise**2,
+                    tuple(self.rng.normal(size=3) * shaking + (0.0, 0.0, 9.8)),
+                    np.eye(3) * 0.01,
+                ),
+            )
             self.output = self.engine.tick(self.now) or self.output
         return self.output.state
 
@@ -93,8 +121,11 @@ def test_the_bias_as_a_state_is_found_at_standstill_without_the_wheels_turning_r
     assert chair.engine.gyro_bias('imu0')[2] == pytest.approx(BIAS, abs=1e-3)
 
 
-@pytest.mark.parametrize('motion', [dict(v=0.1), dict(turning=0.1), dict(turning=0.1, wheels=0.0),
-                                    dict(shaking=2.0)], ids=['drives', 'turns', 'is turned by hand', 'dead encoder, shaking'])
+@pytest.mark.parametrize(
+    'motion',
+    [dict(v=0.1), dict(turning=0.1), dict(turning=0.1, wheels=0.0), dict(shaking=2.0)],
+    ids=['drives', 'turns', 'is turned by hand', 'dead encoder, shaking'],
+)
 def test_who_moves_is_not_parked(motion):
     chair = Chair(standstill_update=True)
     chair.run(3.0)
@@ -109,7 +140,9 @@ def test_without_wheels_nobody_is_parked():
     chair.engine.intake._last_stamps.clear()
     for _ in range(200):
         chair.step += 1
-        chair.engine.add_imu('imu0', ImuData(chair.now, 'base_link', (0, 0, 0, 1), np.eye(3), (0, 0, 0), np.eye(3) * 1e-4))
+        chair.engine.add_imu(
+            'imu0', ImuData(chair.now, 'base_link', (0, 0, 0, 1), np.eye(3), (0, 0, 0), np.eye(3) * 1e-4)
+        )
     assert not chair.engine.parked
 
 

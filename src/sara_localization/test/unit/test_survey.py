@@ -1,18 +1,20 @@
 """What a recorded drive says about a configuration: what is missing, what is no data, and which sensor misleads."""
+
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from sara_localization import turning
-from sara_localization.config import FilterConfig
-from sara_localization.data import ImuData, OdometryData
-from sara_localization.diagnostics import ERROR, OK, WARN
-from sara_localization.geometry import Transform, quaternion_from_rpy
-from sara_localization.mounting import check_mountings, turned_mask
-from sara_localization.survey import Survey
-from sara_localization.transforms import TransformBuffer
+from sara_localization.checks import yaw_sources as turning
+from sara_localization.checks.mounting import check_mountings, turned_mask
+from sara_localization.checks.survey import Survey
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.diagnostics import ERROR, OK, WARN
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import ImuData, OdometryData
 
 
 def mask(*variables):
@@ -23,8 +25,16 @@ class Drive:
     """A minute of turning left and right, seen by wheels (10 Hz) and an IMU (20 Hz); each thing can be spoilt."""
 
     def __init__(self, **params):
-        self.config = FilterConfig.from_params({'two_d_mode': True, 'odom0': '/odom', 'odom0_config': mask(6, 7), 'imu0': '/imu',
-                                                'imu0_config': mask(5, 11), **params})
+        self.config = FilterConfig.from_params(
+            {
+                'two_d_mode': True,
+                'odom0': '/odom',
+                'odom0_config': mask(6, 7),
+                'imu0': '/imu',
+                'imu0_config': mask(5, 11),
+                **params,
+            }
+        )
         self.transforms = TransformBuffer()
         self.odometry, self.imu = {}, {}
         self.heading_error = self.gyro_bias = 0.0
@@ -45,13 +55,23 @@ class Drive:
             stamp = 1000.0 + t
             if k % 2 == 0:
                 v = 0.5 if 5.0 < t < 55.0 and self.moves else 0.0
-                values = dict(linear=(v, 0.0, 0.0), angular=(0.0, 0.0, rate * self.wheel_scale), twist_covariance=np.eye(6) * 1e-3)
+                values = dict(
+                    linear=(v, 0.0, 0.0), angular=(0.0, 0.0, rate * self.wheel_scale), twist_covariance=np.eye(6) * 1e-3
+                )
                 values.update(self.odometry)
-                survey.add('odom0', OdometryData(values.pop('stamp', stamp), 'odom', values.pop('child', 'base_link'), **values), stamp)
+                survey.add(
+                    'odom0',
+                    OdometryData(values.pop('stamp', stamp), 'odom', values.pop('child', 'base_link'), **values),
+                    stamp,
+                )
             wrong = yaw + self.heading_error * math.sin(t / 5.0)
-            values = dict(orientation=quaternion_from_rpy(0.0, 0.0, wrong), orientation_covariance=np.eye(3) * 0.01,
-                          angular_velocity=(0.0, 0.0, rate + self.gyro_bias + rng.normal(0.0, 1e-3)),
-                          angular_velocity_covariance=np.eye(3) * 1e-5, linear_acceleration_covariance=np.eye(3))
+            values = dict(
+                orientation=quaternion_from_rpy(0.0, 0.0, wrong),
+                orientation_covariance=np.eye(3) * 0.01,
+                angular_velocity=(0.0, 0.0, rate + self.gyro_bias + rng.normal(0.0, 1e-3)),
+                angular_velocity_covariance=np.eye(3) * 1e-5,
+                linear_acceleration_covariance=np.eye(3),
+            )
             values.update(self.imu)
             survey.add('imu0', ImuData(values.pop('stamp', stamp), values.pop('frame', 'base_link'), **values), stamp)
         return survey
@@ -151,6 +171,7 @@ def test_order_delay_and_gaps_are_told():
         for stamp, now in zip(stamps, received):
             survey.add('odom0', OdometryData(stamp, 'odom', 'base_link', twist_covariance=np.eye(6)), now)
         return ' '.join(f.sentence for f in survey.findings() if f.key == 'odom0_data')
+
     steady = [100.0 + 0.1 * k for k in range(100)]
     assert told(steady, steady) == ''
     swapped = steady[:50] + [steady[51], steady[50]] + steady[52:]
@@ -158,21 +179,27 @@ def test_order_delay_and_gaps_are_told():
     assert told(swapped, steady, smooth_lagged_data=True, history_length=1.0) == ''
     assert 'arrive 3.00 s after' in told(steady, [t + 3.0 for t in steady])
     assert 'in the future' in told(steady, [t - 0.5 for t in steady])
-    assert 'a gap of' in told(steady[:50] + [t + 4.0 for t in steady[50:]], steady[:50] + [t + 4.0 for t in steady[50:]])
+    assert 'a gap of' in told(
+        steady[:50] + [t + 4.0 for t in steady[50:]], steady[:50] + [t + 4.0 for t in steady[50:]]
+    )
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.floats(-math.pi, math.pi), st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, math.pi), st.integers(0, 14))
+@given(
+    st.floats(-math.pi, math.pi), st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, math.pi), st.integers(0, 14)
+)
 def test_a_turned_mask_is_the_filters_own(roll, pitch, yaw, variable):
     """mounting.turned_mask says what measurement.py does with a message."""
-    from sara_localization import measurement
+    from sara_localization.inputs import measurement
+
     mounting = Transform.from_xyz_rpy(roll=roll, pitch=pitch, yaw=yaw)
     chosen = mask(variable)
     buffer = TransformBuffer()
     buffer.set_transform('base_link', 'sensor', mounting)
     turned = turned_mask(chosen, mounting, imu=True)
     if 9 <= variable < 12:
-        from sara_localization.data import TwistData
+        from sara_localization.inputs.data import TwistData
+
         data = TwistData(1.0, 'sensor', (0.0, 0.0, 0.0), (0.1, 0.2, 0.3), np.eye(6))
         m, _ = measurement.twist(data, tuple(chosen[6:12]), 'x', buffer, 'base_link', np.zeros(3))
         assert set(m.indices) == {k for k in range(15) if turned[k]}
@@ -199,19 +226,27 @@ def test_the_one_against_two_is_accused_whichever_it_is(rate, scale):
     bad = turning.Source('c', t, scale * rate * t)
     for order in ([*good, bad], [bad, *good], [good[0], bad, good[1]]):
         accused = turning.misleading(turning.compare(order))
-        assert accused == (['c'] if (scale - 1.0) * rate * 10.0 > 0.1 else accused) and 'a' not in accused and 'b' not in accused
+        assert (
+            accused == (['c'] if (scale - 1.0) * rate * 10.0 > 0.1 else accused)
+            and 'a' not in accused
+            and 'b' not in accused
+        )
 
 
 def test_at_rest_keeps_away_from_motion():
     wheels = np.arange(0.0, 20.0, 0.1)
     speed = np.where((wheels > 5.0) & (wheels < 10.0), 0.5, 0.0)
-    still = turning.at_rest(np.array([1.0, 4.4, 4.8, 7.0, 10.2, 10.8, 15.0, 25.0]), wheels, speed, np.zeros_like(wheels))
+    still = turning.at_rest(
+        np.array([1.0, 4.4, 4.8, 7.0, 10.2, 10.8, 15.0, 25.0]), wheels, speed, np.zeros_like(wheels)
+    )
     assert still.tolist() == [True, True, False, False, False, True, True, False]
 
 
 def test_wheels_that_are_silent_are_not_at_rest():
     wheels = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(14.0, 20.0, 0.1)])
-    still = turning.at_rest(np.array([5.0, 9.8, 10.5, 12.0, 13.9, 14.2, 17.0]), wheels, np.zeros_like(wheels), np.zeros_like(wheels))
+    still = turning.at_rest(
+        np.array([5.0, 9.8, 10.5, 12.0, 13.9, 14.2, 17.0]), wheels, np.zeros_like(wheels), np.zeros_like(wheels)
+    )
     assert still.tolist() == [True, False, False, False, False, False, True]
 
 
@@ -219,16 +254,34 @@ numbers = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_f
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.lists(st.tuples(st.booleans(), numbers, st.lists(numbers, min_size=11, max_size=11), st.sampled_from(['', 'base_link', '/x'])),
-                max_size=30))
+@given(
+    st.lists(
+        st.tuples(
+            st.booleans(),
+            numbers,
+            st.lists(numbers, min_size=11, max_size=11),
+            st.sampled_from(['', 'base_link', '/x']),
+        ),
+        max_size=30,
+    )
+)
 def test_no_message_can_break_the_survey(messages):
     survey = Survey(Drive().config, TransformBuffer())
     for wheels, stamp, v, frame in messages:
         if wheels:
-            survey.add('odom0', OdometryData(stamp, 'odom', frame, v[:3], v[3:7], np.full((6, 6), v[7]), v[8:11], v[:3],
-                                             np.full((6, 6), v[4])), 100.0)
+            survey.add(
+                'odom0',
+                OdometryData(
+                    stamp, 'odom', frame, v[:3], v[3:7], np.full((6, 6), v[7]), v[8:11], v[:3], np.full((6, 6), v[4])
+                ),
+                100.0,
+            )
         else:
-            survey.add('imu0', ImuData(stamp, frame, v[3:7], np.full((3, 3), v[7]), v[:3], np.full((3, 3), v[8]), v[8:11]), 100.0)
+            survey.add(
+                'imu0',
+                ImuData(stamp, frame, v[3:7], np.full((3, 3), v[7]), v[:3], np.full((3, 3), v[8]), v[8:11]),
+                100.0,
+            )
     with np.errstate(all='ignore'):
         for finding in survey.findings():
             assert finding.sentence.endswith('.')

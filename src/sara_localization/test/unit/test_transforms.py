@@ -1,8 +1,9 @@
 """The buffer's rules: the tree joined both ways, interpolation, the latest where a time is not covered."""
+
 import pytest
 
-from sara_localization.geometry import Transform
-from sara_localization.transforms import TransformBuffer
+from sara_localization.geometry.rigid import Transform
+from sara_localization.geometry.transforms import TransformBuffer
 
 
 def at(x, yaw=0.0):

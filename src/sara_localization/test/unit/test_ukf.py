@@ -1,4 +1,5 @@
 """What both filters must do, and the defects of robot_localization's UKF that ours does not have."""
+
 import math
 
 import numpy as np
@@ -6,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization import covariance
-from sara_localization.ekf import Ekf
-from sara_localization.state import OFF_PLANE, VX, VYAW, X, Y, YAW
-from sara_localization.kernel import UNSURE_ANGLE
-from sara_localization.ukf import Ukf
+from sara_localization.filters import covariance
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.kernel import UNSURE_ANGLE
+from sara_localization.filters.state import OFF_PLANE, VX, VYAW, YAW, X, Y
+from sara_localization.filters.ukf import Ukf
 
-Q = np.diag([.05, .05, .06, .03, .03, .06, .025, .025, .04, .01, .01, .02, .01, .01, .015])
+Q = np.diag([0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015])
 BOTH = pytest.mark.parametrize('make', [Ekf, Ukf])
 SPREADS = pytest.mark.parametrize('alpha', [0.001, 0.1, 1.0])
 
@@ -36,7 +37,7 @@ def test_the_first_measurement_is_the_state_and_the_second_is_fused(make):
 
 
 @settings(max_examples=60)
-@given(st.integers(0, 2 ** 32 - 1), st.sampled_from([Ekf, Ukf]))
+@given(st.integers(0, 2**32 - 1), st.sampled_from([Ekf, Ukf]))
 def test_covariance_is_symmetric_and_positive_definite_at_every_step(seed, make):
     rng = np.random.default_rng(seed)
     kf, now = make(Q * 10.0 ** rng.uniform(-6, 2), np.eye(15) * 1e-9), 0.0
@@ -45,7 +46,13 @@ def test_covariance_is_symmetric_and_positive_definite_at_every_step(seed, make)
         indices = np.sort(rng.choice(15, rng.integers(1, 16), replace=False))
         A = rng.normal(size=(len(indices), len(indices))) * 10.0 ** rng.uniform(-8, 4)
         R = rng.choice([0, 1, 2])
-        R = A @ A.T if R == 0 else np.diag(rng.choice([0.0, -1.0, 1e-18, 1e-9, 1.0, 1e12], len(indices))) if R == 1 else A
+        R = (
+            A @ A.T
+            if R == 0
+            else np.diag(rng.choice([0.0, -1.0, 1e-18, 1e-9, 1.0, 1e12], len(indices)))
+            if R == 1
+            else A
+        )
         kf.process(now, indices, rng.normal(size=len(indices)) * 10.0 ** rng.uniform(-3, 4), R)
         assert (kf.P == kf.P.T).all() and covariance.positive_definite(kf.P)
         assert np.isfinite(kf.x).all() and np.abs(kf.x[3:6]).max() <= math.pi
@@ -85,7 +92,7 @@ def test_it_survives_a_yaw_that_nobody_measures(alpha):
             assert abs(math.remainder(kf.x[YAW] - 0.1 * now, 2 * math.pi)) < 0.2
     assert begin is not None and kf.repairs == 0
     assert kf.P[YAW, YAW] > 5.0 and np.linalg.eigvalsh(kf.P).min() > 0.0
-    assert math.hypot(kf.x[X], kf.x[Y]) < 15.0          # a circle of 10 m, as unsure as it is
+    assert math.hypot(kf.x[X], kf.x[Y]) < 15.0  # a circle of 10 m, as unsure as it is
 
 
 @pytest.mark.parametrize('variance, off', [(0.1, 2e-3), (0.5, 0.03), (1.9, 0.35), (2.1, 0.1), (3.0, 0.2), (9.0, 1.0)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from canserial.checks import is_number
+from sara_common.checks import is_number
 
 
 class ConfigError(ValueError):
@@ -68,8 +68,10 @@ class JoystickConfig(_Checked):
 
 @dataclass(frozen=True)
 class AmplifierConfig(_Checked):
-    """How the AX3500 is wired. `right_channel`: 1 or 2, motor and encoder of the right wheel; `*_reversed`: a positive command turns it backwards,
-    `*_encoder_reversed`: forward counts down. Times in s; `reply_timeout`: until the next question, `stale_after`: counts older than this stop the wheels.
+    """How the AX3500 is wired. `right_channel`: 1 or 2, motor and encoder of the right wheel; `*_reversed`: a positive
+    command turns it backwards,
+    `*_encoder_reversed`: forward counts down. Times in s; `reply_timeout`: until the next question, `stale_after`:
+    counts older than this stop the wheels.
     """
 
     right_channel: int = 1
@@ -90,10 +92,11 @@ class AmplifierConfig(_Checked):
 class SpeedLoopConfig(_Checked):
     """The speed loop of a wheel: rad/s of the wheel, outputs of 0..1 of the amplifier's full scale.
 
-    `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s, `ki`: per rad.
-    `rest_speed`: below it the wheel stands. `max_speed`: above it a count is a glitch. `stall_output`, `stall_time`: this much output this
-    long (s) without motion is a stall, `stall_integral`: what the integral may reach until then. `reversed_output`, `reversed_time`: the
-    same for motion against the output.
+    `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s,
+    `ki`: per rad.
+    `rest_speed`: below it the wheel stands. `max_speed`: above it a count is a glitch. `stall_output`, `stall_time`:
+    this much output this long (s) without motion is a stall, `stall_integral`: what the integral may reach until then.
+    `reversed_output`, `reversed_time`: the same for motion against the output.
     """
 
     steps_per_turn: int = 64000
@@ -115,12 +118,16 @@ class SpeedLoopConfig(_Checked):
 class SensorConfig(_Checked):
     """The sensor node: addresses, what is sent, calibration, filters.
 
-    `imu_address`, `sonar_addresses`: 7-bit I2C addresses; the sonars in the order of `schedule.SENSORS`. `imu_period`: s, 0.2, or
-    0.05 in the fast mode. `calibrate`: measure the offsets after power-up: discard `settle_time`, average `calibration_time` (s) at
-    rest. Rest is 0.2 s means that stay within `still_accel` (m/s2) and `still_rate` (deg/s) of each other; a correction beyond
-    `max_accel_bias` (m/s2) or `max_rate_bias` (deg/s; the data sheet's zero-rate limit) is refused. `complementary_weight`: A of eq. 2.16.
-    `madgwick`: send 0x206 too; `madgwick_beta`: rad/s, the optimum Madgwick found without a magnetometer. `retry_period`: s between attempts to start
-    a chip that does not answer. `motion_threshold`, `motion_duration`: registers MOT_THR (2 mg each) and MOT_DUR (ms).
+    `imu_address`, `sonar_addresses`: 7-bit I2C addresses; the sonars in the order of `schedule.SENSORS`. `imu_period`:
+    s, 0.2, or
+    0.05 in the fast mode. `calibrate`: measure the offsets after power-up: discard `settle_time`, average
+    `calibration_time` (s) at rest. Rest is 0.2 s means that stay within `still_accel` (m/s2) and `still_rate` (deg/s)
+    of each other; a correction beyond
+    `max_accel_bias` (m/s2) or `max_rate_bias` (deg/s; the data sheet's zero-rate limit) is refused.
+    `complementary_weight`: A of eq. 2.16.
+    `madgwick`: send 0x206 too; `madgwick_beta`: rad/s, the optimum Madgwick found without a magnetometer.
+    `retry_period`: s between attempts to start a chip that does not answer. `motion_threshold`, `motion_duration`:
+    registers MOT_THR (2 mg each) and MOT_DUR (ms).
     """
 
     imu_address: int = 0x68
@@ -147,9 +154,15 @@ class SensorConfig(_Checked):
         faults += self._whole('imu_address', 0x08, 0x77)
         faults += self._whole('motion_threshold', 1, 255) + self._whole('motion_duration', 1, 255)
         addresses = self.sonar_addresses
-        if (not isinstance(addresses, tuple) or len(addresses) != 9 or len(set(addresses)) != 9
-                or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)):
-            faults.append(f'sonar_addresses is {addresses!r} but must be nine different I2C addresses (0x08 to 0x7f), none of them imu_address.')
+        if (
+            not isinstance(addresses, tuple)
+            or len(addresses) != 9
+            or len(set(addresses)) != 9
+            or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)
+        ):
+            faults.append(
+                f'sonar_addresses is {addresses!r} but must be nine different I2C addresses (0x08 to 0x7f), none of them imu_address.'
+            )
         if self.imu_period not in (0.2, 0.05):
             faults.append(f'imu_period is {self.imu_period!r} but must be 0.2 or 0.05.')
         weight = self.complementary_weight

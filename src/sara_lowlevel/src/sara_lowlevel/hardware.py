@@ -14,7 +14,9 @@ class HardwareError(RuntimeError):
 
 
 def open_i2c(name: str):
-    """An object with smbus2's methods: of a device such as /dev/i2c-1, or what MODULE:FACTORY returns. Raises HardwareError."""
+    """An object with smbus2's methods: of a device such as /dev/i2c-1, or what MODULE:FACTORY returns. Raises
+    HardwareError.
+    """
     if ':' in name:
         return _from_factory(name)
     try:
@@ -24,8 +26,10 @@ def open_i2c(name: str):
     try:
         return SMBus(name)
     except FileNotFoundError:
-        raise HardwareError(f'there is no {name}: switch I2C on (sudo raspi-config, Interface Options, I2C; or dtparam=i2c_arm=on in '
-                            'config.txt) and start anew; "ls /dev/i2c-*" shows what there is') from None
+        raise HardwareError(
+            f'there is no {name}: switch I2C on (sudo raspi-config, Interface Options, I2C; or dtparam=i2c_arm=on in '
+            'config.txt) and start anew; "ls /dev/i2c-*" shows what there is'
+        ) from None
     except PermissionError:
         raise HardwareError(f'no permission for {name}: sudo usermod -aG i2c {_user()}, then log in anew') from None
     except OSError as error:
@@ -45,16 +49,27 @@ def _from_factory(name: str):
     i2c = factory()
     missing = [method for method in I2C_METHODS if not callable(getattr(i2c, method, None))]
     if missing:
-        raise HardwareError(f'--i2c {name} gave a {type(i2c).__name__} without {", ".join(missing)}: smbus2\'s methods are needed')
+        raise HardwareError(
+            f"--i2c {name} gave a {type(i2c).__name__} without {', '.join(missing)}: smbus2's methods are needed"
+        )
     return i2c
 
 
 def open_amplifier_port(name: str):
     """A serial port at 9600 baud, 7 data bits, even parity, that never waits to be read. Raises HardwareError."""
     import serial
+
     try:
-        return serial.Serial(name, 9600, bytesize=serial.SEVENBITS, parity=serial.PARITY_EVEN, stopbits=serial.STOPBITS_ONE, timeout=0,
-                             write_timeout=0.05, exclusive=True)
+        return serial.Serial(
+            name,
+            9600,
+            bytesize=serial.SEVENBITS,
+            parity=serial.PARITY_EVEN,
+            stopbits=serial.STOPBITS_ONE,
+            timeout=0,
+            write_timeout=0.05,
+            exclusive=True,
+        )
     except (OSError, ValueError) as error:
         raise HardwareError(_device_problem(name, error, 'dialout')) from error
 

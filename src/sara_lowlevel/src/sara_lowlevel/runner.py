@@ -1,7 +1,8 @@
-"""Runs a node of the low level on a real clock: a 10 ms loop around a pure object, with the CAN bus, a log and a clean end.
+"""Runs a node of the low level on a real clock: a 10 ms loop around a pure object, with the CAN bus, a log and a clean
+end.
 
-The loop keeps its phase: a late turn is followed by one on time, and turns that were missed are counted, not repeated. The CAN adapter is
-kept alive by canserial's Link, whose threads only queue frames; everything else happens in the loop.
+The loop keeps its phase: a late turn is followed by one on time, and turns that were missed are counted, not repeated.
+The CAN adapter is kept alive by canserial's Link, whose threads only queue frames; everything else happens in the loop.
 """
 
 from __future__ import annotations
@@ -14,12 +15,11 @@ import sys
 import time
 from collections.abc import Callable
 
-from canserial.adapter import Adapter, AdapterConfig
-from canserial.bus import BusDescription, BusError
-from canserial.config import ConfigError as CanConfigError
+from canserial.adapter.adapter import Adapter, AdapterConfig
+from canserial.adapter.link import Link
+from canserial.dbc.bus import BusDescription, BusError
 from canserial.frame import Frame
-from canserial.link import Link
-
+from canserial.reader.config import ConfigError as CanConfigError
 from sara_lowlevel.config import ConfigError
 from sara_lowlevel.hardware import HardwareError
 
@@ -33,8 +33,10 @@ def adapter_config(text: str) -> AdapterConfig:
     interface, colon, channel = text.partition(':')
     channel, at, rate = channel.rpartition('@') if '@' in channel else (channel, '', '')
     if not colon or not channel or (at and not rate.isdigit()):
-        raise CanConfigError(f'--can is {text!r}, allowed is INTERFACE:CHANNEL[@BITRATE], such as socketcan:can0, slcan:/dev/ttyUSB0@500000 '
-                             'or udp_multicast:239.74.163.2')
+        raise CanConfigError(
+            f'--can is {text!r}, allowed is INTERFACE:CHANNEL[@BITRATE], such as socketcan:can0, slcan:/dev/ttyUSB0@500000 '
+            'or udp_multicast:239.74.163.2'
+        )
     config = AdapterConfig(interface=interface, port=channel, bitrate=int(rate) if rate else BITRATE)
     for remark in config.remarks if rate else ():
         print(f'note: {remark}', file=sys.stderr)
@@ -43,8 +45,12 @@ def adapter_config(text: str) -> AdapterConfig:
 
 def common_arguments(parser: argparse.ArgumentParser) -> None:
     """The options every command has."""
-    parser.add_argument('--can', required=True, metavar='INTERFACE:CHANNEL[@BITRATE]',
-                        help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2')
+    parser.add_argument(
+        '--can',
+        required=True,
+        metavar='INTERFACE:CHANNEL[@BITRATE]',
+        help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
+    )
     parser.add_argument('--dbc', default='sara', help='bus description: sara (default), sara_tenths, or a file')
     parser.add_argument('--record', metavar='FILE', help='write every frame sent or heard to FILE, as candump -l does')
 
@@ -84,13 +90,24 @@ class Recorder:
 class Runner:
     """One node's loop.
 
-    `step(t, heard)`: called every 10 ms with seconds since the start and the frames heard since the last call; returns frames to send.
-    `status()`: what the node says of itself, a short text. `at_end()`: called first of all when the loop ends, however it does.
+    `step(t, heard)`: called every 10 ms with seconds since the start and the frames heard since the last call; returns
+    frames to send.
+    `status()`: what the node says of itself, a short text. `at_end()`: called first of all when the loop ends, however
+    it does.
     `heard`, `late`: counts.
     """
 
-    def __init__(self, name: str, can: AdapterConfig, step, status, recorder: Recorder | None = None, at_end=lambda: None,
-                 clock=time.monotonic, sleep=time.sleep):
+    def __init__(
+        self,
+        name: str,
+        can: AdapterConfig,
+        step,
+        status,
+        recorder: Recorder | None = None,
+        at_end=lambda: None,
+        clock=time.monotonic,
+        sleep=time.sleep,
+    ):
         self.name, self.heard, self.late = name, 0, 0
         self._step, self._status, self._recorder, self._at_end = step, status, recorder, at_end
         self._clock, self._sleep = clock, sleep
@@ -144,7 +161,9 @@ class Runner:
         """The counts and what the node says."""
         trouble = f', {self.late} turns missed' if self.late else ''
         counters = self._link.all_counters
-        lost = {key: value for key, value in counters.items() if value and key.startswith(('not_sent', 'transmit_queue'))}
+        lost = {
+            key: value for key, value in counters.items() if value and key.startswith(('not_sent', 'transmit_queue'))
+        }
         trouble += ''.join(f', {value} {key}' for key, value in lost.items())
         return f'{counters.get("sent", 0)} frames sent, {self.heard} heard{trouble}; {self._status()}'
 

@@ -1,9 +1,10 @@
 """Turns and slots of the nodes: what is due when, by the time and not by the number of calls.
 
-The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 2.6). Turn 1 triggers SDI, STD, SLDD, SLIT in its first
-slot, turn 2 SLID, SDD, SLDT, STI, SJO; both are read from 70 ms later on (an SRF02 needs 66 ms). At most one frame goes out in a slot:
-0x201 in slot 10, 0x202 in slot 0 of the next cycle, the IMU's four in the last four slots of every IMU period, the rates last, so that
-they are the freshest. The fast mode repeats the IMU's slots every 50 ms and leaves slots 0, 5, 10, 15 free for the ranges.
+The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 2.6). Turn 1 triggers SDI, STD, SLDD,
+SLIT in its first slot, turn 2 SLID, SDD, SLDT, STI, SJO; both are read from 70 ms later on (an SRF02 needs 66 ms). At
+most one frame goes out in a slot: 0x201 in slot 10, 0x202 in slot 0 of the next cycle, the IMU's four in the last four
+slots of every IMU period, the rates last, so that they are the freshest. The fast mode repeats the IMU's slots every 50
+ms and leaves slots 0, 5, 10, 15 free for the ranges.
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ def frame_slots(imu_period: float, madgwick: bool = True) -> dict[int, str]:
 
 
 class Cycle:
-    """Which duties are due in a cycle of `SLOTS` slots that began with the first call. `missed`: slots that were not called in time."""
+    """Which duties are due in a cycle of `SLOTS` slots that began with the first call. `missed`: slots that were not
+    called in time.
+    """
 
     def __init__(self, duties: Mapping[int, Iterable]):
         """`duties`: {slot: duties in their order}."""
@@ -50,10 +53,12 @@ class Cycle:
         self.missed = 0
 
     def advance(self, t: float):
-        """The duties of the slots since the last call, oldest first; None when the slot of `t` (s) has been served already.
+        """The duties of the slots since the last call, oldest first; None when the slot of `t` (s) has been served
+        already.
 
-        A call up to 2.5 ms early or 7.5 ms late serves its own slot (loops are late more often than early). A later one serves the
-        missed slots too, but no more than a cycle of them; the phase stays where it was. A clock that went back begins a new cycle.
+        A call up to 2.5 ms early or 7.5 ms late serves its own slot (loops are late more often than early). A later one
+        serves the missed slots too, but no more than a cycle of them; the phase stays where it was. A clock that went
+        back begins a new cycle.
         """
         if self._start is None:
             self._start = t

@@ -1,11 +1,15 @@
-"""An AX3500 at byte level for the tests: two first-order motors with encoders behind the protocol of its manual. Independent of the driver."""
+"""An AX3500 at byte level for the tests: two first-order motors with encoders behind the protocol of its manual.
+Independent of the driver.
+"""
 
 import math
 import re
 
 
 class FakeAmplifier:
-    """`speeds`: rad/s (channel 1, 2). `alive`, `echo`: talk at all. `blocked`: neither wheel turns. `encoder_sign`: per channel."""
+    """`speeds`: rad/s (channel 1, 2). `alive`, `echo`: talk at all. `blocked`: neither wheel turns. `encoder_sign`: per
+    channel.
+    """
 
     def __init__(self, full_speed=9.0, lag=0.1, latency=0.012, watchdog=True):
         self.full_speed, self.lag, self.latency, self.watchdog = full_speed, lag, latency, watchdog

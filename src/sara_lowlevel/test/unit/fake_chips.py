@@ -1,4 +1,5 @@
-"""Chips at register level for the tests of this package: an I2C bus, an MPU6050 that sleeps after a reset, SRF02s that are busy while ranging.
+"""Chips at register level for the tests of this package: an I2C bus, an MPU6050 that sleeps after a reset, SRF02s that
+are busy while ranging.
 
 Independent of the simulator. Time is `bus.now`, set by the test (or by `clock`, for the commands).
 """
@@ -10,7 +11,9 @@ SONAR_ADDRESSES = tuple(range(0x70, 0x79))
 
 
 class FakeBus:
-    """smbus2's methods over `devices`, {address: device}. `fails`: called before each access; True makes nobody acknowledge."""
+    """smbus2's methods over `devices`, {address: device}. `fails`: called before each access; True makes nobody
+    acknowledge.
+    """
 
     def __init__(self, devices, fails=lambda: False, clock=None):
         self.devices, self.fails, self._clock, self._now = devices, fails, clock, 0.0
@@ -44,7 +47,8 @@ class FakeBus:
 
 
 class FakeMpu:
-    """measured = level + bias + 8 (offset - factory) (accelerometer), rate + bias + 4 offset (gyroscope), in counts. Asleep it measures nothing.
+    """measured = level + bias + 8 (offset - factory) (accelerometer), rate + bias + 4 offset (gyroscope), in counts.
+    Asleep it measures nothing.
 
     `motion(k)`: counts (6) to add to the k-th sample.
     """
@@ -71,7 +75,7 @@ class FakeMpu:
             return [value]
         if register == 0x3B:
             self._measure()
-        return self.registers[register:register + length]
+        return self.registers[register : register + length]
 
     def write(self, register, values, now):
         if now < self.busy_until - 1e-5:
@@ -125,7 +129,7 @@ class FakeSrf02:
     def read(self, register, length, now):
         if self._check(now):
             return [0xFF] * length
-        return [6, 0x80, self._result >> 8, self._result & 0xFF, 0, 16][register:register + length]
+        return [6, 0x80, self._result >> 8, self._result & 0xFF, 0, 16][register : register + length]
 
 
 def chair(clock=None, **mpu):

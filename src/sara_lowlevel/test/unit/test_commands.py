@@ -1,4 +1,6 @@
-"""The three commands as processes: frames on a CAN bus (UDP multicast on this machine), a clean end, errors that say what to do."""
+"""The three commands as processes: frames on a CAN bus (UDP multicast on this machine), a clean end, errors that say
+what to do.
+"""
 
 import os
 import pty
@@ -14,11 +16,12 @@ import tty
 from pathlib import Path
 
 import pytest
-from canserial.adapter import Adapter, AdapterConfig
-from canserial.bus import BusDescription
-from canserial.config import ConfigError as CanConfigError
+
+from canserial.adapter.adapter import Adapter, AdapterConfig
+from canserial.dbc.bus import BusDescription
+from canserial.reader.config import ConfigError as CanConfigError
 from sara_lowlevel.hardware import HardwareError, open_i2c
-from sara_lowlevel.joystick_device import JoystickState
+from sara_lowlevel.joystick.joystick_device import JoystickState
 from sara_lowlevel.runner import Recorder, Runner, adapter_config
 
 HERE = Path(__file__).parent
@@ -37,9 +40,14 @@ class Command:
         self.frames, self.adapter = [], Adapter(AdapterConfig('udp_multicast', group))
         self.adapter.open()
         path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
-        code = f'from sara_lowlevel.{name}_command import main; main()'
-        self.process = subprocess.Popen([sys.executable, '-c', code, '--can', f'udp_multicast:{group}', *map(str, arguments)],
-                                        env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, cwd=HERE)
+        code = f'from sara_lowlevel.{name}.{name}_command import main; main()'
+        self.process = subprocess.Popen(
+            [sys.executable, '-c', code, '--can', f'udp_multicast:{group}', *map(str, arguments)],
+            env={**os.environ, 'PYTHONPATH': path},
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=HERE,
+        )
 
     def hear(self, until, limit=60.0):
         """Collect frames until `until(self)` or `limit` s have passed."""
@@ -81,7 +89,9 @@ class Command:
 @pytest.mark.parametrize('fast', [False, True])
 def test_the_sensor_node_on_chips_of_a_factory(fast, tmp_path):
     log, started = tmp_path / 'bus.log', time.monotonic()
-    with Command('sensor', '--i2c', 'fake_chips:demo', '--no-calibrate', '--record', log, *(['--fast'] if fast else [])) as command:
+    with Command(
+        'sensor', '--i2c', 'fake_chips:demo', '--no-calibrate', '--record', log, *(['--fast'] if fast else [])
+    ) as command:
         command.hear(lambda c: c.count('IMPACT_GYRO') >= 12 and c.count('MADGWICK') >= 12)
         status, errors = command.end()
     assert status == 0 and 'running' in errors and 'frames sent' in errors
@@ -146,8 +156,11 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
             c.send('JOYSTICK', velD=0, velI=0, joyx=512, modo=1, joyy=512)
             granted = [values['modoPC'] for _, name, values in c.frames if name == 'MODO_PC'][-1] == 3
             granted = granted and sent[1] % 50 > 0  # a stop now and then: on a slow machine the drive may wait for one
-            c.send('WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A'))
+            c.send(
+                'WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A')
+            )
             return min(amplifier.fake.angles) > 1.0
+
         command.hear(drive)
         status, errors = command.end(signal.SIGHUP)
     assert status == 0 and 'PC drives' in errors
@@ -188,29 +201,61 @@ def test_the_stick_counts_only_while_its_button_is_held():
     assert state.stick == (512, 512)
 
 
-@pytest.mark.parametrize('name, arguments, says', [
-    ('sensor', ['--i2c', '/dev/i2c-99', '--can', 'udp_multicast:239.74.163.2'], 'there is no /dev/i2c-99'),
-    ('sensor', ['--i2c', 'no_such_module:x', '--can', 'udp_multicast:239.74.163.2'], 'no_such_module'),
-    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'can0'], 'INTERFACE:CHANNEL'),
-    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'carrier_pigeon:can0'], 'carrier_pigeon'),
-    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--dbc', '/nowhere.dbc'], '/nowhere.dbc'),
-    ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--record', '/nowhere/x.log'], '/nowhere/x.log'),
-    ('motor', ['--serial', '/dev/ttyS99', '--can', 'udp_multicast:239.74.163.2'], '/dev/ttyS99'),
-    ('motor', ['--serial', '/dev/null', '--can', 'udp_multicast:239.74.163.2', '--max-speed', '-1'], 'max_wheel_speed'),
-    ('joystick', ['--device', '/dev/input/js99', '--can', 'udp_multicast:239.74.163.2'], '/dev/input/js99'),
-])
+@pytest.mark.parametrize(
+    'name, arguments, says',
+    [
+        ('sensor', ['--i2c', '/dev/i2c-99', '--can', 'udp_multicast:239.74.163.2'], 'there is no /dev/i2c-99'),
+        ('sensor', ['--i2c', 'no_such_module:x', '--can', 'udp_multicast:239.74.163.2'], 'no_such_module'),
+        ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'can0'], 'INTERFACE:CHANNEL'),
+        ('sensor', ['--i2c', 'fake_chips:demo', '--can', 'carrier_pigeon:can0'], 'carrier_pigeon'),
+        (
+            'sensor',
+            ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--dbc', '/nowhere.dbc'],
+            '/nowhere.dbc',
+        ),
+        (
+            'sensor',
+            ['--i2c', 'fake_chips:demo', '--can', 'udp_multicast:239.74.163.2', '--record', '/nowhere/x.log'],
+            '/nowhere/x.log',
+        ),
+        ('motor', ['--serial', '/dev/ttyS99', '--can', 'udp_multicast:239.74.163.2'], '/dev/ttyS99'),
+        (
+            'motor',
+            ['--serial', '/dev/null', '--can', 'udp_multicast:239.74.163.2', '--max-speed', '-1'],
+            'max_wheel_speed',
+        ),
+        ('joystick', ['--device', '/dev/input/js99', '--can', 'udp_multicast:239.74.163.2'], '/dev/input/js99'),
+    ],
+)
 def test_what_is_missing_is_said_in_one_line(name, arguments, says):
     path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
-    done = subprocess.run([sys.executable, '-c', f'from sara_lowlevel.{name}_command import main; main()', *arguments],
-                          env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, '-c', f'from sara_lowlevel.{name}.{name}_command import main; main()', *arguments],
+        env={**os.environ, 'PYTHONPATH': path},
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=60,
+    )
     assert done.returncode == 2
     assert done.stderr.startswith('error: ') and says in done.stderr and len(done.stderr.splitlines()) == 1
 
 
 def test_an_adapter_that_is_missing_is_waited_for():
     path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
-    process = subprocess.Popen([sys.executable, '-c', 'from sara_lowlevel.sensor_command import main; main()', '--i2c', 'fake_chips:demo',
-                                '--can', 'slcan:/dev/nowhere'], env={**os.environ, 'PYTHONPATH': path}, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            '-c',
+            'from sara_lowlevel.sensor.sensor_command import main; main()',
+            '--i2c',
+            'fake_chips:demo',
+            '--can',
+            'slcan:/dev/nowhere',
+        ],
+        env={**os.environ, 'PYTHONPATH': path},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     said = ''
     while 'Waiting for it' not in said:
         line = process.stderr.readline()
@@ -237,7 +282,9 @@ class Clock:
 def runner(step, **arguments):
     clock = Clock()
     name = f'test{random.SystemRandom().getrandbits(32)}'
-    return Runner('node', adapter_config(f'virtual:{name}'), step, lambda: 'well', clock=clock, sleep=clock.sleep, **arguments), clock
+    return Runner(
+        'node', adapter_config(f'virtual:{name}'), step, lambda: 'well', clock=clock, sleep=clock.sleep, **arguments
+    ), clock
 
 
 def test_a_turn_that_took_long_is_followed_by_turns_in_phase():
@@ -249,6 +296,7 @@ def test_a_turn_that_took_long_is_followed_by_turns_in_phase():
         if len(times) == 8:
             node.stop()
         return []
+
     node, clock = runner(step)
     assert node.run() == 0
     assert times == [0.0, 0.01, 0.02, 0.054, 0.06, 0.07, 0.08, 0.09] and node.late == 2
@@ -259,6 +307,7 @@ def test_whatever_ends_the_loop_the_end_is_called_first():
 
     def step(t, heard):
         raise RuntimeError('a fault in a node')
+
     node, _ = runner(step, at_end=lambda: ended.append(True))
     with pytest.raises(RuntimeError):
         node.run()
@@ -266,7 +315,9 @@ def test_whatever_ends_the_loop_the_end_is_called_first():
 
 
 def test_adapters_by_name():
-    assert adapter_config('socketcan:can0').port == 'can0' and adapter_config('slcan:/dev/canusb@250000').bitrate == 250000
+    assert (
+        adapter_config('socketcan:can0').port == 'can0' and adapter_config('slcan:/dev/canusb@250000').bitrate == 250000
+    )
     for wrong in ('can0', 'slcan:', 'slcan:/dev/canusb@fast', ':x', 'slcan:/dev/canusb@123'):
         with pytest.raises(CanConfigError):
             adapter_config(wrong)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_lowlevel.complementary import ComplementaryFilter
-from sara_lowlevel.madgwick import MadgwickFilter
+
+from sara_lowlevel.sensor.complementary import ComplementaryFilter
+from sara_lowlevel.sensor.madgwick import MadgwickFilter
 
 angle = st.floats(-60, 60)
 

@@ -1,9 +1,10 @@
 """The joystick's axes become wheel commands: nothing at the centre, symmetric, no jump at the dead band's edge."""
 
-from canserial.bus import BusDescription
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_lowlevel.joystick_node import JoystickNode
+
+from canserial.dbc.bus import BusDescription
+from sara_lowlevel.joystick.joystick_node import JoystickNode
 
 BUS = BusDescription.default()
 

@@ -1,12 +1,13 @@
 """Who may drive, for how long, and what the encoders say."""
 
 import pytest
-from canserial.bus import BusDescription
-from canserial.frame import Frame
 from hypothesis import given
 from hypothesis import strategies as st
+
+from canserial.dbc.bus import BusDescription
+from canserial.frame import Frame
 from sara_lowlevel.config import ConfigError, MotorConfig
-from sara_lowlevel.motor_node import Joystick, MotorNode
+from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 
 BUS = BusDescription.default()
 CENTRE = Joystick()
@@ -126,7 +127,9 @@ def test_counts_that_are_old_or_missing_are_not_sent():
     for tick in range(100):
         t = tick / 100
         old, dead = 30 <= tick < 60, tick >= 60
-        frames = node.update(t, *((None, None) if dead else (tick, tick)), CENTRE, measured_at=0.295 if old else t - 0.005)
+        frames = node.update(
+            t, *((None, None) if dead else (tick, tick)), CENTRE, measured_at=0.295 if old else t - 0.005
+        )
         sent += [BUS.decode(frame)[1] for frame in frames if frame.id == 0x101]
     assert [values['time'] for values in sent] == [round((-0.005) * 1e4) % 2**32, 950, 1950, 2950]
     assert node.counts['encoders not read'] == 6

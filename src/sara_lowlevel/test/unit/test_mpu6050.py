@@ -1,4 +1,6 @@
-"""The driver against a chip at register level: it wakes a chip that sleeps after its reset; the thesis's listing does not."""
+"""The driver against a chip at register level: it wakes a chip that sleeps after its reset; the thesis's listing does
+not.
+"""
 
 import sys
 from pathlib import Path
@@ -6,7 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_lowlevel.mpu6050 import RESET_WAIT_S, THESIS_LISTING, ChipError, Mpu6050, calibrated, write_sequence
+
+from sara_lowlevel.sensor.mpu6050 import RESET_WAIT_S, THESIS_LISTING, ChipError, Mpu6050, calibrated, write_sequence
 
 sys.path.insert(0, str(Path(__file__).parent))
 from fake_chips import FakeBus, FakeMpu  # noqa: E402
@@ -45,6 +48,7 @@ def test_a_register_that_does_not_hold_what_was_written_is_an_error(register):
             super().write(first, values, now)
             if first == register:
                 self.registers[first] = 0x55
+
     with pytest.raises(ChipError, match=f'0x{register:02x}'):
         started(Stubborn())
 
@@ -73,8 +77,11 @@ def test_a_short_answer_is_an_error_of_the_bus():
         driver.offsets()
 
 
-@given(st.tuples(*[st.integers(-32768, 32767)] * 3), st.tuples(*[st.integers(-32768, 32767)] * 3),
-       st.tuples(*[st.floats(-32768, 32767)] * 6))
+@given(
+    st.tuples(*[st.integers(-32768, 32767)] * 3),
+    st.tuples(*[st.integers(-32768, 32767)] * 3),
+    st.tuples(*[st.floats(-32768, 32767)] * 6),
+)
 def test_offsets_always_fit_their_registers_and_keep_bit_0(accel, gyro, mean):
     new_accel, new_gyro = calibrated(accel, gyro, mean[:3], mean[3:])
     assert all(-32768 <= value <= 32767 for value in new_accel + new_gyro)

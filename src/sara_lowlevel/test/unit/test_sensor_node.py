@@ -5,12 +5,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from canserial.bus import BusDescription
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from canserial.dbc.bus import BusDescription
 from sara_lowlevel.config import ConfigError, SensorConfig
 from sara_lowlevel.schedule import SENSORS, SLOTS, TURN_1, TURN_2, frame_slots
-from sara_lowlevel.sensor_node import SensorNode
+from sara_lowlevel.sensor.sensor_node import SensorNode
 
 sys.path.insert(0, str(Path(__file__).parent))
 from fake_chips import SONAR_ADDRESSES, chair  # noqa: E402
@@ -60,7 +61,9 @@ def test_no_two_frames_share_a_slot_and_each_name_has_its_rate(period, madgwick)
     slots = frame_slots(period, madgwick)
     cycles = round(0.2 / period)
     names = [*IMU] if madgwick else [*IMU[1:]]
-    assert sorted(slots.values()) == sorted(['RANGES_1', 'RANGES_2'] + cycles * names)  # a dict of slots: as many as it has frames
+    assert sorted(slots.values()) == sorted(
+        ['RANGES_1', 'RANGES_2'] + cycles * names
+    )  # a dict of slots: as many as it has frames
     for name in names:
         at = sorted(slot for slot, message in slots.items() if message == name)
         assert [b - a for a, b in zip(at, at[1:] + [at[0] + SLOTS])] == [SLOTS // cycles] * cycles
@@ -76,8 +79,12 @@ def test_a_cycle_on_the_bus_is_the_plan(period):
 
 def test_sonars_go_in_two_turns_and_arrive_in_metres():
     bench = Bench().run(61)
-    when = {name: [round(t, 2) for t in bench.sonars[address].triggers] for name, address in zip(SENSORS, SONAR_ADDRESSES)}
-    assert all(when[name] == [0.0, 0.2, 0.4, 0.6] for name in TURN_1) and all(when[name] == [0.1, 0.3, 0.5] for name in TURN_2)
+    when = {
+        name: [round(t, 2) for t in bench.sonars[address].triggers] for name, address in zip(SENSORS, SONAR_ADDRESSES)
+    }
+    assert all(when[name] == [0.0, 0.2, 0.4, 0.6] for name in TURN_1) and all(
+        when[name] == [0.1, 0.3, 0.5] for name in TURN_2
+    )
     ranges = {name: value for _, _, values in bench.run(60).heard for name, value in values.items() if name in SENSORS}
     assert ranges == pytest.approx({name: (100 + k) / 100 for k, name in enumerate(SENSORS)})
 
@@ -91,7 +98,9 @@ def test_a_ranger_that_is_still_ranging_is_asked_again(deaf):
     for k in range(61):
         if k % 20 not in (0, 1, 10, 11):
             bench.call(k / 100)
-    assert all(value != 655.35 for name in ('RANGES_1', 'RANGES_2') for values in bench.said(name) for value in values.values())
+    assert all(
+        value != 655.35 for name in ('RANGES_1', 'RANGES_2') for values in bench.said(name) for value in values.values()
+    )
 
 
 def test_a_dead_ranger_is_neither_free_space_nor_an_old_distance():
@@ -99,7 +108,7 @@ def test_a_dead_ranger_is_neither_free_space_nor_an_old_distance():
     del bench.i2c.devices[SONAR_ADDRESSES[SENSORS.index('SDI')]]
     heard = len(bench.said('RANGES_1'))
     bench.run(60)
-    new = bench.said('RANGES_1')[heard + 1:]
+    new = bench.said('RANGES_1')[heard + 1 :]
     assert new and all(values['SDI'] == 655.35 and values['STD'] == 1.07 for values in new)
     assert bench.node.rangers.counts['SDI'] >= 3
     bench.i2c.devices[SONAR_ADDRESSES[0]] = bench.sonars[SONAR_ADDRESSES[0]]
@@ -133,11 +142,13 @@ def test_the_rate_sent_is_the_mean_of_the_turn_and_the_acceleration_the_newest_s
 def test_tenths_where_the_bus_says_so():
     class Tenths:
         """The default bus, with the rates of the thesis's last firmware."""
+
         def encode(self, name, **values):
             return name, values
 
         def resolution(self, name, signal):
             return 0.1 if name == 'IMPACT_GYRO' else 0.001
+
     bench = Bench(bias=(0, 0, 0, 0, 0, 32767))
     node, heard = SensorNode(Tenths(), bench.i2c, SensorConfig(calibrate=False)), []
     for k in range(100):
@@ -147,7 +158,10 @@ def test_tenths_where_the_bus_says_so():
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.tuples(*[st.integers(-3000, 3000)] * 3, *[st.integers(-2600, 2600)] * 3), st.tuples(*[st.integers(-20000, 20000)] * 3))
+@given(
+    st.tuples(*[st.integers(-3000, 3000)] * 3, *[st.integers(-2600, 2600)] * 3),
+    st.tuples(*[st.integers(-20000, 20000)] * 3),
+)
 def test_calibration_leaves_at_most_half_a_register_step(bias, factory):
     bench = Bench(SensorConfig(**QUICK), bias=bias, factory=factory).until_running()
     bench.mpu.read(0x3B, 6, bench.tick)
@@ -239,7 +253,9 @@ def test_a_clock_that_goes_back_begins_anew():
 def test_random_faults_never_raise_never_send_what_is_old_and_are_survived(seed, rate):
     luck = random.Random(seed)
     bench = Bench(SensorConfig(settle_time=0.1, calibration_time=0.3, retry_period=0.2))
-    bench.mpu.motion = lambda k: (bench.tick % 50, 0, 0, 0, 0, 40 * (bench.tick % 50)) if bench.node.state == 'running' else (0,) * 6
+    bench.mpu.motion = lambda k: (
+        (bench.tick % 50, 0, 0, 0, 0, 40 * (bench.tick % 50)) if bench.node.state == 'running' else (0,) * 6
+    )
     bench.i2c.fails = lambda: luck.random() < rate and bench.tick < 1500
     bench.run(1500)
     for k, name, values in bench.heard:
@@ -294,6 +310,8 @@ def test_a_chip_of_another_make_or_none_is_a_fault_and_the_ranges_go_on():
 
 def test_bad_settings_are_named_all_at_once():
     with pytest.raises(ConfigError) as error:
-        SensorConfig(imu_period=0.1, imu_address=3, madgwick=1, sonar_addresses=(0x70,), complementary_weight=1.0, settle_time=-1)
+        SensorConfig(
+            imu_period=0.1, imu_address=3, madgwick=1, sonar_addresses=(0x70,), complementary_weight=1.0, settle_time=-1
+        )
     for name in ('imu_period', 'imu_address', 'madgwick', 'sonar_addresses', 'complementary_weight', 'settle_time'):
         assert name in str(error.value)

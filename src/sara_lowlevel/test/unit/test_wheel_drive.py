@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_lowlevel import ax3500
+
 from sara_lowlevel.config import AmplifierConfig, ConfigError, SpeedLoopConfig
-from sara_lowlevel.speed_loop import SpeedLoop
-from sara_lowlevel.wheel_drive import WheelDrive
+from sara_lowlevel.motor import ax3500
+from sara_lowlevel.motor.speed_loop import SpeedLoop
+from sara_lowlevel.motor.wheel_drive import WheelDrive
 
 sys.path.insert(0, str(Path(__file__).parent))
 from fake_amplifier import FakeAmplifier, abbreviate  # noqa: E402
@@ -32,12 +33,14 @@ class Bench:
         return self
 
 
-@given(st.integers(-2**31, 2**31 - 1))
+@given(st.integers(-(2**31), 2**31 - 1))
 def test_counters_come_back_from_their_abbreviation(value):
     assert ax3500.counter(abbreviate(value)) == value
 
 
-@pytest.mark.parametrize('value, text', [(5, '5'), (250, '0FA'), (-6, 'A'), (-235, 'F15'), (91011186, '56CB872'), (-7986091, '862455')])
+@pytest.mark.parametrize(
+    'value, text', [(5, '5'), (250, '0FA'), (-6, 'A'), (-235, 'F15'), (91011186, '56CB872'), (-7986091, '862455')]
+)
 def test_the_examples_of_the_manual(value, text):
     assert ax3500.counter(text) == value
     assert abbreviate(value) == text
@@ -85,7 +88,8 @@ def test_the_wheels_come_to_their_speed_whatever_the_motor(speed, sign, full_spe
     target = (sign * speed, -sign * speed / 2)
     bench.run(3.0, target, lambda: peak.append(abs(bench.fake.speeds[0])))
     assert bench.fake.speeds == pytest.approx(target, abs=0.1)  # an output step of 1/127 is 0.07 to 0.09 rad/s
-    # What the feed-forward takes the motor for is 9 rad/s at full output: a stronger one runs ahead until the integral has it.
+    # What the feed-forward takes the motor for is 9 rad/s at full output: a stronger one runs ahead until the integral
+    # has it.
     assert max(peak) < 1.25 * speed * max(full_speed / 9.0, 1.0) + 0.3 + 0.5 * abs(load)
     bench.fake.load = 0.0
     bench.run(1.5)
@@ -111,14 +115,20 @@ def test_a_dead_encoder_does_not_let_the_wheel_race(speed):
     bench.fake.encoder_sign[1] = 0
     bench.run(0.3).run(4.0, (speed, speed), lambda: peak.append(bench.fake.speeds[1]))
     assert bench.drive.fault == 'the left wheel is stalled' and bench.fake.power == [0.0, 0.0]
-    assert max(peak) < (1.0 / 9.0 + 0.06) * 9.0 * speed + 0.2 * 9.0 + 0.2  # feed-forward, kp, and what the integral may reach
+    assert (
+        max(peak) < (1.0 / 9.0 + 0.06) * 9.0 * speed + 0.2 * 9.0 + 0.2
+    )  # feed-forward, kp, and what the integral may reach
 
 
 def test_saturation_winds_nothing_up():
     bench = Bench(full_speed=4.0).run(0.3).run(5.0, (6.0, 6.0))
     assert bench.fake.power == [1.0, 1.0] and bench.drive.fault == ''
     bench.run(0.35, (2.0, 2.0))
-    bench.run(1.0, (2.0, 2.0), lambda: pytest.approx(2.0, abs=0.7) == bench.fake.speeds[0] or pytest.fail(str(bench.fake.speeds)))
+    bench.run(
+        1.0,
+        (2.0, 2.0),
+        lambda: pytest.approx(2.0, abs=0.7) == bench.fake.speeds[0] or pytest.fail(str(bench.fake.speeds)),
+    )
 
 
 @pytest.mark.parametrize('wrong', ['encoder_sign', 'motor_sign'])
@@ -171,6 +181,7 @@ def test_the_counts_of_both_wheels_are_of_one_instant():
         steps = bench.drive.steps(t)
         if steps:
             seen[steps[2]] = steps[0] - steps[1]
+
     bench.run(2.5, (3.0, 1.5), note)
     times = sorted(seen)
     assert len(times) > 25 and max(b - a for a, b in zip(times, times[1:])) < 0.1

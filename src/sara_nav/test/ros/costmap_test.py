@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Costmaps as nodes: what they listen to, publish and let be changed, and what they do with messages that are wrong."""
+
 import math
 import struct
 import time
@@ -25,8 +26,9 @@ class Picture:
         self.updates = []
         self.grids = 0
         self.subscribers = [
-            rospy.Subscriber('/%s/costmap/costmap' % node, OccupancyGrid, self.on_grid),
-            rospy.Subscriber('/%s/costmap/costmap_updates' % node, OccupancyGridUpdate, self.on_update)]
+            rospy.Subscriber(f'/{node}/costmap/costmap', OccupancyGrid, self.on_grid),
+            rospy.Subscriber(f'/{node}/costmap/costmap_updates', OccupancyGridUpdate, self.on_update),
+        ]
 
     def close(self):
         """Listen no more."""
@@ -40,7 +42,9 @@ class Picture:
 
     def on_update(self, msg):
         if self.grid is not None:
-            self.costs[msg.y:msg.y + msg.height, msg.x:msg.x + msg.width] = np.array(msg.data).reshape(msg.height, -1)
+            self.costs[msg.y : msg.y + msg.height, msg.x : msg.x + msg.width] = np.array(msg.data).reshape(
+                msg.height, -1
+            )
             self.updates.append(msg)
 
     def at(self, x, y):
@@ -74,19 +78,30 @@ def a_map(yaw=0.0, frame='map'):
 
 
 class CostmapTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.still, cls.rolling = Picture('still'), Picture('rolling')
         cls.messages = {'values': {}, 'texts': set()}
         cls.diagnostics = rospy.Subscriber('/diagnostics', DiagnosticArray, cls.on_diagnostics)
         cls.tf = tf2_ros.StaticTransformBroadcaster()
-        cls.tf.sendTransform([transform('map', 'odom', 1.0, 0.0, math.pi / 2), transform('odom', 'base_link', 2.0, -1.0, 0.0),
-                              transform('base_link', 'laser', 0.0, 0.0, 0.0), transform('base_link', 'SDI_frame', 0.0, 0.0, 0.0)])
+        cls.tf.sendTransform(
+            [
+                transform('map', 'odom', 1.0, 0.0, math.pi / 2),
+                transform('odom', 'base_link', 2.0, -1.0, 0.0),
+                transform('base_link', 'laser', 0.0, 0.0, 0.0),
+                transform('base_link', 'SDI_frame', 0.0, 0.0, 0.0),
+            ]
+        )
         cls.out = {}
-        for topic, kind in (('/map', OccupancyGrid), ('/map_updates', OccupancyGridUpdate), ('/scan', LaserScan),
-                            ('/points', PointCloud2), ('/old_cloud', PointCloud), ('/SDI_range', Range),
-                            ('/still/costmap/footprint', Polygon)):
+        for topic, kind in (
+            ('/map', OccupancyGrid),
+            ('/map_updates', OccupancyGridUpdate),
+            ('/scan', LaserScan),
+            ('/points', PointCloud2),
+            ('/old_cloud', PointCloud),
+            ('/SDI_range', Range),
+            ('/still/costmap/footprint', Polygon),
+        ):
             cls.out[topic] = rospy.Publisher(topic, kind, queue_size=10, latch=topic == '/map')
         cls.out['/map'].publish(a_map())
         # The robot is at map (2, 2), looking along y.
@@ -95,8 +110,9 @@ class CostmapTest(unittest.TestCase):
     def on_diagnostics(cls, msg):
         for status in msg.status:
             cls.messages['texts'].add(status.message)
-            cls.messages['values'].update((entry.key, entry.value) for entry in status.values
-                                          if status.name.startswith('still'))
+            cls.messages['values'].update(
+                (entry.key, entry.value) for entry in status.values if status.name.startswith('still')
+            )
 
     def until(self, condition, what, again=lambda: None):
         end = time.monotonic() + 30.0
@@ -109,7 +125,9 @@ class CostmapTest(unittest.TestCase):
         return int(self.messages['values'].get('costmap/' + kind, 0))
 
     def scan(self, ranges, frame='laser', stamp=None):
-        msg = LaserScan(angle_min=-0.1, angle_max=0.1, angle_increment=0.1, range_min=0.05, range_max=2.0, ranges=ranges)
+        msg = LaserScan(
+            angle_min=-0.1, angle_max=0.1, angle_increment=0.1, range_min=0.05, range_max=2.0, ranges=ranges
+        )
         msg.header.frame_id, msg.header.stamp = frame, stamp or rospy.Time.now()
         self.out['/scan'].publish(msg)
 
@@ -139,23 +157,38 @@ class CostmapTest(unittest.TestCase):
 
     def test_3_scans_and_clouds_mark_and_clear_in_small_windows(self):
         self.still.updates.clear()
-        self.until(lambda: self.still.at(2.02, 3.02) == 100, 'the scan marks nothing', lambda: self.scan([3.0, 1.03, 3.0]))
+        self.until(
+            lambda: self.still.at(2.02, 3.02) == 100, 'the scan marks nothing', lambda: self.scan([3.0, 1.03, 3.0])
+        )
         self.assertTrue(self.still.updates)
         self.assertTrue(all(u.width * u.height < 100 * 80 for u in self.still.updates[-3:]))
-        self.until(lambda: self.still.at(2.02, 3.02) == 0, 'the ray to infinity clears nothing',
-                   lambda: self.scan([math.inf, math.inf, math.inf]))
+        self.until(
+            lambda: self.still.at(2.02, 3.02) == 0,
+            'the ray to infinity clears nothing',
+            lambda: self.scan([math.inf, math.inf, math.inf]),
+        )
 
         def clouds():
             msg = PointCloud(points=[Point32(0.5, 0.5, 0.1), Point32(math.nan, 0.0, 0.0)])
             msg.header.frame_id, msg.header.stamp = 'laser', rospy.Time.now()
             self.out['/old_cloud'].publish(msg)
-            msg = PointCloud2(width=2, height=1, point_step=16, row_step=32, is_dense=True, fields=[
-                PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (('x', 4), ('y', 8), ('z', 12))],
-                data=struct.pack('<8f', 0.0, 0.5, -0.5, 0.1, 0.0, 0.8, -0.5, 3.0))
+            msg = PointCloud2(
+                width=2,
+                height=1,
+                point_step=16,
+                row_step=32,
+                is_dense=True,
+                fields=[
+                    PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (('x', 4), ('y', 8), ('z', 12))
+                ],
+                data=struct.pack('<8f', 0.0, 0.5, -0.5, 0.1, 0.0, 0.8, -0.5, 3.0),
+            )
             msg.header.frame_id, msg.header.stamp = 'laser', rospy.Time.now()
             self.out['/points'].publish(msg)
-        self.until(lambda: self.still.at(1.52, 2.52) == 100 and self.still.at(2.52, 2.52) == 100, 'clouds mark nothing',
-                   clouds)
+
+        self.until(
+            lambda: self.still.at(1.52, 2.52) == 100 and self.still.at(2.52, 2.52) == 100, 'clouds mark nothing', clouds
+        )
         self.assertLess(self.still.at(2.52, 2.82), 99, 'a point 3.3 m high is no obstacle')
 
     def test_4_ranges_mark_and_no_echo_clears(self):
@@ -164,7 +197,9 @@ class CostmapTest(unittest.TestCase):
 
     def test_5_silent_sensors_are_told_of(self):
         for text in ('/SDI_range silent', '/points silent'):
-            self.until(lambda text=text: any(text in told for told in self.messages['texts']), 'nothing said of ' + text)
+            self.until(
+                lambda text=text: any(text in told for told in self.messages['texts']), 'nothing said of ' + text
+            )
 
     def test_6_the_footprint_is_published_and_taken(self):
         seen = []
@@ -174,11 +209,18 @@ class CostmapTest(unittest.TestCase):
         self.assertAlmostEqual(max(x for x, _ in corners), 2.21, places=3)
         self.assertAlmostEqual(max(y for _, y in corners), 2.31, places=3)
         before = self.count('bad_footprints')
-        self.until(lambda: self.count('bad_footprints') > before, 'a footprint of two corners is not counted',
-                   lambda: self.out['/still/costmap/footprint'].publish(Polygon([Point32(0.0, 0.0, 0.0)] * 2)))
-        self.until(lambda: abs(max(p.y for p in seen[-1].polygon.points) - 2.51) < 1e-3, 'another footprint is not taken',
-                   lambda: self.out['/still/costmap/footprint'].publish(
-                       Polygon([Point32(0.5, 0.2, 0.0), Point32(0.5, -0.2, 0.0), Point32(-0.5, 0.0, 0.0)])))
+        self.until(
+            lambda: self.count('bad_footprints') > before,
+            'a footprint of two corners is not counted',
+            lambda: self.out['/still/costmap/footprint'].publish(Polygon([Point32(0.0, 0.0, 0.0)] * 2)),
+        )
+        self.until(
+            lambda: abs(max(p.y for p in seen[-1].polygon.points) - 2.51) < 1e-3,
+            'another footprint is not taken',
+            lambda: self.out['/still/costmap/footprint'].publish(
+                Polygon([Point32(0.5, 0.2, 0.0), Point32(0.5, -0.2, 0.0), Point32(-0.5, 0.0, 0.0)])
+            ),
+        )
         subscriber.unregister()
 
     def test_7_parameters_change_while_it_runs(self):
@@ -186,26 +228,40 @@ class CostmapTest(unittest.TestCase):
         client = Client('/still/costmap/inflation_layer', timeout=30)
         client.update_configuration({'inflation_radius': 0.6, 'cost_scaling_factor': 1.0})
         self.until(lambda: self.still.at(0.97, 0.52) > 0, 'a wider inflation is not seen')
-        self.assertEqual(Client('/still/costmap/inflation_layer', timeout=30).get_configuration()['inflation_radius'], 0.6)
+        self.assertEqual(
+            Client('/still/costmap/inflation_layer', timeout=30).get_configuration()['inflation_radius'], 0.6
+        )
         client = Client('/rolling/costmap', timeout=30)
         client.update_configuration({'width': 2.0, 'height': 3.0})
         self.until(lambda: (self.rolling.grid.info.width, self.rolling.grid.info.height) == (40, 60), 'not resized')
 
     def test_8_what_is_wrong_is_dropped_and_counted_and_the_node_lives(self):
         before = self.count('no_transform')
-        self.until(lambda: self.count('no_transform') > before, 'an unknown frame is not counted',
-                   lambda: self.scan([1.0], 'nowhere', rospy.Time.now() - rospy.Duration(9.0)))
+        self.until(
+            lambda: self.count('no_transform') > before,
+            'an unknown frame is not counted',
+            lambda: self.scan([1.0], 'nowhere', rospy.Time.now() - rospy.Duration(9.0)),
+        )
         self.until(lambda: self.count('ultrasonic/nan_ranges') > 0, 'NaN is not counted', lambda: self.range(math.nan))
         for wrong in (a_map(0.5), a_map(frame='odom'), OccupancyGrid()):
             before = self.count('bad_maps')
-            self.until(lambda before=before: self.count('bad_maps') > before, 'a wrong map is not counted',
-                       lambda wrong=wrong: self.out['/map'].publish(wrong))
+            self.until(
+                lambda before=before: self.count('bad_maps') > before,
+                'a wrong map is not counted',
+                lambda wrong=wrong: self.out['/map'].publish(wrong),
+            )
         update = OccupancyGridUpdate(x=98, y=0, width=5, height=1, data=[100] * 5)
-        self.until(lambda: self.count('static_layer/bad_updates') > 0, 'an update off the map is not counted',
-                   lambda: self.out['/map_updates'].publish(update))
+        self.until(
+            lambda: self.count('static_layer/bad_updates') > 0,
+            'an update off the map is not counted',
+            lambda: self.out['/map_updates'].publish(update),
+        )
         update = OccupancyGridUpdate(x=60, y=10, width=2, height=1, data=[100, 100])
-        self.until(lambda: self.still.at(3.02, 0.52) == 100, 'an update of the map is not taken',
-                   lambda: self.out['/map_updates'].publish(update))
+        self.until(
+            lambda: self.still.at(3.02, 0.52) == 100,
+            'an update of the map is not taken',
+            lambda: self.out['/map_updates'].publish(update),
+        )
 
 
 if __name__ == '__main__':

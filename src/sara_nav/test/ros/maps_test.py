@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """map_server's topics and services, and map_saver over ROS."""
+
 import os
 import subprocess
 import tempfile
@@ -12,7 +13,7 @@ import rostest
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, LoadMap, LoadMapResponse
 
-from sara_nav import map_io
+from sara_nav.maps import map_io
 
 DATA = os.path.join(rospkg.RosPack().get_path('sara_nav'), 'test', 'data')
 ROOM = map_io.load_map(os.path.join(DATA, 'room.yaml'))
@@ -25,7 +26,9 @@ def call(name, kind, *arguments):
 
 
 def saver(*arguments, timeout=60.0):
-    return subprocess.run(['rosrun', 'sara_nav', 'map_saver', *arguments], capture_output=True, text=True, timeout=timeout, check=False)
+    return subprocess.run(
+        ['rosrun', 'sara_nav', 'map_saver', *arguments], capture_output=True, text=True, timeout=timeout, check=False
+    )
 
 
 class Maps(unittest.TestCase):
@@ -48,7 +51,10 @@ class Maps(unittest.TestCase):
         self.assertGreater(grid.header.stamp.to_sec(), 0.0)
         self.assertEqual((grid.info.width, grid.info.height), (160, 160))
         self.assertEqual(grid.info.resolution, np.float32(0.05))
-        self.assertEqual((grid.info.origin.position.x, grid.info.origin.position.y, grid.info.origin.orientation.w), (-1.0, -1.0, 1.0))
+        self.assertEqual(
+            (grid.info.origin.position.x, grid.info.origin.position.y, grid.info.origin.orientation.w),
+            (-1.0, -1.0, 1.0),
+        )
         self.assertTrue((np.array(grid.data).reshape(160, 160) == ROOM.data).all())
 
     def test_map_by_service(self):
@@ -62,7 +68,9 @@ class Maps(unittest.TestCase):
 
     def test_old_form_with_its_parameters(self):
         grid = call('/old/static_map', GetMap).map
-        expected = map_io.occupancy(map_io.read_image(os.path.join(DATA, 'map_images', 'ramp.pgm')), 'trinary', True, 0.9, 0.1)
+        expected = map_io.occupancy(
+            map_io.read_image(os.path.join(DATA, 'map_images', 'ramp.pgm')), 'trinary', True, 0.9, 0.1
+        )
         self.assertEqual((grid.header.frame_id, grid.info.resolution), ('map', np.float32(0.1)))
         self.assertEqual(list(grid.data), expected.ravel().tolist())
 
@@ -77,19 +85,25 @@ class Maps(unittest.TestCase):
             rospy.sleep(0.02)
         self.assertEqual((answer.result, list(answer.map.data)), (LoadMapResponse.RESULT_SUCCESS, [100, 0]))
         self.assertEqual((list(news[-1].data), news[-1].info.origin.position.x), ([100, 0], 1.0))
-        self.assertAlmostEqual(2.0 * np.arctan2(news[-1].info.origin.orientation.z, news[-1].info.origin.orientation.w), 0.5)
+        self.assertAlmostEqual(
+            2.0 * np.arctan2(news[-1].info.origin.orientation.z, news[-1].info.origin.orientation.w), 0.5
+        )
         self.assertEqual(rospy.wait_for_message('map_metadata', MapMetaData, 30.0).width, 2)
-        self.assertEqual(call('change_map', LoadMap, 'package://sara_nav/test/data/room.yaml').result, LoadMapResponse.RESULT_SUCCESS)
+        self.assertEqual(
+            call('change_map', LoadMap, 'package://sara_nav/test/data/room.yaml').result, LoadMapResponse.RESULT_SUCCESS
+        )
         self.check_room(call('static_map', GetMap).map)
         subscriber.unregister()
 
     def test_a_change_that_fails_changes_nothing(self):
         self.write('torn.pgm', 'P5 9 9 255 ')
-        for url, result in ((self.path('none.yaml'), LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
-                            ('package://no_such_package/a.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
-                            (self.write('a.yaml', 'image: none.pgm\n' + SMALL), LoadMapResponse.RESULT_INVALID_MAP_DATA),
-                            (self.write('b.yaml', 'image: torn.pgm\n' + SMALL), LoadMapResponse.RESULT_INVALID_MAP_DATA),
-                            (self.write('c.yaml', 'image: torn.pgm\nresolution: 0\n'), LoadMapResponse.RESULT_INVALID_MAP_METADATA)):
+        for url, result in (
+            (self.path('none.yaml'), LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            ('package://no_such_package/a.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            (self.write('a.yaml', 'image: none.pgm\n' + SMALL), LoadMapResponse.RESULT_INVALID_MAP_DATA),
+            (self.write('b.yaml', 'image: torn.pgm\n' + SMALL), LoadMapResponse.RESULT_INVALID_MAP_DATA),
+            (self.write('c.yaml', 'image: torn.pgm\nresolution: 0\n'), LoadMapResponse.RESULT_INVALID_MAP_METADATA),
+        ):
             self.assertEqual(call('change_map', LoadMap, url).result, result, url)
         self.check_room(call('static_map', GetMap).map)
 
@@ -112,13 +126,27 @@ class Maps(unittest.TestCase):
 
     def test_bad_options_end_it_with_a_sentence(self):
         run = saver('--occ', '101', '--free', '70', '--fmt', 'gif')
-        self.assertEqual((run.returncode, '--occ is 101 but must be in 1..100; --fmt is' in run.stderr), (1, True), run.stderr)
+        self.assertEqual(
+            (run.returncode, '--occ is 101 but must be in 1..100; --fmt is' in run.stderr), (1, True), run.stderr
+        )
         run = saver('-f', self.path('no/such/folder/m'))
-        self.assertEqual((run.returncode, 'm.pgm cannot be written' in run.stdout + run.stderr), (1, True), run.stdout + run.stderr)
+        self.assertEqual(
+            (run.returncode, 'm.pgm cannot be written' in run.stdout + run.stderr), (1, True), run.stdout + run.stderr
+        )
 
     def test_a_server_without_a_map_ends_with_a_sentence(self):
-        for arguments, words in (((), 'usage'), ((self.path('none.yaml'),), 'none.yaml does not exist'), (('a.pgm', '-1'), 'resolution is -1.0 but must be')):
-            run = subprocess.run(['rosrun', 'sara_nav', 'map_server', *arguments, '__ns:=spare'], capture_output=True, text=True, timeout=60, check=False)
+        for arguments, words in (
+            ((), 'usage'),
+            ((self.path('none.yaml'),), 'none.yaml does not exist'),
+            (('a.pgm', '-1'), 'resolution is -1.0 but must be'),
+        ):
+            run = subprocess.run(
+                ['rosrun', 'sara_nav', 'map_server', *arguments, '__ns:=spare'],
+                capture_output=True,
+                text=True,
+                timeout=60,
+                check=False,
+            )
             self.assertEqual((run.returncode, words in run.stdout + run.stderr), (1, True), run.stdout + run.stderr)
 
 

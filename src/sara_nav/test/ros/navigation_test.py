@@ -3,6 +3,7 @@
 
 It publishes /clock too, at twice real time.
 """
+
 import math
 import os
 import sys
@@ -18,17 +19,17 @@ from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap
-from sara_nav.ros.common import TransformListener
-from sara_nav.ros.robot_inputs import RobotInputs
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+
+from sara_nav.ros.common import TransformListener
+from sara_nav.ros.robot_inputs import RobotInputs
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 from fake_robot import FakeRobot, stamped  # noqa: E402
 
 
 class NavigationTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.robot = FakeRobot()
@@ -50,7 +51,9 @@ class NavigationTest(unittest.TestCase):
         self.assertLess(abs((self.robot.yaw - yaw + math.pi) % (2 * math.pi) - math.pi), math.radians(2.5))
 
     def assert_stands(self):
-        self.assertTrue(self.robot.stands_within(0.3))  # the zero command goes out first, but on a connection of its own
+        self.assertTrue(
+            self.robot.stands_within(0.3)
+        )  # the zero command goes out first, but on a connection of its own
 
     def start_driving(self):
         """Send a far goal and return once the robot drives."""
@@ -69,7 +72,7 @@ class NavigationTest(unittest.TestCase):
 
     def test_costmap_is_published_as_the_peer_scales_it(self):
         grid = rospy.wait_for_message('move_base/global_costmap/costmap', OccupancyGrid, 5.0)
-        row = grid.data[80 * 160:80 * 160 + 30]
+        row = grid.data[80 * 160 : 80 * 160 + 30]
         self.assertEqual(row[0], 100)
         self.assertEqual(set(row[1:6]), {99})
         self.assertTrue(all(0 <= b <= a <= 98 for a, b in zip(row[6:], row[7:])))
@@ -106,8 +109,13 @@ class NavigationTest(unittest.TestCase):
 
     def test_the_status_of_the_goal_says_what_is_being_done(self):
         said = []
-        subscriber = rospy.Subscriber('move_base/status', GoalStatusArray, lambda message: said.extend(
-            status.text for status in message.status_list if status.status == GoalStatus.ACTIVE))
+        subscriber = rospy.Subscriber(
+            'move_base/status',
+            GoalStatusArray,
+            lambda message: said.extend(
+                status.text for status in message.status_list if status.status == GoalStatus.ACTIVE
+            ),
+        )
         self.start_driving()
         rospy.sleep(1.0)
         self.client.cancel_goal()
@@ -133,9 +141,14 @@ class NavigationTest(unittest.TestCase):
         nan, flat = stamped(2.0, 1.0, 0.0), stamped(2.0, 1.0, 0.0)
         nan.pose.position.x = float('nan')
         flat.pose.orientation.z = flat.pose.orientation.w = 0.0
-        for goal, reason in ((stamped(-1.0, 1.0, 0.0), 'overlap an obstacle'), (stamped(50.0, 1.0, 0.0), 'off the map'),
-                             (nan, 'NaN'), (flat, 'unit quaternion'), (stamped(1.0, 1.0, 0.0, 'nowhere'), 'nowhere'),
-                             (stamped(1.0, 1.0, 0.0, ''), 'frame_id is empty')):
+        for goal, reason in (
+            (stamped(-1.0, 1.0, 0.0), 'overlap an obstacle'),
+            (stamped(50.0, 1.0, 0.0), 'off the map'),
+            (nan, 'NaN'),
+            (flat, 'unit quaternion'),
+            (stamped(1.0, 1.0, 0.0, 'nowhere'), 'nowhere'),
+            (stamped(1.0, 1.0, 0.0, ''), 'frame_id is empty'),
+        ):
             state, text = self.ask(goal, 5.0)
             self.assertEqual(state, GoalStatus.ABORTED)
             self.assertIn(reason, text)
@@ -164,25 +177,33 @@ class NavigationTest(unittest.TestCase):
 
     def test_the_pose_is_the_newest_odometry_on_the_newest_correction_though_that_is_dated_ahead(self):
         tf = TransformListener()
-        settings = SimpleNamespace(global_frame='hall', local_frame='wheels', robot_base_frame='body', local_planner=SimpleNamespace(config=None))
+        settings = SimpleNamespace(
+            global_frame='hall',
+            local_frame='wheels',
+            robot_base_frame='body',
+            local_planner=SimpleNamespace(config=None),
+        )
         inputs = RobotInputs(settings, tf)
         self.assertEqual(inputs.poses(), (None, None, None))
         self.assertIn('hall', inputs.problem)
 
         def heard(parent, child, x, yaw, seconds):
             tf._add(TFMessage([FakeRobot.transform(parent, child, x, 0.0, yaw, rospy.Time.from_sec(seconds))]), False)
+
         for k in range(4):
             heard('wheels', 'axle', 1.0 + k, 0.0, 100.0 + 0.1 * k)
             heard('axle', 'body', 0.5, 0.0, 100.0 + 0.1 * k)
             heard('hall', 'wheels', 10.0 * k, 0.0, 100.05 + 0.1 * k)
         pose, stamp, local = inputs.poses()
-        self.assertAlmostEqual(tf.latest('hall', 'body').transform.translation.x, 29.5, 5)   # 4.5 on 25.0, half a period old
+        self.assertAlmostEqual(
+            tf.latest('hall', 'body').transform.translation.x, 29.5, 5
+        )  # 4.5 on 25.0, half a period old
         self.assertAlmostEqual(pose.x, 34.5, 5)
         self.assertAlmostEqual(stamp, 100.3, 5)
         self.assertAlmostEqual(local.x, 4.5, 5)
         heard('wheels', 'axle', 5.0, 0.0, 100.8)
         heard('axle', 'body', 0.5, 0.0, 100.8)
-        self.assertAlmostEqual(inputs.poses()[1], 100.35, 5)   # who corrects is silent: that is how old the pose is
+        self.assertAlmostEqual(inputs.poses()[1], 100.35, 5)  # who corrects is silent: that is how old the pose is
         settings.global_frame = 'axle'
         self.assertAlmostEqual(RobotInputs(settings, tf).poses()[0].x, 0.5, 5)
 

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Recovery on the wires: behaviours are announced, turn the robot, bring it back, ask for help, end with the goal; a silent sensor stops it."""
+"""Recovery on the wires: behaviours are announced, turn the robot, bring it back, ask for help, end with the goal; a
+silent sensor stops it.
+"""
+
 import contextlib
 import math
 import os
@@ -50,8 +53,13 @@ class Sensor:
     def run(self):
         while not rospy.is_shutdown():
             if not self.silent:
-                msg = Range(radiation_type=Range.ULTRASOUND, field_of_view=1.0, min_range=0.16, max_range=2.5,
-                            range=float('inf'))
+                msg = Range(
+                    radiation_type=Range.ULTRASOUND,
+                    field_of_view=1.0,
+                    min_range=0.16,
+                    max_range=2.5,
+                    range=float('inf'),
+                )
                 msg.header.frame_id, msg.header.stamp = 'SDI_frame', rospy.Time.now()
                 self.publisher.publish(msg)
             try:
@@ -61,7 +69,6 @@ class Sensor:
 
 
 class RecoveryTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.robot = FakeRobot()
@@ -71,8 +78,10 @@ class RecoveryTest(unittest.TestCase):
         cls.client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
         assert cls.client.wait_for_server(rospy.Duration(60.0)), 'no move_base action server'
         cls.statuses, cls.log = [], []
-        cls.subscribers = [rospy.Subscriber('move_base/recovery_status', RecoveryStatus, cls.statuses.append),
-                           rospy.Subscriber('/rosout', Log, lambda msg: cls.log.append(msg.msg))]
+        cls.subscribers = [
+            rospy.Subscriber('move_base/recovery_status', RecoveryStatus, cls.statuses.append),
+            rospy.Subscriber('/rosout', Log, lambda msg: cls.log.append(msg.msg)),
+        ]
 
     def setUp(self):
         self.robot.put(1.5, 1.5, 0.0)
@@ -99,8 +108,13 @@ class RecoveryTest(unittest.TestCase):
         self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
         text = self.client.get_goal_status_text()
         self.assertTrue(text.startswith('Goal aborted: help was asked for during 8 s (ask/patience)'), text)
-        self.assertEqual([(s.current_recovery_number, s.total_number_of_recoveries, s.recovery_behavior_name)
-                          for s in self.statuses], [(0, 4, 'clear'), (1, 4, 'turn'), (2, 4, 'back'), (3, 4, 'ask')])
+        self.assertEqual(
+            [
+                (s.current_recovery_number, s.total_number_of_recoveries, s.recovery_behavior_name)
+                for s in self.statuses
+            ],
+            [(0, 4, 'clear'), (1, 4, 'turn'), (2, 4, 'back'), (3, 4, 'ask')],
+        )
         self.assertLess(abs(self.statuses[0].pose_stamped.pose.position.x - 1.5), 0.05)
         self.assertEqual(self.statuses[0].pose_stamped.header.frame_id, 'map')
         self.assertLess(abs(self.robot.turned - 2.0 * math.pi), 0.3)
@@ -119,7 +133,9 @@ class RecoveryTest(unittest.TestCase):
         self.assertTrue(help_.startswith('Help, please:'), help_)
         self.map.publish(room(walled=False))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
-        self.assertEqual((self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.'))
+        self.assertEqual(
+            (self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.')
+        )
 
     def test_one_that_is_stopped_to_let_somebody_pass_waits_and_one_that_is_stopped_else_recovers(self):
         self.map.publish(room(walled=False))
@@ -128,13 +144,13 @@ class RecoveryTest(unittest.TestCase):
         self.go()
         self.wait(lambda: self.robot.v > 0.1, 'the robot does not drive')
         self.robot.stopped = True
-        for _ in range(12):   # stuck_timeout is 3 s
+        for _ in range(12):  # stuck_timeout is 3 s
             wait.publish(True)
             rospy.sleep(0.5)
         self.assertEqual(self.statuses, [])
         self.assertEqual(self.client.get_state(), GoalStatus.ACTIVE)
         self.wait(lambda: self.statuses, 'it does not recover')
-        self.assertEqual(self.statuses[0].recovery_behavior_name, 'turn')   # clearing is passed over
+        self.assertEqual(self.statuses[0].recovery_behavior_name, 'turn')  # clearing is passed over
         self.client.cancel_goal()
         self.client.wait_for_result(rospy.Duration(2.0))
 
@@ -153,7 +169,9 @@ class RecoveryTest(unittest.TestCase):
         self.wait(lambda: self.statuses, 'no recovery')
         self.map.publish(room(walled=False))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
-        self.assertEqual((self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.'))
+        self.assertEqual(
+            (self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.')
+        )
 
     def test_a_silent_sensor_stops_the_robot_and_is_named(self):
         self.go(3.0)
@@ -161,8 +179,10 @@ class RecoveryTest(unittest.TestCase):
         self.sensor.silent = True
         self.wait(lambda: self.robot.command == (0.0, 0.0), 'it drives on blind', 3.0)
         self.assertLess(self.robot.x, 2.8)
-        self.wait(lambda: any('Sensor data is out of date' in text and '/SDI_range' in text for text in self.log),
-                  'nothing is said of the sensor')
+        self.wait(
+            lambda: any('Sensor data is out of date' in text and '/SDI_range' in text for text in self.log),
+            'nothing is said of the sensor',
+        )
         self.sensor.silent = False
         self.assertTrue(self.client.wait_for_result(rospy.Duration(40.0)))
         self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """make_plan, clear_costmaps, dynamic_reconfigure and the planners' topics of move_base, on the wires."""
+
 import math
 import os
 import sys
@@ -23,7 +24,6 @@ from fake_robot import FakeRobot, stamped  # noqa: E402
 
 
 class ServicesTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.robot = FakeRobot()
@@ -50,7 +50,9 @@ class ServicesTest(unittest.TestCase):
         self.assertLess(math.hypot(first.position.x - 1.0, first.position.y - 1.0), 0.1)
         self.assertEqual((last.position.x, last.position.y), (5.0, 3.0))
         self.assertAlmostEqual(last.orientation.z, math.sin(0.5))
-        plan = self.make_plan(GetPlanRequest(start=stamped(1.5, 3.0, 0.0, frame='odom'), goal=stamped(5.0, 3.0, 1.0))).plan
+        plan = self.make_plan(
+            GetPlanRequest(start=stamped(1.5, 3.0, 0.0, frame='odom'), goal=stamped(5.0, 3.0, 1.0))
+        ).plan
         self.assertLess(math.hypot(plan.poses[0].pose.position.x - 2.0, plan.poses[0].pose.position.y - 3.0), 0.1)
 
     def test_a_goal_in_the_wall_is_planned_to_within_the_tolerance(self):
@@ -61,9 +63,11 @@ class ServicesTest(unittest.TestCase):
         self.assertLess(poses[-2].pose.position.x, 0.02)
 
     def test_make_plan_is_refused_with_the_reason(self):
-        for request, reason in ((GetPlanRequest(goal=stamped(5.0, 3.0, 0.0, frame='nowhere')), 'nowhere'),
-                                (GetPlanRequest(goal=PoseStamped()), 'frame_id is empty'),
-                                (GetPlanRequest(goal=stamped(float('nan'), 3.0, 0.0)), 'NaN')):
+        for request, reason in (
+            (GetPlanRequest(goal=stamped(5.0, 3.0, 0.0, frame='nowhere')), 'nowhere'),
+            (GetPlanRequest(goal=PoseStamped()), 'frame_id is empty'),
+            (GetPlanRequest(goal=stamped(float('nan'), 3.0, 0.0)), 'NaN'),
+        ):
             with self.assertRaisesRegex(rospy.ServiceException, reason):
                 self.make_plan(request)
 
@@ -77,7 +81,8 @@ class ServicesTest(unittest.TestCase):
 
     def test_the_planners_own_make_plan(self):
         plan = rospy.ServiceProxy('move_base/NavfnROS/make_plan', GetPlan)(
-            GetPlanRequest(start=stamped(1.0, 1.0, 0.0), goal=stamped(5.0, 3.0, 1.0))).plan
+            GetPlanRequest(start=stamped(1.0, 1.0, 0.0), goal=stamped(5.0, 3.0, 1.0))
+        ).plan
         self.assertGreater(len(plan.poses), 50)
 
     # -- costmaps ----------------------------------------------------------------------------------------------
@@ -92,7 +97,11 @@ class ServicesTest(unittest.TestCase):
             self.assertEqual(grid.header.frame_id, 'odom')
             column = int((2.54 - FakeRobot.SHIFT - grid.info.origin.position.x) / grid.info.resolution)
             row = int((1.0 - grid.info.origin.position.y) / grid.info.resolution)
-            return sum(grid.data[r * grid.info.width + column + c] == 100 for r in range(row - 3, row + 4) for c in range(-3, 4))
+            return sum(
+                grid.data[r * grid.info.width + column + c] == 100
+                for r in range(row - 3, row + 4)
+                for c in range(-3, 4)
+            )
 
         def seen():
             msg = Range(radiation_type=Range.ULTRASOUND, field_of_view=0.5, min_range=0.16, max_range=2.5, range=1.0)
@@ -112,22 +121,33 @@ class ServicesTest(unittest.TestCase):
 
     def test_driving_the_planners_show_what_they_do(self):
         got = {}
-        kinds = {'NavfnROS/plan': Path, 'NavfnROS/potential': PointCloud2, 'TrajectoryPlannerROS/global_plan': Path,
-                 'TrajectoryPlannerROS/local_plan': Path, 'TrajectoryPlannerROS/cost_cloud': PointCloud2,
-                 'current_goal': PoseStamped}
-        subscribers = [rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
-                       for name, kind in kinds.items()]
+        kinds = {
+            'NavfnROS/plan': Path,
+            'NavfnROS/potential': PointCloud2,
+            'TrajectoryPlannerROS/global_plan': Path,
+            'TrajectoryPlannerROS/local_plan': Path,
+            'TrajectoryPlannerROS/cost_cloud': PointCloud2,
+            'current_goal': PoseStamped,
+        }
+        subscribers = [
+            rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
+            for name, kind in kinds.items()
+        ]
         rospy.sleep(1.0)
         got.clear()
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)))
-        self.assertEqual((self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.'))
+        self.assertEqual(
+            (self.client.get_state(), self.client.get_goal_status_text()), (GoalStatus.SUCCEEDED, 'Goal reached.')
+        )
         self.assertEqual(set(got), set(kinds))
         self.assertGreater(len(got['NavfnROS/plan'].poses), 10)
         self.assertLess(len(got['TrajectoryPlannerROS/local_plan'].poses), 200)
         self.assertEqual([f.name for f in got['NavfnROS/potential'].fields], ['x', 'y', 'z', 'pot'])
-        self.assertEqual([f.name for f in got['TrajectoryPlannerROS/cost_cloud'].fields],
-                         ['x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost'])
+        self.assertEqual(
+            [f.name for f in got['TrajectoryPlannerROS/cost_cloud'].fields],
+            ['x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost'],
+        )
         self.assertGreater(got['TrajectoryPlannerROS/cost_cloud'].width, 100)
         for subscriber in subscribers:
             subscriber.unregister()
@@ -140,11 +160,13 @@ class ServicesTest(unittest.TestCase):
         self.assertEqual((before['controller_patience'], before['planner_frequency']), (15.0, 0.0))
         after = client.update_configuration({'planner_frequency': 2.0, 'oscillation_timeout': 45.0})
         self.assertEqual((after['planner_frequency'], after['oscillation_timeout']), (2.0, 45.0))
-        self.assertEqual(after['controller_patience'], 15.0, 'the peer\'s falls to 5 s')
+        self.assertEqual(after['controller_patience'], 15.0, "the peer's falls to 5 s")
         self.assertEqual(rospy.get_param('move_base/planner_frequency'), 2.0)
         self.assertEqual(client.update_configuration({'planner_frequency': 1e6})['planner_frequency'], 100.0)
-        self.assertEqual(client.update_configuration({'base_local_planner': 'teb/Teb'})['base_local_planner'],
-                         'base_local_planner/TrajectoryPlannerROS')
+        self.assertEqual(
+            client.update_configuration({'base_local_planner': 'teb/Teb'})['base_local_planner'],
+            'base_local_planner/TrajectoryPlannerROS',
+        )
         restored = client.update_configuration({'restore_defaults': True})
         self.assertFalse(restored['restore_defaults'])
         for name in ('planner_frequency', 'oscillation_timeout'):
@@ -166,27 +188,38 @@ class ServicesTest(unittest.TestCase):
         self.assertTrue(self.robot.stands_within(0.5))
         tuner.close()
         client = Client('move_base', timeout=20.0)
-        client.update_configuration({'base_local_planner': 'dwa_local_planner/DWAPlannerROS',
-                                     'base_global_planner': 'global_planner/GlobalPlanner'})
+        client.update_configuration(
+            {
+                'base_local_planner': 'dwa_local_planner/DWAPlannerROS',
+                'base_global_planner': 'global_planner/GlobalPlanner',
+            }
+        )
         tuner = Client('move_base/DWAPlannerROS', timeout=20.0)
         self.assertEqual(tuner.get_configuration()['sim_time'], 1.7)
         tuner.close()
         plan = rospy.ServiceProxy('move_base/GlobalPlanner/make_plan', GetPlan)
         self.assertGreater(len(plan(GetPlanRequest(goal=stamped(5.0, 3.0, 1.0))).plan.poses), 50)
         got = {}
-        kinds = {'GlobalPlanner/potential': OccupancyGrid, 'DWAPlannerROS/trajectory_cloud': PointCloud2,
-                 'DWAPlannerROS/cost_cloud': PointCloud2}
-        subscribers = [rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
-                       for name, kind in kinds.items()]
+        kinds = {
+            'GlobalPlanner/potential': OccupancyGrid,
+            'DWAPlannerROS/trajectory_cloud': PointCloud2,
+            'DWAPlannerROS/cost_cloud': PointCloud2,
+        }
+        subscribers = [
+            rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
+            for name, kind in kinds.items()
+        ]
         rospy.sleep(1.0)
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
-        self.wait(lambda: len(got) == len(kinds), 'not all is published: %s' % set(got))
+        self.wait(lambda: len(got) == len(kinds), f'not all is published: {set(got)}')
         self.client.cancel_goal()
         self.assertTrue(self.robot.stands_within(0.5))
         potential = got['GlobalPlanner/potential']
         self.assertEqual((len(potential.data), max(potential.data), min(potential.data)), (160 * 160, 100, -1))
         self.assertEqual(got['DWAPlannerROS/trajectory_cloud'].header.frame_id, 'odom')
-        self.assertEqual([f.name for f in got['DWAPlannerROS/trajectory_cloud'].fields], ['x', 'y', 'z', 'theta', 'cost'])
+        self.assertEqual(
+            [f.name for f in got['DWAPlannerROS/trajectory_cloud'].fields], ['x', 'y', 'z', 'theta', 'cost']
+        )
         for subscriber in subscribers:
             subscriber.unregister()
         client.update_configuration({'restore_defaults': True})

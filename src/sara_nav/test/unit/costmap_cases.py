@@ -1,8 +1,9 @@
 """What the tests of the planners on a potential share: a small Costmap, and which of its cells hang together."""
+
 import numpy as np
 
-from sara_nav.costmap import Costmap
-from sara_nav.grid import GridGeometry
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import GridGeometry
 
 
 def make(costs, resolution=0.1, x=-0.3, y=2.0):

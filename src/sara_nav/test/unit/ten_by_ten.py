@@ -1,13 +1,16 @@
-"""The map of costmap_2d's own tests, ten by ten cells of a metre, with an obstacle layer over it; used by several tests."""
+"""The map of costmap_2d's own tests, ten by ten cells of a metre, with an obstacle layer over it; used by several
+tests.
+"""
+
 import numpy as np
 
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap
-from sara_nav.observations import Observation
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.costmaps.observations import Observation
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
 
 AT_ORIGIN = Pose2D(0.0, 0.0, 0.0)
 NO_FOOTPRINT = np.zeros((0, 2))
@@ -24,11 +27,15 @@ def ten_by_ten():
 
 def make(static=True, track_unknown=False, footprint=NO_FOOTPRINT, sources=(FAR,), more=(), **parameters):
     """Return (LayeredCostmap, its ObstacleLayer) of 10 x 10 cells of 1 m."""
-    layer = ObstacleLayer('obstacles', ObstacleConfig(track_unknown_space=track_unknown, sources=tuple(sources),
-                                                      **parameters))
+    layer = ObstacleLayer(
+        'obstacles', ObstacleConfig(track_unknown_space=track_unknown, sources=tuple(sources), **parameters)
+    )
     layers = ([StaticLayer('static_map')] if static else []) + [layer] + list(more)
-    costmap = LayeredCostmap(CostmapConfig(resolution=1.0, track_unknown_space=track_unknown), layers,
-                             np.ones((1, 2)) if len(footprint) == 0 else footprint)
+    costmap = LayeredCostmap(
+        CostmapConfig(resolution=1.0, track_unknown_space=track_unknown),
+        layers,
+        np.ones((1, 2)) if len(footprint) == 0 else footprint,
+    )
     if static:
         layers[0].set_map(ten_by_ten())
     return costmap, layer

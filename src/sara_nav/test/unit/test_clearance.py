@@ -1,4 +1,5 @@
 """Room beside and before a footprint, and what it touches: against the plain sums, cell by cell and point by point."""
+
 import math
 
 import numpy as np
@@ -6,17 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.clearance import place_of, room
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
-from sara_nav.footprint import parse_footprint
-from sara_nav.grid import GridGeometry
+from sara_nav.costmaps.costmap import LETHAL, UNKNOWN, Costmap
+from sara_nav.grids.clearance import place_of, room
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
 
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 LAME = parse_footprint([[0.60, 0.05], [0.10, -0.30], [-0.40, -0.25], [-0.45, 0.33], [0.20, 0.40]])
 SIDE = 80
 GRID = GridGeometry(SIDE, SIDE, 0.05, -2.0, -2.0)
-cells = st.lists(st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1), st.sampled_from((LETHAL, UNKNOWN))), max_size=12)
+cells = st.lists(
+    st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1), st.sampled_from((LETHAL, UNKNOWN))), max_size=12
+)
 walls = st.lists(st.tuples(st.integers(0, SIDE - 1), st.booleans()), max_size=2)
 poses = st.lists(st.tuples(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats(-7.0, 7.0)), min_size=1, max_size=6)
 
@@ -24,8 +27,8 @@ poses = st.lists(st.tuples(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats
 def world_of(marks, lines=(), footprint=SARA, unknown_blocks=True):
     costs = np.zeros(GRID.shape, np.uint8)
     for at, upright in lines:
-        costs[:, at:at + 2] = LETHAL if upright else costs[:, at:at + 2]
-        costs[at:at + 2, :] = costs[at:at + 2, :] if upright else LETHAL
+        costs[:, at : at + 2] = LETHAL if upright else costs[:, at : at + 2]
+        costs[at : at + 2, :] = costs[at : at + 2, :] if upright else LETHAL
     for row, column, cost in marks:
         costs[row, column] = cost
     return LocalWorld(Costmap(costs, GRID), footprint, unknown_blocks)
@@ -72,8 +75,17 @@ def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at,
     sense = -1.0 if backward else 1.0
     front, span = float((sense * footprint[:, 0]).max()), 0.6 * float(np.abs(footprint[:, 1]).max())
     rows, columns = np.nonzero(world.costmap.costs >= LETHAL)
-    inner = [all(0 < k < SIDE - 1 for k in (r, c)) and min(world.costmap.costs[r - 1, c], world.costmap.costs[r + 1, c], world.costmap.costs[r, c - 1],
-                                                           world.costmap.costs[r, c + 1]) >= LETHAL for r, c in zip(rows, columns)]
+    inner = [
+        all(0 < k < SIDE - 1 for k in (r, c))
+        and min(
+            world.costmap.costs[r - 1, c],
+            world.costmap.costs[r + 1, c],
+            world.costmap.costs[r, c - 1],
+            world.costmap.costs[r, c + 1],
+        )
+        >= LETHAL
+        for r, c in zip(rows, columns)
+    ]
     for i, (x, y, yaw) in enumerate(at):
         gap = ahead = math.inf
         for r, c, within in zip(rows, columns, inner):
@@ -87,12 +99,23 @@ def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at,
             distance = outline_gap(world, bx, by)
             if distance <= reach - 1e-9:
                 gap = min(gap, distance)
-        assert seen.gap[i] == pytest.approx(max(gap - 0.025, 0.0), abs=1e-8) or gap == math.inf and seen.gap[i] >= reach - 0.0251
-        assert seen.ahead[i] == pytest.approx(max(ahead - 0.025, 0.0), abs=1e-8) or seen.ahead[i] <= max(ahead - 0.025, 0.0)
+        assert (
+            seen.gap[i] == pytest.approx(max(gap - 0.025, 0.0), abs=1e-8)
+            or gap == math.inf
+            and seen.gap[i] >= reach - 0.0251
+        )
+        assert seen.ahead[i] == pytest.approx(max(ahead - 0.025, 0.0), abs=1e-8) or seen.ahead[i] <= max(
+            ahead - 0.025, 0.0
+        )
         if math.isfinite(seen.gap[i]):
             assert max(outline_gap(world, seen.x[i], seen.y[i]) - 0.025, 0.0) == pytest.approx(seen.gap[i], abs=1e-8)
 
 
 def test_places_about_the_robot_have_names():
-    assert [place_of(x, y, SARA) for x, y in ((1.0, 0.0), (0.6, 0.3), (0.0, 0.4), (-1.0, -0.4), (-1.0, 0.0))] \
-        == ['front', 'front left', 'left', 'rear right', 'rear']
+    assert [place_of(x, y, SARA) for x, y in ((1.0, 0.0), (0.6, 0.3), (0.0, 0.4), (-1.0, -0.4), (-1.0, 0.0))] == [
+        'front',
+        'front left',
+        'left',
+        'rear right',
+        'rear',
+    ]

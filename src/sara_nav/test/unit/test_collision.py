@@ -1,4 +1,5 @@
 """What a footprint meets: the peer's footprint cost, cell by cell, and a world whose frame is not the costmap's."""
+
 import math
 import pathlib
 
@@ -7,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import LETHAL, UNKNOWN, Costmap
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
 
 REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -20,7 +21,9 @@ poses = st.tuples(st.floats(-2.0, 10.0), st.floats(-2.0, 10.0), st.floats(-7.0, 
 
 
 def test_the_footprint_cost_is_the_peers_at_every_pose():
-    world = LocalWorld(Costmap(REFERENCE['fpcost_grid'], GRID), REFERENCE['poly_0'])  # SARA, from the peer's first corner
+    world = LocalWorld(
+        Costmap(REFERENCE['fpcost_grid'], GRID), REFERENCE['poly_0']
+    )  # SARA, from the peer's first corner
     ours = [world.footprint_cost(*pose) for pose in REFERENCE['fpcost_poses']]
     assert np.array_equal(ours, REFERENCE['fpcost'])
     assert {-1.0, -2.0, -3.0} < set(ours)

@@ -1,4 +1,5 @@
 """Costmaps: exact distances, the fall-off of costs, the static layer, and the peer's grids."""
+
 import math
 import pathlib
 
@@ -7,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import costmap as cm
-from sara_nav import distances
+from sara_nav.costmaps import costmap as cm
+from sara_nav.grids import distances
 
 REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
 small = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14)
@@ -22,7 +23,7 @@ def test_distances_are_exact(costs, reach):
     rows, columns = np.nonzero(costs == cm.LETHAL)
     for y in range(costs.shape[0]):
         for x in range(costs.shape[1]):
-            true = min(((rows - y) ** 2 + (columns - x) ** 2).tolist(), default=10 ** 6)
+            true = min(((rows - y) ** 2 + (columns - x) ** 2).tolist(), default=10**6)
             assert found[y, x] == true if true <= reach * reach else found[y, x] > reach * reach
 
 

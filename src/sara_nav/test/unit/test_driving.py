@@ -1,23 +1,24 @@
 """move_base with its planners drives a chair with SARA's faults: slip in turns, lag, coarse commands, a late pose."""
+
 import math
 import random
 
 import numpy as np
 import pytest
 
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import InflationConfig
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.local_planner import RotateThenPursue, RotateThenPursueConfig
-from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase
-from sara_nav.move_base_config import MoveBaseConfig
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import InflationConfig
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base.local_planners import RotateThenPursue, RotateThenPursueConfig
+from sara_nav.move_base.state_machine import MoveBase
+from sara_nav.planners.grid_planner import GridPlanner
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 SQUARE = [(5.0, 1.0, 90.0), (5.0, 5.0, 180.0), (1.0, 5.0, 270.0), (1.0, 1.0, 0.0)]
@@ -63,14 +64,18 @@ class SimChair:
         self.tick += 1
         if self.tick % self.pose_ticks == 0:
             gauss = self.random.gauss
-            seen = Pose2D(self.pose.x + gauss(0.0, self.noise), self.pose.y + gauss(0.0, self.noise),
-                          wrap(self.pose.yaw + gauss(0.0, self.noise)))
+            seen = Pose2D(
+                self.pose.x + gauss(0.0, self.noise),
+                self.pose.y + gauss(0.0, self.noise),
+                wrap(self.pose.yaw + gauss(0.0, self.noise)),
+            )
             self.history.append((self.t, seen, (v, w)))
 
     def seen(self):
         """Return (pose, velocity, stamp) of the newest measurement that has had time to arrive."""
-        stamp, pose, velocity = next((e for e in reversed(self.history) if e[0] <= self.t - self.delay + 1e-9),
-                                     self.history[0])
+        stamp, pose, velocity = next(
+            (e for e in reversed(self.history) if e[0] <= self.t - self.delay + 1e-9), self.history[0]
+        )
         return pose, velocity, stamp
 
 
@@ -81,7 +86,9 @@ def room(cells=160):
 
 
 def costmap(data):
-    result = LayeredCostmap(CostmapConfig(), [StaticLayer('static'), InflationLayer('inflation', InflationConfig(0.75, 4.0))], FOOTPRINT)
+    result = LayeredCostmap(
+        CostmapConfig(), [StaticLayer('static'), InflationLayer('inflation', InflationConfig(0.75, 4.0))], FOOTPRINT
+    )
     result.layers['static'].set_map(GridMap(data, GridGeometry(160, 160, 0.05, -1.0, -1.0)))
     result.update(0.0, None)
     return result
@@ -89,8 +96,13 @@ def costmap(data):
 
 def make(data=None, frequency=20.0, **config):
     data = room() if data is None else data
-    return MoveBase(MoveBaseConfig(controller_frequency=frequency, **config), costmap(data), costmap(data), GridPlanner(),
-                    RotateThenPursue())
+    return MoveBase(
+        MoveBaseConfig(controller_frequency=frequency, **config),
+        costmap(data),
+        costmap(data),
+        GridPlanner(),
+        RotateThenPursue(),
+    )
 
 
 def world(move_base):
@@ -126,9 +138,17 @@ def reversals(trail):
     return sum(a != b for a, b in zip(senses, senses[1:]))
 
 
-@pytest.mark.parametrize('delay, period, slip, frequency', [
-    (0.12, 0.1, 1.27, 20.0), (0.15, 0.1, 1.30, 20.0), (0.10, 0.02, 1.25, 20.0), (0.15, 0.1, 1.27, 10.0),
-    (0.05, 0.02, 1.00, 20.0), (0.12, 0.02, 1.27, 50.0)])
+@pytest.mark.parametrize(
+    'delay, period, slip, frequency',
+    [
+        (0.12, 0.1, 1.27, 20.0),
+        (0.15, 0.1, 1.30, 20.0),
+        (0.10, 0.02, 1.25, 20.0),
+        (0.15, 0.1, 1.27, 10.0),
+        (0.05, 0.02, 1.00, 20.0),
+        (0.12, 0.02, 1.27, 50.0),
+    ],
+)
 def test_square(delay, period, slip, frequency):
     move_base, chair = make(frequency=frequency), SimChair(Pose2D(1.0, 1.0, 0.0), delay, period, slip)
     for x, y, yaw in SQUARE:
@@ -165,7 +185,9 @@ def test_turns_in_place_go_the_short_way_and_stay_in_place(turn):
 
 
 class SlowImuChair(SimChair):
-    """A SimChair whose heading comes from an IMU that speaks five times a second and is heard ``late`` s after; between, the last rate is believed to go on."""
+    """A SimChair whose heading comes from an IMU that speaks five times a second and is heard ``late`` s after;
+    between, the last rate is believed to go on.
+    """
 
     def __init__(self, pose, late, phase):
         super().__init__(pose, delay=0.0, pose_period=0.01)
@@ -173,7 +195,14 @@ class SlowImuChair(SimChair):
 
     def seen(self):
         pose, velocity, stamp = super().seen()
-        at = next((entry for entry in reversed(self.history) if entry[0] <= self.t - self.late + 1e-9 and round(100.0 * entry[0]) % 20 == self.phase), self.history[0])
+        at = next(
+            (
+                entry
+                for entry in reversed(self.history)
+                if entry[0] <= self.t - self.late + 1e-9 and round(100.0 * entry[0]) % 20 == self.phase
+            ),
+            self.history[0],
+        )
         return Pose2D(pose.x, pose.y, wrap(at[1].yaw + at[2][1] * (self.t - at[0]))), velocity, stamp
 
 
@@ -216,7 +245,7 @@ def test_a_leg_is_driven_within_acceleration_and_jerk_and_not_overrun(length):
     assert v.min() >= 0.0, 'it came back'
     acceleration = np.diff(v) / 0.05
     assert -c.dec_lim_x - 1e-6 <= acceleration.min() and acceleration.max() <= c.acc_lim_x + 1e-6
-    under_way = acceleration[:np.flatnonzero(v > 0.05)[-1]]  # at the very end it creeps
+    under_way = acceleration[: np.flatnonzero(v > 0.05)[-1]]  # at the very end it creeps
     assert np.abs(np.diff(under_way)).max() <= c.jerk_lim_x * 0.05 + 1e-6
 
 

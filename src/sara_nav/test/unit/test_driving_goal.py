@@ -1,4 +1,5 @@
 """Turning onto a heading and ending a drive on bases that answer late, slip and shake: always there, never hunting."""
+
 import math
 import random
 
@@ -6,14 +7,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.goal_stage import DONE, FACE, FOLLOW, ROTATE, STOP, GoalLimits, GoalStage
-from sara_nav.in_place_turn import InPlaceTurn, TurnLimits
-from sara_nav.turn_gain import TurnGain
+from sara_common.planar import Pose2D, wrap
+from sara_nav.sampled.goal_stage import DONE, FACE, FOLLOW, ROTATE, STOP, GoalLimits, GoalStage
+from sara_nav.sampled.in_place_turn import InPlaceTurn, TurnLimits
+from sara_nav.sampled.turn_gain import TurnGain
 
-LIMITS = GoalLimits(xy_goal_tolerance=0.1, yaw_goal_tolerance=0.05, latch_xy_goal_tolerance=False, max_vel_x=0.55,
-                    max_vel_theta=1.0, min_in_place_vel_theta=0.4, acc_lim_x=2.5, acc_lim_theta=3.2,
-                    trans_stopped_vel=0.01, theta_stopped_vel=0.01, horizon=1.0, blind=0.1)
+LIMITS = GoalLimits(
+    xy_goal_tolerance=0.1,
+    yaw_goal_tolerance=0.05,
+    latch_xy_goal_tolerance=False,
+    max_vel_x=0.55,
+    max_vel_theta=1.0,
+    min_in_place_vel_theta=0.4,
+    acc_lim_x=2.5,
+    acc_lim_theta=3.2,
+    trans_stopped_vel=0.01,
+    theta_stopped_vel=0.01,
+    horizon=1.0,
+    blind=0.1,
+)
 
 
 class Room:
@@ -44,20 +56,32 @@ class Base:
     def go(self, v, w, seconds):
         for _ in range(round(seconds / 0.01)):
             share = 1.0 - math.exp(-0.01 / self.lag)
-            self.speed = (self.speed[0] + share * (v - self.speed[0]), self.speed[1] + share * (w / self.slip - self.speed[1]))
+            self.speed = (
+                self.speed[0] + share * (v - self.speed[0]),
+                self.speed[1] + share * (w / self.slip - self.speed[1]),
+            )
             self.pose = self.pose.advance(*self.speed, 0.01)
             self.late = self.late[1:] + [(self.pose, self.speed)]
 
     def seen(self, delay):
         pose, speed = self.late[0]
-        pose = Pose2D(pose.x + self.random.gauss(0, self.noise), pose.y + self.random.gauss(0, self.noise),
-                      pose.yaw + self.random.gauss(0, self.noise))
+        pose = Pose2D(
+            pose.x + self.random.gauss(0, self.noise),
+            pose.y + self.random.gauss(0, self.noise),
+            pose.yaw + self.random.gauss(0, self.noise),
+        )
         return pose.advance(*speed, delay), speed
 
 
 @settings(deadline=None, max_examples=60)
-@given(st.floats(-3.14, 3.14), st.floats(0.02, 0.25), st.floats(0.0, 0.2), st.floats(0.9, 1.4),
-       st.sampled_from([0.05, 0.1]), st.floats(0.1, 0.5))
+@given(
+    st.floats(-3.14, 3.14),
+    st.floats(0.02, 0.25),
+    st.floats(0.0, 0.2),
+    st.floats(0.9, 1.4),
+    st.sampled_from([0.05, 0.1]),
+    st.floats(0.1, 0.5),
+)
 def test_a_turn_in_place_ends_within_tolerance_without_hunting(angle, lag, delay, slip, period, slowest):
     turn, limits = InPlaceTurn(), TurnLimits(slowest, 1.0, 3.2, 0.01)
     base, last, rates, t = Base(Pose2D(0.0, 0.0, 0.0), lag, delay, slip), 0.0, [], 0.0
@@ -111,9 +135,20 @@ def test_before_a_stop_was_seen_a_turn_ends_where_the_tolerance_begins():
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(0.02, 0.2),
-       st.floats(0.0, 0.15), st.floats(1.0, 1.3), st.sampled_from([0.0, 0.003]), st.booleans())
-def test_a_goal_within_the_horizon_is_approached_straight_and_reached(x, y, yaw, goal_yaw, lag, delay, slip, noise, latch):
+@given(
+    st.floats(-0.9, 0.9),
+    st.floats(-0.9, 0.9),
+    st.floats(-3.1, 3.1),
+    st.floats(-3.1, 3.1),
+    st.floats(0.02, 0.2),
+    st.floats(0.0, 0.15),
+    st.floats(1.0, 1.3),
+    st.sampled_from([0.0, 0.003]),
+    st.booleans(),
+)
+def test_a_goal_within_the_horizon_is_approached_straight_and_reached(
+    x, y, yaw, goal_yaw, lag, delay, slip, noise, latch
+):
     """As when sampling has stalled: from any place and heading about the goal, with a pose that shakes."""
     limits = GoalLimits(**{**LIMITS.__dict__, 'latch_xy_goal_tolerance': latch})
     stage, base = GoalStage(), Base(Pose2D(x, y, yaw), lag, delay, slip, noise)
@@ -144,9 +179,11 @@ def test_stages_follow_one_another_and_stops_keep_the_accelerations():
 
 def test_it_does_not_stop_at_the_rim_of_the_tolerance_while_it_gets_further_in():
     stage, goal = GoalStage(), Pose2D(0.0, 0.0, 0.0)
+
     def phase(t, x):
         stage.update(t, 0.05, Pose2D(x, 0.0, 0.0), (0.1, 0.0), (0.1, 0.0), goal, LIMITS, FREE)
         return stage.phase
+
     assert phase(0.0, -0.12) == FOLLOW and phase(0.1, -0.098) == FOLLOW and phase(0.5, -0.09) == FOLLOW
     assert phase(0.7, -0.09) == STOP, 'after half a second'
     stage.begin()
@@ -154,8 +191,11 @@ def test_it_does_not_stop_at_the_rim_of_the_tolerance_while_it_gets_further_in()
 
 
 def test_only_a_free_way_is_approached_and_only_from_within_the_horizon():
-    for pose, way, expected in ((Pose2D(0.05, 0.08, 0.0), True, FACE), (Pose2D(0.05, 0.08, 0.0), False, FOLLOW),
-                                (Pose2D(2.0, 0.0, 0.0), True, FOLLOW)):
+    for pose, way, expected in (
+        (Pose2D(0.05, 0.08, 0.0), True, FACE),
+        (Pose2D(0.05, 0.08, 0.0), False, FOLLOW),
+        (Pose2D(2.0, 0.0, 0.0), True, FOLLOW),
+    ):
         stage = GoalStage()
         tight = GoalLimits(**{**LIMITS.__dict__, 'xy_goal_tolerance': 0.05})
         stage.update(0.0, 0.05, pose, (0.0, 0.0), (0.0, 0.0), Pose2D(0.0, 0.0, 0.0), tight, Room(way))

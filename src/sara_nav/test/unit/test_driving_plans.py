@@ -1,4 +1,5 @@
 """The planner follows plans as they were made: in reverse, round bends, turning where they turn; and says what it does."""
+
 import math
 import sys
 from pathlib import Path
@@ -11,17 +12,26 @@ from hypothesis import strategies as st
 sys.path.insert(0, str(Path(__file__).parent))
 from test_driving import FOOTPRINT, SimChair, costmap, degrees_between, room  # noqa: E402
 
-from sara_nav import clearance  # noqa: E402
-from sara_nav.collision import LocalWorld  # noqa: E402
-from sara_nav.geometry import Pose2D, wrap  # noqa: E402
-from sara_nav.local_planner import BLOCKED, DRIVING, OFF_PATH, REACHED, RotateThenPursue, RotateThenPursueConfig  # noqa: E402
-from sara_nav.speed_plan import gap_speed  # noqa: E402
+from sara_common.planar import Pose2D, wrap  # noqa: E402
+from sara_nav.grids import clearance  # noqa: E402
+from sara_nav.grids.collision import LocalWorld  # noqa: E402
+from sara_nav.move_base.local_planners import (
+    BLOCKED,
+    DRIVING,
+    OFF_PATH,
+    REACHED,
+    RotateThenPursue,
+    RotateThenPursueConfig,
+)  # noqa: E402
+from sara_nav.pursuit.speed_plan import gap_speed  # noqa: E402
 
 HALL = LocalWorld(costmap(room()).costmap, FOOTPRINT)
 
 
 def leg(start, length, bend=0.0, spacing=0.05):
-    """Rows (n, 3) from a pose on: length < 0 in reverse; bend: curvature (1/m) of the way as the robot's yaw changes along it."""
+    """Rows (n, 3) from a pose on: length < 0 in reverse; bend: curvature (1/m) of the way as the robot's yaw changes
+    along it.
+    """
     pose, rows = Pose2D(*start), [start]
     for _ in range(round(abs(length) / spacing)):
         pose = pose.advance(math.copysign(spacing, length), math.copysign(spacing, length) * bend, 1.0)
@@ -36,7 +46,9 @@ def turn(start, angle, step=0.1):
 
 
 def drive(plan, chair=None, world=HALL, planner=None, limit=90.0, replan=None):
-    """Drive a plan (n, 3) with the chair of test_driving; return (LocalCommand at the end, chair, [(t, pose, command), ...])."""
+    """Drive a plan (n, 3) with the chair of test_driving; return (LocalCommand at the end, chair, [(t, pose, command),
+    ...]).
+    """
     plan = np.array(plan, float)
     planner, chair = planner or RotateThenPursue(), chair or SimChair(Pose2D(*plan[0]), pose_period=0.02)
     planner.start(plan)
@@ -73,7 +85,10 @@ def test_a_leg_in_reverse_is_driven_in_reverse(bend):
     plan = leg((3.0, 3.0, 0.4), -1.5, bend)
     command, chair, trail = drive(plan)
     assert command.state == REACHED and arrived(chair, plan)
-    assert all(c.v <= 0.0 for _, _, c in trail) and min(c.v for _, _, c in trail) >= RotateThenPursueConfig().min_vel_x - 1e-9
+    assert (
+        all(c.v <= 0.0 for _, _, c in trail)
+        and min(c.v for _, _, c in trail) >= RotateThenPursueConfig().min_vel_x - 1e-9
+    )
     assert off_path(plan, trail) < 0.03
     assert any('in reverse' in c.text for _, _, c in trail)
 
@@ -133,7 +148,7 @@ def test_a_turn_at_the_end_of_a_plan_goes_the_planned_way_round():
 
 def test_a_way_that_ends_where_it_began_is_driven_all_the_same():
     plan = leg((3.0, 3.0, 0.0), 0.6, 1.2)
-    plan += leg(plan[-1], -0.6, -1.2)[1:]   # a change of heading without turning in place
+    plan += leg(plan[-1], -0.6, -1.2)[1:]  # a change of heading without turning in place
     back = plan[-1]
     plan[-1] = (back[0], back[1], back[2])
     command, chair, trail = drive(plan)
@@ -171,7 +186,9 @@ def walls(*boxes):
     """A LocalWorld of the hall with boxes (x0, x1, y0, y1; m)."""
     data = room()
     for x0, x1, y0, y1 in boxes:
-        data[round((y0 + 1.0) / 0.05):round((y1 + 1.0) / 0.05), round((x0 + 1.0) / 0.05):round((x1 + 1.0) / 0.05)] = 100
+        data[
+            round((y0 + 1.0) / 0.05) : round((y1 + 1.0) / 0.05), round((x0 + 1.0) / 0.05) : round((x1 + 1.0) / 0.05)
+        ] = 100
     return LocalWorld(costmap(data).costmap, FOOTPRINT)
 
 
@@ -189,7 +206,7 @@ def test_a_door_of_80_cm_is_driven_through_slowly_and_said():
 
 
 def test_it_comes_to_rest_before_what_stands_on_the_path_and_says_where():
-    world = walls((3.5, 3.7, 3.2, 3.6))   # on the left half of the way
+    world = walls((3.5, 3.7, 3.2, 3.6))  # on the left half of the way
     command, chair, trail = drive(leg((1.0, 3.0, 0.0), 4.5), world=world)
     assert command.state == BLOCKED and 'front left' in command.text and (command.v, command.w) == (0.0, 0.0)
     assert not world.collides(chair.pose) and 3.5 - 0.54 - 0.2 < chair.pose.x < 3.5 - 0.54
@@ -258,12 +275,14 @@ def test_sentences_are_short_and_do_not_flicker():
     changes = sum(a != b for a, b in zip(said, said[1:]))
     assert changes < 1.5 * trail[-1][0]
     assert said[0] == 'follows the path, 0.50 m/s' and any(text.endswith(': a turn') for text in said)
-    assert any(text.startswith('turns left in place') for text in said) and any(text.endswith(': the goal') for text in said)
+    assert any(text.startswith('turns left in place') for text in said) and any(
+        text.endswith(': the goal') for text in said
+    )
 
 
 def test_a_plan_whose_yaw_is_nothing_is_driven_forward():
     plan = np.array(leg((2.0, 3.0, 1.0), 2.0))
-    plan[:, 2] = 0.0                       # as the peer's navfn gives it: orientation 0 everywhere
+    plan[:, 2] = 0.0  # as the peer's navfn gives it: orientation 0 everywhere
     command, chair, trail = drive(plan, SimChair(Pose2D(2.0, 3.0, 1.0), pose_period=0.02))
     assert command.state == REACHED and all(c.v >= 0.0 for _, _, c in trail)
     assert degrees_between(chair.pose.yaw, 0.0) < 2.5 and abs(wrap(trail[40][1].yaw - 1.0)) < 0.1

@@ -1,19 +1,20 @@
 """The planners that sample velocities drive a robot that answers late, to the goal, without contact or hunting."""
+
 import functools
 import math
 
 import numpy as np
 import pytest
 
-from sara_nav import costmap as cm
-from sara_nav import local_planner as lp
-from sara_nav.collision import LocalWorld
-from sara_nav.footprint import pad_footprint, parse_footprint, radii
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.map_io import GridMap
-from sara_nav.planning import dense_plan
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps import costmap as cm
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import pad_footprint, parse_footprint, radii
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base import local_planners as lp
+from sara_nav.planners.grid_planner import GridPlanner
+from sara_nav.planners.planning import dense_plan
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 CELLS = 160
@@ -143,9 +144,10 @@ def test_the_local_costmap_may_be_in_another_frame(name):
     costmap, goal = room(BOX), Pose2D(5.0, 2.0, 0.0)
     offset = Pose2D(10.0, -3.0, 0.5 * math.pi)  # global x is up in the turned costmap
     g = costmap.geometry
-    turned = cm.Costmap(np.ascontiguousarray(np.rot90(costmap.costs, -1)),
-                        GridGeometry(CELLS, CELLS, 0.05, offset.x - (g.origin_y + CELLS * 0.05),
-                                     offset.y + g.origin_x))
+    turned = cm.Costmap(
+        np.ascontiguousarray(np.rot90(costmap.costs, -1)),
+        GridGeometry(CELLS, CELLS, 0.05, offset.x - (g.origin_y + CELLS * 0.05), offset.y + g.origin_x),
+    )
     plan = GridPlanner().plan(costmap, Pose2D(1.0, 2.0, 0.0), goal)
     robot = LateUnicycle(Pose2D(1.0, 2.0, 0.0))
     planner = make(name)
@@ -214,17 +216,36 @@ def test_far_from_its_plan_the_robot_asks_for_a_new_one(name):
 
 @pytest.mark.parametrize('name', PLANNERS)
 def test_the_same_drive_twice_is_the_same(name):
-    trails = [drive(make(name), LateUnicycle(Pose2D(1.0, 2.0, 0.5)), room(BOX), Pose2D(5.0, 2.0, 0.0)).commands
-              for _ in range(2)]
+    trails = [
+        drive(make(name), LateUnicycle(Pose2D(1.0, 2.0, 0.5)), room(BOX), Pose2D(5.0, 2.0, 0.0)).commands
+        for _ in range(2)
+    ]
     assert trails[0] == trails[1]
 
 
 SLOW = {
-    PLANNERS[0]: dict(acc_lim_x=0.4, acc_lim_theta=0.8, max_vel_x=0.5, max_vel_theta=0.4, min_vel_theta=-0.4,
-                      min_in_place_vel_theta=0.1),
-    PLANNERS[1]: dict(DOORS, acc_lim_x=0.4, acc_lim_theta=0.8, max_vel_x=0.5, max_vel_trans=0.5, max_vel_theta=0.4,
-                      min_vel_theta=0.1, trans_stopped_vel=0.02, theta_stopped_vel=0.03, yaw_goal_tolerance=0.05,
-                      use_dwa=False)}
+    PLANNERS[0]: dict(
+        acc_lim_x=0.4,
+        acc_lim_theta=0.8,
+        max_vel_x=0.5,
+        max_vel_theta=0.4,
+        min_vel_theta=-0.4,
+        min_in_place_vel_theta=0.1,
+    ),
+    PLANNERS[1]: dict(
+        DOORS,
+        acc_lim_x=0.4,
+        acc_lim_theta=0.8,
+        max_vel_x=0.5,
+        max_vel_trans=0.5,
+        max_vel_theta=0.4,
+        min_vel_theta=0.1,
+        trans_stopped_vel=0.02,
+        theta_stopped_vel=0.03,
+        yaw_goal_tolerance=0.05,
+        use_dwa=False,
+    ),
+}
 
 
 @pytest.mark.parametrize('name', PLANNERS)
@@ -244,7 +265,9 @@ def test_a_slow_base_that_slips_touches_nothing_either(name, where):
 
 @pytest.mark.parametrize('name', PLANNERS)
 def test_turned_beside_a_corner_it_does_not_creep_into_it(name):
-    """Lines of cells may miss a corner that the true outline reaches; what is driven is checked with the whole footprint."""
+    """Lines of cells may miss a corner that the true outline reaches; what is driven is checked with the whole
+    footprint.
+    """
     costmap, planner = room((2.75, 1.75, 3.25, 2.25)), make(name, **SLOW[name])
     robot = LateUnicycle(Pose2D(2.164, 2.0, 0.0), 0.2, 0.15, 1.27)
     goal = Pose2D(2.0, 5.0, 1.57)

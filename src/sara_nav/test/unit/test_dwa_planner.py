@@ -1,4 +1,5 @@
 """DWAPlannerROS cycle by cycle: its samples, its critics in their order, and what its parameters do."""
+
 import dataclasses
 import math
 
@@ -7,16 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav import bench_local, critics, speed_samples
-from sara_nav import local_planner as lp
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import Costmap
-from sara_nav.critics import OscillationFlags
-from sara_nav.dwa_planner import DWAPlanner, DWAPlannerConfig
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.map_grid import plan_cells
-from sara_nav.planning import dense_plan
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.move_base import local_planners as lp
+from sara_nav.planners.planning import dense_plan
+from sara_nav.sampled import critics, speed_samples
+from sara_nav.sampled.critics import OscillationFlags
+from sara_nav.sampled.dwa_planner import DWAPlanner, DWAPlannerConfig
+from sara_nav.sampled.map_grid import plan_cells
 
 SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 STILL = (0.0, 0.0)
@@ -45,10 +46,22 @@ def first(planner, plan, where=None, pose=Pose2D(0.0, 0.0, 0.0), velocity=STILL)
 
 # -- samples -----------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('low, high, count, expected', [
-    (0.0, 0.0, 1, [0.0]), (2.2, 2.2, 1, [2.2]), (-3.3, -3.3, 1, [-3.3]), (-30, 30, 1, [-30, 0, 30]), (10, 30, 1, [10, 30]),
-    (-30, -10, 1, [-30, -10]), (-30, 30, 3, [-30, 0, 30]), (-30, 30, 4, [-30, -10, 0, 10, 30]),
-    (-10, 50, 4, [-10, 0, 10, 30, 50]), (-10.00001, 10, 3, [-10.00001, -0.000005, 0.0, 10])])
+
+@pytest.mark.parametrize(
+    'low, high, count, expected',
+    [
+        (0.0, 0.0, 1, [0.0]),
+        (2.2, 2.2, 1, [2.2]),
+        (-3.3, -3.3, 1, [-3.3]),
+        (-30, 30, 1, [-30, 0, 30]),
+        (10, 30, 1, [10, 30]),
+        (-30, -10, 1, [-30, -10]),
+        (-30, 30, 3, [-30, 0, 30]),
+        (-30, 30, 4, [-30, -10, 0, 10, 30]),
+        (-10, 50, 4, [-10, 0, 10, 30, 50]),
+        (-10.00001, 10, 3, [-10.00001, -0.000005, 0.0, 10]),
+    ],
+)
 def test_velocities_of_the_peers_tests(low, high, count, expected):
     found = speed_samples.velocities(float(low), float(high), count)
     assert found == pytest.approx(expected, abs=1e-6)
@@ -88,24 +101,57 @@ def test_limits_on_the_magnitude_hold():
 
 # -- critics -----------------------------------------------------------------------------------------------------
 
+
 def test_the_critics_are_in_the_peers_order():
     assert critics.NAMES == ('oscillation', 'obstacle', 'goal_front', 'alignment', 'path', 'goal', 'twirling')
     assert (critics.OSCILLATION, critics.TWIRLING) == (0, 6)
 
 
 def test_the_first_critic_that_refuses_says_why_and_weight_zero_is_silent():
-    raw = np.array([[0.0, 5.0, 1.0, 1.0, 1.0, 1.0, 1.0], [0.0, -6.0, -4.0, 0.0, -3.0, 0.0, 0.0],
-                    [-5.0, -6.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 0.0]])
+    raw = np.array(
+        [
+            [0.0, 5.0, 1.0, 1.0, 1.0, 1.0, 1.0],
+            [0.0, -6.0, -4.0, 0.0, -3.0, 0.0, 0.0],
+            [-5.0, -6.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 0.0],
+        ]
+    )
     assert critics.total(raw, [1, 2, 3, 4, 5, 6, 7]).tolist() == [35.0, -6.0, -5.0, -3.0]
     assert critics.total(raw, [1, 0, 0, 0, 0, 0, 0]).tolist() == [0.0, -6.0, -5.0, 0.0], 'but obstacle always refuses'
 
 
-def judge(costs, samples, path=None, goal=None, front=None, state=(2.0, 2.0, 0.0, 0.3, 0.0), shift=0.3,
-          growth=(0.25, 0.55, 0.2), accelerating=False, sum_scores=False, grace=0.0):
+def judge(
+    costs,
+    samples,
+    path=None,
+    goal=None,
+    front=None,
+    state=(2.0, 2.0, 0.0, 0.3, 0.0),
+    shift=0.3,
+    growth=(0.25, 0.55, 0.2),
+    accelerating=False,
+    sum_scores=False,
+    grace=0.0,
+):
     zero = np.zeros(costs.shape, np.int32)
-    return critics.judge(costs, (0.0, 0.0, 0.05), SARA, np.full_like(costs, 255), zero if path is None else path,
-                         zero if goal is None else goal, zero if front is None else front, state,
-                         np.array(samples, float), (2.5, 3.2), (1.0, 0.025, 0.1), growth, shift, accelerating, sum_scores, grace)
+    return critics.judge(
+        costs,
+        (0.0, 0.0, 0.05),
+        SARA,
+        np.full_like(costs, 255),
+        zero if path is None else path,
+        zero if goal is None else goal,
+        zero if front is None else front,
+        state,
+        np.array(samples, float),
+        (2.5, 3.2),
+        (1.0, 0.025, 0.1),
+        growth,
+        shift,
+        accelerating,
+        sum_scores,
+        grace,
+    )
 
 
 def test_what_each_critic_sees():
@@ -115,7 +161,9 @@ def test_what_each_critic_sees():
     end = int((2.0 + 0.4 * (1.0 - 1.0 / 16)) / 0.05)
     ahead = int((2.0 + 0.4 * (1.0 - 1.0 / 16) + 0.3) / 0.05)
     assert raw[0].tolist() == [0.0, 0.0, 3 * ahead, ahead, end, 2 * end, 0.0]
-    assert raw[1, critics.TWIRLING] == 0.5 and raw[1, critics.PATH] == 40 and driven.tolist() == [[0.4, 0.0], [0.0, 0.5]]
+    assert (
+        raw[1, critics.TWIRLING] == 0.5 and raw[1, critics.PATH] == 40 and driven.tolist() == [[0.4, 0.0], [0.0, 0.5]]
+    )
 
 
 def test_the_obstacle_critic():
@@ -149,12 +197,12 @@ def test_grids_refuse_at_the_centre_but_only_cost_at_the_point_ahead():
 
 
 @settings(deadline=None, max_examples=30)
-@given(st.integers(0, 2 ** 32 - 1), st.booleans())
+@given(st.integers(0, 2**32 - 1), st.booleans())
 def test_judging_all_at_once_is_judging_one_by_one(seed, accelerating):
     random = np.random.default_rng(seed)
     costs = np.zeros((80, 80), np.uint8)
     for x, y in random.integers(0, 80, (6, 2)):
-        costs[max(y - 3, 0):y + 4, max(x - 3, 0):x + 4] = random.integers(1, 254)
+        costs[max(y - 3, 0) : y + 4, max(x - 3, 0) : x + 4] = random.integers(1, 254)
     samples = random.uniform((0.0, -1.0), (0.55, 1.0), (20, 2))
     together, driven = judge(costs, samples, accelerating=accelerating)
     for i, sample in enumerate(samples):
@@ -165,6 +213,7 @@ def test_judging_all_at_once_is_judging_one_by_one(seed, accelerating):
 
 
 # -- oscillation -------------------------------------------------------------------------------------------------
+
 
 def test_turning_back_in_place_is_barred_until_moved_or_turned():
     flags, here = OscillationFlags(), Pose2D(0.0, 0.0, 0.0)
@@ -201,6 +250,7 @@ def test_flags_discard_samples():
 
 # -- weights -----------------------------------------------------------------------------------------------------
 
+
 def test_biases_are_per_metre_and_alignment_ends_near_the_goal():
     planner = planner_with(path_distance_bias=32.0, goal_distance_bias=24.0, twirling_scale=0.5)
     assert planner._weights(0.05, 3.0).tolist() == pytest.approx([1.0, 0.01, 1.2, 1.6, 1.6, 1.2, 0.5])
@@ -232,24 +282,40 @@ def test_clouds():
     assert cloud.shape[1] == 5 and len(np.unique(cloud[:, 4])) > 3 and (cloud[:, 4] >= 0.0).all()
     assert planner.local_plan.shape[1] == 3 and planner.cost_cloud.shape[1] == 7
     best = cloud[cloud[:, 4] == cloud[:, 4].min()]
-    assert np.allclose(best[:len(planner.local_plan), :2], planner.local_plan[:, :2])
+    assert np.allclose(best[: len(planner.local_plan), :2], planner.local_plan[:, :2])
 
 
 # -- configuration -----------------------------------------------------------------------------------------------
 
+
 def test_defaults_are_the_peers():
     c = DWAPlannerConfig()
     assert c.faults() == []
-    assert (c.max_vel_trans, c.min_vel_trans, c.min_vel_theta, c.angular_sim_granularity, c.vx_samples, c.vy_samples,
-            c.vth_samples, c.use_dwa, c.prune_plan) == (0.55, 0.1, 0.4, 0.1, 3, 10, 20, True, False)
+    assert (
+        c.max_vel_trans,
+        c.min_vel_trans,
+        c.min_vel_theta,
+        c.angular_sim_granularity,
+        c.vx_samples,
+        c.vy_samples,
+        c.vth_samples,
+        c.use_dwa,
+        c.prune_plan,
+    ) == (0.55, 0.1, 0.4, 0.1, 3, 10, 20, True, False)
 
 
-@pytest.mark.parametrize('config, text', [
-    ({'max_vel_y': 0.1}, 'max_vel_y is 0.1 but must be 0'), ({'min_vel_y': -0.1}, 'min_vel_y is -0.1 but must be 0'),
-    ({'sim_time': -1.0}, 'sim_time is -1.0'), ({'vth_samples': 0}, 'vth_samples is 0'),
-    ({'max_vel_trans': 0.05}, 'max_vel_trans is 0.05 but must be at least min_vel_trans'),
-    ({'min_vel_theta': 1.5}, 'min_vel_theta is 1.5 but must be no more than max_vel_theta'),
-    ({'path_distance_bias': math.nan}, 'path_distance_bias is nan')])
+@pytest.mark.parametrize(
+    'config, text',
+    [
+        ({'max_vel_y': 0.1}, 'max_vel_y is 0.1 but must be 0'),
+        ({'min_vel_y': -0.1}, 'min_vel_y is -0.1 but must be 0'),
+        ({'sim_time': -1.0}, 'sim_time is -1.0'),
+        ({'vth_samples': 0}, 'vth_samples is 0'),
+        ({'max_vel_trans': 0.05}, 'max_vel_trans is 0.05 but must be at least min_vel_trans'),
+        ({'min_vel_theta': 1.5}, 'min_vel_theta is 1.5 but must be no more than max_vel_theta'),
+        ({'path_distance_bias': math.nan}, 'path_distance_bias is nan'),
+    ],
+)
 def test_bad_values_are_named_and_refused(config, text):
     bad = DWAPlannerConfig(**config)
     assert len(bad.faults()) == 1 and bad.faults()[0].startswith(text)
@@ -276,19 +342,14 @@ def test_a_robot_that_touches_something_drives_off_it_but_not_further_into_it(na
 
 def test_the_point_ahead_of_the_goal_lies_beyond_it_seen_from_the_robot():
     planner, where = planner_with(forward_point_distance=0.5), world()
+
     def front(plan, pose):
         cells = plan_cells(plan, where.costmap)
         return planner._front_cell(pose, plan, cells, where)[0].tolist(), cells[-1].tolist()
+
     ahead, end = front(AHEAD, Pose2D(1.0, 0.0, 0.0))
     assert ahead == [end[0] + 10, end[1]]
     ahead, end = front(dense_plan([(0.0, 0.0), (0.0, 2.0)], 0.0), Pose2D(0.0, -1.0, 0.0))
     assert ahead == [end[0], end[1] + 10]
     ahead, end = front(dense_plan([(0.0, 0.0), (9.0, 0.0)], 0.0), Pose2D(0.0, 0.0, 0.0))
     assert ahead == end, 'the plan leaves the map'
-
-
-def test_the_bench_times_every_local_planner():
-    result = bench_local.bench(cycles=5)
-    assert set(result) == set(bench_local.CASES)
-    assert {name for name, _ in bench_local.CASES.values()} == set(lp.LOCAL_PLANNERS.names())
-    assert all(0.0 < median <= p99 and rate > 0.0 for median, p99, rate in result.values())

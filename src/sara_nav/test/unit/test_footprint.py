@@ -1,4 +1,5 @@
 """Footprints: reading, radii and padding against the peer, and what a footprint touches on a map."""
+
 import math
 import pathlib
 
@@ -7,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav import footprint as fp
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import LETHAL, UNKNOWN, Costmap
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import LETHAL, UNKNOWN, Costmap
+from sara_nav.grids import footprint as fp
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.grid import GridGeometry
 
 REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
 SARA = fp.parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -32,9 +33,17 @@ def test_a_footprint_written_out_is_read_back(corners):
     assert fp.parse_footprint(str([list(c) for c in corners])).tolist() == [list(c) for c in corners]
 
 
-@pytest.mark.parametrize('malformed', ['[1, 2.2], [.3, -4e4], [0, 0]]', '[[1, 2.2], [.3, -4e4], [0, 0]',
-                                       '[1, 2.2], [.3, -4e4], [0, 0]', '[1, 2.2, .3, -4e4]', '[[1, 2e], [3, 4], [0, 0]]',
-                                       '[[[1, 2.2]], [[.3, -4e4]], [[0, 0]]]'])
+@pytest.mark.parametrize(
+    'malformed',
+    [
+        '[1, 2.2], [.3, -4e4], [0, 0]]',
+        '[[1, 2.2], [.3, -4e4], [0, 0]',
+        '[1, 2.2], [.3, -4e4], [0, 0]',
+        '[1, 2.2, .3, -4e4]',
+        '[[1, 2e], [3, 4], [0, 0]]',
+        '[[[1, 2.2]], [[.3, -4e4]], [[0, 0]]]',
+    ],
+)
 def test_arrays_that_are_malformed_are_refused(malformed):
     with pytest.raises(fp.FootprintError, match='footprint'):
         fp.parse_footprint(malformed)
@@ -44,8 +53,19 @@ def test_string_and_list_are_the_same():
     assert (fp.parse_footprint('[[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]]') == SARA).all()
 
 
-@pytest.mark.parametrize('value', ['', 'round', '[[1, 2], [3]]', [[1, 2], [3, 4]], 7, [[0, 0], [1, 'a'], [1, 1]],
-                                   [[0, 0], [1, math.nan], [1, 1]], '__import__("os")'])
+@pytest.mark.parametrize(
+    'value',
+    [
+        '',
+        'round',
+        '[[1, 2], [3]]',
+        [[1, 2], [3, 4]],
+        7,
+        [[0, 0], [1, 'a'], [1, 1]],
+        [[0, 0], [1, math.nan], [1, 1]],
+        '__import__("os")',
+    ],
+)
 def test_senseless_footprints_are_refused(value):
     with pytest.raises(fp.FootprintError, match='footprint'):
         fp.parse_footprint(value)
@@ -97,8 +117,11 @@ def test_agrees_with_the_peers_footprint_cost():
 places = st.one_of(st.floats(-1.0, 9.0), st.sampled_from((math.nan, math.inf, -math.inf, 1e300)))
 
 
-@given(st.lists(st.tuples(st.integers(0, 159), st.integers(0, 159), st.sampled_from((LETHAL, UNKNOWN))), max_size=40), st.booleans(),
-       st.lists(st.tuples(places, places, st.floats(-4.0, 4.0)), min_size=1, max_size=4))
+@given(
+    st.lists(st.tuples(st.integers(0, 159), st.integers(0, 159), st.sampled_from((LETHAL, UNKNOWN))), max_size=40),
+    st.booleans(),
+    st.lists(st.tuples(places, places, st.floats(-4.0, 4.0)), min_size=1, max_size=4),
+)
 def test_as_many_points_are_touched_as_lie_on_obstacles(cells, unknown_blocks, poses):
     costmap = empty_map()
     for row, column, cost in cells:

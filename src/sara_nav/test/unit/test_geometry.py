@@ -1,12 +1,13 @@
 """Laws of angles, planar poses, quaternions and grid cells."""
+
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav.geometry import Pose2D, quaternion_from_yaw, wrap, yaw_from_quaternion
-from sara_nav.grid import GridError, GridGeometry
+from sara_common.planar import Pose2D, quaternion_from_yaw, wrap, yaw_from_quaternion
+from sara_nav.grids.grid import GridError, GridGeometry
 
 coordinates = st.floats(-100.0, 100.0)
 angles = st.floats(-50.0, 50.0)
@@ -45,9 +46,16 @@ def test_yaw_survives_the_quaternion(angle):
     assert wrap(yaw_from_quaternion(*quaternion_from_yaw(angle)) - angle) == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('quaternion, reason', [
-    ((0.0, 0.0, 0.0, 0.0), 'unit'), ((0.0, 0.0, 0.0, 3.0), 'unit'), ((math.nan, 0.0, 0.0, 1.0), 'NaN'),
-    ((0.0, 0.0, math.inf, 1.0), 'NaN'), ((0.7071, 0.0, 0.0, 0.7071), 'vertical')])
+@pytest.mark.parametrize(
+    'quaternion, reason',
+    [
+        ((0.0, 0.0, 0.0, 0.0), 'unit'),
+        ((0.0, 0.0, 0.0, 3.0), 'unit'),
+        ((math.nan, 0.0, 0.0, 1.0), 'NaN'),
+        ((0.0, 0.0, math.inf, 1.0), 'NaN'),
+        ((0.7071, 0.0, 0.0, 0.7071), 'vertical'),
+    ],
+)
 def test_bad_quaternions_are_refused(quaternion, reason):
     with pytest.raises(ValueError, match=reason):
         yaw_from_quaternion(*quaternion)
@@ -65,8 +73,9 @@ def test_off_the_grid_is_none():
         assert grid.to_cell(x, y) is None
 
 
-@pytest.mark.parametrize('fault', [(0, 3, 0.1, 0, 0), (3, 0, 0.1, 0, 0), (3, 3, 0.0, 0, 0), (3, 3, math.nan, 0, 0),
-                                   (3, 3, 0.1, math.inf, 0)])
+@pytest.mark.parametrize(
+    'fault', [(0, 3, 0.1, 0, 0), (3, 0, 0.1, 0, 0), (3, 3, 0.0, 0, 0), (3, 3, math.nan, 0, 0), (3, 3, 0.1, math.inf, 0)]
+)
 def test_senseless_grids_are_refused(fault):
     with pytest.raises(GridError):
         GridGeometry(*fault)

@@ -1,26 +1,30 @@
 """global_planner/GlobalPlanner: every parameter does what it says, and refusals say why."""
+
 import math
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ahead_of_time import compilations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import potential
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.global_planner import GlobalPlanner, GlobalPlannerConfig
-from sara_nav.orientation import orient
-from sara_nav.planning import GLOBAL_PLANNERS, PlanError, path_length
+from ahead_of_time import compilations
+from sara_common.planar import Pose2D, wrap
+from sara_nav.planners import potential
+from sara_nav.planners.global_planner import GlobalPlanner, GlobalPlannerConfig
+from sara_nav.planners.orientation import orient
+from sara_nav.planners.planning import GLOBAL_PLANNERS, PlanError, path_length
 
 sys.path.append(str(Path(__file__).resolve().parent))
 from costmap_cases import connected, make  # noqa: E402  pylint: disable=wrong-import-position
 
-grids = hnp.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 14)),
-                   elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 251, 252, 253, 254, 255]))
+grids = hnp.arrays(
+    np.uint8,
+    st.tuples(st.integers(1, 12), st.integers(1, 14)),
+    elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 251, 252, 253, 254, 255]),
+)
 
 
 def free_room(side=60):
@@ -37,14 +41,27 @@ START, GOAL = Pose2D(0.52, 0.51, 0.4), Pose2D(2.48, 2.07, -1.2)
 
 
 @settings(max_examples=150)
-@given(grids, st.data(), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.integers(1, 255),
-       st.integers(1, 255), st.floats(0.01, 5.0))
-def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknown, grid, old, outline, lethal, neutral,
-                                                             factor):
+@given(
+    grids,
+    st.data(),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.integers(1, 255),
+    st.integers(1, 255),
+    st.floats(0.01, 5.0),
+)
+def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(
+    costs, data, unknown, grid, old, outline, lethal, neutral, factor
+):
     costmap = make(costs)
     g = costmap.geometry
-    spots = st.builds(lambda u, v: Pose2D(g.origin_x + u * g.width * 0.1, g.origin_y + v * g.height * 0.1, 0.5),
-                      st.floats(0.001, 0.999), st.floats(0.001, 0.999))
+    spots = st.builds(
+        lambda u, v: Pose2D(g.origin_x + u * g.width * 0.1, g.origin_y + v * g.height * 0.1, 0.5),
+        st.floats(0.001, 0.999),
+        st.floats(0.001, 0.999),
+    )
     start, goal = data.draw(spots), data.draw(spots)
     first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
     free = (costs < lethal - 1) & (costs < 255) | ((costs == 255) & unknown)
@@ -52,8 +69,16 @@ def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknow
     closed = free.copy()
     if outline and not any(c in (0, g.width - 1) or r in (0, g.height - 1) for c, r in (first, last)):
         closed[[0, -1]] = closed[:, [0, -1]] = False
-    ours = planner(allow_unknown=unknown, use_grid_path=grid, old_navfn_behavior=old, outline_map=outline,
-                   lethal_cost=lethal, neutral_cost=neutral, cost_factor=factor, use_quadratic=data.draw(st.booleans()))
+    ours = planner(
+        allow_unknown=unknown,
+        use_grid_path=grid,
+        old_navfn_behavior=old,
+        outline_map=outline,
+        lethal_cost=lethal,
+        neutral_cost=neutral,
+        cost_factor=factor,
+        use_quadratic=data.draw(st.booleans()),
+    )
     if last not in connected(closed, first):
         with pytest.raises(PlanError):
             ours.plan(costmap, start, goal)
@@ -64,29 +89,51 @@ def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknow
     for p, q in zip(plan[:-1, :2], plan[1:, :2]):
         for f in np.linspace(0.0, 1.0, 21):
             x, y = p + f * (q - p)
-            assert any(free[cell[1], cell[0]] for cell in (g.to_cell(x + e, y + h) for e in (1e-9, -1e-9)
-                                                           for h in (1e-9, -1e-9)) if cell), (x, y)
+            assert any(
+                free[cell[1], cell[0]]
+                for cell in (g.to_cell(x + e, y + h) for e in (1e-9, -1e-9) for h in (1e-9, -1e-9))
+                if cell
+            ), (x, y)
 
 
 def test_it_is_found_by_its_name_and_its_a_star_is_refused():
     assert GLOBAL_PLANNERS.find('global_planner/GlobalPlanner') is GlobalPlanner
     assert GlobalPlannerConfig(use_dijkstra=False).faults() == [
-        'use_dijkstra is False but must be True: for A*, use navfn/NavfnROS with use_astar']
+        'use_dijkstra is False but must be True: for A*, use navfn/NavfnROS with use_astar'
+    ]
 
 
-@pytest.mark.parametrize('name, value', [
-    ('lethal_cost', 0), ('lethal_cost', 256), ('neutral_cost', 0), ('cost_factor', 0.0), ('cost_factor', 6.0),
-    ('cost_factor', math.nan), ('orientation_mode', 7), ('orientation_window_size', 0), ('publish_scale', 0),
-    ('publish_scale', 128), ('default_tolerance', -1.0)])
+@pytest.mark.parametrize(
+    'name, value',
+    [
+        ('lethal_cost', 0),
+        ('lethal_cost', 256),
+        ('neutral_cost', 0),
+        ('cost_factor', 0.0),
+        ('cost_factor', 6.0),
+        ('cost_factor', math.nan),
+        ('orientation_mode', 7),
+        ('orientation_window_size', 0),
+        ('publish_scale', 0),
+        ('publish_scale', 128),
+        ('default_tolerance', -1.0),
+    ],
+)
 def test_bad_parameters_are_named(name, value):
     faults = GlobalPlannerConfig(**{name: value}).faults()
     assert len(faults) == 1 and name in faults[0]
 
 
-@pytest.mark.parametrize('start, goal, reason', [
-    ((1.0, 1.0), (9.0, 1.0), 'goal .* off the map'), ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
-    ((1.0, 1.0), (1.5, 1.5), 'goal .* in an obstacle'), ((1.0, 1.0), (2.0, 0.4), 'on a cell of cost 252'),
-    ((math.nan, 1.0), (1.0, 1.0), "robot's pose .* not finite")])
+@pytest.mark.parametrize(
+    'start, goal, reason',
+    [
+        ((1.0, 1.0), (9.0, 1.0), 'goal .* off the map'),
+        ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
+        ((1.0, 1.0), (1.5, 1.5), 'goal .* in an obstacle'),
+        ((1.0, 1.0), (2.0, 0.4), 'on a cell of cost 252'),
+        ((math.nan, 1.0), (1.0, 1.0), "robot's pose .* not finite"),
+    ],
+)
 def test_no_plan_says_why(start, goal, reason):
     costmap = free_room()
     costmap.costs[25:35, 25:35] = 254
@@ -172,7 +219,9 @@ def test_orientation_modes():
             assert not plan[:-1, 2].any()
         elif mode == 2:
             assert plan[0, 2] == pytest.approx(START.yaw)
-            assert np.diff(plan[:, 2]) == pytest.approx(np.full(len(plan) - 1, (GOAL.yaw - START.yaw) / (len(plan) - 1)))
+            assert np.diff(plan[:, 2]) == pytest.approx(
+                np.full(len(plan) - 1, (GOAL.yaw - START.yaw) / (len(plan) - 1))
+            )
         elif mode != 3:
             off = wrap(plan[1:-1, 2] - heading[1:] - turns.get(mode, 0.0))
             assert np.abs(off).max() < 0.3 and np.abs(off).mean() < 0.05
@@ -194,8 +243,9 @@ def test_any_path_can_be_oriented(path, start, goal, mode, window):
 
 
 def test_forward_then_interpolate_turns_on_the_last_straight():
-    corner = np.vstack([np.column_stack([np.arange(20), np.zeros(20)]),
-                        np.column_stack([np.full(10, 19), np.arange(1, 11)])])
+    corner = np.vstack(
+        [np.column_stack([np.arange(20), np.zeros(20)]), np.column_stack([np.full(10, 19), np.arange(1, 11)])]
+    )
     plan = orient(corner, 2.0, math.pi, 3)
     assert (plan[:18, 2] == 0.0).all()
     turn = plan[21:, 2]
@@ -213,7 +263,8 @@ def test_a_wide_window_smooths_headings():
 
 
 def test_nothing_compiles_while_planning():
-    from sara_nav import gradient_path
+    from sara_nav.planners import gradient_path
+
     for values in ({}, {'use_grid_path': True}, {'use_quadratic': False}, {'lethal_cost': 200}):
         planner(**values).plan(free_room(), START, GOAL)
     for kernel in (potential.prepare, potential.spread, gradient_path.descend, gradient_path.descend_grid):

@@ -1,4 +1,5 @@
 """make_plan's search about the goal, and goals as clients send them."""
+
 import math
 
 import numpy as np
@@ -6,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav.costmap import Costmap
-from sara_nav.geometry import Pose2D
-from sara_nav.goal_input import GoalError, global_pose, planar_pose
-from sara_nav.goal_search import GivenUp, cleared, places, search_plan
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.navfn import NavfnROS
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.goals.goal_input import GoalError, global_pose, planar_pose
+from sara_nav.goals.goal_search import GivenUp, cleared, places, search_plan
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.planners.grid_planner import GridPlanner
+from sara_nav.planners.navfn import NavfnROS
 
 GEOMETRY = GridGeometry(80, 60, 0.1, -1.0, -1.0)
 
@@ -107,10 +108,12 @@ def test_clearing_frees_a_square_about_the_robot_and_nothing_else():
     assert (cleared(costmap, Pose2D(100.0, 0.0, 0.0), 0.46).costs == 254).all()
 
 
-# -- goals as they are sent ------------------------------------------------------------------------------------------------
+# -- goals as they are sent
+# ------------------------------------------------------------------------------------------------
+
 
 def nowhere(frame):
-    raise LookupError('"%s" does not exist' % frame)
+    raise LookupError(f'"{frame}" does not exist')
 
 
 def test_a_goal_in_another_frame_is_brought_into_the_global_one():
@@ -120,14 +123,28 @@ def test_a_goal_in_another_frame_is_brought_into_the_global_one():
     assert global_pose('/map', (1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'map', nowhere) == Pose2D(1.0, 2.0, 0.0)
 
 
-@pytest.mark.parametrize('frame, position, quaternion, text', [
-    ('', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'frame_id is empty'),
-    ('/', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'frame_id is empty'),
-    ('moon', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'Failed to transform the goal pose from moon into the map frame'),
-    ('map', (math.nan, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'NaN'),
-    ('map', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), 'Aborting on goal because it was sent with an invalid quaternion'),
-    ('map', (0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), 'invalid quaternion'),
-    ('map', (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), 'about the vertical')])
+@pytest.mark.parametrize(
+    'frame, position, quaternion, text',
+    [
+        ('', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'frame_id is empty'),
+        ('/', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'frame_id is empty'),
+        (
+            'moon',
+            (0.0, 0.0, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+            'Failed to transform the goal pose from moon into the map frame',
+        ),
+        ('map', (math.nan, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 'NaN'),
+        (
+            'map',
+            (0.0, 0.0, 0.0),
+            (0.0, 0.0, 0.0, 0.0),
+            'Aborting on goal because it was sent with an invalid quaternion',
+        ),
+        ('map', (0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), 'invalid quaternion'),
+        ('map', (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), 'about the vertical'),
+    ],
+)
 def test_goals_that_are_none_are_refused_in_words(frame, position, quaternion, text):
     with pytest.raises(GoalError, match=text):
         global_pose(frame, position, quaternion, 'map', nowhere)

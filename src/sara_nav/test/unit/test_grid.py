@@ -1,11 +1,12 @@
 """Where cells are: costmap_2d's coordinates tests rebuilt from their description, and the law of the round trip."""
+
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav.grid import GridError, GridGeometry
+from sara_nav.grids.grid import GridError, GridGeometry
 
 EASY = GridGeometry(2, 3, 1.0, 0.0, 0.0)
 HARD = GridGeometry(2, 3, 0.1, -0.2, 0.2)
@@ -53,8 +54,18 @@ def test_a_grid_moved_by_whole_cells():
     assert EASY.size == (2.0, 3.0)
 
 
-@pytest.mark.parametrize('wrong', [(2, 3, 0.0, 0, 0), (2, 3, -1.0, 0, 0), (2, 3, math.nan, 0, 0), (0, 3, 1.0, 0, 0),
-                                   (2, 0, 1.0, 0, 0), (2, 3, 1.0, math.nan, 0), (2, 3, 1.0, 0, math.inf)])
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        (2, 3, 0.0, 0, 0),
+        (2, 3, -1.0, 0, 0),
+        (2, 3, math.nan, 0, 0),
+        (0, 3, 1.0, 0, 0),
+        (2, 0, 1.0, 0, 0),
+        (2, 3, 1.0, math.nan, 0),
+        (2, 3, 1.0, 0, math.inf),
+    ],
+)
 def test_grids_that_make_no_sense_are_refused(wrong):
     with pytest.raises(GridError):
         GridGeometry(*wrong)

@@ -1,22 +1,24 @@
 """The planner of the oriented footprint: what holds of every plan, and the places it is there for."""
+
 import functools
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, example, given, settings, strategies as st
+from hypothesis import HealthCheck, assume, example, given, settings
+from hypothesis import strategies as st
 
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import InflationConfig, Costmap, build
-from sara_nav.footprint import circle_footprint, pad_footprint
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.grid import GridGeometry
-from sara_nav.lattice_config import LatticePlannerConfig
-from sara_nav.lattice_planner import FOOTPRINT, LatticePlanner
-from sara_nav.map_io import load_map
-from sara_nav.navfn import NavfnConfig, NavfnROS
-from sara_nav.planning import PlanError, path_length
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import circle_footprint, pad_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.lattice.config import LatticePlannerConfig
+from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner
+from sara_nav.maps.map_io import load_map
+from sara_nav.planners.navfn import NavfnConfig, NavfnROS
+from sara_nav.planners.planning import PlanError, path_length
 
 RESOLUTION = 0.05
 PADDED = pad_footprint(np.array(FOOTPRINT), 0.01)
@@ -30,15 +32,21 @@ def grid(width, height, *walls, value=LETHAL, costs=None):
     """Return a Costmap of width x height m whose cells are obstacles where a wall (x0, y0, x1, y1), m, reaches in."""
     costs = np.zeros((round(height / RESOLUTION), round(width / RESOLUTION)), np.uint8) if costs is None else costs
     for x0, y0, x1, y1 in walls:
-        costs[math.floor(y0 / RESOLUTION + 1e-6):math.ceil(y1 / RESOLUTION - 1e-6),
-              math.floor(x0 / RESOLUTION + 1e-6):math.ceil(x1 / RESOLUTION - 1e-6)] = value
+        costs[
+            math.floor(y0 / RESOLUTION + 1e-6) : math.ceil(y1 / RESOLUTION - 1e-6),
+            math.floor(x0 / RESOLUTION + 1e-6) : math.ceil(x1 / RESOLUTION - 1e-6),
+        ] = value
     return Costmap(costs, GridGeometry(costs.shape[1], costs.shape[0], RESOLUTION, 0.0, 0.0))
 
 
 def door(width=0.8, middle=3.0, thick=0.1):
     """Return two rooms of 4 x 6 m with a door between them, in the wall about x = 4, ``middle`` in y."""
-    return grid(8.0, 6.0, (4.0 - 0.5 * thick, 0.0, 4.0 + 0.5 * thick, middle - 0.5 * width),
-                (4.0 - 0.5 * thick, middle + 0.5 * width, 4.0 + 0.5 * thick, 6.0))
+    return grid(
+        8.0,
+        6.0,
+        (4.0 - 0.5 * thick, 0.0, 4.0 + 0.5 * thick, middle - 0.5 * width),
+        (4.0 - 0.5 * thick, middle + 0.5 * width, 4.0 + 0.5 * thick, 6.0),
+    )
 
 
 def fine(plan):
@@ -80,7 +88,7 @@ def plan_of(costmap, start, goal, footprint=PADDED, **parameters):
     return planner.plan(costmap, start, goal)
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def own(name):
     """Return the Costmap of one of SARA's maps, as the shipped configuration makes it."""
     return build(load_map(str(MAPS / (name + '.yaml'))), 0.30, inflation=InflationConfig(0.75, 4.0))
@@ -91,8 +99,10 @@ def free_poses(costmap, count, seed, spare=0.03):
     random, g = np.random.default_rng(seed), costmap.geometry
     world, found = LocalWorld(costmap, pad_footprint(PADDED, spare)), []
     while len(found) < count:
-        pose = Pose2D(*(float(o + random.uniform() * s) for o, s in zip((g.origin_x, g.origin_y), g.size)),
-                      float(random.uniform(-math.pi, math.pi)))
+        pose = Pose2D(
+            *(float(o + random.uniform() * s) for o, s in zip((g.origin_x, g.origin_y), g.size)),
+            float(random.uniform(-math.pi, math.pi)),
+        )
         if not world.collides(pose):
             found.append(pose)
     return found
@@ -144,6 +154,7 @@ def test_mirrored_maps_have_ways_as_good(aside, distance, yaw, axis):
 
 # -- doors ---------------------------------------------------------------------------------------------------------
 
+
 @pytest.mark.parametrize('middle', [3.0, 3.01, 3.025, 2.985])
 @pytest.mark.parametrize('yaw', [0.0, 0.6, -1.2, 2.0, math.pi])
 def test_a_door_of_80_cm_from_any_angle_on_the_grid_and_off_it(middle, yaw):
@@ -162,7 +173,9 @@ def test_a_door_of_80_cm_from_any_angle_on_the_grid_and_off_it(middle, yaw):
 
 
 def test_a_door_that_is_too_narrow_is_none():
-    with pytest.raises(PlanError, match='no way leads the footprint from .1.80, 2.20, 0 deg. to the goal .6.30, 4.00, -23 deg.'):
+    with pytest.raises(
+        PlanError, match='no way leads the footprint from .1.80, 2.20, 0 deg. to the goal .6.30, 4.00, -23 deg.'
+    ):
         plan_of(door(0.6), Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4))
 
 
@@ -181,6 +194,7 @@ def test_a_slanting_passage_is_driven_along():
 
 
 # -- where there is no room ----------------------------------------------------------------------------------------
+
 
 def dead_end():
     """Return a corridor 0.9 m wide and 4 m long that ends at x = 0.5 and opens at x = 4.5 into a room of 3.5 x 5 m."""
@@ -225,7 +239,9 @@ def test_a_corner_that_only_an_arc_passes():
     check(plan, costmap, start, goal)
 
 
-@pytest.mark.parametrize('y, yaw', [(1.36, 0.0), (1.33, 0.0), (1.315, 0.0), (1.56, -math.pi / 2.0), (1.50, -math.pi / 2.0), (1.40, 0.4)])
+@pytest.mark.parametrize(
+    'y, yaw', [(1.36, 0.0), (1.33, 0.0), (1.315, 0.0), (1.56, -math.pi / 2.0), (1.50, -math.pi / 2.0), (1.40, 0.4)]
+)
 def test_a_start_too_near_to_a_wall_is_left_without_things_getting_worse(y, yaw):
     """Along the wall, 0.06 to 0.015 m from it, facing it, with its front in it, and with a corner in it."""
     costmap = grid(12.0, 6.0, (0.0, 0.0, 12.0, 1.0))
@@ -244,6 +260,7 @@ def test_a_goal_close_to_a_wall_is_come_up_to():
 
 # -- what a planner is told ----------------------------------------------------------------------------------------
 
+
 def test_unknown_cells_are_obstacles_unless_allowed():
     costmap = grid(8.0, 6.0, (3.0, 0.0, 5.0, 6.0), value=UNKNOWN)
     ends = Pose2D(1.5, 3.0, 0.0), Pose2D(6.5, 3.0, 0.0)
@@ -254,13 +271,16 @@ def test_unknown_cells_are_obstacles_unless_allowed():
         plan_of(costmap, ends[0], Pose2D(4.0, 3.0, 0.0))
 
 
-@pytest.mark.parametrize('start, goal, text', [
-    ((-1.0, 3.0, 0.0), (6.0, 3.0, 0.0), r'the robot at \(-1.00, 3.00\) is off the map'),
-    ((2.0, 3.0, 0.0), (6.0, 30.0, 0.0), r'the goal \(6.00, 30.00\) is off the map'),
-    ((2.0, 3.0, 0.0), (4.0, 2.0, 0.0), r'the footprint at the goal \(4.00, 2.00, 0 deg\) overlaps an obstacle'),
-    ((2.0, 3.0, 0.0), (3.55, 2.0, 0.0), r'the footprint at the goal \(3.55, 2.00, 0 deg\) overlaps'),
-    ((2.0, 3.0, 0.0), (math.nan, 2.0, 0.0), 'not finite'),
-])
+@pytest.mark.parametrize(
+    'start, goal, text',
+    [
+        ((-1.0, 3.0, 0.0), (6.0, 3.0, 0.0), r'the robot at \(-1.00, 3.00\) is off the map'),
+        ((2.0, 3.0, 0.0), (6.0, 30.0, 0.0), r'the goal \(6.00, 30.00\) is off the map'),
+        ((2.0, 3.0, 0.0), (4.0, 2.0, 0.0), r'the footprint at the goal \(4.00, 2.00, 0 deg\) overlaps an obstacle'),
+        ((2.0, 3.0, 0.0), (3.55, 2.0, 0.0), r'the footprint at the goal \(3.55, 2.00, 0 deg\) overlaps'),
+        ((2.0, 3.0, 0.0), (math.nan, 2.0, 0.0), 'not finite'),
+    ],
+)
 def test_what_cannot_be_planned_is_said(start, goal, text):
     with pytest.raises(PlanError, match=text):
         plan_of(door(), Pose2D(*start), Pose2D(*goal))
@@ -305,8 +325,14 @@ def test_explore_says_where_a_plan_may_lead():
     assert reached[60, 40] and reached[60, 120]
 
 
-@pytest.mark.parametrize('corners', [circle_footprint(0.3), np.array([[0.9, 0.0], [-0.2, 0.35], [-0.2, -0.35]]),
-                                     np.array([[0.2, 0.2], [0.2, -0.2], [-0.6, -0.25], [-0.6, 0.25]])])
+@pytest.mark.parametrize(
+    'corners',
+    [
+        circle_footprint(0.3),
+        np.array([[0.9, 0.0], [-0.2, 0.35], [-0.2, -0.35]]),
+        np.array([[0.2, 0.2], [0.2, -0.2], [-0.6, -0.25], [-0.6, 0.25]]),
+    ],
+)
 def test_any_polygon_fits_where_it_fits(corners):
     costmap = door(0.9)
     start, goal = Pose2D(1.8, 2.2, 0.4), Pose2D(6.3, 4.0, 2.0)
@@ -331,15 +357,27 @@ def test_a_costmap_that_changed_is_looked_at_anew():
         planner.plan(costmap, *ends)
 
 
-@pytest.mark.parametrize('name, value', [('speed', 0.0), ('turn_rate', -1.0), ('hard_margin', -0.01), ('clearance', 0.0), ('greed', 0.5),
-                                         ('clearance_weight', -1.0), ('max_expansions', 0), ('reverse_factor', math.nan)])
+@pytest.mark.parametrize(
+    'name, value',
+    [
+        ('speed', 0.0),
+        ('turn_rate', -1.0),
+        ('hard_margin', -0.01),
+        ('clearance', 0.0),
+        ('greed', 0.5),
+        ('clearance_weight', -1.0),
+        ('max_expansions', 0),
+        ('reverse_factor', math.nan),
+    ],
+)
 def test_bad_parameters_are_named(name, value):
     faults = LatticePlannerConfig(**{name: value}).faults()
-    assert len(faults) == 1 and faults[0].startswith('%s is %r but must be' % (name, value))
+    assert len(faults) == 1 and faults[0].startswith(f'{name} is {value!r} but must be')
     assert LatticePlannerConfig().faults() == []
 
 
 # -- SARA's maps ---------------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize('name', ['flat', 'school', 'hall'])
 def test_where_navfn_finds_a_way_so_does_the_body(name):

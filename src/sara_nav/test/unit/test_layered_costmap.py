@@ -1,4 +1,5 @@
 """Layered costmaps: only what changed is computed, and that gives what computing everything would; rolling; clearing."""
+
 import math
 import random
 
@@ -7,17 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.costmap import FREE, LETHAL, UNKNOWN, InflationConfig, StaticLayerConfig, inflate
-from sara_nav.footprint import circle_footprint, radii
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
-from sara_nav.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap, MapError
-from sara_nav.observations import Observation
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import FREE, LETHAL, UNKNOWN, InflationConfig, StaticLayerConfig, inflate
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.costmaps.observations import Observation
+from sara_nav.grids.footprint import circle_footprint, radii
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap, MapError
 
 ROUND = circle_footprint(0.3)
 
@@ -28,8 +29,9 @@ def grid_map(cells, resolution=0.1, origin=(0.0, 0.0)):
 
 
 def make(layers, footprint=ROUND, **parameters):
-    return LayeredCostmap(CostmapConfig(**dict(dict(resolution=0.1, width=6.0, height=6.0), **parameters)), layers,
-                          footprint)
+    return LayeredCostmap(
+        CostmapConfig(**dict(dict(resolution=0.1, width=6.0, height=6.0), **parameters)), layers, footprint
+    )
 
 
 def reading(x, y, yaw, distance, t=0.0, source='/sonar', fov=0.6):
@@ -44,14 +46,24 @@ def everything_anew(costmap, t, pose):
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.integers(0, 10 ** 6), st.booleans(), st.booleans(), st.permutations(['static', 'range', 'obstacles', 'inflation']))
+@given(
+    st.integers(0, 10**6), st.booleans(), st.booleans(), st.permutations(['static', 'range', 'obstacles', 'inflation'])
+)
 def test_computing_what_changed_gives_what_computing_everything_gives(seed, rolling, unknown_too, order):
     rng = random.Random(seed)
-    kinds = {'static': StaticLayer('static', StaticLayerConfig()), 'range': RangeSensorLayer('range'),
-             'inflation': InflationLayer('inflation', InflationConfig(0.4, 3.0, unknown_too)),
-             'obstacles': ObstacleLayer('obstacles', ObstacleConfig(
-                 track_unknown_space=rng.random() < 0.5, combination_method=rng.choice([0, 1]),
-                 sources=(SourceConfig('scan', clearing=True, observation_persistence=rng.choice([0.0, 2.0])),)))}
+    kinds = {
+        'static': StaticLayer('static', StaticLayerConfig()),
+        'range': RangeSensorLayer('range'),
+        'inflation': InflationLayer('inflation', InflationConfig(0.4, 3.0, unknown_too)),
+        'obstacles': ObstacleLayer(
+            'obstacles',
+            ObstacleConfig(
+                track_unknown_space=rng.random() < 0.5,
+                combination_method=rng.choice([0, 1]),
+                sources=(SourceConfig('scan', clearing=True, observation_persistence=rng.choice([0.0, 2.0])),),
+            ),
+        ),
+    }
     costmap = make([kinds[name] for name in order], rolling_window=rolling, track_unknown_space=rng.random() < 0.5)
     values = np.array([rng.choices([0, 100, -1], [8, 1, 1])[0] for _ in range(2400)]).reshape(40, 60)
     kinds['static'].set_map(grid_map(values, origin=(-1.0, 0.5)))
@@ -88,8 +100,12 @@ def test_only_the_changed_window_grown_by_the_radius_is_computed():
 
 
 def test_a_rolling_window_computes_only_what_came_into_sight_and_what_was_next_to_what_left():
-    costmap = make([RangeSensorLayer('range'), InflationLayer('inflation', InflationConfig(0.5))],
-                   rolling_window=True, width=20.0, height=20.0)
+    costmap = make(
+        [RangeSensorLayer('range'), InflationLayer('inflation', InflationConfig(0.5))],
+        rolling_window=True,
+        width=20.0,
+        height=20.0,
+    )
     costmap.update(0.0, Pose2D(0.0, 0.0, 0.0))
     before = costmap.cells_computed
     costmap.update(0.2, Pose2D(0.35, 0.0, 0.0))
@@ -166,8 +182,13 @@ def test_nothing_is_made_of_poses_that_are_not_numbers():
     costmap = make([RangeSensorLayer('range')], rolling_window=True)
     costmap.update(0.0, Pose2D(1.0, 1.0, 0.0))
     origin = costmap.geometry
-    for pose in (Pose2D(math.nan, 0.0, 0.0), Pose2D(0.0, math.inf, 0.0), Pose2D(0.0, 0.0, math.nan),
-                 Pose2D(1e300, 0.0, 0.0), None):
+    for pose in (
+        Pose2D(math.nan, 0.0, 0.0),
+        Pose2D(0.0, math.inf, 0.0),
+        Pose2D(0.0, 0.0, math.nan),
+        Pose2D(1e300, 0.0, 0.0),
+        None,
+    ):
         costmap.update(0.1, pose)
     assert costmap.geometry == origin and costmap.bad_poses == 4
 
@@ -185,11 +206,22 @@ def test_updates_are_due_as_update_frequency_says():
     assert not make([], update_frequency=0.0).due(1.0)
 
 
-@pytest.mark.parametrize('wrong, named', [
-    (dict(resolution=0.0), 'resolution'), (dict(resolution=math.nan), 'resolution'), (dict(width=0.0), 'width'),
-    (dict(height=math.inf), 'height'), (dict(height=-3.0), 'height'), (dict(update_frequency=-1.0), 'update_frequency'),
-    (dict(publish_frequency=math.nan), 'publish_frequency'), (dict(transform_tolerance=-1.0), 'transform_tolerance'),
-    (dict(origin_x=math.nan), 'origin_x'), (dict(width=1e6, height=1e6), 'cells'), (dict(global_frame=''), 'global_frame')])
+@pytest.mark.parametrize(
+    'wrong, named',
+    [
+        (dict(resolution=0.0), 'resolution'),
+        (dict(resolution=math.nan), 'resolution'),
+        (dict(width=0.0), 'width'),
+        (dict(height=math.inf), 'height'),
+        (dict(height=-3.0), 'height'),
+        (dict(update_frequency=-1.0), 'update_frequency'),
+        (dict(publish_frequency=math.nan), 'publish_frequency'),
+        (dict(transform_tolerance=-1.0), 'transform_tolerance'),
+        (dict(origin_x=math.nan), 'origin_x'),
+        (dict(width=1e6, height=1e6), 'cells'),
+        (dict(global_frame=''), 'global_frame'),
+    ],
+)
 def test_parameters_that_make_no_sense_are_named(wrong, named):
     with pytest.raises(ValueError, match=named):
         make([], **wrong)

@@ -1,30 +1,37 @@
 """The inflation layer: costmap_2d's own tests rebuilt from their description, with footprints of half sides in metres."""
+
 import math
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from sara_nav.costmap import FREE, INSCRIBED, LETHAL, UNKNOWN, InflationConfig, cost_of_distance
-from sara_nav.footprint import radii
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.costmap import FREE, INSCRIBED, LETHAL, UNKNOWN, InflationConfig, cost_of_distance
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.grids.footprint import radii
 
 sys.path.append(str(Path(__file__).resolve().parent))
 from ten_by_ten import AT_ORIGIN, count, make, see  # noqa: E402  pylint: disable=wrong-import-position
 
 
 def box(half_length, half_width):
-    return np.array([[half_width, half_length], [half_width, -half_length], [-half_width, -half_length],
-                     [-half_width, half_length]])
+    return np.array(
+        [[half_width, half_length], [half_width, -half_length], [-half_width, -half_length], [-half_width, half_length]]
+    )
 
 
 def inflated(half_length, half_width, radius, static=False, scaling=1.0, **parameters):
     """Return (costmap, obstacle layer) with inflation; the robot's footprint is not cleared, as in the peer's tests its
     outline lies partly off the map and then clears nothing."""
-    return make(static, footprint=box(half_length, half_width), more=[InflationLayer(
-        'inflation', InflationConfig(radius, scaling))], footprint_clearing_enabled=False, **parameters)
+    return make(
+        static,
+        footprint=box(half_length, half_width),
+        more=[InflationLayer('inflation', InflationConfig(radius, scaling))],
+        footprint_clearing_enabled=False,
+        **parameters,
+    )
 
 
 def test_a_robot_next_to_an_obstacle_can_still_move():
@@ -46,8 +53,11 @@ def test_inflation_makes_nothing_unknown():
 def test_costs_follow_the_formula_far_out():
     far = SourceConfig('far', clearing=True, obstacle_range=100.0, raytrace_range=100.0)
     layer = ObstacleLayer('obstacles', ObstacleConfig(sources=(far,), footprint_clearing_enabled=False))
-    costmap = LayeredCostmap(CostmapConfig(resolution=1.0, width=100.0, height=100.0),
-                             [layer, InflationLayer('inflation', InflationConfig(10.5, 1.0))], box(5.0, 6.25))
+    costmap = LayeredCostmap(
+        CostmapConfig(resolution=1.0, width=100.0, height=100.0),
+        [layer, InflationLayer('inflation', InflationConfig(10.5, 1.0))],
+        box(5.0, 6.25),
+    )
     see(layer, 50, 50, 1.0)
     costmap.update(0.0, AT_ORIGIN)
     costs = costmap.costmap.costs

@@ -1,5 +1,6 @@
 """The obstacle layer: costmap_2d's own tests rebuilt from their description on the ten by ten map, and laws of marking
 and clearing."""
+
 import math
 import sys
 from pathlib import Path
@@ -9,17 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.costmap import FREE, LETHAL, UNKNOWN
-from sara_nav.geometry import Pose2D
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
-from sara_nav.observations import Observation
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import FREE, LETHAL, UNKNOWN
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.observations import Observation
 
 sys.path.append(str(Path(__file__).resolve().parent))
 from ten_by_ten import AT_ORIGIN, count, make, see  # noqa: E402  pylint: disable=wrong-import-position
 
-
 # -- costmap_2d's obstacle tests -------------------------------------------------------------------------------
+
 
 def test_one_point_adds_one_obstacle_to_the_maps_twenty():
     costmap, layer = make()
@@ -75,9 +76,17 @@ def test_a_point_on_an_obstacle_of_the_map_adds_none():
 
 # -- clear_costmap_recovery's tests, by the lethal cells that are left ---------------------------------------------
 
-@pytest.mark.parametrize('distance, layers, left', [
-    (3.0, ['obstacles'], 20), (20.0, ['obstacles'], 22), (20.0, [], 22), (3.0, ['obstacles', 'static_map'], 0),
-    (12.0, ['obstacles', 'static_map'], 6)])
+
+@pytest.mark.parametrize(
+    'distance, layers, left',
+    [
+        (3.0, ['obstacles'], 20),
+        (20.0, ['obstacles'], 22),
+        (20.0, [], 22),
+        (3.0, ['obstacles', 'static_map'], 0),
+        (12.0, ['obstacles', 'static_map'], 6),
+    ],
+)
 def test_what_clearing_outside_a_square_leaves(distance, layers, left):
     costmap, layer = make(track_unknown=True)
     see(layer, 5.0, 0.0, 0.5, (0.0, 0.0, 0.5))
@@ -100,8 +109,11 @@ outside = st.floats(-30.0, 40.0)
 @settings(deadline=None)
 @given(inside, inside, outside, outside, st.floats(0.5, 20.0))
 def test_a_ray_clears_a_connected_line_that_stays_next_to_the_true_one_and_in_reach(x, y, to_x, to_y, reach):
-    costmap, layer = make(static=False, track_unknown=True, sources=[
-        SourceConfig('ray', clearing=True, marking=False, raytrace_range=reach)])
+    costmap, layer = make(
+        static=False,
+        track_unknown=True,
+        sources=[SourceConfig('ray', clearing=True, marking=False, raytrace_range=reach)],
+    )
     see(layer, to_x, to_y, 0.0, (x, y, 0.0), source='ray')
     costmap.update(0.0, None)
     rows, columns = np.nonzero(costmap.costmap.costs == FREE)
@@ -122,9 +134,14 @@ def test_points_are_marked_where_they_are_when_near_and_low_enough(points, x, y)
     costmap, layer = make(static=False, sources=[source], max_obstacle_height=1.5)
     layer.add_observation(Observation('far', 0.0, (x, y, 0.5), np.array(points)))
     costmap.update(0.0, None)
-    expected = {(math.floor(px), math.floor(py)) for px, py, pz in points
-                if 0.0 <= pz <= 1.5 and (px - x) ** 2 + (py - y) ** 2 + (pz - 0.5) ** 2 < 36.0
-                and 0.0 <= px < 10.0 and 0.0 <= py < 10.0}
+    expected = {
+        (math.floor(px), math.floor(py))
+        for px, py, pz in points
+        if 0.0 <= pz <= 1.5
+        and (px - x) ** 2 + (py - y) ** 2 + (pz - 0.5) ** 2 < 36.0
+        and 0.0 <= px < 10.0
+        and 0.0 <= py < 10.0
+    }
     rows, columns = np.nonzero(costmap.costmap.costs == LETHAL)
     assert set(zip(columns.tolist(), rows.tolist())) == expected
 
@@ -149,6 +166,7 @@ def test_the_footprint_is_free_wherever_the_robot_stands(x, y, yaw):
 
 
 # -- parameters ------------------------------------------------------------------------------------------------
+
 
 def test_combining_by_overwriting_by_the_maximum_and_not_at_all():
     found = {}
@@ -180,7 +198,11 @@ def test_observations_are_kept_as_long_as_asked():
     layer.costs[:] = FREE
     costmap.touch_all()
     costmap.update(1.0, None)
-    assert [costmap.costmap.costs[0, 1], costmap.costmap.costs[1, 1], costmap.costmap.costs[0, 2]] == [FREE, LETHAL, LETHAL]
+    assert [costmap.costmap.costs[0, 1], costmap.costmap.costs[1, 1], costmap.costmap.costs[0, 2]] == [
+        FREE,
+        LETHAL,
+        LETHAL,
+    ]
     layer.costs[:] = FREE
     costmap.touch_all()
     costmap.update(2.5, None)
@@ -204,12 +226,13 @@ def test_observations_that_make_no_sense_are_dropped_and_counted():
     good = Observation('far', 5.0, (0.5, 0.5, 0.5), np.array([[3.5, 3.5, 0.5]]))
     layer.add_observation(good)
     for kind, wrong in (
-            ('unknown_sources', Observation('nobody', 5.0, good.origin, good.points)),
-            ('bad_clouds', Observation('far', 5.0, good.origin, np.zeros(3))),
-            ('bad_poses', Observation('far', 5.0, (math.nan, 0.0, 0.0), good.points)),
-            ('bad_poses', Observation('far', math.inf, good.origin, good.points)),
-            ('old_observations', Observation('far', 4.0, good.origin, good.points)),
-            ('bad_points', Observation('far', 6.0, good.origin, np.array([[math.nan, 1.0, 0.0], [6.5, 6.5, math.inf]])))):
+        ('unknown_sources', Observation('nobody', 5.0, good.origin, good.points)),
+        ('bad_clouds', Observation('far', 5.0, good.origin, np.zeros(3))),
+        ('bad_poses', Observation('far', 5.0, (math.nan, 0.0, 0.0), good.points)),
+        ('bad_poses', Observation('far', math.inf, good.origin, good.points)),
+        ('old_observations', Observation('far', 4.0, good.origin, good.points)),
+        ('bad_points', Observation('far', 6.0, good.origin, np.array([[math.nan, 1.0, 0.0], [6.5, 6.5, math.inf]]))),
+    ):
         before = layer.counts[kind]
         layer.add_observation(wrong)
         assert layer.counts[kind] == before + 1 and layer.problem
@@ -231,9 +254,12 @@ def test_when_time_goes_back_old_stamps_hinder_nothing():
 
 
 def test_a_rolling_window_takes_what_was_seen_along():
-    layer = ObstacleLayer('obstacles', ObstacleConfig(sources=(SourceConfig('scan'),), footprint_clearing_enabled=False))
-    costmap = LayeredCostmap(CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer],
-                             np.ones((1, 2)))
+    layer = ObstacleLayer(
+        'obstacles', ObstacleConfig(sources=(SourceConfig('scan'),), footprint_clearing_enabled=False)
+    )
+    costmap = LayeredCostmap(
+        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
+    )
     costmap.update(0.0, AT_ORIGIN)
     see(layer, 1.05, 0.55, source='scan')
     costmap.update(0.1, AT_ORIGIN)

@@ -1,5 +1,6 @@
 """The range layer: REP-117's readings, marks that hold and ghosts that vanish, the cone's shape, and readings that are
 wrong."""
+
 import math
 
 import numpy as np
@@ -7,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.costmap import FREE, LETHAL, UNKNOWN
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.range_sensor import MOST_WAITING, RangeReading, RangeSensorConfig, RangeSensorLayer
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import FREE, LETHAL, UNKNOWN
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.range_sensor import MOST_WAITING, RangeReading, RangeSensorConfig, RangeSensorLayer
 
 HERE = Pose2D(0.0, 0.0, 0.0)
 SRF02 = dict(min_range=0.16, max_range=2.5, field_of_view=math.radians(60.0))
@@ -19,8 +20,11 @@ SRF02 = dict(min_range=0.16, max_range=2.5, field_of_view=math.radians(60.0))
 def make(unknown=False, **parameters):
     """Return (LayeredCostmap of 8 x 8 m about the origin at 0.05 m, its range layer)."""
     layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(**dict(dict(topics=('/a', '/b')), **parameters)))
-    return LayeredCostmap(CostmapConfig(width=8.0, height=8.0, origin_x=-4.0, origin_y=-4.0, track_unknown_space=unknown),
-                          [layer], np.ones((1, 2))), layer
+    return LayeredCostmap(
+        CostmapConfig(width=8.0, height=8.0, origin_x=-4.0, origin_y=-4.0, track_unknown_space=unknown),
+        [layer],
+        np.ones((1, 2)),
+    ), layer
 
 
 def reading(distance, at=HERE, stamp=0.0, source='/a', **other):
@@ -42,6 +46,7 @@ def say(costmap, layer, *distances, t=0.0, at=HERE, **other):
 
 # -- marking and clearing ------------------------------------------------------------------------------------------
 
+
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.2, 2.45), st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_an_echo_marks_on_the_axis_at_its_range_and_nothing_off_the_cone(distance, yaw, x, y):
@@ -62,7 +67,12 @@ def test_an_echo_frees_unknown_space_before_it_and_leaves_what_is_behind_unknown
         say(costmap, layer, 1.5, t=0.1 * k)
     at = costmap.costmap.cost_at
     assert (at(0.5, 0.0), at(1.0, 0.0), at(1.5, 0.01), at(2.0, 0.0), at(-0.5, 0.0)) == (
-        FREE, FREE, LETHAL, UNKNOWN, UNKNOWN)
+        FREE,
+        FREE,
+        LETHAL,
+        UNKNOWN,
+        UNKNOWN,
+    )
 
 
 @pytest.mark.parametrize('empty', [math.inf, 2.5, 2.6, 1e9])
@@ -143,8 +153,11 @@ def test_marks_decay_when_nobody_looks_there_any_more():
 
 
 @settings(deadline=None)
-@given(st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(-math.pi, math.pi)), max_size=30),
-       st.floats(0.05, 0.4), st.floats(0.6, 0.99))
+@given(
+    st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(-math.pi, math.pi)), max_size=30),
+    st.floats(0.05, 0.4),
+    st.floats(0.6, 0.99),
+)
 def test_no_cell_is_ever_beyond_change(readings, clear, mark):
     costmap, layer = make(clear_threshold=clear, mark_threshold=mark)
     for k, (distance, yaw) in enumerate(readings):
@@ -213,14 +226,27 @@ def test_the_map_below_is_never_lowered():
 
 # -- readings that are wrong ---------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('wrong, kind', [
-    (dict(distance=math.nan), 'nan_ranges'), (dict(at=Pose2D(math.nan, 0.0, 0.0)), 'bad_poses'),
-    (dict(at=Pose2D(0.0, 0.0, math.inf)), 'bad_poses'), (dict(at=Pose2D(1e300, 0.0, 0.0)), 'bad_poses'),
-    (dict(max_range=1e300), 'bad_limits'), (dict(stamp=math.nan), 'bad_poses'),
-    (dict(min_range=-0.1), 'bad_limits'), (dict(min_range=3.0), 'bad_limits'), (dict(max_range=math.inf), 'bad_limits'),
-    (dict(max_range=math.nan), 'bad_limits'), (dict(min_range=0.0, max_range=0.0), 'bad_limits'),
-    (dict(field_of_view=0.0), 'bad_limits'), (dict(field_of_view=math.nan), 'bad_limits'),
-    (dict(field_of_view=7.0), 'bad_limits'), (dict(stamp=4.0), 'old_readings')])
+
+@pytest.mark.parametrize(
+    'wrong, kind',
+    [
+        (dict(distance=math.nan), 'nan_ranges'),
+        (dict(at=Pose2D(math.nan, 0.0, 0.0)), 'bad_poses'),
+        (dict(at=Pose2D(0.0, 0.0, math.inf)), 'bad_poses'),
+        (dict(at=Pose2D(1e300, 0.0, 0.0)), 'bad_poses'),
+        (dict(max_range=1e300), 'bad_limits'),
+        (dict(stamp=math.nan), 'bad_poses'),
+        (dict(min_range=-0.1), 'bad_limits'),
+        (dict(min_range=3.0), 'bad_limits'),
+        (dict(max_range=math.inf), 'bad_limits'),
+        (dict(max_range=math.nan), 'bad_limits'),
+        (dict(min_range=0.0, max_range=0.0), 'bad_limits'),
+        (dict(field_of_view=0.0), 'bad_limits'),
+        (dict(field_of_view=math.nan), 'bad_limits'),
+        (dict(field_of_view=7.0), 'bad_limits'),
+        (dict(stamp=4.0), 'old_readings'),
+    ],
+)
 def test_readings_that_make_no_sense_are_dropped_and_counted(wrong, kind):
     costmap, layer = make()
     layer.add_range(reading(math.inf, stamp=5.0))
@@ -272,6 +298,7 @@ def test_each_silent_sensor_is_told_of_by_name():
 
 
 # -- free_memory: several views carve an arc ---------------------------------------------------------------------------
+
 
 def beside(costmap, layer, t, distance, yaw=math.radians(40.0)):
     """A second sensor at the same place, turned aside, says a distance or +Inf."""

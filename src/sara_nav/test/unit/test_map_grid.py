@@ -1,14 +1,15 @@
 """Distance grids: the peer's tests of its MapGrid, and that the wave is the shortest way by steps."""
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import dijkstra
 from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
 
-from sara_nav import map_grid
-from sara_nav.costmap import Costmap
-from sara_nav.grid import GridGeometry
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.sampled import map_grid
 
 NONE = np.empty((0, 2), np.int64)
 
@@ -43,17 +44,24 @@ def test_goal_and_path_distance_of_the_peers_tests():
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.integers(0, 2 ** 32 - 1))
+@given(st.integers(0, 2**32 - 1))
 def test_the_wave_finds_the_least_number_of_steps(seed):
     random = np.random.default_rng(seed)
     h, w = random.integers(2, 14, 2)
-    costs = random.choice(np.array([0, 100, 252, 253, 254, 255], np.uint8), (h, w), p=[.5, .1, .1, .1, .1, .1])
+    costs = random.choice(np.array([0, 100, 252, 253, 254, 255], np.uint8), (h, w), p=[0.5, 0.1, 0.1, 0.1, 0.1, 0.1])
     seeds = np.column_stack([random.integers(0, w, 2), random.integers(0, h, 2)])
     free = costs < 253
     free[seeds[:, 1], seeds[:, 0]] = True
     index = np.arange(h * w).reshape(h, w)
-    pairs = np.vstack([np.column_stack([a[f].ravel(), b[f].ravel()]) for a, b, f in (
-        (index[:, 1:], index[:, :-1], free[:, 1:] & free[:, :-1]), (index[1:], index[:-1], free[1:] & free[:-1]))])
+    pairs = np.vstack(
+        [
+            np.column_stack([a[f].ravel(), b[f].ravel()])
+            for a, b, f in (
+                (index[:, 1:], index[:, :-1], free[:, 1:] & free[:, :-1]),
+                (index[1:], index[:-1], free[1:] & free[:-1]),
+            )
+        ]
+    )
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), (h * w, h * w)).tocsr()
     least = dijkstra(graph, False, index[seeds[:, 1], seeds[:, 0]], unweighted=True, min_only=True).reshape(h, w)
     d = map_grid.spread(costs, seeds, NONE)
@@ -72,7 +80,7 @@ def test_cells_under_the_robot_let_the_wave_through():
 
 
 @settings(deadline=None, max_examples=60)
-@given(st.integers(0, 2 ** 32 - 1))
+@given(st.integers(0, 2**32 - 1))
 def test_a_wave_over_a_window_is_the_whole_one_there_one_costmap_after_the_other(seed):
     random = np.random.default_rng(seed)
     waves = map_grid.Waves()
@@ -80,16 +88,18 @@ def test_a_wave_over_a_window_is_the_whole_one_there_one_costmap_after_the_other
         for share in random.uniform(0.0, 0.6, 2):
             costs = np.where(random.random((h, w)) < share, random.integers(253, 256, (h, w)), 100).astype(np.uint8)
             waves.over(costs)
-            seeds, exempt = (np.column_stack([random.integers(0, w, n), random.integers(0, h, n)]) for n in random.integers(0, 4, 2))
+            seeds, exempt = (
+                np.column_stack([random.integers(0, w, n), random.integers(0, h, n)]) for n in random.integers(0, 4, 2)
+            )
             (x0, xn), (y0, yn) = np.sort(random.integers(-3, 33, (2, 2)), axis=1).tolist()
             found = waves.spread(seeds, exempt, (x0, y0, xn, yn))
-            there = np.s_[max(y0, 0):max(yn, 0), max(x0, 0):max(xn, 0)]
+            there = np.s_[max(y0, 0) : max(yn, 0), max(x0, 0) : max(xn, 0)]
             assert found.shape == costs.shape
             assert np.array_equal(found[there], map_grid.spread(costs, seeds, exempt)[there])
 
 
 @settings(deadline=None)
-@given(st.integers(0, 2 ** 32 - 1), st.floats(0.05, 1.0))
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 1.0))
 def test_the_plans_cells_are_those_of_its_denser_points(seed, resolution):
     random = np.random.default_rng(seed)
     costs = np.where(random.random((12, 15)) < 0.1, 255, 0).astype(np.uint8)
@@ -104,6 +114,7 @@ def test_the_plans_cells_are_those_of_its_denser_points(seed, resolution):
 
 
 # -- plans -------------------------------------------------------------------------------------------------------
+
 
 def test_adjust_plan_of_the_peers_tests():
     assert len(map_grid.adjust_plan_resolution(np.empty((0, 2)), 0.0)) == 0
@@ -125,7 +136,7 @@ def test_a_denser_plan_keeps_its_points_in_order_and_has_no_gap(plan, resolution
     assert np.hypot(*np.diff(dense[:, :2], axis=0).T).max(initial=0.0) <= resolution * (1 + 1e-9)
     place = -1
     for point in plan:
-        place += 1 + int((dense[place + 1:] == point).all(axis=1).argmax())
+        place += 1 + int((dense[place + 1 :] == point).all(axis=1).argmax())
         assert (dense[place] == point).all()
     assert place == len(dense) - 1
 

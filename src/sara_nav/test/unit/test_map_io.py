@@ -1,4 +1,5 @@
 """Maps: the image formats, the three modes against the peer, and refusals that name what is wrong."""
+
 import io
 import json
 import pathlib
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from sara_nav import map_io
+from sara_nav.maps import map_io
 
 DATA = pathlib.Path(__file__).parents[1] / 'data'
 CASES = json.loads((DATA / 'map_images' / 'cases.json').read_text())
@@ -35,10 +36,16 @@ def test_pgm_round_trip(pixels):
     assert (binary == pixels).all() and (plain == pixels).all()
 
 
-@given(images, st.lists(st.sampled_from((b' ', b'\n', b'\t', b' # of a comment 7 7\n', b'\n#\n\n')), min_size=3, max_size=3), st.sampled_from((0, 1, 3)))
+@given(
+    images,
+    st.lists(st.sampled_from((b' ', b'\n', b'\t', b' # of a comment 7 7\n', b'\n#\n\n')), min_size=3, max_size=3),
+    st.sampled_from((0, 1, 3)),
+)
 def test_a_binary_pgm_is_what_pillow_reads(pixels, gaps, more):
     numbers = (b'%d' % pixels.shape[1], b'%d' % pixels.shape[0], b'255')
-    content = b'P5' + b''.join(gap + number for gap, number in zip(gaps, numbers)) + b'\n' + pixels.tobytes() + more * b'x'
+    content = (
+        b'P5' + b''.join(gap + number for gap, number in zip(gaps, numbers)) + b'\n' + pixels.tobytes() + more * b'x'
+    )
     with Image.open(io.BytesIO(content)) as image:
         assert (read(content) == np.asarray(image)).all()
 
@@ -85,7 +92,7 @@ def test_every_format_gives_the_same_map(tmp_path, ending):
     pixels = np.array([[0, 60, 100, 255], [254, 205, 0, 250], [10, 240, 150, 90]], np.uint8)
     Image.fromarray(pixels).save(tmp_path / ('a.' + ending))
     assert (map_io.read_image(tmp_path / ('a.' + ending)) == pixels).all()
-    (tmp_path / 'a.yaml').write_text('image: a.%s\n%s' % (ending, BARE))
+    (tmp_path / 'a.yaml').write_text(f'image: a.{ending}\n{BARE}')
     grid_map = map_io.load_map(str(tmp_path / 'a.yaml'))
     assert grid_map.data.tolist() == [[100, 0, -1, -1], [0, -1, 100, 0], [100, 100, -1, 0]]
     assert grid_map.geometry.shape == (3, 4) and grid_map.geometry.resolution == 0.05
@@ -104,12 +111,16 @@ def test_a_spectrum_in_every_mode(tmp_path):
 @given(images, st.sampled_from(map_io.MODES))
 def test_a_picture_of_three_equal_channels_is_grey(pixels, mode):
     colours = np.repeat(pixels[:, :, None], 3, axis=2)
-    assert (map_io.occupancy(colours, mode, False, 0.65, 0.196) == map_io.occupancy(pixels, mode, False, 0.65, 0.196)).all()
+    assert (
+        map_io.occupancy(colours, mode, False, 0.65, 0.196) == map_io.occupancy(pixels, mode, False, 0.65, 0.196)
+    ).all()
 
 
 @given(images, st.sampled_from(map_io.MODES))
 def test_negate_turns_black_and_white_round(pixels, mode):
-    assert (map_io.occupancy(pixels, mode, True, 0.65, 0.196) == map_io.occupancy(255 - pixels, mode, False, 0.65, 0.196)).all()
+    assert (
+        map_io.occupancy(pixels, mode, True, 0.65, 0.196) == map_io.occupancy(255 - pixels, mode, False, 0.65, 0.196)
+    ).all()
 
 
 def test_alpha_counts_in_trinary_and_hides_in_scale():
@@ -129,21 +140,36 @@ def test_every_kind_of_png_becomes_grey_or_colours(tmp_path, mode, channels):
 
 def test_numbers_may_be_written_as_the_peer_reads_them(tmp_path):
     """YAML 1.1 takes 5e-2 for a word; yaml-cpp, and so the peer, for a number."""
-    (tmp_path / 'm.yaml').write_text('image: a.pgm\nresolution: 5e-2\norigin: [-1e1, 2, .5]\nnegate: 1\n'
-                                     'occupied_thresh: 1\nfree_thresh: 0\nmode: raw\nwidth: 3\n')
+    (tmp_path / 'm.yaml').write_text(
+        'image: a.pgm\nresolution: 5e-2\norigin: [-1e1, 2, .5]\nnegate: 1\n'
+        'occupied_thresh: 1\nfree_thresh: 0\nmode: raw\nwidth: 3\n'
+    )
     description = map_io.load_description(str(tmp_path / 'm.yaml'))
     assert (description.resolution, description.origin) == (0.05, (-10.0, 2.0, 0.5))
     assert description.negate is True and description.mode == 'raw' and description.unknown_keys == ('width',)
     assert description.image == str(tmp_path / 'a.pgm')
 
 
-@pytest.mark.parametrize('line,name', (
-    ('resolution: 0', 'resolution is 0.0'), ('resolution: .inf', 'resolution is inf'), ('resolution: nan', 'resolution is nan'),
-    ('resolution: true', 'resolution is True'), ('resolution: [1]', 'resolution is'), ('origin: [0, 0, .nan]', 'origin is'),
-    ('origin: here', "origin is 'here'"), ('origin: [0, 0, 0, 0]', 'origin is'), ('negate: 2', 'negate is 2'),
-    ('occupied_thresh: -0.1', 'occupied_thresh is -0.1'), ('free_thresh: 65', 'free_thresh is 65'),
-    ('free_thresh: 0.7', 'free_thresh is 0.7 but must not be above occupied_thresh'), ('mode: [raw]', 'mode is'),
-    ('image: 3', 'image is 3'), ("image: ''", "image is ''")))
+@pytest.mark.parametrize(
+    'line,name',
+    (
+        ('resolution: 0', 'resolution is 0.0'),
+        ('resolution: .inf', 'resolution is inf'),
+        ('resolution: nan', 'resolution is nan'),
+        ('resolution: true', 'resolution is True'),
+        ('resolution: [1]', 'resolution is'),
+        ('origin: [0, 0, .nan]', 'origin is'),
+        ('origin: here', "origin is 'here'"),
+        ('origin: [0, 0, 0, 0]', 'origin is'),
+        ('negate: 2', 'negate is 2'),
+        ('occupied_thresh: -0.1', 'occupied_thresh is -0.1'),
+        ('free_thresh: 65', 'free_thresh is 65'),
+        ('free_thresh: 0.7', 'free_thresh is 0.7 but must not be above occupied_thresh'),
+        ('mode: [raw]', 'mode is'),
+        ('image: 3', 'image is 3'),
+        ("image: ''", "image is ''"),
+    ),
+)
 def test_each_bad_key_is_named(tmp_path, line, name):
     key = line.split(':')[0]
     kept = [entry for entry in ('image: a.pgm\n' + BARE).splitlines() if not entry.startswith(key)]
@@ -158,7 +184,7 @@ def test_each_bad_key_is_named(tmp_path, line, name):
 def test_each_missing_key_is_named(tmp_path, key):
     path = tmp_path / 'bad.yaml'
     path.write_text('\n'.join(e for e in ('image: a.pgm\n' + BARE).splitlines() if not e.startswith(key)))
-    with pytest.raises(map_io.MapError, match='%s is missing' % key) as error:
+    with pytest.raises(map_io.MapError, match=f'{key} is missing') as error:
         map_io.load_map(str(path))
     assert str(error.value).count(';') == 0
 
@@ -176,8 +202,14 @@ def test_all_faults_are_said_at_once(tmp_path):
     path.write_text('image: a.pgm\nresolution: -1\norigin: [0, 0]\nnegate: maybe\noccupied_thresh: 2\nmode: grey\n')
     with pytest.raises(map_io.MapError) as error:
         map_io.load_map(str(path))
-    for name in ('resolution is -1', 'origin is [0, 0]', "negate is 'maybe'", 'occupied_thresh is 2',
-                 'free_thresh is missing', "mode is 'grey'"):
+    for name in (
+        'resolution is -1',
+        'origin is [0, 0]',
+        "negate is 'maybe'",
+        'occupied_thresh is 2',
+        'free_thresh is missing',
+        "mode is 'grey'",
+    ):
         assert name in str(error.value)
 
 
@@ -193,7 +225,8 @@ def test_what_is_not_a_map_is_refused(tmp_path, text):
 def test_images_that_cannot_be_read_are_named(tmp_path, content):
     if content is not None:
         (tmp_path / 'i.pgm').write_bytes(content)
-    (tmp_path / 'm.yaml').write_text('image: i.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n'
-                                     'occupied_thresh: 0.65\nfree_thresh: 0.196\n')
+    (tmp_path / 'm.yaml').write_text(
+        'image: i.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n'
+    )
     with pytest.raises(map_io.MapError, match='i.pgm'):
         map_io.load_map(str(tmp_path / 'm.yaml'))

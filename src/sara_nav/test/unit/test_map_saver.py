@@ -1,4 +1,5 @@
 """Saving maps: what is written is read back the same, in folders, with thresholds; what cannot be written is said."""
+
 import math
 import os
 
@@ -8,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import map_io
-from sara_nav.grid import GridGeometry
-from sara_nav.map_saver import SaveError, SaverConfig, grey_values, save_map
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps import map_io
+from sara_nav.maps.map_saver import SaveError, SaverConfig, grey_values, save_map
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 resolutions = st.floats(1e-6, 1e3)
@@ -27,10 +28,18 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp('saved')
 
 
-@given(data=hnp.arrays(np.int8, shapes, elements=st.sampled_from((-1, 0, 100))), resolution=resolutions, x=numbers, y=numbers,
-       yaw=st.floats(-math.pi, math.pi), image_format=st.sampled_from(('pgm', 'png')))
+@given(
+    data=hnp.arrays(np.int8, shapes, elements=st.sampled_from((-1, 0, 100))),
+    resolution=resolutions,
+    x=numbers,
+    y=numbers,
+    yaw=st.floats(-math.pi, math.pi),
+    image_format=st.sampled_from(('pgm', 'png')),
+)
 def test_free_occupied_unknown_come_back_the_same(folder, data, resolution, x, y, yaw, image_format):
-    _, description = save_map(a_map(data, resolution, x, y, yaw), SaverConfig(str(folder / 'm'), image_format=image_format))
+    _, description = save_map(
+        a_map(data, resolution, x, y, yaw), SaverConfig(str(folder / 'm'), image_format=image_format)
+    )
     again = map_io.load_map(description)
     assert (again.data == data).all() and again.origin_yaw == yaw
     assert again.geometry == GridGeometry(data.shape[1], data.shape[0], resolution, x, y)
@@ -55,7 +64,8 @@ def test_the_files_are_those_of_the_ros_format(tmp_path):
     image, description = save_map(a_map([[0, 100], [-1, 50]]), SaverConfig(str(tmp_path / "it's")))
     assert (tmp_path / "it's.pgm").read_bytes() == b'P5\n2 2\n255\n' + bytes([205, 205, 254, 0])
     assert (tmp_path / "it's.yaml").read_text() == (
-        "image: 'it''s.pgm'\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+        "image: 'it''s.pgm'\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
     assert (image, description) == (str(tmp_path / "it's.pgm"), str(tmp_path / "it's.yaml"))
     assert sorted(os.listdir(tmp_path)) == ["it's.pgm", "it's.yaml"]
 
@@ -80,10 +90,18 @@ def test_what_cannot_be_written_is_said_and_leaves_nothing(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ['d.pgm', 'd.yaml']
 
 
-@pytest.mark.parametrize('values,words', (
-    ({'occupied': 0}, '--occ is 0'), ({'occupied': 101}, '--occ is 101'), ({'free': -1}, '--free is -1'),
-    ({'free': 65}, '--free is 65 but must be smaller than --occ'), ({'name': 'folder/'}, '-f is'), ({'image_format': 'gif'}, '--fmt is'),
-    ({'mode': 'scale'}, '--mode is')))
+@pytest.mark.parametrize(
+    'values,words',
+    (
+        ({'occupied': 0}, '--occ is 0'),
+        ({'occupied': 101}, '--occ is 101'),
+        ({'free': -1}, '--free is -1'),
+        ({'free': 65}, '--free is 65 but must be smaller than --occ'),
+        ({'name': 'folder/'}, '-f is'),
+        ({'image_format': 'gif'}, '--fmt is'),
+        ({'mode': 'scale'}, '--mode is'),
+    ),
+)
 def test_bad_options_are_named(values, words):
     with pytest.raises(ValueError, match=words):
         save_map(a_map([[0]]), SaverConfig(**values))

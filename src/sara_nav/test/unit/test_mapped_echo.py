@@ -1,4 +1,5 @@
 """Echoes that the map explains: laws over walls, cones and frames, and what the range layer makes of them."""
+
 import math
 
 import numpy as np
@@ -6,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.costmap import LETHAL
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.mapped_echo import explained
-from sara_nav.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap
-from sara_nav.parameters import Parameters
-from sara_nav.settings import read_costmap
+from sara_common.planar import Pose2D
+from sara_nav.config.parameters import Parameters
+from sara_nav.costmaps.costmap import LETHAL
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.mapped_echo import explained
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base.settings import read_costmap
 
 SIZE, HALF, TOLERANCE = 0.05, math.radians(30.0), 0.2
 STEEPEST = math.radians(70.0)
@@ -39,8 +40,21 @@ def wall(x0, y0, xn, yn):
 
 def known(costs, at, distance, near=False, frame=HERE, tolerance=TOLERANCE, steepest=math.pi / 2):
     """Return whether the map explains one echo, the sensor at a Pose2D of the frame."""
-    return bool(explained(costs, -4.0, -4.0, SIZE, frame.x, frame.y, frame.yaw, np.array([[at.x, at.y, at.yaw, distance, HALF, 0.0]]),
-                          np.array([near]), tolerance, math.cos(steepest))[0])
+    return bool(
+        explained(
+            costs,
+            -4.0,
+            -4.0,
+            SIZE,
+            frame.x,
+            frame.y,
+            frame.yaw,
+            np.array([[at.x, at.y, at.yaw, distance, HALF, 0.0]]),
+            np.array([near]),
+            tolerance,
+            math.cos(steepest),
+        )[0]
+    )
 
 
 def centre(x, y):
@@ -50,9 +64,12 @@ def centre(x, y):
 
 # -- the kernel --------------------------------------------------------------------------------------------------------
 
+
 @settings(deadline=None, max_examples=200)
 @given(places, places, angles, st.floats(0.3, 2.4), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), angles)
-def test_what_stands_in_the_cone_explains_its_echo_however_the_pose_is_off_within_the_tolerance(x, y, yaw, distance, off, share, way):
+def test_what_stands_in_the_cone_explains_its_echo_however_the_pose_is_off_within_the_tolerance(
+    x, y, yaw, distance, off, share, way
+):
     bearing = yaw + off * HALF
     cell = centre(x + distance * math.cos(bearing), y + distance * math.sin(bearing))
     seen = math.dist(cell, (x, y))
@@ -75,15 +92,21 @@ def test_what_is_further_than_the_tolerance_from_the_arc_explains_nothing(x, y, 
 @given(places, places, angles, st.floats(0.2, 2.4), places, places, angles)
 def test_it_does_not_matter_which_frame_the_reading_is_in(x, y, yaw, distance, u, v, turned):
     frame, at, costs = Pose2D(u, v, turned), Pose2D(x, y, yaw), wall(1.5, -2.0, 1.5, 2.0)
-    assert known(costs, at, distance, tolerance=0.2 + 1e-9) or not known(costs, frame.inverse().compose(at), distance, frame=frame)
-    assert not known(costs, at, distance, tolerance=0.2 - 1e-9) or known(costs, frame.inverse().compose(at), distance, frame=frame)
+    assert known(costs, at, distance, tolerance=0.2 + 1e-9) or not known(
+        costs, frame.inverse().compose(at), distance, frame=frame
+    )
+    assert not known(costs, at, distance, tolerance=0.2 - 1e-9) or known(
+        costs, frame.inverse().compose(at), distance, frame=frame
+    )
 
 
 @settings(deadline=None, max_examples=100)
 @given(st.floats(0.3, 2.4), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
 def test_more_tolerance_explains_more_and_nothing_is_explained_by_an_empty_map(distance, tolerance, more):
     costs = wall(1.5, -2.0, 1.5, 2.0)
-    assert known(costs, HERE, distance, tolerance=tolerance + more) or not known(costs, HERE, distance, tolerance=tolerance)
+    assert known(costs, HERE, distance, tolerance=tolerance + more) or not known(
+        costs, HERE, distance, tolerance=tolerance
+    )
     assert not known(grid(), HERE, distance) and not known(grid(), HERE, 0.16, near=True)
 
 
@@ -93,9 +116,12 @@ def test_a_wall_along_the_beam_explains_nothing_but_its_end_and_its_face_do(turn
 
     def turned(*places):
         return [v for x, y in zip(places[::2], places[1::2]) for v in (c * x - s * y, s * x + c * y)]
+
     axis = Pose2D(0.0, 0.0, turn)
     along = wall(*turned(-1.5, 0.4, 3.0, 0.4))
-    assert known(along, axis, 1.2) and not known(along, axis, 1.2, steepest=STEEPEST), 'the side of a corridor throws the beam away'
+    assert known(along, axis, 1.2) and not known(along, axis, 1.2, steepest=STEEPEST), (
+        'the side of a corridor throws the beam away'
+    )
     assert known(wall(*turned(1.2, 0.4, 3.0, 0.4)), axis, 1.2, steepest=STEEPEST), 'the end of a wall echoes'
     assert known(wall(*turned(1.2, -1.0, 1.2, 1.0)), axis, 1.2, steepest=STEEPEST), 'a wall across the beam echoes'
     assert known(grid(turned(1.2, 0.4)), axis, 1.25, steepest=STEEPEST), 'a post echoes'
@@ -103,11 +129,16 @@ def test_a_wall_along_the_beam_explains_nothing_but_its_end_and_its_face_do(turn
 
 # -- the layer ---------------------------------------------------------------------------------------------------------
 
+
 def make(data, rolling=False, **parameters):
     """Return (LayeredCostmap, its range layer) over a map of 8 x 8 m about the origin."""
-    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(**dict(dict(topics=('/a',), ignore_mapped=True), **parameters)))
+    layer = RangeSensorLayer(
+        'ultrasonic', RangeSensorConfig(**dict(dict(topics=('/a',), ignore_mapped=True), **parameters))
+    )
     static = StaticLayer('static')
-    result = LayeredCostmap(CostmapConfig(width=6.0, height=6.0, rolling_window=rolling), [static, layer], np.ones((1, 2)))
+    result = LayeredCostmap(
+        CostmapConfig(width=6.0, height=6.0, rolling_window=rolling), [static, layer], np.ones((1, 2))
+    )
     static.set_map(GridMap(np.where(data == 254, 100, 0).astype(np.int8), GridGeometry(160, 160, SIZE, -4.0, -4.0)))
     result.update(0.0, HERE)
     return result, layer
@@ -142,7 +173,9 @@ def test_a_box_before_the_door_is_marked_and_cleared_when_it_is_gone(rolling):
     say(costmap, layer, 0.6)
     assert costmap.costmap.cost_at(0.6, 0.0) == LETHAL
     say(costmap, layer, math.hypot(1.0, 0.425), t=0.2)
-    assert costmap.costmap.cost_at(0.6, 0.0) != LETHAL, 'what echoes from the door lets one see that the way up to it is free'
+    assert costmap.costmap.cost_at(0.6, 0.0) != LETHAL, (
+        'what echoes from the door lets one see that the way up to it is free'
+    )
 
 
 def test_too_near_beside_something_of_the_map_marks_nothing_and_elsewhere_it_does():
@@ -154,7 +187,11 @@ def test_too_near_beside_something_of_the_map_marks_nothing_and_elsewhere_it_doe
 
 def test_a_map_that_has_not_come_explains_nothing():
     layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=('/a',), ignore_mapped=True))
-    costmap = LayeredCostmap(CostmapConfig(width=6.0, height=6.0, origin_x=-3.0, origin_y=-3.0), [StaticLayer('static'), layer], np.ones((1, 2)))
+    costmap = LayeredCostmap(
+        CostmapConfig(width=6.0, height=6.0, origin_x=-3.0, origin_y=-3.0),
+        [StaticLayer('static'), layer],
+        np.ones((1, 2)),
+    )
     say(costmap, layer, 1.0)
     assert costmap.costmap.cost_at(1.0, 0.0) == LETHAL
 
@@ -162,6 +199,13 @@ def test_a_map_that_has_not_come_explains_nothing():
 def test_parameters_are_checked_and_one_without_a_map_is_said():
     assert RangeSensorConfig(mapped_tolerance=-0.1).faults() == ['mapped_tolerance is -0.1 but must be in 0..10']
     assert 'mapped_steepest' in RangeSensorConfig(mapped_steepest=2.0).faults()[0]
-    tree = Parameters({'c': {'plugins': [{'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}], 'sonars': {'ignore_mapped': True}}})
+    tree = Parameters(
+        {
+            'c': {
+                'plugins': [{'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}],
+                'sonars': {'ignore_mapped': True},
+            }
+        }
+    )
     read_costmap(tree, 'c/', robot_radius=0.3)
     assert 'parameter c/sonars/ignore_mapped has no effect: the costmap has no costmap_2d::StaticLayer' in tree.warnings

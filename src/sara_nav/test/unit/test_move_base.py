@@ -1,4 +1,5 @@
 """The state machine: every way a goal can end, and that the command is zero on each."""
+
 import math
 
 import numpy as np
@@ -6,22 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.costmap import InflationConfig
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.lattice_planner import LatticePlanner
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase
-from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.navfn import NavfnConfig, NavfnROS
-from sara_nav.robot_state import within_limits
-from sara_nav.rotate_then_pursue import RotateThenPursue
-from sara_nav.trajectory_planner import TrajectoryPlannerConfig
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import InflationConfig
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.lattice.planner import LatticePlanner
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base.robot_state import within_limits
+from sara_nav.move_base.state_machine import MoveBase
+from sara_nav.planners.grid_planner import GridPlanner
+from sara_nav.planners.navfn import NavfnConfig, NavfnROS
+from sara_nav.pursuit.rotate_then_pursue import RotateThenPursue
+from sara_nav.sampled.trajectory_planner import TrajectoryPlannerConfig
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HOME = Pose2D(1.0, 1.0, 0.0)
@@ -38,16 +39,25 @@ def room(walled=False):
 
 
 def costmap(grid_map, **config):
-    result = LayeredCostmap(CostmapConfig(**config), [StaticLayer('static'), InflationLayer('halo', InflationConfig(
-        inflation_radius=0.6))], FOOTPRINT)
+    result = LayeredCostmap(
+        CostmapConfig(**config),
+        [StaticLayer('static'), InflationLayer('halo', InflationConfig(inflation_radius=0.6))],
+        FOOTPRINT,
+    )
     if grid_map is not None:
         result.layers['static'].set_map(grid_map)
     return result
 
 
 def make(grid_map=room(), recoveries=(), planner=None, local=None, **config):
-    return MoveBase(MoveBaseConfig(**config), costmap(grid_map), costmap(grid_map, **local or {}), planner or GridPlanner(),
-                    RotateThenPursue(), recoveries)
+    return MoveBase(
+        MoveBaseConfig(**config),
+        costmap(grid_map),
+        costmap(grid_map, **local or {}),
+        planner or GridPlanner(),
+        RotateThenPursue(),
+        recoveries,
+    )
 
 
 class Perfect:
@@ -139,9 +149,16 @@ def test_a_new_goal_takes_over_without_a_stop():
     assert robot.move_base.counters.preempted == 1
 
 
-@pytest.mark.parametrize('goal, reason', [
-    (Pose2D(math.nan, 1.0, 0.0), 'NaN'), (Pose2D(1.0, 1.0, math.inf), 'NaN'), (Pose2D(100.0, 1.0, 0.0), 'off the map'),
-    (Pose2D(-1.0, 3.0, 0.0), 'overlap'), (Pose2D(-0.6, 3.0, 0.0), 'overlap')])
+@pytest.mark.parametrize(
+    'goal, reason',
+    [
+        (Pose2D(math.nan, 1.0, 0.0), 'NaN'),
+        (Pose2D(1.0, 1.0, math.inf), 'NaN'),
+        (Pose2D(100.0, 1.0, 0.0), 'off the map'),
+        (Pose2D(-1.0, 3.0, 0.0), 'overlap'),
+        (Pose2D(-0.6, 3.0, 0.0), 'overlap'),
+    ],
+)
 def test_bad_goals_are_refused_and_stop_the_robot(goal, reason):
     robot = driving()
     assert reason in robot.move_base.set_goal(goal, robot.t)
@@ -266,10 +283,13 @@ def test_bad_settings_are_all_said():
 
 anything = st.one_of(st.floats(-3.0, 9.0), st.sampled_from([math.nan, math.inf, -math.inf, 1e300]))
 any_pose = st.builds(Pose2D, anything, anything, anything)
-moves = st.one_of(st.tuples(st.just('goal'), any_pose), st.tuples(st.just('cancel'), st.none()),
-                  st.tuples(st.just('step'), st.one_of(st.none(), any_pose)),
-                  st.tuples(st.just('velocity'), st.tuples(anything, anything)),
-                  st.tuples(st.just('jump'), st.sampled_from([-5.0, 0.0, 30.0])))
+moves = st.one_of(
+    st.tuples(st.just('goal'), any_pose),
+    st.tuples(st.just('cancel'), st.none()),
+    st.tuples(st.just('step'), st.one_of(st.none(), any_pose)),
+    st.tuples(st.just('velocity'), st.tuples(anything, anything)),
+    st.tuples(st.just('jump'), st.sampled_from([-5.0, 0.0, 30.0])),
+)
 
 
 @settings(deadline=None, max_examples=150)
@@ -294,7 +314,9 @@ def test_whatever_comes_the_command_is_sound(script):
         t += 0.05
 
 
-# -- what the machine makes of what it is told ---------------------------------------------------------------------------
+# -- what the machine makes of what it is told
+# ---------------------------------------------------------------------------
+
 
 @given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 def test_commands_beyond_the_limits_are_slowed_on_their_arc(v, w):
@@ -401,7 +423,7 @@ def test_a_goal_in_an_obstacle_is_moved_within_default_tolerance_and_that_is_sai
     assert machine.set_goal(goal, 0.0) == ''
     first = robot.go(1)
     assert first.goal_used is not None and 0.2 < first.goal_used.distance(goal) <= 1.0
-    assert 'cannot be reached: driving to (%.2f, %.2f)' % (first.goal_used.x, first.goal_used.y) in first.text
+    assert f'cannot be reached: driving to ({first.goal_used.x:.2f}, {first.goal_used.y:.2f})' in first.text
     assert machine.goal == goal
 
 

@@ -1,23 +1,26 @@
-"""What move_base does beyond its peer when the way is blocked: it plans anew early, notices that it stands, recovers on from where it was."""
+"""What move_base does beyond its peer when the way is blocked: it plans anew early, notices that it stands, recovers on
+from where it was.
+"""
+
 import numpy as np
 import pytest
 
-from sara_nav.costmap import InflationConfig
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D
-from sara_nav.goal import BY_PLANNING, BY_STUCK, Goal
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase
-from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.recovery import ClearCostmapRecovery, RecoveryStep
-from sara_nav.recovery_back_out import BackOutConfig, BackOutRecovery
-from sara_nav.recovery_help import AskForHelp, AskForHelpConfig
-from sara_nav.rotate_then_pursue import RotateThenPursue
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import InflationConfig
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.goals.goal import BY_PLANNING, BY_STUCK, Goal
+from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base.state_machine import MoveBase
+from sara_nav.planners.grid_planner import GridPlanner
+from sara_nav.pursuit.rotate_then_pursue import RotateThenPursue
+from sara_nav.recovery.back_out import BackOutConfig, BackOutRecovery
+from sara_nav.recovery.behaviours import ClearCostmapRecovery, RecoveryStep
+from sara_nav.recovery.help import AskForHelp, AskForHelpConfig
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HOME, GOAL = Pose2D(1.0, 1.0, 0.0), Pose2D(6.0, 1.0, 0.0)
@@ -27,7 +30,11 @@ ZERO = (0.0, 0.0)
 def costmap():
     data = np.zeros((80, 180), np.int8)
     data[[0, -1]] = data[:, [0, -1]] = 100
-    result = LayeredCostmap(CostmapConfig(), [StaticLayer('static'), InflationLayer('halo', InflationConfig(inflation_radius=0.4))], FOOTPRINT)
+    result = LayeredCostmap(
+        CostmapConfig(),
+        [StaticLayer('static'), InflationLayer('halo', InflationConfig(inflation_radius=0.4))],
+        FOOTPRINT,
+    )
     result.layers['static'].set_map(GridMap(data, GridGeometry(180, 80, 0.05, -1.0, -1.0)))
     return result
 
@@ -36,7 +43,9 @@ class Robot:
     """Does what it is told, unless it is held."""
 
     def __init__(self, recoveries=(), **config):
-        self.machine = MoveBase(MoveBaseConfig(**config), costmap(), costmap(), GridPlanner(), RotateThenPursue(), recoveries)
+        self.machine = MoveBase(
+            MoveBaseConfig(**config), costmap(), costmap(), GridPlanner(), RotateThenPursue(), recoveries
+        )
         self.pose, self.t, self.held, self.command, self.results = HOME, 0.0, False, ZERO, []
         assert self.machine.set_goal(GOAL, 0.0) == ''
 
@@ -44,7 +53,9 @@ class Robot:
         """The map has something at x, y (m) now, all across for None; or with 0 no longer has."""
         for costmap_ in (self.machine.global_costmap, self.machine.local_costmap):
             column, row = costmap_.geometry.to_cell(x, 1.0 if y is None else y)
-            costmap_.layers['static'].update_map(column, 1 if y is None else row, np.full((78 if y is None else 2, 2), value, np.int8))
+            costmap_.layers['static'].update_map(
+                column, 1 if y is None else row, np.full((78 if y is None else 2, 2), value, np.int8)
+            )
         self.machine.costmaps.wake()
 
     def go(self, seconds, until=lambda result: False):
@@ -66,6 +77,7 @@ class Robot:
 
 
 # -- replan_when_blocked -----------------------------------------------------------------------------------------------
+
 
 def test_something_new_on_the_plan_far_ahead_is_planned_round_at_once_and_driven_round():
     robot = Robot(replan_when_blocked=True)
@@ -108,6 +120,7 @@ def test_while_there_is_no_way_round_it_tries_once_a_second_and_keeps_its_plan()
 
 # -- stuck_timeout -----------------------------------------------------------------------------------------------------
 
+
 class Noted:
     """A behaviour that is through at once and is remembered."""
 
@@ -131,14 +144,17 @@ def test_a_robot_that_is_told_to_move_and_stands_recovers_and_the_goal_ends_in_w
     robot.held, began = True, robot.t
     last = robot.go(30.0, until=lambda r: r.status != 'active')
     assert log == ['one', 'two'] and last.status == 'aborted'
-    assert last.text == 'Robot is held. Even after executing recovery behaviors. It is told to move but has stood for 3.0 s (stuck_timeout).'
+    assert (
+        last.text
+        == 'Robot is held. Even after executing recovery behaviors. It is told to move but has stood for 3.0 s (stuck_timeout).'
+    )
     assert 9.0 <= robot.t - began <= 10.5
 
 
 def test_a_robot_that_is_held_to_let_somebody_pass_is_not_stuck_until_they_have():
     log = []
     robot = Robot([Noted('one', log)], stuck_timeout=3.0)
-    robot.machine.excuse_standing()   # as it sets off, too
+    robot.machine.excuse_standing()  # as it sets off, too
     robot.go(4.0)
     robot.held = True
     for _ in range(20):
@@ -149,11 +165,16 @@ def test_a_robot_that_is_held_to_let_somebody_pass_is_not_stuck_until_they_have(
     robot.go(10.0, until=lambda _: log)
     assert 3.0 <= robot.t - began <= 3.2
     robot.machine.cancel(robot.t)
-    robot.machine.excuse_standing()   # nobody drives
+    robot.machine.excuse_standing()  # nobody drives
 
 
 def test_clearing_costmaps_is_passed_over_by_one_that_is_held_but_not_by_one_without_a_plan():
-    recoveries = [ClearCostmapRecovery('clear'), BackOutRecovery('back'), ClearCostmapRecovery('again'), AskForHelp('ask')]
+    recoveries = [
+        ClearCostmapRecovery('clear'),
+        BackOutRecovery('back'),
+        ClearCostmapRecovery('again'),
+        AskForHelp('ask'),
+    ]
     goal = Goal(GOAL, 0.0)
     for trigger, index in ((BY_STUCK, 1), (BY_STUCK, 3), (BY_STUCK, 4)):
         goal.trigger = trigger
@@ -184,7 +205,9 @@ def test_a_robot_that_turns_slowly_or_drives_slowly_is_not_held():
     assert goal.stuck_for(100.0, pose, ZERO) == 0.0, 'one that is to stand is not held'
 
 
-# -- what was reached, and is not any more -------------------------------------------------------------------------------
+# -- what was reached, and is not any more
+# -------------------------------------------------------------------------------
+
 
 def turning_at_the_goal(recoveries=()):
     """A Robot whose goal is reached but for the last turn, of which half is done."""
@@ -203,7 +226,11 @@ def test_a_robot_that_recovery_moved_off_the_goal_drives_there_again():
     robot.go(30.0, lambda result: result.phase != 'clearing')
     assert robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) > 0.1
     last = robot.go(60.0, lambda result: result.status != 'active')
-    assert last.text == 'Goal reached.' and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06 and abs(robot.pose.yaw - 1.5) < 0.04
+    assert (
+        last.text == 'Goal reached.'
+        and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06
+        and abs(robot.pose.yaw - 1.5) < 0.04
+    )
 
 
 @pytest.mark.parametrize('off', (0.25, 1.0))
@@ -211,15 +238,20 @@ def test_a_robot_that_is_pushed_off_the_goal_while_it_turns_there_drives_there_a
     robot = turning_at_the_goal()
     robot.pose = Pose2D(3.0 - off, 1.0, robot.pose.yaw)
     last = robot.go(60.0, lambda result: result.status != 'active')
-    assert last.text == 'Goal reached.' and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06 and abs(robot.pose.yaw - 1.5) < 0.04
+    assert (
+        last.text == 'Goal reached.'
+        and robot.pose.distance(Pose2D(3.0, 1.0, 0.0)) < 0.06
+        and abs(robot.pose.yaw - 1.5) < 0.04
+    )
 
 
 # -- recovery_memory ---------------------------------------------------------------------------------------------------
 
+
 def test_a_second_recovery_nearby_goes_on_where_the_first_ended_and_one_far_away_begins_anew():
     goal = Goal(GOAL, 0.0)
     for x, index in ((1.0, 0), (1.5, 1), (4.0, 0), (1.8, 2), (4.9, 1)):
-        goal.recovery_index = 0   # what led to it was over meanwhile
+        goal.recovery_index = 0  # what led to it was over meanwhile
         goal.take_up(Pose2D(x, 1.0, 0.0), 1.0)
         assert goal.recovery_index == index
     goal.recovery_index = 0
@@ -242,6 +274,7 @@ def test_backing_out_of_the_same_place_again_and_again_ends_with_the_memory_alon
 
 # -- the behaviours in the machine -------------------------------------------------------------------------------------
 
+
 def test_help_is_asked_for_in_the_steps_results_and_given_up_in_its_words():
     robot = Robot([AskForHelp('ask', AskForHelpConfig(patience=5.0))], planner_patience=1.0, recovery_memory=1.0)
     robot.put(4.5)
@@ -249,7 +282,9 @@ def test_help_is_asked_for_in_the_steps_results_and_given_up_in_its_words():
     asked = {result.help for result in robot.results}
     assert len(asked) == 2 and '' in asked and any(text.startswith('Help, please:') for text in asked)
     last = robot.go(20.0, until=lambda r: r.status != 'active')
-    assert last.status == 'aborted' and last.text.startswith('Goal aborted: help was asked for during 5 s (ask/patience)')
+    assert last.status == 'aborted' and last.text.startswith(
+        'Goal aborted: help was asked for during 5 s (ask/patience)'
+    )
     assert last.help == ''
 
 

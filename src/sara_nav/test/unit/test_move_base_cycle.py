@@ -1,7 +1,8 @@
 """The watch over the control cycle: what is missed is counted and said in the peer's words, once."""
+
 import pytest
 
-from sara_nav.cycle_watch import CycleWatch
+from sara_nav.move_base.cycle_monitor import CycleWatch
 
 
 @pytest.mark.parametrize('late, missed', [(0.05, 0), (0.074, 0), (0.08, 1), (1.0, 1)])
@@ -10,7 +11,9 @@ def test_a_cycle_more_than_half_a_period_late_is_missed(late, missed):
     assert watch.begins(10.0, 20.0, True) == ''
     text = watch.begins(10.0 + late, 20.0, True)
     assert watch.missed == missed
-    assert text == missed * ('Control loop missed its desired rate of 20.0000Hz... the loop actually took %.4f seconds' % late)
+    assert text == missed * (
+        f'Control loop missed its desired rate of 20.0000Hz... the loop actually took {late:.4f} seconds'
+    )
 
 
 def test_nothing_is_missed_while_nothing_is_driven_or_time_went_back():
@@ -26,7 +29,15 @@ def test_the_report_starts_anew_but_the_count_goes_on():
     for t, work in ((0.0, 0.01), (0.05, 0.03), (0.25, 0.02)):
         watch.begins(t, 20.0, True)
         watch.worked(work)
-    assert watch.values() == {'missed_cycles': 1, 'worst_cycle_s': '0.200', 'mean_work_s': '0.0200',
-                              'longest_work_s': '0.0300'}
-    assert watch.values() == {'missed_cycles': 1, 'worst_cycle_s': '0.000', 'mean_work_s': '0.0000',
-                              'longest_work_s': '0.0000'}
+    assert watch.values() == {
+        'missed_cycles': 1,
+        'worst_cycle_s': '0.200',
+        'mean_work_s': '0.0200',
+        'longest_work_s': '0.0300',
+    }
+    assert watch.values() == {
+        'missed_cycles': 1,
+        'worst_cycle_s': '0.000',
+        'mean_work_s': '0.0000',
+        'longest_work_s': '0.0000',
+    }

@@ -1,27 +1,31 @@
 """navfn/NavfnROS: the peer's potential, whole and free plans down it, and refusals that say why."""
+
 import math
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ahead_of_time import compilations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import gradient_path, potential, potential_astar
-from sara_nav.geometry import Pose2D
-from sara_nav.navfn import NavfnConfig, NavfnROS, step_costs
-from sara_nav.planning import GLOBAL_PLANNERS, PlanError
+from ahead_of_time import compilations
+from sara_common.planar import Pose2D
+from sara_nav.planners import gradient_path, potential, potential_astar
+from sara_nav.planners.navfn import NavfnConfig, NavfnROS, step_costs
+from sara_nav.planners.planning import GLOBAL_PLANNERS, PlanError
 
 sys.path.append(str(Path(__file__).resolve().parent))
 from costmap_cases import connected, make  # noqa: E402  pylint: disable=wrong-import-position
 
 PLANS = Path(__file__).parents[1] / 'data' / 'plans'
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
-grids = hnp.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 14)),
-                   elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 252, 253, 254, 255]))
+grids = hnp.arrays(
+    np.uint8,
+    st.tuples(st.integers(1, 12), st.integers(1, 14)),
+    elements=st.sampled_from([0, 0, 0, 0, 0, 60, 200, 252, 253, 254, 255]),
+)
 
 
 def full_potential(costs, source, allow_unknown):
@@ -35,8 +39,9 @@ def full_potential(costs, source, allow_unknown):
 @pytest.mark.parametrize('unknown', [False, True])
 def test_the_potential_is_navfn_s(which, unknown):
     with np.load(PLANS / 'navfn_potential.npz') as data:
-        costs, source, expected = (data['pot_%d_%s' % (which, name)] for name in (
-            'costmap', 'goal', 'unknown%d' % unknown))
+        costs, source, expected = (
+            data['pot_%d_%s' % (which, name)] for name in ('costmap', 'goal', 'unknown%d' % unknown)
+        )
     ours = full_potential(costs, tuple(source), unknown)
     reached = expected < potential.HIGH
     assert reached.sum() > 500
@@ -56,8 +61,11 @@ def passable(costs, unknown, start):
 def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknown):
     costmap = make(costs)
     g = costmap.geometry
-    spots = st.builds(lambda u, v: (g.origin_x + u * g.width * 0.1, g.origin_y + v * g.height * 0.1),
-                      st.floats(0.001, 0.999), st.floats(0.001, 0.999))
+    spots = st.builds(
+        lambda u, v: (g.origin_x + u * g.width * 0.1, g.origin_y + v * g.height * 0.1),
+        st.floats(0.001, 0.999),
+        st.floats(0.001, 0.999),
+    )
     start, goal = (Pose2D(*data.draw(spots), 0.5) for _ in range(2))
     first, last = g.to_cell(start.x, start.y), g.to_cell(goal.x, goal.y)
     free = passable(costs, unknown, first)
@@ -76,8 +84,11 @@ def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknow
         for f in np.linspace(0.0, 1.0, 21):
             x, y = p + f * (q - p)
             # a point on a cell's very edge belongs to either cell
-            assert any(free[cell[1], cell[0]] for cell in (g.to_cell(x + e, y + h) for e in (1e-9, -1e-9)
-                                                           for h in (1e-9, -1e-9)) if cell), (x, y)
+            assert any(
+                free[cell[1], cell[0]]
+                for cell in (g.to_cell(x + e, y + h) for e in (1e-9, -1e-9) for h in (1e-9, -1e-9))
+                if cell
+            ), (x, y)
     assert planner.goal_used == goal
 
 
@@ -133,7 +144,7 @@ def test_the_wave_stops_when_the_goal_is_settled(blocks):
 
 
 @settings(max_examples=200)
-@given(st.integers(0, 10 ** 9), st.integers(2, 14), st.integers(2, 14), st.booleans())
+@given(st.integers(0, 10**9), st.integers(2, 14), st.integers(2, 14), st.booleans())
 def test_down_any_potential_the_path_ends_at_the_source(seed, columns, rows, grid):
     """The cells numbered as a random walk through a maze finds them: each has a lower neighbour, slopes point anywhere."""
     random = np.random.default_rng(seed)
@@ -143,8 +154,11 @@ def test_down_any_potential_the_path_ends_at_the_source(seed, columns, rows, gri
     field[source[1], source[0]] = 0.0
     while stack:
         x, y = stack[-1]
-        near = [(a, b) for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
-                if 1 <= a <= columns and 1 <= b <= rows and field[b, a] >= potential.HIGH]
+        near = [
+            (a, b)
+            for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
+            if 1 <= a <= columns and 1 <= b <= rows and field[b, a] >= potential.HIGH
+        ]
         if not near:
             stack.pop()
             continue
@@ -175,12 +189,20 @@ def test_a_way_much_longer_than_the_map_is_wide_is_whole(astar):
 
 
 @pytest.mark.parametrize('astar', [False, True])
-@pytest.mark.parametrize('start, goal, reason', [
-    ((1.0, 1.0), (9.0, 1.0), 'goal .* off the map'), ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
-    ((1.0, 1.0), (1.5, 1.5), 'goal .* in an obstacle'), ((1.0, 1.0), (2.7, 2.7), 'no way'),
-    ((1.5, 1.5), (1.0, 1.0), 'no way leads .* in an obstacle'), ((1.0, 1.0), (2.0, 0.4), 'unknown space'),
-    ((1.0, 1.0), (2.3, 2.7), 'too near an obstacle'), ((math.nan, 1.0), (1.0, 1.0), "robot's pose .* not finite"),
-    ((1.0, 1.0), (1.0, math.inf), 'goal .* not finite')])
+@pytest.mark.parametrize(
+    'start, goal, reason',
+    [
+        ((1.0, 1.0), (9.0, 1.0), 'goal .* off the map'),
+        ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
+        ((1.0, 1.0), (1.5, 1.5), 'goal .* in an obstacle'),
+        ((1.0, 1.0), (2.7, 2.7), 'no way'),
+        ((1.5, 1.5), (1.0, 1.0), 'no way leads .* in an obstacle'),
+        ((1.0, 1.0), (2.0, 0.4), 'unknown space'),
+        ((1.0, 1.0), (2.3, 2.7), 'too near an obstacle'),
+        ((math.nan, 1.0), (1.0, 1.0), "robot's pose .* not finite"),
+        ((1.0, 1.0), (1.0, math.inf), 'goal .* not finite'),
+    ],
+)
 def test_no_plan_says_why(start, goal, reason, astar):
     costmap = room()
     costmap.costs[25:35, 25:35] = LETHAL
@@ -213,8 +235,9 @@ def test_at_the_goal_the_plan_is_the_goal():
 def test_an_unreachable_goal_moves_to_the_nearest_place_within_the_tolerance(costs, tolerance, data):
     costmap = make(costs, 0.1, 0.0, 0.0)
     rows, columns = costs.shape
-    spots = st.builds(lambda u, v: Pose2D(u * columns * 0.1, v * rows * 0.1, 0.5), st.floats(0.001, 0.999),
-                      st.floats(0.001, 0.999))
+    spots = st.builds(
+        lambda u, v: Pose2D(u * columns * 0.1, v * rows * 0.1, 0.5), st.floats(0.001, 0.999), st.floats(0.001, 0.999)
+    )
     start, goal = data.draw(spots), data.draw(spots)
     planner = NavfnROS(NavfnConfig(default_tolerance=tolerance, use_astar=data.draw(st.booleans())))
     try:
@@ -261,8 +284,9 @@ def test_nothing_compiles_while_planning():
         assert compilations(kernel) <= 1
 
 
-@pytest.mark.parametrize('name, value', [
-    ('default_tolerance', -0.1), ('default_tolerance', math.nan), ('planner_window_x', math.inf)])
+@pytest.mark.parametrize(
+    'name, value', [('default_tolerance', -0.1), ('default_tolerance', math.nan), ('planner_window_x', math.inf)]
+)
 def test_bad_parameters_are_named(name, value):
     assert any(name in fault for fault in NavfnConfig(**{name: value}).faults())
 

@@ -1,4 +1,5 @@
 """Scans and clouds as points: round trips, what counts as a reading, and data that is wrong."""
+
 import math
 import struct
 
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav import observations as obs
+from sara_nav.costmaps import observations as obs
 
 finite = st.floats(-50.0, 50.0, width=32)
 
@@ -29,8 +30,9 @@ def test_what_is_no_reading_is_left_out():
     assert obs.scan_points([], 0.0, 0.1, 0.1, 10.0).shape == (0, 3)
 
 
-@pytest.mark.parametrize('limits', [(math.nan, 0.1, 0.1, 1.0), (0.0, math.inf, 0.1, 1.0), (0.0, 0.1, 1.0, 0.5),
-                                    (0.0, 0.1, 0.0, math.inf)])
+@pytest.mark.parametrize(
+    'limits', [(math.nan, 0.1, 0.1, 1.0), (0.0, math.inf, 0.1, 1.0), (0.0, 0.1, 1.0, 0.5), (0.0, 0.1, 0.0, math.inf)]
+)
 def test_a_scan_without_sense_is_refused(limits):
     with pytest.raises(obs.ObservationError, match='angle_min'):
         obs.scan_points([1.0], *limits)
@@ -52,19 +54,31 @@ def test_rows_of_a_cloud_may_be_padded():
     assert found.tolist() == [[1, 2, 3], [4, 5, 6]] * 2
 
 
-@pytest.mark.parametrize('change', [dict(data=b'short'), dict(point_step=8), dict(row_step=4), dict(width=5),
-                                    dict(fields={'x': (0, 7), 'y': (4, 7)}),
-                                    dict(fields={'x': (0, 7), 'y': (4, 7), 'z': (8, 2)}),
-                                    dict(fields={'x': (0, 7), 'y': (4, 7), 'z': (50, 7)})])
+@pytest.mark.parametrize(
+    'change',
+    [
+        dict(data=b'short'),
+        dict(point_step=8),
+        dict(row_step=4),
+        dict(width=5),
+        dict(fields={'x': (0, 7), 'y': (4, 7)}),
+        dict(fields={'x': (0, 7), 'y': (4, 7), 'z': (8, 2)}),
+        dict(fields={'x': (0, 7), 'y': (4, 7), 'z': (50, 7)}),
+    ],
+)
 def test_a_cloud_without_sense_is_refused(change):
-    sound = dict(data=bytes(24), width=2, height=1, point_step=12, row_step=24,
-                 fields={'x': (0, 7), 'y': (4, 7), 'z': (8, 7)})
+    sound = dict(
+        data=bytes(24), width=2, height=1, point_step=12, row_step=24, fields={'x': (0, 7), 'y': (4, 7), 'z': (8, 7)}
+    )
     with pytest.raises(obs.ObservationError, match='cloud'):
         obs.cloud_points(**dict(sound, **change))
 
 
-@given(st.lists(st.tuples(finite, finite, finite), min_size=2, max_size=10),
-       st.tuples(finite, finite, finite), st.tuples(finite, finite, finite, finite))
+@given(
+    st.lists(st.tuples(finite, finite, finite), min_size=2, max_size=10),
+    st.tuples(finite, finite, finite),
+    st.tuples(finite, finite, finite, finite),
+)
 def test_a_transform_keeps_distances_and_moves_the_origin(points, shift, q):
     length = math.sqrt(sum(v * v for v in q))
     if length < 1e-3:
@@ -80,8 +94,15 @@ def test_a_quarter_turn():
     assert obs.transformed([[1.0, 0.0, 0.5]], (1.0, 2.0, 3.0), q)[0] == pytest.approx([1.0, 3.0, 3.5])
 
 
-@pytest.mark.parametrize('shift, q', [((0, 0, math.nan), (0, 0, 0, 1)), ((0, 0, 0), (0, 0, 0, 0)),
-                                      ((0, 0, 0), (math.nan, 0, 0, 1)), ((0, 0, 0), (0, 0, 0, 2))])
+@pytest.mark.parametrize(
+    'shift, q',
+    [
+        ((0, 0, math.nan), (0, 0, 0, 1)),
+        ((0, 0, 0), (0, 0, 0, 0)),
+        ((0, 0, 0), (math.nan, 0, 0, 1)),
+        ((0, 0, 0), (0, 0, 0, 2)),
+    ],
+)
 def test_a_transform_that_is_none_is_refused(shift, q):
     with pytest.raises(obs.ObservationError, match='transform'):
         obs.transformed([[0.0, 0.0, 0.0]], shift, q)

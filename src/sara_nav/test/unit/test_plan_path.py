@@ -1,4 +1,7 @@
-"""plan_path: the answer on the command line, in JSON and as a picture, and what it says of questions that make no sense."""
+"""plan_path: the answer on the command line, in JSON and as a picture, and what it says of questions that make no
+sense.
+"""
+
 import json
 import math
 from pathlib import Path
@@ -7,11 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sara_nav.costmap import build
-from sara_nav.footprint import parse_footprint, radii
-from sara_nav.map_io import load_map
-from sara_nav.plan_path import FOOTPRINT, main
-from sara_nav.planning import GLOBAL_PLANNERS
+from sara_nav.costmaps.costmap import build
+from sara_nav.grids.footprint import parse_footprint, radii
+from sara_nav.maps.map_io import load_map
+from sara_nav.planners.plan_path import FOOTPRINT, main
+from sara_nav.planners.planning import GLOBAL_PLANNERS
 
 DATA = Path(__file__).parents[1] / 'data'
 ROOM = str(DATA / 'room.yaml')
@@ -55,9 +58,15 @@ def test_negative_numbers_of_any_form_are_numbers(capsys):
     assert status == 1 and 'the robot at (-1.20, -0.20) is off the map' in err
 
 
-@pytest.mark.parametrize('goal, reason', [
-    ((60, 1, 0), 'off the map'), ((4.1, 3.9, 0), 'in an obstacle'),
-    ((4.1, 4.2, 0), 'too near an obstacle'), (('nan', 1, 0), 'not finite')])
+@pytest.mark.parametrize(
+    'goal, reason',
+    [
+        ((60, 1, 0), 'off the map'),
+        ((4.1, 3.9, 0), 'in an obstacle'),
+        ((4.1, 4.2, 0), 'too near an obstacle'),
+        (('nan', 1, 0), 'not finite'),
+    ],
+)
 def test_no_plan_is_said(capsys, goal, reason):
     status, out, err = ask(capsys, ROOM, '--start', 1.2, 1.2, 0.0, '--goal', *goal, '--json')
     answer = json.loads(out)
@@ -69,8 +78,9 @@ def test_a_wider_robot_keeps_further_off(capsys):
     distances = []
     for half in (0.2, 1.0):
         corners = '[[%g,%g],[%g,-%g],[-%g,-%g],[-%g,%g]]' % ((half,) * 8)
-        status, out, _ = ask(capsys, ROOM, '--start', 2.6, 2.0, 0, '--goal', 5.6, 5.8, 0,
-                             '--footprint', corners, '--json')
+        status, out, _ = ask(
+            capsys, ROOM, '--start', 2.6, 2.0, 0, '--goal', 5.6, 5.8, 0, '--footprint', corners, '--json'
+        )
         assert status == 0
         path = np.array(json.loads(out)['path'])
         distances.append(np.hypot(path[:, 0] - 4.1, path[:, 1] - 3.9).min())  # to the pillar's middle
@@ -78,19 +88,34 @@ def test_a_wider_robot_keeps_further_off(capsys):
 
 
 def test_parameters_of_the_inflation_and_of_the_planner(capsys):
-    plain, near, astar = (json.loads(ask(capsys, ROOM, *ENDS, '--json', *more)[1])['length_m'] for more in (
-        (), ('--param', 'inflation_radius=0.3'), ('--param', 'use_astar=true', '--param', 'allow_unknown=false')))
+    plain, near, astar = (
+        json.loads(ask(capsys, ROOM, *ENDS, '--json', *more)[1])['length_m']
+        for more in (
+            (),
+            ('--param', 'inflation_radius=0.3'),
+            ('--param', 'use_astar=true', '--param', 'allow_unknown=false'),
+        )
+    )
     assert near < plain and astar == pytest.approx(plain, rel=0.03)
 
 
-@pytest.mark.parametrize('more, reason', [
-    (('--planner', 'carrot_planner/CarrotPlanner'), 'not here: use navfn/NavfnROS'),
-    (('--planner', 'nowhere'), 'must be one of'), (('--footprint', '[[1,2]]'), 'footprint has 1 corners'),
-    (('--footprint', 'round'), 'footprint'), (('--param', 'use_astra=true'), 'use_astar'),
-    (('--param', 'use_astar'), 'use_astar'),
-    (('--param', 'inflation_radius=0.1'), 'inscribed radius'), (('--param', 'use_astar=7'), 'true or false'),
-    (('--param', 'default_tolerance=-1'), 'default_tolerance'), (('--param', 'a={'), 'NAME=VALUE'),
-    (('--png', '/nowhere/plan.png'), '/nowhere'), (('--png', 'plan.nothing'), 'extension')])
+@pytest.mark.parametrize(
+    'more, reason',
+    [
+        (('--planner', 'carrot_planner/CarrotPlanner'), 'not here: use navfn/NavfnROS'),
+        (('--planner', 'nowhere'), 'must be one of'),
+        (('--footprint', '[[1,2]]'), 'footprint has 1 corners'),
+        (('--footprint', 'round'), 'footprint'),
+        (('--param', 'use_astra=true'), 'use_astar'),
+        (('--param', 'use_astar'), 'use_astar'),
+        (('--param', 'inflation_radius=0.1'), 'inscribed radius'),
+        (('--param', 'use_astar=7'), 'true or false'),
+        (('--param', 'default_tolerance=-1'), 'default_tolerance'),
+        (('--param', 'a={'), 'NAME=VALUE'),
+        (('--png', '/nowhere/plan.png'), '/nowhere'),
+        (('--png', 'plan.nothing'), 'extension'),
+    ],
+)
 def test_a_question_that_makes_no_sense_is_said(capsys, more, reason):
     status, out, err = ask(capsys, ROOM, *ENDS, '--json', *more)
     assert status == 2 and json.loads(out)['success'] is False and reason in err
@@ -99,21 +124,34 @@ def test_a_question_that_makes_no_sense_is_said(capsys, more, reason):
 @pytest.mark.parametrize('name', ['navfn/NavfnROS', 'global_planner/GlobalPlanner'])
 def test_what_has_no_effect_is_said(capsys, name):
     status, _, err = ask(capsys, ROOM, *ENDS, '--planner', name, '--param', 'planner_window_x=4.0')
-    assert status == 0 and err == 'plan_path: planner_window_x is 4.0, which has no effect: the whole map is planned on\n'
+    assert (
+        status == 0 and err == 'plan_path: planner_window_x is 4.0, which has no effect: the whole map is planned on\n'
+    )
 
 
 def test_maps_that_cannot_be_used_are_said(capsys, tmp_path):
     assert ask(capsys, tmp_path / 'none.yaml', *ENDS)[0] == 2
     turned = tmp_path / 'turned.yaml'
-    turned.write_text(Path(ROOM).read_text().replace('room.pgm', str(DATA / 'room.pgm')).replace(
-        'origin: [-1.0, -1.0, 0.0]', 'origin: [-1.0, -1.0, 0.5]'))
+    turned.write_text(
+        Path(ROOM)
+        .read_text()
+        .replace('room.pgm', str(DATA / 'room.pgm'))
+        .replace('origin: [-1.0, -1.0, 0.0]', 'origin: [-1.0, -1.0, 0.5]')
+    )
     assert '0.5]' in turned.read_text()
     status, _, err = ask(capsys, turned, *ENDS)
     assert status == 2 and 'turned by 0.5 rad' in err
 
 
-@pytest.mark.parametrize('arguments', [(), (ROOM,), (ROOM, '--start', '1', '2', '--goal', '1', '2', '3'),
-                                       (ROOM, '--start', 'a', '2', '0', '--goal', '1', '2', '3')])
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        (),
+        (ROOM,),
+        (ROOM, '--start', '1', '2', '--goal', '1', '2', '3'),
+        (ROOM, '--start', 'a', '2', '0', '--goal', '1', '2', '3'),
+    ],
+)
 def test_half_a_question_prints_how_to_ask(capsys, arguments):
     status, _, err = ask(capsys, *arguments)
     assert status == 2 and 'usage: plan_path' in err
@@ -129,8 +167,11 @@ def test_the_picture_shows_map_plan_and_footprints(capsys, tmp_path):
     def near(x, y, colour):
         across, down = int((x + 1.0) * side), int((7.0 - y) * side)
         reach = int(0.7 * side)
-        return (pixels[max(down - reach, 0):down + reach, max(across - reach, 0):across + reach] == colour).all(
-            axis=2).sum()
+        return (
+            (pixels[max(down - reach, 0) : down + reach, max(across - reach, 0) : across + reach] == colour)
+            .all(axis=2)
+            .sum()
+        )
 
     assert near(1.2, 1.2, (20, 150, 40)) > 100 and near(6.2, 6.2, (20, 150, 40)) == 0  # the robot at its start
     assert near(6.5, 6.6, (220, 30, 30)) > 100  # and at the goal
@@ -143,7 +184,9 @@ def test_a_planner_of_the_footprint_plans_for_the_one_that_is_given(capsys):
     by_the_wall = '--start', 1.2, 1.2, 0.5, '--goal', 3.0, -0.6, 0.0
     status, out, _ = ask(capsys, ROOM, *by_the_wall, *lattice)
     assert status == 0 and json.loads(out)['path'][-1] == [3.0, -0.6, 0.0]
-    status, _, err = ask(capsys, ROOM, *by_the_wall, *lattice, '--footprint', '[[0.5,0.5],[0.5,-0.5],[-0.5,-0.5],[-0.5,0.5]]')
+    status, _, err = ask(
+        capsys, ROOM, *by_the_wall, *lattice, '--footprint', '[[0.5,0.5],[0.5,-0.5],[-0.5,-0.5],[-0.5,0.5]]'
+    )
     assert status == 1 and 'the footprint at the goal (3.00, -0.60, 0 deg) overlaps an obstacle' in err
 
 

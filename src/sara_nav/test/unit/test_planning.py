@@ -1,4 +1,5 @@
 """Global planning: ways are cheapest and free, straight where they can be, and refusals say why."""
+
 import heapq
 import math
 
@@ -8,14 +9,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_nav import kernels
-from sara_nav.costmap import Costmap
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner, GridPlannerConfig
-from sara_nav.navfn import NavfnConfig
-from sara_nav.planning import (GLOBAL_PLANNERS, PlanError, UnknownPlanner, dense_plan, nearest_cell, path_length,
-                               plan_from_points, simplify)
+from sara_common.planar import Pose2D
+from sara_nav.config.registry import UnknownPlanner
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.planners import grid_kernels as kernels
+from sara_nav.planners.grid_planner import GridPlanner, GridPlannerConfig
+from sara_nav.planners.navfn import NavfnConfig
+from sara_nav.planners.planning import (
+    GLOBAL_PLANNERS,
+    PlanError,
+    dense_plan,
+    nearest_cell,
+    path_length,
+    plan_from_points,
+    simplify,
+)
 
 grids = hnp.arrays(np.uint8, (9, 11), elements=st.sampled_from([0, 0, 0, 0, 60, 200, 252, 253, 254, 255]))
 cells = st.tuples(st.integers(0, 10), st.integers(0, 8))
@@ -88,13 +97,18 @@ def test_a_straight_line_costs_what_its_cells_do(costs, start, goal, unknown):
 def test_a_straightened_plan_meets_no_wall(costs, start, goal, unknown):
     costmap = Costmap(costs, GridGeometry(11, 9, 1.0, 0.0, 0.0))
     try:
-        plan = GridPlanner(GridPlannerConfig(allow_unknown=unknown)).plan(costmap, Pose2D(*start, 0.0), Pose2D(*goal, 0.0))
+        plan = GridPlanner(GridPlannerConfig(allow_unknown=unknown)).plan(
+            costmap, Pose2D(*start, 0.0), Pose2D(*goal, 0.0)
+        )
     except PlanError:
         return
     own = int(start[0]), int(start[1])
     for x, y, _ in plan:
-        assert any(weight(costs[int(y + f), int(x + e)], unknown) < math.inf or (int(x + e), int(y + f)) == own
-                   for e in (-1e-9, 1e-9) for f in (-1e-9, 1e-9))
+        assert any(
+            weight(costs[int(y + f), int(x + e)], unknown) < math.inf or (int(x + e), int(y + f)) == own
+            for e in (-1e-9, 1e-9)
+            for f in (-1e-9, 1e-9)
+        )
 
 
 def room():
@@ -128,10 +142,18 @@ def test_round_a_wall_no_point_is_in_it_and_it_is_short():
     assert len(simplify(plan, 0.02)) <= 5
 
 
-@pytest.mark.parametrize('start, goal, reason', [
-    ((1.0, 1.0), (9.0, 1.0), 'off the map'), ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
-    ((1.0, math.nan), (2.5, 2.5), "robot's pose .* not finite"), ((1.0, 1.0), (math.inf, 2.5), 'goal .* not finite'),
-    ((1.0, 1.0), (2.5, 2.5), 'obstacle'), ((1.0, 1.0), (4.5, 4.5), 'no way'), ((1.0, 1.0), (3.5, 1.0), 'unknown')])
+@pytest.mark.parametrize(
+    'start, goal, reason',
+    [
+        ((1.0, 1.0), (9.0, 1.0), 'off the map'),
+        ((-1.0, 1.0), (1.0, 1.0), 'robot .* off the map'),
+        ((1.0, math.nan), (2.5, 2.5), "robot's pose .* not finite"),
+        ((1.0, 1.0), (math.inf, 2.5), 'goal .* not finite'),
+        ((1.0, 1.0), (2.5, 2.5), 'obstacle'),
+        ((1.0, 1.0), (4.5, 4.5), 'no way'),
+        ((1.0, 1.0), (3.5, 1.0), 'unknown'),
+    ],
+)
 def test_no_plan_says_why(start, goal, reason):
     costmap = room()
     costmap.costs[45:55, 45:55] = 254
@@ -156,7 +178,12 @@ def test_unknown_names_list_what_there_is():
 
 
 def test_planners_that_are_not_here_are_refused_by_name_with_what_to_use():
-    assert GLOBAL_PLANNERS.names() == ['global_planner/GlobalPlanner', 'navfn/NavfnROS', 'sara_nav/GridPlanner', 'sara_nav/LatticePlanner']
+    assert GLOBAL_PLANNERS.names() == [
+        'global_planner/GlobalPlanner',
+        'navfn/NavfnROS',
+        'sara_nav/GridPlanner',
+        'sara_nav/LatticePlanner',
+    ]
     with pytest.raises(UnknownPlanner, match='CarrotPlanner.* not here: use navfn/NavfnROS'):
         GLOBAL_PLANNERS.find('carrot_planner/CarrotPlanner')
     for name in (None, 3, ['navfn/NavfnROS']):
@@ -164,8 +191,12 @@ def test_planners_that_are_not_here_are_refused_by_name_with_what_to_use():
             GLOBAL_PLANNERS.find(name)
 
 
-@given(hnp.arrays(bool, st.tuples(st.integers(1, 8), st.integers(1, 8))), st.floats(-2.0, 4.0), st.floats(-2.0, 4.0),
-       st.floats(0.0, 3.0))
+@given(
+    hnp.arrays(bool, st.tuples(st.integers(1, 8), st.integers(1, 8))),
+    st.floats(-2.0, 4.0),
+    st.floats(-2.0, 4.0),
+    st.floats(0.0, 3.0),
+)
 def test_the_nearest_cell_is_the_nearest(free, x, y, tolerance):
     g = GridGeometry(free.shape[1], free.shape[0], 0.25, -0.5, 0.3)
     off = {(c, r): math.hypot(g.to_world(c, r)[0] - x, g.to_world(c, r)[1] - y) for r, c in np.argwhere(free).tolist()}
@@ -190,10 +221,17 @@ def test_the_grid_planner_moves_a_goal_within_its_tolerance_and_says_where_to():
     assert (planner.goal_used.x, planner.goal_used.y) == pytest.approx((1.975, 2.375), abs=0.051)
     assert plan[-1] == pytest.approx((planner.goal_used.x, planner.goal_used.y, 0.2))
     with pytest.raises(PlanError, match='in an obstacle'):
-        GridPlanner(GridPlannerConfig(default_tolerance=0.1)).plan(costmap, Pose2D(1.0, 2.4, 0.0), Pose2D(2.3, 2.4, 0.2))
+        GridPlanner(GridPlannerConfig(default_tolerance=0.1)).plan(
+            costmap, Pose2D(1.0, 2.4, 0.0), Pose2D(2.3, 2.4, 0.2)
+        )
 
 
-@given(hnp.arrays(np.uint8, (9, 11), elements=st.sampled_from([0, 0, 0, 0, 60, 253, 254, 255])), cells, cells, st.booleans())
+@given(
+    hnp.arrays(np.uint8, (9, 11), elements=st.sampled_from([0, 0, 0, 0, 60, 253, 254, 255])),
+    cells,
+    cells,
+    st.booleans(),
+)
 def test_a_star_goes_where_the_wave_comes(costs, start, goal, unknown):
     costmap = Costmap(costs, GridGeometry(11, 9, 0.1, 0.0, 0.0))
     planner = GridPlanner(GridPlannerConfig(allow_unknown=unknown))

@@ -1,8 +1,10 @@
-"""Global planners against the C++ ones on six maps: whole wherever any of them is, as cheap, and nowhere in an obstacle.
+"""Global planners against the C++ ones on six maps: whole wherever any of them is, as cheap, and nowhere in an
+obstacle.
 
 The drawn maps' results are here, thinned; those of the public maps are looked for in $SARA_SHARED_DATA, else in
 ../shared/data beside the repository; without them their tests are skipped.
 """
+
 import functools
 import math
 import os
@@ -11,14 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sara_nav import bench_planners
-from sara_nav.costmap import Costmap
-from sara_nav.geometry import Pose2D
-from sara_nav.global_planner import GlobalPlanner, GlobalPlannerConfig
-from sara_nav.grid import GridGeometry
-from sara_nav.map_io import read_image
-from sara_nav.navfn import NavfnConfig, NavfnROS
-from sara_nav.planning import PlanError
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import read_image
+from sara_nav.planners.global_planner import GlobalPlanner, GlobalPlannerConfig
+from sara_nav.planners.navfn import NavfnConfig, NavfnROS
+from sara_nav.planners.planning import PlanError
 
 OURS = Path(__file__).resolve().parents[1] / 'data' / 'plans'
 SHARED = Path(os.environ.get('SARA_SHARED_DATA', Path(__file__).resolve().parents[5] / 'shared' / 'data'))
@@ -30,14 +31,18 @@ WHOLE = 2.1
 @functools.lru_cache(maxsize=1)
 def reference(name):
     """Return (Costmap, the file's arrays) of a map."""
-    files = [path for path in (OURS / (name + '.npz'), SHARED / 'reference' / 'plans' / (name + '.npz')) if path.exists()]
+    files = [
+        path for path in (OURS / (name + '.npz'), SHARED / 'reference' / 'plans' / (name + '.npz')) if path.exists()
+    ]
     if not files:
-        pytest.skip('the C++ planners\' results on %s are not in %s' % (name, SHARED))
+        pytest.skip(f"the C++ planners' results on {name} are not in {SHARED}")
     with np.load(files[0]) as data:
         entries = {key: data[key] for key in data.files}
     costs = np.ascontiguousarray(entries['costmap'])
-    return Costmap(costs, GridGeometry(costs.shape[1], costs.shape[0], float(entries['resolution']),
-                                       *map(float, entries['origin']))), entries
+    return Costmap(
+        costs,
+        GridGeometry(costs.shape[1], costs.shape[0], float(entries['resolution']), *map(float, entries['origin'])),
+    ), entries
 
 
 def measure(costmap, points, weight):
@@ -99,13 +104,17 @@ def test_navfn_is_whole_free_and_as_cheap_as_the_best_peer(name, astar):
 
 @pytest.mark.parametrize('name', MAPS)
 def test_global_planner_is_whole_and_as_cheap_as_its_peer(name):
-    """By the measure the planner minimises (cost_factor 3) paths cost what the peer's do on the mean, and none 4 % more:
-    both potentials are off by 1 or 2 % where the wave comes from two sides, and choose between ways that are as good.
-    With navfn's cost_factor 0.8 none costs 2 % more than the best peer's."""
+    """By the measure the planner minimises (cost_factor 3) paths cost what the peer's do on the mean, and none 4 %
+    more: both potentials are off by 1 or 2 % where the wave comes from two sides, and choose between ways that are as
+    good. With navfn's cost_factor 0.8 none costs 2 % more than the best peer's.
+    """
     costmap, data = reference(name)
     paths = np.split(data['path_' + GRADIENT], data['path_' + GRADIENT + '_offset'][1:-1])
-    ratios = [measure(costmap, plan, GLOBAL)[0] / measure(costmap, paths[k], GLOBAL)[0]
-              for k, plan in plans(name, GlobalPlanner()) if len(paths[k])]
+    ratios = [
+        measure(costmap, plan, GLOBAL)[0] / measure(costmap, paths[k], GLOBAL)[0]
+        for k, plan in plans(name, GlobalPlanner())
+        if len(paths[k])
+    ]
     assert len(ratios) >= 29 and np.mean(ratios) <= 1.005 and max(ratios) <= 1.04
     if name != '100by100_15':  # for the time it takes
         for k, plan in plans(name, GlobalPlanner(GlobalPlannerConfig(cost_factor=0.8))):
@@ -115,8 +124,10 @@ def test_global_planner_is_whole_and_as_cheap_as_its_peer(name):
 @pytest.mark.parametrize('name', ['own_office', 'own_comb', 'depot'])
 def test_a_grid_path_costs_what_the_peer_s_does(name):
     costmap, data = reference(name)
-    ratios = [measure(costmap, plan, NAVFN)[0] / best_of(data, k, (GRID,))
-              for k, plan in plans(name, GlobalPlanner(GlobalPlannerConfig(use_grid_path=True)))]
+    ratios = [
+        measure(costmap, plan, NAVFN)[0] / best_of(data, k, (GRID,))
+        for k, plan in plans(name, GlobalPlanner(GlobalPlannerConfig(use_grid_path=True)))
+    ]
     assert len(ratios) >= 29 and 0.98 <= np.mean(ratios) <= 1.02
 
 
@@ -124,7 +135,7 @@ def test_the_peer_s_test_of_a_pinch_point_and_of_an_easy_plan():
     """navfn's path_calc_test: two plans on willow_costmap.pgm as it stands, whose greys are costs of steps."""
     picture = SHARED / 'maps' / 'willow_costmap.pgm'
     if not picture.exists():
-        pytest.skip('%s is not there' % picture)
+        pytest.skip(f'{picture} is not there')
     steps = read_image(str(picture))
     assert steps.shape == (1217, 1132) and set(np.unique(steps)) == {50, 253, 254}
     costs = np.select([steps == 50, steps == 253], [0, 255], 254).astype(np.uint8)  # navfn makes these steps of them
@@ -135,12 +146,3 @@ def test_the_peer_s_test_of_a_pinch_point_and_of_an_easy_plan():
             plan = NavfnROS().plan(costmap, first, last)
             assert plan[0, :2].tolist() == [first.x, first.y] and plan[-1, :2].tolist() == [last.x, last.y]
             assert measure(costmap, plan, NAVFN)[1] in (0, 255)
-
-
-def test_the_bench_times_each_planner_beside_its_peer():
-    ticks = iter(range(10 ** 6))
-    rows = list(bench_planners.bench_rows([OURS, '/nowhere'], maps=('own_comb',), queries=3, clock=lambda: next(ticks)))
-    assert [row.planner for row in rows] == list(bench_planners.CASES)
-    for row in rows:
-        assert (row.map, row.median, row.p99, row.plans) == ('own_comb', 1e3, 1e3, 3)  # each took one tick of a second
-        assert row.peer is None if row.planner in ('GridPlanner', 'LatticePlanner') else 0.1 < row.peer < 10.0

@@ -1,25 +1,34 @@
 """Recovery: what leads to it, what each behaviour does, and that it ends with the cycle in which the goal is given up."""
+
 import math
 
 import numpy as np
 import pytest
 
-from sara_nav.costmap import InflationConfig
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.grid import GridGeometry
-from sara_nav.grid_planner import GridPlanner
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.inflation import InflationLayer
-from sara_nav.layers.range_sensor import RangeReading, RangeSensorLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.map_io import GridMap
-from sara_nav.move_base import MoveBase
-from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.planning import PlanError, UnknownPlanner
-from sara_nav.recovery import (RECOVERIES, ClearCostmapConfig, ClearCostmapRecovery, RecoveryStep, RotateRecovery,
-                               RotateRecoveryConfig, Situation)
-from sara_nav.rotate_then_pursue import RotateThenPursue
+from sara_common.planar import Pose2D, wrap
+from sara_nav.config.registry import UnknownPlanner
+from sara_nav.costmaps.costmap import InflationConfig
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
+from sara_nav.move_base.state_machine import MoveBase
+from sara_nav.planners.grid_planner import GridPlanner
+from sara_nav.planners.planning import PlanError
+from sara_nav.pursuit.rotate_then_pursue import RotateThenPursue
+from sara_nav.recovery.behaviours import (
+    RECOVERIES,
+    ClearCostmapConfig,
+    ClearCostmapRecovery,
+    RecoveryStep,
+    RotateRecovery,
+    RotateRecoveryConfig,
+    Situation,
+)
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HOME, GOAL = Pose2D(1.5, 1.0, 0.0), Pose2D(5.0, 1.0, 0.0)
@@ -28,9 +37,15 @@ SLOW = RotateRecoveryConfig(max_vel_theta=0.8, acc_lim_theta=1.0, min_in_place_v
 
 
 def costmap(data):
-    result = LayeredCostmap(CostmapConfig(), [
-        StaticLayer('static'), RangeSensorLayer('ultrasonic'),
-        InflationLayer('halo', InflationConfig(inflation_radius=0.4))], FOOTPRINT)
+    result = LayeredCostmap(
+        CostmapConfig(),
+        [
+            StaticLayer('static'),
+            RangeSensorLayer('ultrasonic'),
+            InflationLayer('halo', InflationConfig(inflation_radius=0.4)),
+        ],
+        FOOTPRINT,
+    )
     result.layers['static'].set_map(GridMap(data, GridGeometry(160, 80, 0.05, -1.0, -1.0)))
     return result
 
@@ -46,16 +61,18 @@ def corridor(narrow=False):
 
 def make(recoveries=(), data=None, planner=None, **config):
     data = corridor() if data is None else data
-    return MoveBase(MoveBaseConfig(**config), costmap(data), costmap(data), planner or GridPlanner(), RotateThenPursue(),
-                    recoveries)
+    return MoveBase(
+        MoveBaseConfig(**config), costmap(data), costmap(data), planner or GridPlanner(), RotateThenPursue(), recoveries
+    )
 
 
 def see(machine, t, distance, x=None, y=1.0, yaw=0.0):
     """Have a sensor at the robot's front see something, in both costmaps; three readings are believed."""
     for costmap_ in (machine.global_costmap, machine.local_costmap):
         for i in range(3):
-            costmap_.layers['ultrasonic'].add_range(RangeReading(
-                'front', t, HOME.x + 0.5 if x is None else x, y, yaw, distance, 0.16, 2.5, 1.0))
+            costmap_.layers['ultrasonic'].add_range(
+                RangeReading('front', t, HOME.x + 0.5 if x is None else x, y, yaw, distance, 0.16, 2.5, 1.0)
+            )
 
 
 class NoWay(GridPlanner):
@@ -106,6 +123,7 @@ class Robot:
 
 
 # -- the machine -------------------------------------------------------------------------------------------------------
+
 
 def test_behaviours_run_in_their_order_and_then_the_goal_is_aborted_in_the_peers_words():
     log = []
@@ -170,15 +188,19 @@ def test_an_obstacle_that_was_never_there_is_cleared_and_the_goal_reached():
 
 def test_what_is_cleared_is_clear_before_the_next_command():
     """A ghost before the robot that only the local costmap holds, slow to be updated: one clearing is enough."""
-    machine = make([ClearCostmapRecovery('clear', ClearCostmapConfig(reset_distance=0.0)), Noted('two', 1, [])],
-                   corridor(narrow=True), controller_patience=1.0)
+    machine = make(
+        [ClearCostmapRecovery('clear', ClearCostmapConfig(reset_distance=0.0)), Noted('two', 1, [])],
+        corridor(narrow=True),
+        controller_patience=1.0,
+    )
     machine.local_costmap.reconfigure(CostmapConfig(update_frequency=0.1))
     robot = Robot(machine)
     machine.set_goal(GOAL, 0.0)
     robot.go(20)
     for _ in range(3):
-        machine.local_costmap.layers['ultrasonic'].add_range(RangeReading(
-            'front', robot.t, robot.pose.x + 0.5, 1.0, 0.0, 0.3, 0.16, 2.5, 1.0))
+        machine.local_costmap.layers['ultrasonic'].add_range(
+            RangeReading('front', robot.t, robot.pose.x + 0.5, 1.0, 0.0, 0.3, 0.16, 2.5, 1.0)
+        )
     machine.local_costmap.update(robot.t, robot.pose)
     last = robot.go(900, until=lambda r: r.status != 'active')
     assert last.text == 'Goal reached.'
@@ -209,8 +231,9 @@ def test_every_cycle_of_every_behaviour_can_be_the_last(give_up, status):
     """Cancelled or aborted in whichever cycle of recovery, the very next command is zero, and nothing follows."""
     seen = 0
     for cycles in range(0, 180, 11):
-        robot = Robot(make([RotateRecovery('turn', SLOW), ClearCostmapRecovery('clear')], planner=NoWay(),
-                           planner_patience=0.5))
+        robot = Robot(
+            make([RotateRecovery('turn', SLOW), ClearCostmapRecovery('clear')], planner=NoWay(), planner_patience=0.5)
+        )
         robot.machine.set_goal(GOAL, 0.0)
         robot.go(100, until=lambda r: r.recovery)
         robot.go(1 + cycles)
@@ -245,7 +268,9 @@ def test_a_new_goal_while_recovering_is_planned_to_at_once():
     assert result.phase == 'controlling' and result.plan is not None
 
 
-# -- clear_costmap_recovery ----------------------------------------------------------------------------------------------
+# -- clear_costmap_recovery
+# ----------------------------------------------------------------------------------------------
+
 
 def seen_costmaps(distance=2.0):
     machine = make()
@@ -260,13 +285,22 @@ def lethal(costmap_):
 
 
 def situation(machine, pose=HOME, **changes):
-    values = dict(t=1.0, dt=0.05, pose=pose, local_pose=pose, velocity=ZERO,
-                  world=machine.costmaps.around(pose, None, True), costmaps=machine.costmaps)
+    values = dict(
+        t=1.0,
+        dt=0.05,
+        pose=pose,
+        local_pose=pose,
+        velocity=ZERO,
+        world=machine.costmaps.around(pose, None, True),
+        costmaps=machine.costmaps,
+    )
     values.update(changes)
     return Situation(**values)
 
 
-@pytest.mark.parametrize('affected, cleared', [('both', (True, True)), ('global', (True, False)), ('local', (False, True))])
+@pytest.mark.parametrize(
+    'affected, cleared', [('both', (True, True)), ('global', (True, False)), ('local', (False, True))]
+)
 def test_clearing_forgets_what_sensors_saw_and_never_the_map(affected, cleared):
     machine = seen_costmaps()
     empty = make()
@@ -309,12 +343,15 @@ def test_layers_that_do_not_exist_are_said():
 
 def test_the_map_is_cleared_when_it_is_named_as_the_peer_does():
     machine = seen_costmaps()
-    ClearCostmapRecovery('clear', ClearCostmapConfig(1.0, layer_names=('static', 'ultrasonic'), force_updating=True)).update(
-        situation(machine))
+    ClearCostmapRecovery(
+        'clear', ClearCostmapConfig(1.0, layer_names=('static', 'ultrasonic'), force_updating=True)
+    ).update(situation(machine))
     assert lethal(machine.global_costmap) == 0
 
 
-# -- rotate_recovery -----------------------------------------------------------------------------------------------------
+# -- rotate_recovery
+# -----------------------------------------------------------------------------------------------------
+
 
 def turn(machine, behaviour, pose=HOME, cycles=400, obey=1.0):
     """Return (the last step, poses, rates) of a turn in place by a robot that does ``obey`` of what it is told."""
@@ -341,7 +378,7 @@ def test_it_turns_once_about_within_its_limits_and_ends_where_it_began(yaw):
     assert abs(turned - 2.0 * math.pi) <= SLOW.yaw_goal_tolerance + 0.05 * SLOW.max_vel_theta
     assert max(rates) == pytest.approx(SLOW.max_vel_theta)
     assert max(np.diff(rates)) <= SLOW.acc_lim_theta * 0.05 + 1e-9
-    braking = [r for r in rates[1:-1]][-5:]
+    braking = list(rates[1:-1])[-5:]
     assert braking == sorted(braking, reverse=True) and min(rates[1:-1]) > 0.0
 
 
@@ -383,7 +420,9 @@ def test_it_waits_until_the_robot_stands():
     assert not step.done and step.command == ZERO
 
 
-# -- names and parameters ------------------------------------------------------------------------------------------------
+# -- names and parameters
+# ------------------------------------------------------------------------------------------------
+
 
 def test_names():
     assert RECOVERIES.find('clear_costmap_recovery/ClearCostmapRecovery') is ClearCostmapRecovery
@@ -394,11 +433,16 @@ def test_names():
         RECOVERIES.find('my/Own')
 
 
-@pytest.mark.parametrize('config, text', [
-    (ClearCostmapConfig(-1.0), 'reset_distance is -1'), (ClearCostmapConfig(math.nan), 'reset_distance is nan'),
-    (ClearCostmapConfig(affected_maps='all'), "affected_maps is 'all'"),
-    (ClearCostmapConfig(layer_names=(1,)), 'layer_names is'),
-    (RotateRecoveryConfig(sim_granularity=0.0), 'sim_granularity is 0'),
-    (RotateRecoveryConfig(max_vel_theta=math.inf), 'max_vel_theta is inf')])
+@pytest.mark.parametrize(
+    'config, text',
+    [
+        (ClearCostmapConfig(-1.0), 'reset_distance is -1'),
+        (ClearCostmapConfig(math.nan), 'reset_distance is nan'),
+        (ClearCostmapConfig(affected_maps='all'), "affected_maps is 'all'"),
+        (ClearCostmapConfig(layer_names=(1,)), 'layer_names is'),
+        (RotateRecoveryConfig(sim_granularity=0.0), 'sim_granularity is 0'),
+        (RotateRecoveryConfig(max_vel_theta=math.inf), 'max_vel_theta is inf'),
+    ],
+)
 def test_bad_parameters_are_said(config, text):
     assert any(text in fault for fault in config.faults())

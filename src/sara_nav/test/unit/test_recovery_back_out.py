@@ -1,4 +1,5 @@
 """Backing out: along the way it came, within its limits, never into anything, and that it ends."""
+
 import math
 
 import numpy as np
@@ -6,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import Costmap
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.recovery import RECOVERIES, Situation
-from sara_nav.recovery_back_out import BackOutConfig, BackOutRecovery
-from sara_nav.track import Track
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.goals.driven_path import Track
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.recovery.back_out import BackOutConfig, BackOutRecovery
+from sara_nav.recovery.behaviours import RECOVERIES, Situation
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 DT = 0.05
@@ -23,7 +24,7 @@ def world(*boxes):
     """Return the LocalWorld of 12 x 12 m about the origin with boxes (x0, y0, xn, yn), m, in it."""
     costs = np.zeros((240, 240), np.uint8)
     for x0, y0, xn, yn in boxes:
-        costs[int((y0 + 6) * 20):int((yn + 6) * 20), int((x0 + 6) * 20):int((xn + 6) * 20)] = 254
+        costs[int((y0 + 6) * 20) : int((yn + 6) * 20), int((x0 + 6) * 20) : int((xn + 6) * 20)] = 254
     return LocalWorld(Costmap(costs, GridGeometry(240, 240, 0.05, -6.0, -6.0)), FOOTPRINT)
 
 
@@ -50,11 +51,13 @@ class Robot:
             if step.done:
                 return step
             self.commands.append(step.command)
-            self.velocity = tuple(0.6 * old + 0.4 * new for old, new in zip(self.velocity, (0.0, 0.0) if self.held else step.command))
+            self.velocity = tuple(
+                0.6 * old + 0.4 * new for old, new in zip(self.velocity, (0.0, 0.0) if self.held else step.command)
+            )
             self.pose = self.pose.advance(*self.velocity, DT)
             self.poses.append(self.pose)
             self.t += DT
-        raise AssertionError('it goes on for ever: %s' % step.text)
+        raise AssertionError(f'it goes on for ever: {step.text}')
 
 
 def corridor(width=1.0):
@@ -87,7 +90,9 @@ def test_out_of_a_dead_end_it_goes_on_until_it_is_as_far_as_it_may():
 def test_out_of_a_dead_end_it_stops_where_it_can_turn():
     robot = Robot(world((1.4, 0.5, 3.0, 0.7), (1.4, -0.7, 3.0, -0.5), (3.0, -1.0, 3.2, 1.0)), [(0.4, 0.0, 5.0)])
     robot.back_out(BackOutConfig(farthest=3.0))
-    assert 0.7 < robot.pose.x < 0.85, 'the circle of its corners and 0.15 m, 0.76 m, is clear of the walls that begin at x = 1.4'
+    assert 0.7 < robot.pose.x < 0.85, (
+        'the circle of its corners and 0.15 m, 0.76 m, is clear of the walls that begin at x = 1.4'
+    )
 
 
 @settings(deadline=None, max_examples=40)
@@ -107,7 +112,7 @@ def test_no_command_exceeds_speed_acceleration_and_jerk(speed, acc, jerk, w):
     v = np.array([0.0] + [c[0] for c in robot.commands])
     assert np.abs(v).max() <= speed + 1e-9 and max(abs(c[1]) for c in robot.commands) <= 0.3 + 1e-9
     a = np.diff(v) / DT
-    moving = slice(2, -4)   # the first and the last centimetre a second are steps
+    moving = slice(2, -4)  # the first and the last centimetre a second are steps
     assert np.abs(a[moving]).max(initial=0.0) <= acc + 1e-6
     assert np.abs(np.diff(a[moving])).max(initial=0.0) / DT <= jerk + 1e-6
 
@@ -179,7 +184,13 @@ def test_one_that_still_drives_comes_to_rest_first():
     assert robot.commands[0] == (0.0, 0.0)
 
 
-@pytest.mark.parametrize('values, fault', [(dict(distance=0.0), 'distance'), (dict(speed=math.nan), 'speed'),
-                                           (dict(distance=1.0, farthest=0.5), 'farthest is 0.5 but must be at least distance (1)')])
+@pytest.mark.parametrize(
+    'values, fault',
+    [
+        (dict(distance=0.0), 'distance'),
+        (dict(speed=math.nan), 'speed'),
+        (dict(distance=1.0, farthest=0.5), 'farthest is 0.5 but must be at least distance (1)'),
+    ],
+)
 def test_parameters_are_checked(values, fault):
     assert fault in BackOutConfig(**values).faults()[0]

@@ -1,4 +1,5 @@
 """Asking for help: what is said, for how long it waits, and what ends the waiting."""
+
 import math
 
 import numpy as np
@@ -6,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import Costmap
-from sara_nav.costmap_pair import CostmapPair
-from sara_nav.footprint import parse_footprint
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.layers.base import Layer
-from sara_nav.planning import PlanError, dense_plan
-from sara_nav.recovery import RECOVERIES, Situation
-from sara_nav.recovery_help import SIDES, AskForHelp, AskForHelpConfig, nearest_obstacle
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.base import Layer
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.planners.planning import PlanError, dense_plan
+from sara_nav.recovery.behaviours import RECOVERIES, Situation
+from sara_nav.recovery.help import SIDES, AskForHelp, AskForHelpConfig, nearest_obstacle
 
 FOOTPRINT = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 HERE, GOAL = Pose2D(0.0, 0.0, 0.0), Pose2D(4.0, 0.0, 0.0)
@@ -57,13 +58,31 @@ class Waiting:
 
     def __init__(self, blocked=False, planless=False, **config):
         self.behaviour = AskForHelp('ask', AskForHelpConfig(**dict(dict(patience=30.0), **config)))
-        self.t, self.blocked, self.planless, self.plans, self.remembered, self.cleared = 10.0, blocked, planless, 0, False, 0
+        self.t, self.blocked, self.planless, self.plans, self.remembered, self.cleared = (
+            10.0,
+            blocked,
+            planless,
+            0,
+            False,
+            0,
+        )
         self.behaviour.start(self.situation())
 
     def situation(self):
         costmap = LayeredCostmap(CostmapConfig(), [Marks('sonars', self)], FOOTPRINT)
-        return Situation(self.t, 0.05, HERE, HERE, (0.0, 0.0), world(*([BOX] if self.blocked else [])), CostmapPair(costmap, costmap), None, GOAL,
-                         'No way was found.', self.plan)
+        return Situation(
+            self.t,
+            0.05,
+            HERE,
+            HERE,
+            (0.0, 0.0),
+            world(*([BOX] if self.blocked else [])),
+            CostmapPair(costmap, costmap),
+            None,
+            GOAL,
+            'No way was found.',
+            self.plan,
+        )
 
     def plan(self):
         self.plans += 1
@@ -129,11 +148,20 @@ def test_what_it_cannot_see_is_tried_once_more_when_its_patience_is_over():
 
 
 @settings(deadline=None, max_examples=100)
-@given(st.floats(0.05, 0.9), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+@given(
+    st.floats(0.05, 0.9),
+    st.floats(-math.pi, math.pi),
+    st.floats(-math.pi, math.pi),
+    st.floats(-1.0, 1.0),
+    st.floats(-1.0, 1.0),
+)
 def test_the_side_of_what_is_nearest_is_the_robots_own_however_it_stands(gap, bearing, yaw, x, y):
     """From the edge of the footprint's box outward at an angle; at corners the box has more than one nearest place."""
     c, s = math.cos(bearing), math.sin(bearing)
-    u, v = (math.copysign(0.54, c) if abs(c) > 0.5 else 0.0) + gap * c, (math.copysign(0.29, s) if abs(s) > 0.5 else 0.0) + gap * s
+    u, v = (
+        (math.copysign(0.54, c) if abs(c) > 0.5 else 0.0) + gap * c,
+        (math.copysign(0.29, s) if abs(s) > 0.5 else 0.0) + gap * s,
+    )
     pose = Pose2D(x, y, yaw)
     place = x + math.cos(yaw) * u - math.sin(yaw) * v, y + math.sin(yaw) * u + math.cos(yaw) * v
     found = nearest_obstacle(world(place), pose, 2.0)

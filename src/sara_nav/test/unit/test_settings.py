@@ -1,4 +1,5 @@
 """Parameters: the shipped configuration, the peers' forms of it, and that nothing is ignored in silence."""
+
 import dataclasses
 import pathlib
 import re
@@ -7,10 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
-from sara_nav.move_base_config import MoveBaseConfig
-from sara_nav.parameters import ParameterError, Parameters
-from sara_nav.recovery import RotateRecoveryConfig
-from sara_nav.settings import read_settings
+from sara_nav.config.parameters import ParameterError, Parameters
+from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.move_base.settings import read_settings
+from sara_nav.recovery.behaviours import RotateRecoveryConfig
 
 SHIPPED = pathlib.Path(__file__).parents[2] / 'config' / 'sara_nav.yaml'
 
@@ -43,9 +44,17 @@ def test_nobody_spins_who_carries_somebody():
     settings = read(yaml.safe_load(SHIPPED.read_text()))
     behaviours = settings.recoveries.make(settings.move_base)
     assert [(b.name, b.plugin_name.split('/')[1]) for b in behaviours] == [
-        ('clear_far', 'ClearCostmapRecovery'), ('clear_near', 'ClearCostmapRecovery'), ('back_out', 'BackOutRecovery'),
-        ('back_out_again', 'BackOutRecovery'), ('ask_for_help', 'AskForHelp')]
-    assert settings.move_base.stuck_timeout > 0.0 and settings.move_base.recovery_memory > 0.0 and settings.move_base.replan_when_blocked
+        ('clear_far', 'ClearCostmapRecovery'),
+        ('clear_near', 'ClearCostmapRecovery'),
+        ('back_out', 'BackOutRecovery'),
+        ('back_out_again', 'BackOutRecovery'),
+        ('ask_for_help', 'AskForHelp'),
+    ]
+    assert (
+        settings.move_base.stuck_timeout > 0.0
+        and settings.move_base.recovery_memory > 0.0
+        and settings.move_base.replan_when_blocked
+    )
     machine = settings.make_move_base()
     for behaviour in behaviours[:2]:
         assert behaviour.layers(machine.local_costmap) == behaviour.layers(machine.global_costmap) == ['ultrasonic']
@@ -60,7 +69,12 @@ def test_no_parameters_give_the_peers_defaults():
     assert np.hypot(*settings.global_costmap.footprint.T).max() == pytest.approx(0.47, abs=0.01)
     assert settings.global_frame == settings.local_frame == 'map' and settings.robot_base_frame == 'base_link'
     behaviours = settings.recoveries.make(settings.move_base)
-    assert [b.name for b in behaviours] == ['conservative_reset', 'rotate_recovery', 'aggressive_reset', 'rotate_recovery']
+    assert [b.name for b in behaviours] == [
+        'conservative_reset',
+        'rotate_recovery',
+        'aggressive_reset',
+        'rotate_recovery',
+    ]
     assert behaviours[0].config.reset_distance == 3.0 and behaviours[2].config.reset_distance == pytest.approx(1.84)
     assert behaviours[1].config == RotateRecoveryConfig()
 
@@ -69,10 +83,19 @@ def test_layers_by_name_and_parameters_in_the_old_place():
     old = read({'global_costmap': {'inflation_radius': 0.8, 'cost_scaling_factor': 3, 'robot_radius': 0.3}})
     halo = config_of(old, 'inflation_layer')
     assert (halo.inflation_radius, halo.cost_scaling_factor) == (0.8, 3.0)
-    new = read({'global_costmap': {
-        'robot_radius': 0.3, 'inflation_radius': 0.8, 'halo': {'inflation_radius': 0.9},
-        'plugins': [{'name': 'sonar', 'type': 'range_sensor_layer::RangeSensorLayer'},
-                    {'name': 'halo', 'type': 'costmap_2d::InflationLayer'}]}})
+    new = read(
+        {
+            'global_costmap': {
+                'robot_radius': 0.3,
+                'inflation_radius': 0.8,
+                'halo': {'inflation_radius': 0.9},
+                'plugins': [
+                    {'name': 'sonar', 'type': 'range_sensor_layer::RangeSensorLayer'},
+                    {'name': 'halo', 'type': 'costmap_2d::InflationLayer'},
+                ],
+            }
+        }
+    )
     assert config_of(new, 'halo').inflation_radius == 0.9
     assert [name for name, _, _ in new.global_costmap.layers] == ['sonar', 'halo']
 
@@ -88,51 +111,102 @@ def test_a_footprint_is_searched_upward_and_the_nearer_wins():
 
 def test_all_faults_are_said_at_once():
     with pytest.raises(ParameterError) as error:
-        read({'controller_frequency': 'fast', 'planner_patience': -3, 'base_local_planner': 'teb/Teb',
-              'base_global_planner': 'sara_nav/GridPlanner', 'GridPlanner': {'straighten_slack': 7.0},
-              'recovery_behaviors': [{'name': 'slow', 'type': 'move_slow_and_clear/MoveSlowAndClear'},
-                                     {'name': 'a', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'},
-                                     {'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}, 'spin', {'name': 'b'}],
-              'a': {'reset_distance': -1.0},
-              'local_costmap': {'map_type': 'voxel'},
-              'global_costmap': {'footprint': 'round', 'inflation_layer': {'inflation_radius': -1.0}}})
-    for text in ("controller_frequency is 'fast' but must be a number", 'planner_patience is -3', "'teb/Teb'",
-                 'straighten_slack is 7', "footprint is 'round'", 'inflation_radius is -1', 'max_vel_x to be slow',
-                 'two behaviours called a', "holds 'spin'", "holds {'name': 'b'}", 'a/reset_distance is -1', "'voxel'"):
+        read(
+            {
+                'controller_frequency': 'fast',
+                'planner_patience': -3,
+                'base_local_planner': 'teb/Teb',
+                'base_global_planner': 'sara_nav/GridPlanner',
+                'GridPlanner': {'straighten_slack': 7.0},
+                'recovery_behaviors': [
+                    {'name': 'slow', 'type': 'move_slow_and_clear/MoveSlowAndClear'},
+                    {'name': 'a', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'},
+                    {'name': 'a', 'type': 'rotate_recovery/RotateRecovery'},
+                    'spin',
+                    {'name': 'b'},
+                ],
+                'a': {'reset_distance': -1.0},
+                'local_costmap': {'map_type': 'voxel'},
+                'global_costmap': {'footprint': 'round', 'inflation_layer': {'inflation_radius': -1.0}},
+            }
+        )
+    for text in (
+        "controller_frequency is 'fast' but must be a number",
+        'planner_patience is -3',
+        "'teb/Teb'",
+        'straighten_slack is 7',
+        "footprint is 'round'",
+        'inflation_radius is -1',
+        'max_vel_x to be slow',
+        'two behaviours called a',
+        "holds 'spin'",
+        "holds {'name': 'b'}",
+        'a/reset_distance is -1',
+        "'voxel'",
+    ):
         assert text in str(error.value)
 
 
-@pytest.mark.parametrize('tree, text', [
-    ({'RotateThenPursue': {'max_vel_x': 0.3}}, r'RotateThenPursue/ \(max_vel_x\) have no effect'),
-    ({'DWAPlannerROS': {'sim_time': 4.0, 'vx_samples': 5}}, r'DWAPlannerROS/ \(sim_time, vx_samples\) have no effect'),
-    ({'conservative_reset': {'reset_distance': 5.0}}, 'conservative_reset/reset_distance has no effect'),
-    ({'rotate_recovery': {'frequency': 5.0}}, 'rotate_recovery/frequency has no effect'),
-    ({'recovery_behaviors': [], 'rotate_recovery': {'sim_granularity': 0.1}}, 'rotate_recovery/ have no effect'),
-    ({'recovery_behaviors': [{'name': 'turn', 'type': 'RotateRecovery'}]}, 'should be called rotate_recovery/RotateRecovery'),
-    ({'recovery_behaviors': [{'name': 'clear', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'}],
-      'clear': {'layer_names': ['obstacles']}}, "clear/layer_names holds 'obstacles' but no affected costmap has that layer"),
-    ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
-    ({'restore_defaults': True}, 'restore_defaults has no effect'),
-    ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ has no effect'),
-    ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},
-     'DWAPlannerROS/global_frame_id has no effect'),
-    ({'controler_frequency': 10.0}, 'controler_frequency is not known .* controller_frequency meant')])
+@pytest.mark.parametrize(
+    'tree, text',
+    [
+        ({'RotateThenPursue': {'max_vel_x': 0.3}}, r'RotateThenPursue/ \(max_vel_x\) have no effect'),
+        (
+            {'DWAPlannerROS': {'sim_time': 4.0, 'vx_samples': 5}},
+            r'DWAPlannerROS/ \(sim_time, vx_samples\) have no effect',
+        ),
+        ({'conservative_reset': {'reset_distance': 5.0}}, 'conservative_reset/reset_distance has no effect'),
+        ({'rotate_recovery': {'frequency': 5.0}}, 'rotate_recovery/frequency has no effect'),
+        ({'recovery_behaviors': [], 'rotate_recovery': {'sim_granularity': 0.1}}, 'rotate_recovery/ have no effect'),
+        (
+            {'recovery_behaviors': [{'name': 'turn', 'type': 'RotateRecovery'}]},
+            'should be called rotate_recovery/RotateRecovery',
+        ),
+        (
+            {
+                'recovery_behaviors': [{'name': 'clear', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'}],
+                'clear': {'layer_names': ['obstacles']},
+            },
+            "clear/layer_names holds 'obstacles' but no affected costmap has that layer",
+        ),
+        ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
+        ({'restore_defaults': True}, 'restore_defaults has no effect'),
+        ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ has no effect'),
+        (
+            {'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},
+            'DWAPlannerROS/global_frame_id has no effect',
+        ),
+        ({'controler_frequency': 10.0}, 'controler_frequency is not known .* controller_frequency meant'),
+    ],
+)
 def test_what_has_no_effect_is_said(tree, text):
     warnings = read(tree).warnings
     assert len(warnings) >= 1 and any(re.search(text, w) for w in warnings), warnings
 
 
-@pytest.mark.parametrize('tree', [{'oscillation_timeout': 10.0}, {'recovery_behaviors': []}, {'shutdown_costmaps': True},
-                                  {'global_costmap': {'rolling_window': True}}, {'max_planning_retries': 3},
-                                  {'local_costmap': {'inscribed_radius': 0.3}},
-                                  {'restore_defaults': False, 'global_costmap': {'restore_defaults': False}}])
+@pytest.mark.parametrize(
+    'tree',
+    [
+        {'oscillation_timeout': 10.0},
+        {'recovery_behaviors': []},
+        {'shutdown_costmaps': True},
+        {'global_costmap': {'rolling_window': True}},
+        {'max_planning_retries': 3},
+        {'local_costmap': {'inscribed_radius': 0.3}},
+        {'restore_defaults': False, 'global_costmap': {'restore_defaults': False}},
+    ],
+)
 def test_what_has_an_effect_is_not_warned_of(tree):
     assert read(tree).warnings == ()
 
 
 def test_a_turn_takes_its_limits_from_itself_then_the_classic_planner_then_the_one_that_drives():
-    tree = {'base_local_planner': 'sara_nav/RotateThenPursue', 'RotateThenPursue': {'max_vel_theta': 0.3, 'acc_lim_theta': 0.2},
-            'TrajectoryPlannerROS': {'acc_lim_th': 0.5}, 'rotate_recovery': {'yaw_goal_tolerance': 0.2}}
+    tree = {
+        'base_local_planner': 'sara_nav/RotateThenPursue',
+        'RotateThenPursue': {'max_vel_theta': 0.3, 'acc_lim_theta': 0.2},
+        'TrajectoryPlannerROS': {'acc_lim_th': 0.5},
+        'rotate_recovery': {'yaw_goal_tolerance': 0.2},
+    }
     config = read(tree).recoveries.defaults['rotate_recovery']
     assert (config.max_vel_theta, config.acc_lim_theta, config.yaw_goal_tolerance) == (0.3, 0.5, 0.2)
 
@@ -142,8 +216,8 @@ def test_an_inflation_narrower_than_the_robot_is_warned_of():
     assert any('inflation_radius' in w for w in warnings)
 
 
-# A configuration as users of the C++ stack write it: pre-Hydro global costmap, rolling local one in odom, a scanner, the
-# trajectory planner, the default recoveries. It has to load as it is.
+# A configuration as users of the C++ stack write it: pre-Hydro global costmap, rolling local one in odom, a scanner,
+# the trajectory planner, the default recoveries. It has to load as it is.
 PEERS = """
 controller_frequency: 10.0
 planner_frequency: 1.0
@@ -190,38 +264,62 @@ NavfnROS: {allow_unknown: true, default_tolerance: 0.2, planner_window_x: 0.0}
 
 def test_a_configuration_of_the_peers_loads_as_it_is():
     settings = read(yaml.safe_load(PEERS))
-    assert settings.global_planner.plugin_name == 'navfn/NavfnROS' and settings.global_planner.config.default_tolerance == 0.2
+    assert (
+        settings.global_planner.plugin_name == 'navfn/NavfnROS'
+        and settings.global_planner.config.default_tolerance == 0.2
+    )
     config = settings.local_planner.config
     assert (config.max_vel_theta, config.path_distance_bias, config.controller_frequency) == (1.0, 0.8, 10.0)
     assert (settings.global_frame, settings.local_frame) == ('map', 'odom')
     source = config_of(settings, 'obstacle_layer').sources[0]
     assert (source.topic, source.clearing, source.raytrace_range) == ('scan', True, 3.0)
     machine = settings.make_move_base()
-    assert [r.name for r in machine.recoveries] == ['conservative_reset', 'rotate_recovery', 'aggressive_reset',
-                                                    'rotate_recovery']
+    assert [r.name for r in machine.recoveries] == [
+        'conservative_reset',
+        'rotate_recovery',
+        'aggressive_reset',
+        'rotate_recovery',
+    ]
     # Old names are said, and static_map beside plugins; nothing else is there to say.
     assert all('should be called' in w or 'static_map has no effect: plugins is given' in w for w in settings.warnings)
     assert len(settings.warnings) == 5
 
 
-@pytest.mark.parametrize('tree, path, said', [
-    ({'NavfnROS': {'planner_window_x': 5.0}}, 'NavfnROS/planner_window_x', 'the whole map is planned on'),
-    ({'TrajectoryPlannerROS': {'stop_time_buffer': 0.5}}, 'TrajectoryPlannerROS/stop_time_buffer', 'as in the C++ planner'),
-    ({'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'acc_lim_trans': 1.0}}, 'DWAPlannerROS/acc_lim_trans',
-     'as in the C++ planner')])
+@pytest.mark.parametrize(
+    'tree, path, said',
+    [
+        ({'NavfnROS': {'planner_window_x': 5.0}}, 'NavfnROS/planner_window_x', 'the whole map is planned on'),
+        (
+            {'TrajectoryPlannerROS': {'stop_time_buffer': 0.5}},
+            'TrajectoryPlannerROS/stop_time_buffer',
+            'as in the C++ planner',
+        ),
+        (
+            {'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'acc_lim_trans': 1.0}},
+            'DWAPlannerROS/acc_lim_trans',
+            'as in the C++ planner',
+        ),
+    ],
+)
 def test_what_has_no_effect_in_a_planner_is_said(tree, path, said):
     warnings = [text for text in read_settings(Parameters(tree)).warnings if path in text]
     assert len(warnings) == 1 and said in warnings[0]
 
 
 def test_defaults_that_have_no_effect_are_not_worth_a_word():
-    assert not [text for text in read_settings(Parameters({'TrajectoryPlannerROS': {'stop_time_buffer': 0.2}})).warnings if 'stop_time' in text]
+    assert not [
+        text
+        for text in read_settings(Parameters({'TrajectoryPlannerROS': {'stop_time_buffer': 0.2}})).warnings
+        if 'stop_time' in text
+    ]
 
 
 def test_the_old_limit_of_turns_holds_both_ways():
     config = read_settings(Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5}})).local_planner.config
     assert (config.min_vel_theta, config.max_vel_theta) == (-0.5, 0.5)
-    config = read_settings(Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5, 'min_vel_theta': -0.3}})).local_planner.config
+    config = read_settings(
+        Parameters({'TrajectoryPlannerROS': {'max_rotational_vel': 0.5, 'min_vel_theta': -0.3}})
+    ).local_planner.config
     assert (config.min_vel_theta, config.max_vel_theta) == (-0.3, 0.5)
 
 

@@ -1,8 +1,10 @@
 """Planned speeds keep their limits, what caps them ahead, and end where they are to."""
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_nav.smooth_speed import SpeedLimits, approach, braking_to_rest, next_speed, way_to_slow
+
+from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, braking_to_rest, next_speed, way_to_slow
 
 LIMITS = st.builds(SpeedLimits, st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(0.2, 5.0))
 
@@ -20,8 +22,17 @@ def braked(v, a, braking, jerk, dt=1e-4):
     raise AssertionError('no rest')
 
 
-@pytest.mark.parametrize('v, a, braking, jerk', [(0.5, 0.0, 0.3, 0.8), (0.5, 0.4, 0.3, 0.8), (0.1, 0.0, 0.8, 0.8), (0.05, 0.3, 0.8, 0.8),
-                                                 (1.0, -0.5, 0.8, 0.8), (0.3, -0.3, 0.3, 2.0)])
+@pytest.mark.parametrize(
+    'v, a, braking, jerk',
+    [
+        (0.5, 0.0, 0.3, 0.8),
+        (0.5, 0.4, 0.3, 0.8),
+        (0.1, 0.0, 0.8, 0.8),
+        (0.05, 0.3, 0.8, 0.8),
+        (1.0, -0.5, 0.8, 0.8),
+        (0.3, -0.3, 0.3, 2.0),
+    ],
+)
 def test_the_way_to_rest_is_what_braking_step_by_step_takes(v, a, braking, jerk):
     way, time = braking_to_rest(v, a, braking, jerk)
     stepped_way, stepped_time = braked(v, a, braking, jerk)
@@ -33,11 +44,15 @@ def test_the_way_to_a_speed_is_that_to_rest_seen_from_something_that_moves_so_fa
     a = share * (limits.braking if share < 0.0 else limits.acceleration)
     way, time = braking_to_rest(above, a, limits.braking, limits.jerk)
     if above > 0.0:
-        assert way_to_slow(end + above, a, end, limits.braking, limits.jerk) == pytest.approx(way + end * time, rel=1e-6, abs=1e-9)
+        assert way_to_slow(end + above, a, end, limits.braking, limits.jerk) == pytest.approx(
+            way + end * time, rel=1e-6, abs=1e-9
+        )
     assert way_to_slow(end, min(a, 0.0), end, limits.braking, limits.jerk) == 0.0
 
 
-@given(LIMITS, st.lists(st.tuples(st.floats(0.1, 8.0), st.floats(0.0, 1.0)), min_size=1, max_size=5), st.floats(0.2, 1.5))
+@given(
+    LIMITS, st.lists(st.tuples(st.floats(0.1, 8.0), st.floats(0.0, 1.0)), min_size=1, max_size=5), st.floats(0.2, 1.5)
+)
 def test_every_cap_ahead_is_kept_where_it_stands_and_is_named(limits, caps, highest):
     dt, v, a, x, seen = 0.05, 0.0, 0.0, 0.0, []
     caps = [(way, cap) for way, cap in caps] + [(9.0, 0.0)]
@@ -95,7 +110,7 @@ def test_a_drive_keeps_all_limits_and_ends_where_it_is_to(limits, length, highes
         if v1 > 0.0:
             assert abs(a1 - a0) <= limits.jerk * dt + 1e-9
             assert v1 - v0 == pytest.approx(a1 * dt, abs=1e-9)
-    assert x <= length + 0.002   # steps of 0.05 s are no continuum
+    assert x <= length + 0.002  # steps of 0.05 s are no continuum
     assert x >= length - max(0.02, 3.0 * dt * dt * (limits.braking + limits.jerk))
 
 

@@ -1,11 +1,12 @@
 """The way a robot came by: remembered so far, followed back once, forgotten when the robot was put elsewhere."""
+
 import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.track import JUMP, STEP, Track
+from sara_common.planar import Pose2D, wrap
+from sara_nav.goals.driven_path import JUMP, STEP, Track
 
 speeds = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
 

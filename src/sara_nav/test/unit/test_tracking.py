@@ -1,4 +1,7 @@
-"""What the default local planner is made of: stages of a plan, smooth legs, the tracking law, prediction, gaps and speeds ahead."""
+"""What the default local planner is made of: stages of a plan, smooth legs, the tracking law, prediction, gaps and
+speeds ahead.
+"""
+
 import math
 
 import numpy as np
@@ -6,21 +9,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_nav.clearance import place_of, room
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import Costmap
-from sara_nav.driving_words import Words
-from sara_nav.geometry import Pose2D, wrap
-from sara_nav.grid import GridGeometry
-from sara_nav.path_tracker import Leg
-from sara_nav.plan_stages import Stretch, Turn, final_angle, stages
-from sara_nav.prediction import Prediction
-from sara_nav.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.smooth_turn import free_angle, planned_way, way_round
-from sara_nav.speed_ahead import ahead_cap
-from sara_nav.speed_plan import gap_speed
-from sara_nav.stopping_way import MARGIN, REACTION, blocked_where, stopping_way
-from sara_nav.tracking_law import STEEPEST, TrackingLaw
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.clearance import place_of, room
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.pursuit.curvature_law import STEEPEST, TrackingLaw
+from sara_nav.pursuit.messages import Words
+from sara_nav.pursuit.path_tracker import Leg
+from sara_nav.pursuit.plan_stages import Stretch, Turn, final_angle, stages
+from sara_nav.pursuit.prediction import Prediction
+from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_turn import free_angle, planned_way, way_round
+from sara_nav.pursuit.speed_ahead import ahead_cap
+from sara_nav.pursuit.speed_plan import gap_speed
+from sara_nav.pursuit.stopping_path import MARGIN, REACTION, blocked_where, stopping_way
 
 FOOTPRINT = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 CONFIG = RotateThenPursueConfig()
@@ -34,7 +37,11 @@ def arc(start, length, bend, spacing=0.05):
     return rows
 
 
-LEGS = st.lists(st.tuples(st.sampled_from(['ahead', 'astern', 'turn']), st.floats(0.3, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
+LEGS = st.lists(
+    st.tuples(st.sampled_from(['ahead', 'astern', 'turn']), st.floats(0.3, 2.0), st.floats(-1.0, 1.0)),
+    min_size=1,
+    max_size=6,
+)
 
 
 @given(LEGS, st.floats(-3.0, 3.0))
@@ -57,7 +64,9 @@ def test_stages_are_what_the_plan_was_made_of(parts, yaw):
     found = stages(np.array(rows), 0.5)
     # A turn that undoes another, and one of less than a corner between legs alike, is none.
     if all(abs(entry[1]) > 0.55 for entry in expected if len(entry) == 2):
-        assert [('turn',) if isinstance(s, Turn) else ('astern' if s.backward else 'ahead',) for s in found] == [entry[:1] for entry in expected]
+        assert [('turn',) if isinstance(s, Turn) else ('astern' if s.backward else 'ahead',) for s in found] == [
+            entry[:1] for entry in expected
+        ]
         for stage, entry in zip(found, expected):
             if isinstance(stage, Turn):
                 assert stage.angle == pytest.approx(entry[1], abs=1e-6)
@@ -66,7 +75,9 @@ def test_stages_are_what_the_plan_was_made_of(parts, yaw):
 
 def test_a_sharp_bend_of_a_plan_without_turns_parts_two_legs_with_straight_ends():
     points = [(0.0, 0.0), (1.0, 0.0), (1.05, 0.02), (1.08, 0.06), (1.09, 0.1), (1.1, 1.0)]
-    plan = np.array([(*a, math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in zip(points, points[1:])] + [(*points[-1], 3.0)])
+    plan = np.array(
+        [(*a, math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in zip(points, points[1:])] + [(*points[-1], 3.0)]
+    )
     first, second = stages(plan, 0.5)
     assert isinstance(first, Stretch) and not first.backward and np.allclose(first.points[-1], second.points[0])
     assert abs(Leg(first.points).heading[-1]) < 0.2 and abs(Leg(second.points).heading[0] - 0.5 * math.pi) < 0.3
@@ -84,7 +95,9 @@ def test_straights_and_arcs_stay_what_they_are_when_smoothed(bend, length, yaw):
 
 
 def plan_of(points):
-    return np.array([(*a, math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in zip(points, points[1:])] + [(*points[-1], 0.0)])
+    return np.array(
+        [(*a, math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in zip(points, points[1:])] + [(*points[-1], 0.0)]
+    )
 
 
 def test_legs_split_at_sharp_corners_only():
@@ -116,12 +129,16 @@ def test_progress_never_falls_where_a_path_crosses_itself():
 def test_no_path_is_moved_far_and_beside_it_left_is_positive(steps, deviation):
     points = np.cumsum([(0.0, 0.0)] + [(0.3 + abs(x), y) for x, y in steps], axis=0)
     leg = Leg(points, deviation=deviation)
-    dense = np.column_stack([np.interp(np.linspace(0, len(points) - 1, 2000), np.arange(len(points)), points[:, k]) for k in (0, 1)])
+    dense = np.column_stack(
+        [np.interp(np.linspace(0, len(points) - 1, 2000), np.arange(len(points)), points[:, k]) for k in (0, 1)]
+    )
     off = max(np.hypot(*(dense - p).T).min() for p in leg.xy)
     assert off <= deviation + 0.035  # the last smoothing takes the corners
     x, y, heading, _ = leg.at(0.5 * leg.length)
     leg.locate(leg.xy[0, 0], leg.xy[0, 1])
-    _, offset, _ = leg.nearest(float(x) - 0.05 * math.sin(heading), float(y) + 0.05 * math.cos(heading), 0.5 * leg.length - 0.2)
+    _, offset, _ = leg.nearest(
+        float(x) - 0.05 * math.sin(heading), float(y) + 0.05 * math.cos(heading), 0.5 * leg.length - 0.2
+    )
     assert 0.0 < offset < 0.06
 
 
@@ -144,7 +161,9 @@ def test_errors_die_out_in_path_length_at_every_speed(offset, heading, off_curva
 
 @settings(deadline=None)
 @given(st.floats(1.0, 1.4), st.floats(0.05, 0.3), st.floats(0.0, 0.15), st.sampled_from([0.02, 0.1]))
-def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_answers_late(slip, latency, delay, period):
+def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_answers_late(
+    slip, latency, delay, period
+):
     prediction, pose, told, ahead, t, worst = Prediction(latency), Pose2D(0.0, 0.0, 0.0), [], [], 0.0, 0.0
     late = round(latency / 0.01)
     seen = [(0.0, pose, (0.0, 0.0))]
@@ -176,7 +195,7 @@ def test_a_base_that_is_held_is_not_foretold_to_move_and_teaches_nothing():
         guess = prediction.ahead(0.05 * i, pose, 0.0, 0.0, 0.05)
         prediction.commanded(0.05 * i, 0.2, 0.3)
     assert guess.distance(pose) < 0.01 and abs(guess.yaw) < 0.02 and prediction.turn_gain == 1.0
-    for velocity in (1e9, -1e9):   # nonsense of a wheel
+    for velocity in (1e9, -1e9):  # nonsense of a wheel
         assert prediction.ahead(5.0, pose, 0.0, velocity, 0.05).distance(pose) < 0.25
 
 
@@ -205,8 +224,16 @@ def test_the_gap_is_the_distance_of_the_outline_from_what_is_nearest(column, row
 
 
 def test_places_have_names():
-    for (x, y), name in {(0.7, 0.0): 'front', (0.6, 0.3): 'front left', (0.0, 0.4): 'left', (-0.5, 0.35): 'rear left', (-0.7, 0.1): 'rear',
-                         (-0.5, -0.3): 'rear right', (0.1, -0.4): 'right', (0.5, -0.4): 'front right'}.items():
+    for (x, y), name in {
+        (0.7, 0.0): 'front',
+        (0.6, 0.3): 'front left',
+        (0.0, 0.4): 'left',
+        (-0.5, 0.35): 'rear left',
+        (-0.7, 0.1): 'rear',
+        (-0.5, -0.3): 'rear right',
+        (0.1, -0.4): 'right',
+        (0.5, -0.4): 'front right',
+    }.items():
         assert place_of(x, y, FOOTPRINT) == name
     assert blocked_where(world((0.8, -0.3)), [[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]]) == 'front right'
 
@@ -215,7 +242,9 @@ def test_places_have_names():
 def test_speeds_allowed_grow_with_room_and_leave_the_way_to_react_and_brake(free, gap):
     c = CONFIG.ahead_stop_distance, CONFIG.ahead_reaction_time, CONFIG.ahead_dec
     v = ahead_cap(free, *c)
-    assert v * CONFIG.ahead_reaction_time + v * v / (2.0 * CONFIG.ahead_dec) == pytest.approx(max(free - CONFIG.ahead_stop_distance, 0.0), abs=1e-9)
+    assert v * CONFIG.ahead_reaction_time + v * v / (2.0 * CONFIG.ahead_dec) == pytest.approx(
+        max(free - CONFIG.ahead_stop_distance, 0.0), abs=1e-9
+    )
     assert CONFIG.narrow_vel <= gap_speed(gap, CONFIG) <= CONFIG.max_vel_x
     assert gap_speed(gap + 0.1, CONFIG) >= gap_speed(gap, CONFIG)
     assert ahead_cap(math.inf, *c) == math.inf and gap_speed(math.inf, CONFIG) == CONFIG.max_vel_x
@@ -235,17 +264,38 @@ def test_the_short_way_round_unless_it_is_not_free_or_planned_otherwise():
 
 def test_words_of_one_kind_stay_for_a_second():
     words = Words()
-    assert [words.say(t, key, text) for t, key, text in ((0.0, 'a', '1'), (0.5, 'a', '2'), (1.1, 'a', '3'), (1.2, 'b', '4'), (1.3, 'a', '5'), (0.2, 'a', '6'))] \
-        == ['1', '1', '3', '4', '5', '6']
+    assert [
+        words.say(t, key, text)
+        for t, key, text in (
+            (0.0, 'a', '1'),
+            (0.5, 'a', '2'),
+            (1.1, 'a', '3'),
+            (1.2, 'b', '4'),
+            (1.3, 'a', '5'),
+            (0.2, 'a', '6'),
+        )
+    ] == ['1', '1', '3', '4', '5', '6']
 
 
-@given(st.floats(-1.0, 1.0), st.floats(0.0, 1.0), st.floats(-0.3, 0.3), st.floats(-0.6, 0.6), st.floats(0.05, 1.0), st.floats(-2.0, 2.0), st.booleans())
+@given(
+    st.floats(-1.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(-0.3, 0.3),
+    st.floats(-0.6, 0.6),
+    st.floats(0.05, 1.0),
+    st.floats(-2.0, 2.0),
+    st.booleans(),
+)
 @settings(deadline=None, max_examples=100)
 def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, curvature, backward):
     """Step by step as the law, the leg and the pose say it, each by itself."""
     leg = Leg(np.array(arc(Pose2D(1.0, 2.0, 0.3), 1.5, bend))[:, :2], backward)
     x, y, heading, _ = (float(value) for value in leg.at(way))
-    now = Pose2D(x - aside * math.sin(heading), y + aside * math.cos(heading), wrap(heading + off + (math.pi if backward else 0.0)))
+    now = Pose2D(
+        x - aside * math.sin(heading),
+        y + aside * math.cos(heading),
+        wrap(heading + off + (math.pi if backward else 0.0)),
+    )
     leg.locate(now.x, now.y)
     law, pose, along = TrackingLaw(CONFIG.tracking_length, CONFIG.tracking_time), now, leg.along
     expected, left = [(now.x, now.y, now.yaw)], speed * REACTION + speed * speed / (2.0 * CONFIG.dec_lim_x) + MARGIN
@@ -253,7 +303,9 @@ def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, cu
     while left > 1e-6:
         step = min(left, 0.04)
         along, offset, _ = leg.nearest(pose.x, pose.y, along)
-        curvature = law.next_curvature(curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed)
+        curvature = law.next_curvature(
+            curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed
+        )
         pose = pose.advance(-step if backward else step, step * curvature, 1.0)
         expected.append((pose.x, pose.y, pose.yaw))
         left -= step

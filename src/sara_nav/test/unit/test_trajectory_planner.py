@@ -1,17 +1,18 @@
 """TrajectoryPlannerROS cycle by cycle: what is sampled, which sample is taken, and what its parameters do."""
+
 import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from sara_nav import local_planner as lp
-from sara_nav.collision import LocalWorld
-from sara_nav.costmap import Costmap
-from sara_nav.geometry import Pose2D
-from sara_nav.grid import GridGeometry
-from sara_nav.planning import dense_plan
-from sara_nav.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.move_base import local_planners as lp
+from sara_nav.planners.planning import dense_plan
+from sara_nav.sampled.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig
 
 SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 STILL = (0.0, 0.0)
@@ -196,22 +197,38 @@ def test_a_better_plan_to_the_same_goal_keeps_what_is_reached():
 
 # -- configuration -----------------------------------------------------------------------------------------------
 
+
 def test_defaults_are_the_peers_values_in_force():
     config = TrajectoryPlannerConfig()
     assert config.faults() == []
-    assert (config.sim_time, config.vx_samples, config.goal_distance_bias, config.dwa, config.max_vel_x,
-            config.min_vel_x, config.heading_scoring_timestep) == (1.7, 20, 0.8, False, 0.55, 0.0, 0.1)
+    assert (
+        config.sim_time,
+        config.vx_samples,
+        config.goal_distance_bias,
+        config.dwa,
+        config.max_vel_x,
+        config.min_vel_x,
+        config.heading_scoring_timestep,
+    ) == (1.7, 20, 0.8, False, 0.55, 0.0, 0.1)
     assert config.escape_reset_theta == pytest.approx(0.5 * math.pi)
 
 
-@pytest.mark.parametrize('config, text', [
-    ({'holonomic_robot': True}, 'holonomic_robot is true but must be false'),
-    ({'escape_vel': 0.1}, 'escape_vel is 0.1 but must be negative'), ({'escape_vel': math.nan}, 'escape_vel is nan'),
-    ({'sim_time': 0.0}, 'sim_time is 0.0 but must be a number > 0'), ({'vx_samples': 0}, 'vx_samples is 0'),
-    ({'max_vel_x': math.inf}, 'max_vel_x is inf'), ({'min_vel_theta': 0.5}, 'min_vel_theta is 0.5'),
-    ({'world_model': 'freespace'}, "world_model is 'freespace' but must be costmap"),
-    ({'y_vels': 'fast'}, "y_vels is 'fast' but must be numbers"), ({'min_vel_x': 0.9}, 'min_vel_x is 0.9'),
-    ({'heading_scoring': True, 'sim_time': 0.05}, 'heading_scoring_timestep is 0.1')])
+@pytest.mark.parametrize(
+    'config, text',
+    [
+        ({'holonomic_robot': True}, 'holonomic_robot is true but must be false'),
+        ({'escape_vel': 0.1}, 'escape_vel is 0.1 but must be negative'),
+        ({'escape_vel': math.nan}, 'escape_vel is nan'),
+        ({'sim_time': 0.0}, 'sim_time is 0.0 but must be a number > 0'),
+        ({'vx_samples': 0}, 'vx_samples is 0'),
+        ({'max_vel_x': math.inf}, 'max_vel_x is inf'),
+        ({'min_vel_theta': 0.5}, 'min_vel_theta is 0.5'),
+        ({'world_model': 'freespace'}, "world_model is 'freespace' but must be costmap"),
+        ({'y_vels': 'fast'}, "y_vels is 'fast' but must be numbers"),
+        ({'min_vel_x': 0.9}, 'min_vel_x is 0.9'),
+        ({'heading_scoring': True, 'sim_time': 0.05}, 'heading_scoring_timestep is 0.1'),
+    ],
+)
 def test_bad_values_are_named_and_refused(config, text):
     bad = TrajectoryPlannerConfig(**config)
     assert len(bad.faults()) == 1 and bad.faults()[0].startswith(text)
@@ -257,7 +274,9 @@ def test_a_way_that_comes_near_to_where_it_began_is_not_taken_back(name, prune):
 
 @pytest.mark.parametrize('name', ['base_local_planner/TrajectoryPlannerROS', 'dwa_local_planner/DWAPlannerROS'])
 def test_a_robot_that_does_not_get_on_turns_to_its_plan(name):
-    """Whatever samples say: after four seconds in one place with the plan behind it turns there, one way, till it faces it."""
+    """Whatever samples say: after four seconds in one place with the plan behind it turns there, one way, till it faces
+    it.
+    """
     cls = lp.LOCAL_PLANNERS.find(name)
     planner = cls()
     planner.start(BEHIND)

@@ -1,7 +1,8 @@
 """The simulated chair: true motion, chips, and the programs of its three microcontrollers on one bus.
 
-From outside it is a bus only: frames in by `receive`, frames out of `step`. The true pose is for tests and plots. Time is counted in
-steps of 10 ms from 0; the chair has been switched on before that, long enough for its sensor node to have calibrated, or just then.
+From outside it is a bus only: frames in by `receive`, frames out of `step`. The true pose is for tests and plots. Time
+is counted in steps of 10 ms from 0; the chair has been switched on before that, long enough for its sensor node to have
+calibrated, or just then.
 """
 
 from __future__ import annotations
@@ -10,19 +11,19 @@ from collections import Counter
 from functools import cached_property
 
 import numpy as np
+
 from canserial.frame import Frame
 from sara_lowlevel.config import SensorConfig
-from sara_lowlevel.joystick_node import JoystickNode
-from sara_lowlevel.motor_node import MotorNode
-from sara_lowlevel.sensor_node import SensorNode
-
+from sara_lowlevel.joystick.joystick_node import JoystickNode
+from sara_lowlevel.motor.motor_node import MotorNode
+from sara_lowlevel.sensor.sensor_node import SensorNode
+from sara_sim.bus.wire import CandumpLog, Wire
+from sara_sim.chips.encoders import Encoders
+from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
-from sara_sim.drive import Drive
-from sara_sim.encoders import Encoders
+from sara_sim.motion.drive import Drive
 from sara_sim.options import ChairOptions
-from sara_sim.sensor_box import SensorBox
-from sara_sim.wire import CandumpLog, Wire
-from sara_sim.world import World
+from sara_sim.world.world import World
 
 STEP_S = 0.01
 STEPS_PER_S = 100
@@ -37,20 +38,32 @@ class ChairError(RuntimeError):
 class SimulatedChair:
     """One chair, drawn from `seed`: the same seed and the same frames in give the same frames out.
 
-    `time`: s since the start. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes, 512 is the centre; set it to drive by hand.
-    `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments), clear(), list().
+    `time`: s since the start. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes,
+    512 is the centre; set it to drive by hand.
+    `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments),
+    clear(), list().
     `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
 
-    def __init__(self, world: World, seed: int, start: tuple[float, float, float] = (0.0, 0.0, 0.0), bus=None,
-                 config: ChairConfig = ChairConfig(), options: ChairOptions = ChairOptions(), sensors: SensorConfig | None = None,
-                 power_up: bool = False):
-        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.bus.BusDescription, SARA's if None. `sensors`: of the sensor node.
+    def __init__(
+        self,
+        world: World,
+        seed: int,
+        start: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        bus=None,
+        config: ChairConfig = ChairConfig(),
+        options: ChairOptions = ChairOptions(),
+        sensors: SensorConfig | None = None,
+        power_up: bool = False,
+    ):
+        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.dbc.bus.BusDescription, SARA's if None. `sensors`:
+        of the sensor node.
 
         `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
         """
         if bus is None:
-            from canserial.bus import BusDescription
+            from canserial.dbc.bus import BusDescription
+
             bus = BusDescription.default()
         # A stream for each source: a change in one leaves the luck of the others alone.
         drawn, imu, sonar, bus_luck = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
@@ -58,9 +71,15 @@ class SimulatedChair:
         self.chair = DrawnChair.draw(config, drawn)
         world.obstacles.move_to(0.0)
         self.drive = Drive(world, config, self.chair, start, STEP_S, options)
-        self.box = SensorBox(world, config, self.chair, imu, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S)
+        self.box = SensorBox(
+            world, config, self.chair, imu, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S
+        )
         sensors = SensorConfig(gravity=config.gravity) if sensors is None else sensors
-        self.motor, self.sensors, self.joystick_node = MotorNode(bus), SensorNode(bus, self.box.i2c, sensors), JoystickNode(bus)
+        self.motor, self.sensors, self.joystick_node = (
+            MotorNode(bus),
+            SensorNode(bus, self.box.i2c, sensors),
+            JoystickNode(bus),
+        )
         self.joystick = (512, 512)
         self.battery = config.battery
         self.encoders = Encoders()
@@ -71,7 +90,7 @@ class SimulatedChair:
         self._tick, self.time = 0, 0.0
         # The sensor node has a clock of its own, which started when it was switched on.
         self._sensor_tick = 0
-        self.faulty = False   # whether any of `faults` is happening: they say so
+        self.faulty = False  # whether any of `faults` is happening: they say so
         self._seed, self._identifier_of = seed, bus.id_of
         if not power_up:
             self._come_up()
@@ -85,7 +104,9 @@ class SimulatedChair:
             self._sensor_tick += 1
             now = self._sensor_tick / STEPS_PER_S
             if now > LONGEST_CALIBRATION_S:
-                raise ChairError(f'the sensor node is {node.state} {LONGEST_CALIBRATION_S} s after its switch-on: {node.counts}')
+                raise ChairError(
+                    f'the sensor node is {node.state} {LONGEST_CALIBRATION_S} s after its switch-on: {node.counts}'
+                )
             if motion:
                 box.step(now, *motion)
             else:
@@ -95,7 +116,8 @@ class SimulatedChair:
     @cached_property
     def faults(self):
         """What is made to go wrong: fault_engine.Faults. Most chairs have none, and need not know their kinds."""
-        from sara_sim.fault_engine import Faults
+        from sara_sim.faults.fault_engine import Faults
+
         return Faults(self, self._seed, self._identifier_of)
 
     @property

@@ -8,19 +8,34 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from canserial.checks import is_number
+
+from sara_common.checks import is_number
 
 
 class ConfigError(ValueError):
     """Numbers that no chair can have; the text names each."""
 
 
-_NOT_ZERO = frozenset(('length', 'width', 'wheel_radius', 'track', 'steps_per_turn', 'motor_lag', 'samples_per_frame', 'sonar_rays', 'gravity'))
+_NOT_ZERO = frozenset(
+    (
+        'length',
+        'width',
+        'wheel_radius',
+        'track',
+        'steps_per_turn',
+        'motor_lag',
+        'samples_per_frame',
+        'sonar_rays',
+        'gravity',
+    )
+)
 
 
 @dataclass(frozen=True)
 class Checked:
-    """Numbers that are checked as a whole: those of a class derived from it, by its `validate`. Raises ConfigError that names every fault."""
+    """Numbers that are checked as a whole: those of a class derived from it, by its `validate`. Raises ConfigError that
+    names every fault.
+    """
 
     def __post_init__(self):
         faults = self.validate()
@@ -29,12 +44,18 @@ class Checked:
 
     def changes(self) -> dict[str, tuple]:
         """{name: (value, default)} of everything that is not the default."""
-        return {field.name: (getattr(self, field.name), field.default) for field in fields(self) if getattr(self, field.name) != field.default}
+        return {
+            field.name: (getattr(self, field.name), field.default)
+            for field in fields(self)
+            if getattr(self, field.name) != field.default
+        }
 
 
 @dataclass(frozen=True)
 class ChairConfig(Checked):
-    """What chairs are drawn from. Pairs named `_range` are uniform limits, names ending in `_sigma` standard deviations."""
+    """What chairs are drawn from. Pairs named `_range` are uniform limits, names ending in `_sigma` standard
+    deviations.
+    """
 
     length: float = 1.08  # m
     width: float = 0.58  # m
@@ -68,7 +89,9 @@ class ChairConfig(Checked):
     gravity: float = 9.80665  # m/s2
 
     def validate(self) -> list[str]:
-        """One sentence for every fault found: all are finite, none but biases and offsets negative, ranges in order, sizes not zero."""
+        """One sentence for every fault found: all are finite, none but biases and offsets negative, ranges in order,
+        sizes not zero.
+        """
         faults = []
         for field in fields(self):
             value = getattr(self, field.name)
@@ -76,7 +99,9 @@ class ChairConfig(Checked):
             wanted = len(field.default) if isinstance(field.default, tuple) else 0
             numbers = value if isinstance(value, tuple) else (value,)
             if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
-                faults.append(f'{field.name} is {value!r} but must be {f"{wanted} finite numbers" if wanted else "a finite number"}.')
+                faults.append(
+                    f'{field.name} is {value!r} but must be {f"{wanted} finite numbers" if wanted else "a finite number"}.'
+                )
             elif pair and not 0 < value[0] <= value[1]:
                 faults.append(f'{field.name} is {value!r} but must be (lowest, highest), both positive.')
             elif field.name in _NOT_ZERO and value <= 0:
@@ -108,4 +133,13 @@ class DrawnChair:
         bias = np.array(config.gyro_bias) + random.normal(0.0, config.gyro_bias_sigma, 3)
         sigma = random.uniform(config.accel_sigma_low, config.accel_sigma_high)
         roll, pitch = random.normal(0.0, config.tilt_sigma, 2)
-        return cls(slip, float(right), float(left), scale, tuple(bias.tolist()), tuple(sigma.tolist()), float(roll), float(pitch))
+        return cls(
+            slip,
+            float(right),
+            float(left),
+            scale,
+            tuple(bias.tolist()),
+            tuple(sigma.tolist()),
+            float(roll),
+            float(pitch),
+        )

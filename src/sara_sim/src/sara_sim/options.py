@@ -1,4 +1,5 @@
-"""What a chair can do besides the reference chair: castors that swing, a payload, collisions that shake it, counters near their wrap.
+"""What a chair can do besides the reference chair: castors that swing, a payload, collisions that shake it, counters
+near their wrap.
 
 All of it is off by default: published figures rest on the reference chair. The equations are in docs/simulator.md.
 """
@@ -7,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from canserial.checks import is_number
+from sara_common.checks import is_number
 from sara_sim.config import Checked
 
 

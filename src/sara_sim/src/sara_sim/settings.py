@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from canserial.checks import is_number
+from sara_common.checks import is_number
+from sara_sim.bus.lawicel import RATES
 from sara_sim.config import ConfigError
-from sara_sim.lawicel import RATES
 from sara_sim.options import ChairOptions
 
 
@@ -18,10 +18,11 @@ class SettingsError(ValueError):
 class SimulatorSettings:
     """Of the node; those of ChairOptions are parameters too.
 
-    `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, '' for none. `start`: x, y (m), yaw (rad) in the map. `speed`: simulated
-    seconds per second. `port`: where the link to the pseudo-terminal is made. `bitrate`: of the bus, bit/s. `dbc`: the bus's description,
-    a name that canserial knows or a path. `power_up`: begin with the switch-on. `calibrate`: whether the sensor node does. `fast`: IMU
-    frames every 50 ms. `madgwick`: whether 0x206 is sent. `log`: file for a log in the format of candump, '' for none.
+    `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, '' for none. `start`: x, y (m), yaw (rad) in the
+    map. `speed`: simulated seconds per second. `port`: where the link to the pseudo-terminal is made. `bitrate`: of the
+    bus, bit/s. `dbc`: the bus's description, a name that canserial knows or a path. `power_up`: begin with the
+    switch-on. `calibrate`: whether the sensor node does. `fast`: IMU frames every 50 ms. `madgwick`: whether 0x206 is
+    sent. `log`: file for a log in the format of candump, '' for none.
     """
 
     map: str = ''
@@ -44,8 +45,11 @@ class SimulatorSettings:
         """From the node's private parameters. Raises SettingsError that names every fault, unknown names included."""
         known = [field.name for field in fields(cls) if field.name != 'options']
         optional = [field.name for field in fields(ChairOptions)]
-        faults = [f'{name} is not a parameter of the simulator (there are {", ".join([*known, *optional])}).' for name in params
-                  if name not in known and name not in optional]
+        faults = [
+            f'{name} is not a parameter of the simulator (there are {", ".join([*known, *optional])}).'
+            for name in params
+            if name not in known and name not in optional
+        ]
         values = {name: params[name] for name in known if name in params}
         if 'start' in values and isinstance(values['start'], (list, tuple)):
             values['start'] = tuple(values['start'])
@@ -62,8 +66,11 @@ class SimulatorSettings:
     def validate(self) -> list[str]:
         """One sentence for every fault found."""
         faults = []
-        for name, what in (('map', "a map's YAML file, or '' for an empty floor"), ('obstacles', "a YAML file of obstacles, or '' for none"),
-                           ('log', "a file for the log, or '' for none")):
+        for name, what in (
+            ('map', "a map's YAML file, or '' for an empty floor"),
+            ('obstacles', "a YAML file of obstacles, or '' for none"),
+            ('log', "a file for the log, or '' for none"),
+        ):
             if not isinstance(getattr(self, name), str):
                 faults.append(f'{name} is {getattr(self, name)!r} but must be the path of {what}.')
         if not isinstance(self.dbc, str) or not self.dbc:
@@ -78,6 +85,9 @@ class SimulatorSettings:
             faults.append(f'port is {self.port!r} but must be an absolute path.')
         if isinstance(self.bitrate, bool) or self.bitrate not in RATES:
             faults.append(f'bitrate is {self.bitrate!r} but must be one of {", ".join(map(str, RATES))}.')
-        faults += [f'{name} is {getattr(self, name)!r} but must be true or false.' for name in ('power_up', 'calibrate', 'fast', 'madgwick')
-                   if not isinstance(getattr(self, name), bool)]
+        faults += [
+            f'{name} is {getattr(self, name)!r} but must be true or false.'
+            for name in ('power_up', 'calibrate', 'fast', 'madgwick')
+            if not isinstance(getattr(self, name), bool)
+        ]
         return faults

@@ -11,9 +11,10 @@ import can
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
-from sara_sim.srv import Fault
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
+
+from sara_sim.srv import Fault
 
 
 class FaultsTest(unittest.TestCase):
@@ -22,7 +23,9 @@ class FaultsTest(unittest.TestCase):
         rospy.init_node('faults_test')
         cls.port = rospy.get_param('~port')
         cls.status, cls.truth = [], []
-        rospy.Subscriber('/diagnostics', DiagnosticArray, lambda message: cls.status.extend(message.status), tcp_nodelay=True)
+        rospy.Subscriber(
+            '/diagnostics', DiagnosticArray, lambda message: cls.status.extend(message.status), tcp_nodelay=True
+        )
         rospy.Subscriber('/ground_truth', Odometry, cls.truth.append, tcp_nodelay=True)
         rospy.wait_for_service('/simulator/fault', 30.0)
         cls.fault = rospy.ServiceProxy('/simulator/fault', Fault)
@@ -76,7 +79,9 @@ class FaultsTest(unittest.TestCase):
         self.assertTrue(self.until(lambda: self.told().get('faults on command') == 'none'))
 
     def test_the_command(self):
-        run = lambda *words: subprocess.run(['rosrun', 'sara_sim', 'fault', *words], capture_output=True, text=True, timeout=60)
+        run = lambda *words: subprocess.run(
+            ['rosrun', 'sara_sim', 'fault', *words], capture_output=True, text=True, timeout=60
+        )
         before = self.truth[-1].pose.pose.position.x
         done = run('push', 'forward:=0.5', 'duration:=0.5')
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -97,6 +102,7 @@ class FaultsTest(unittest.TestCase):
             except (can.CanError, OSError, TypeError):
                 return True
             return False
+
         self.assertTrue(self.until(fails), 'the port still reads')
         try:
             bus.shutdown()
@@ -132,4 +138,5 @@ class FaultsTest(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rostest.rosrun('sara_sim', 'faults_test', FaultsTest)

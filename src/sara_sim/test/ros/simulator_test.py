@@ -9,9 +9,10 @@ import unittest
 
 import can
 import rospy
-from canserial.bus import BusDescription
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+
+from canserial.dbc.bus import BusDescription
 
 BUS = BusDescription.default()
 
@@ -57,7 +58,9 @@ class SimulatorTest(unittest.TestCase):
     def talk(self):
         while self.alive:
             if self.command is not None:
-                frame = BUS.encode('WHEEL_COMMAND', right=self.command[0], left=self.command[1], mode=ord(self.command[2]))
+                frame = BUS.encode(
+                    'WHEEL_COMMAND', right=self.command[0], left=self.command[1], mode=ord(self.command[2])
+                )
                 self.bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))
             time.sleep(0.01)
 
@@ -72,7 +75,10 @@ class SimulatorTest(unittest.TestCase):
     def take_control(self):
         self.command = (0, 0, 'A')
         mode = BUS.encode('MODO_PC', modoPC=3)
-        self.assertTrue(self.until(lambda: any(m.arbitration_id == mode.id and m.data[0] == 3 for m in self.heard)), 'control not given')
+        self.assertTrue(
+            self.until(lambda: any(m.arbitration_id == mode.id and m.data[0] == 3 for m in self.heard)),
+            'control not given',
+        )
 
     def speed(self):
         return self.truth[-1].twist.twist.linear.x
@@ -122,4 +128,5 @@ class SimulatorTest(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rostest.rosrun('sara_sim', 'simulator_test', SimulatorTest)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from canserial.bus import BusDescription, BusError
 from hypothesis import settings
+
+from canserial.dbc.bus import BusDescription, BusError
 
 # How fast the machine is must not decide whether a test passes.
 settings.register_profile('any machine', deadline=None)
@@ -13,7 +14,9 @@ BUS = BusDescription.default()
 
 
 class Pilot:
-    """Drives a chair over its bus as the PC does, at 50 Hz, and keeps what it hears: [(time, name, signals)], `raw` the frames."""
+    """Drives a chair over its bus as the PC does, at 50 Hz, and keeps what it hears: [(time, name, signals)], `raw` the
+    frames.
+    """
 
     def __init__(self, chair):
         self.chair, self.heard, self.raw = chair, [], []
@@ -23,7 +26,14 @@ class Pilot:
         for _ in range(round(seconds * 100)):
             if self._tick % 2 == 0:
                 go = self._mode == 3
-                self.chair.receive(BUS.encode('WHEEL_COMMAND', right=right if go else 0.0, left=left if go else 0.0, mode=ord('C' if go else 'A')))
+                self.chair.receive(
+                    BUS.encode(
+                        'WHEEL_COMMAND',
+                        right=right if go else 0.0,
+                        left=left if go else 0.0,
+                        mode=ord('C' if go else 'A'),
+                    )
+                )
             self._tick += 1
             for frame in self.chair.step():
                 self.raw.append(frame)

@@ -1,14 +1,17 @@
-"""Tables 4.1 to 4.5 on the simulated chair: the sensor node with its chips at rest, before and after its own calibration."""
+"""Tables 4.1 to 4.5 on the simulated chair: the sensor node with its chips at rest, before and after its own
+calibration.
+"""
 
 import math
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
+
 from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
-from sara_sim.world import World
+from sara_sim.world.world import World
 
 SECONDS = 60
 G = 9.80665
@@ -18,7 +21,7 @@ TABLE_4_4 = (-0.4924, -0.9131, -0.6456)
 TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
 
 
-@lru_cache(maxsize=None)
+@cache
 def at_rest(seed, calibrate):
     """(n, 6) samples of a minute at rest: m/s2 and deg/s, each sample as the node finds it in the chip."""
     chair = SimulatedChair(World.empty(), seed, sensors=None if calibrate else UNCALIBRATED)
@@ -55,11 +58,15 @@ def test_after_calibration_the_means_are_within_the_registers_steps(seed):
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
 def test_sigmas_stay_those_of_the_chip(seed):
-    """The thesis's rise of the accelerometer's sigma after calibration is not reproduced: an offset register adds a constant."""
+    """The thesis's rise of the accelerometer's sigma after calibration is not reproduced: an offset register adds a
+    constant.
+    """
     before, after = at_rest(seed, False).std(0), at_rest(seed, True).std(0)
     np.testing.assert_allclose(after, before, rtol=0.05)
     config = ChairConfig()
-    assert np.all(before[:3] > 0.95 * np.array(config.accel_sigma_low)) and np.all(before[:3] < 1.05 * np.array(config.accel_sigma_high))
+    assert np.all(before[:3] > 0.95 * np.array(config.accel_sigma_low)) and np.all(
+        before[:3] < 1.05 * np.array(config.accel_sigma_high)
+    )
     turns = at_rest(seed, True)[:, 3:].reshape(-1, 20, 3).mean(1)
     np.testing.assert_allclose(turns.std(0), TABLE_4_5_SIGMA, rtol=0.15)
 

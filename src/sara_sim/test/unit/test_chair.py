@@ -4,15 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from canserial.bus import BusDescription
+
+from canserial.dbc.bus import BusDescription
 from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
-from sara_sim.world import World, WorldError
+from sara_sim.world.world import World, WorldError
 
 BUS = BusDescription.default()
 IDEAL = ChairConfig(wheel_radius_sigma=0.0, frame_jitter=0.0, frame_loss=0.0)
-QUIET = ChairConfig(gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, accel_sigma_low=(0.0,) * 3, accel_sigma_high=(0.0,) * 3, tilt_sigma=0.0)
+QUIET = ChairConfig(
+    gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, accel_sigma_low=(0.0,) * 3, accel_sigma_high=(0.0,) * 3, tilt_sigma=0.0
+)
 
 
 def drive(chair, right, left, seconds):
@@ -21,8 +24,14 @@ def drive(chair, right, left, seconds):
     for tick in range(round(seconds * 100)):
         if tick % 2 == 0:
             in_control = chair.motor.mode == 3
-            chair.receive(BUS.encode('WHEEL_COMMAND', right=right if in_control else 0.0, left=left if in_control else 0.0,
-                                     mode=ord('C' if in_control else 'A')))
+            chair.receive(
+                BUS.encode(
+                    'WHEEL_COMMAND',
+                    right=right if in_control else 0.0,
+                    left=left if in_control else 0.0,
+                    mode=ord('C' if in_control else 'A'),
+                )
+            )
         heard += [(frame.time, *BUS.decode(frame)) for frame in chair.step()]
     return heard
 
@@ -74,6 +83,7 @@ def test_motor_lag_dead_band_and_top_speed():
 def test_same_seed_same_bytes_other_seed_others():
     def run(seed):
         return drive(SimulatedChair(World.empty(), seed, bus=BUS), 1.0, 0.5, 3.0)
+
     assert run(7) == run(7)
     assert run(7) != run(8)
 
@@ -109,7 +119,9 @@ def test_a_wall_stops_it_and_is_counted_once():
     assert chair.contacts == 1 and chair.drive.touching
     assert 4.0 - 0.54 - 0.01 < chair.pose[0] <= 4.0 - 0.54 + 1e-9
     steps = chair.drive.steps()
-    assert steps[0] / 64000 * 2 * math.pi * 0.155 == pytest.approx(chair.pose[0] - 2.0, abs=1e-4), 'stalled wheels do not turn'
+    assert steps[0] / 64000 * 2 * math.pi * 0.155 == pytest.approx(chair.pose[0] - 2.0, abs=1e-4), (
+        'stalled wheels do not turn'
+    )
     drive(chair, -2.0, -2.0, 2.0)
     assert chair.pose[0] < 3.2 and not chair.drive.touching
     drive(chair, 3.0, 3.0, 4.0)
@@ -121,8 +133,19 @@ def test_cannot_start_in_a_wall():
         SimulatedChair(World(np.ones((10, 10), bool)), 0, (0.2, 0.2, 0.0), BUS)
 
 
-@pytest.mark.parametrize('name, rate', [('ENCODER_RIGHT', 10), ('ENCODER_LEFT', 10), ('RANGES_1', 5), ('RANGES_2', 5), ('RANGE_ACCEL', 5),
-                                        ('IMPACT_GYRO', 5), ('COMPLEMENTARY', 5), ('BATTERY', 1)])
+@pytest.mark.parametrize(
+    'name, rate',
+    [
+        ('ENCODER_RIGHT', 10),
+        ('ENCODER_LEFT', 10),
+        ('RANGES_1', 5),
+        ('RANGES_2', 5),
+        ('RANGE_ACCEL', 5),
+        ('IMPACT_GYRO', 5),
+        ('COMPLEMENTARY', 5),
+        ('BATTERY', 1),
+    ],
+)
 def test_frames_keep_their_rates_and_jitter_at_most_10_ms(name, rate):
     chair = SimulatedChair(World.empty(), 6, bus=BUS)
     times = np.array([time for time, message, _ in drive(chair, 0.0, 0.0, 20.0) if message == name])
@@ -179,6 +202,7 @@ def test_an_abrupt_start_fires_the_motion_interrupt_and_a_soft_one_does_not():
             speed = 3.0 * min(tick * 0.02 / ramp_s, 1.0)
             heard += drive(chair, speed, speed, 0.02)
         return values(heard, 'IMPACT_GYRO', 'alarma').sum()
+
     assert alarms(0.01) > 0 and alarms(2.0) == 0
 
 
@@ -187,4 +211,6 @@ def test_both_descriptions_of_the_bus_and_the_fast_mode():
     chair = SimulatedChair(World.empty(), 15, bus=tenths, sensors=SensorConfig(imu_period=0.05, calibrate=False))
     rates = [tenths.decode(frame)[1]['gz'] for _ in range(1000) for frame in chair.step() if frame.id == 0x204]
     assert len(rates) == pytest.approx(200, abs=4)
-    assert np.allclose(np.array(rates) * 10, np.round(np.array(rates) * 10)) and np.mean(rates) == pytest.approx(-0.65, abs=0.08)
+    assert np.allclose(np.array(rates) * 10, np.round(np.array(rates) * 10)) and np.mean(rates) == pytest.approx(
+        -0.65, abs=0.08
+    )

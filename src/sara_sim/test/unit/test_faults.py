@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from sara_sim.chair import SimulatedChair
+from sara_sim.chips.mounting import SONARS
 from sara_sim.config import ChairConfig
-from sara_sim.faults import FAULTS, FaultError, build, describe
-from sara_sim.mounting import SONARS
-from sara_sim.world import World
+from sara_sim.faults.faults import FAULTS, FaultError, build, describe
+from sara_sim.world.world import World
 
 SURE = ChairConfig(frame_loss=0.0, sonar_lost=0.0)
 
@@ -32,14 +33,25 @@ def count(flight, name, since):
 
 # --- names and arguments ----------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('name, arguments, words', [
-    ('frames_lost', {}, ['frames_lost', 'frames_dropped']), ('frames_dropped', {'probability': 2}, ['probability is 2']),
-    ('frames_dropped', {'ids': [-1]}, ['ids is']), ('frames_dropped', {'direction': 'up', 'duration': 0}, ['direction is', 'duration is']),
-    ('frames_dropped', {'probabilty': 0.1}, ['probabilty', 'probability']), ('sonar_stuck', {}, ['sensor is missing', 'range is missing']),
-    ('sonar_stuck', {'sensor': 'SXX', 'range': 9}, ['sensor is', 'range is']), ('wheel_slip', {'radius': 0, 'factor': 'a'}, ['radius is', 'factor is']),
-    ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']),
-    ('push', {'forward': math.nan}, ['forward is']),
-    ('node_silent', {'node': True}, ['node is']), ('frames_corrupted', {'bits': 0}, ['bits is']), (7, {}, ['no fault 7'])])
+
+@pytest.mark.parametrize(
+    'name, arguments, words',
+    [
+        ('frames_lost', {}, ['frames_lost', 'frames_dropped']),
+        ('frames_dropped', {'probability': 2}, ['probability is 2']),
+        ('frames_dropped', {'ids': [-1]}, ['ids is']),
+        ('frames_dropped', {'direction': 'up', 'duration': 0}, ['direction is', 'duration is']),
+        ('frames_dropped', {'probabilty': 0.1}, ['probabilty', 'probability']),
+        ('sonar_stuck', {}, ['sensor is missing', 'range is missing']),
+        ('sonar_stuck', {'sensor': 'SXX', 'range': 9}, ['sensor is', 'range is']),
+        ('wheel_slip', {'radius': 0, 'factor': 'a'}, ['radius is', 'factor is']),
+        ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']),
+        ('push', {'forward': math.nan}, ['forward is']),
+        ('node_silent', {'node': True}, ['node is']),
+        ('frames_corrupted', {'bits': 0}, ['bits is']),
+        (7, {}, ['no fault 7']),
+    ],
+)
 def test_what_is_wrong_is_named(flight, name, arguments, words):
     with pytest.raises(FaultError) as error:
         flight.chair.faults.add(name, **arguments)
@@ -55,9 +67,22 @@ def test_a_frame_that_does_not_exist_is_named(flight):
 
 
 @settings(max_examples=300)
-@given(st.sampled_from(sorted(FAULTS)), st.dictionaries(
-    st.sampled_from(['probability', 'ids', 'direction', 'duration', 'sensor', 'range', 'wheel', 'node', 'x', 'sigma', 'voltage']),
-    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.lists(st.integers(), max_size=3))))
+@given(
+    st.sampled_from(sorted(FAULTS)),
+    st.dictionaries(
+        st.sampled_from(
+            ['probability', 'ids', 'direction', 'duration', 'sensor', 'range', 'wheel', 'node', 'x', 'sigma', 'voltage']
+        ),
+        st.one_of(
+            st.none(),
+            st.booleans(),
+            st.integers(),
+            st.floats(),
+            st.text(max_size=5),
+            st.lists(st.integers(), max_size=3),
+        ),
+    ),
+)
 def test_any_arguments_make_a_fault_or_a_fault_error(name, arguments):
     try:
         fault = build(name, arguments)
@@ -72,6 +97,7 @@ def test_all_are_described():
 
 
 # --- frames -----------------------------------------------------------------------------------------------------------
+
 
 def test_frames_dropped_for_a_while_and_only_those(flight):
     flight.drive(0, 0, 2.0)
@@ -103,8 +129,10 @@ def test_frames_delayed(flight):
     flight.drive(0, 0, 1.0)
     flight.chair.faults.add('frames_delayed', delay=0.5, ids=['ENCODER_RIGHT'])
     flight.drive(0, 0, 3.0)
-    age = [time - signals['time'] * 1e-4 for time, name, signals in flight.heard if name == 'ENCODER_RIGHT' and time > 2.0]
-    assert 0.5 <= min(age) and max(age) <= 0.511
+    age = [
+        time - signals['time'] * 1e-4 for time, name, signals in flight.heard if name == 'ENCODER_RIGHT' and time > 2.0
+    ]
+    assert min(age) >= 0.5 and max(age) <= 0.511
     assert [frame.time for frame in flight.raw] == sorted(frame.time for frame in flight.raw)
 
 
@@ -123,6 +151,7 @@ def test_frames_corrupted(pilot, bits):
         if fault:
             chair.faults.add('frames_corrupted', **fault)
         return [frame for _ in range(300) for frame in chair.step()]
+
     flipped = set()
     clean, dirty = raw(), raw(bits=bits, direction='to_pc')
     assert len(clean) == len(dirty) > 100
@@ -158,8 +187,17 @@ def test_by_hand_and_by_fault_it_is_plugged_only_when_neither_holds_it_out(fligh
 
 # --- sensors ----------------------------------------------------------------------------------------------------------
 
-FRAME_OF = {'STD': 'RANGES_1', 'SDI': 'RANGES_1', 'SLIT': 'RANGES_1', 'SLDD': 'RANGES_1', 'SDD': 'RANGES_2', 'SLID': 'RANGES_2',
-            'STI': 'RANGES_2', 'SLDT': 'RANGES_2', 'SJO': 'RANGE_ACCEL'}
+FRAME_OF = {
+    'STD': 'RANGES_1',
+    'SDI': 'RANGES_1',
+    'SLIT': 'RANGES_1',
+    'SLDD': 'RANGES_1',
+    'SDD': 'RANGES_2',
+    'SLID': 'RANGES_2',
+    'STI': 'RANGES_2',
+    'SLDT': 'RANGES_2',
+    'SJO': 'RANGE_ACCEL',
+}
 
 
 @pytest.mark.parametrize('sensor', SONARS)
@@ -196,7 +234,10 @@ def test_the_imu_stuck(flight):
     flight.chair.faults.add('imu_stuck')
     flight.drive(1.0, -1.0, 3.0)
     assert abs(flight.chair.velocity[1]) > 0.1
-    assert len(set(flight.values('IMPACT_GYRO', 'gz', since=1.5))) == 1 and len(set(flight.values('RANGE_ACCEL', 'ax', since=1.5))) == 1
+    assert (
+        len(set(flight.values('IMPACT_GYRO', 'gz', since=1.5))) == 1
+        and len(set(flight.values('RANGE_ACCEL', 'ax', since=1.5))) == 1
+    )
 
 
 def test_the_imu_noisy(flight):
@@ -206,6 +247,7 @@ def test_the_imu_noisy(flight):
             flight.chair.step()
             samples.append(flight.chair.box.imu.counts)
         return np.std(samples, axis=0) / ([16384 / 9.80665] * 3 + [131.0] * 3)
+
     quiet = sigmas()
     flight.chair.faults.add('imu_noisy', accel_sigma=2.0, gyro_sigma=20.0)
     np.testing.assert_allclose(sigmas(), np.hypot(quiet, [2.0] * 3 + [20.0] * 3), rtol=0.1)
@@ -223,12 +265,17 @@ def test_the_imu_silent_sends_no_imu_frames_and_is_started_again(flight):
     assert flight.chair.sensors.state == 'running' and count(flight, 'IMPACT_GYRO', 7.0) >= 4
 
 
-@pytest.mark.parametrize('wheel, still, moving', [('right', 'ENCODER_RIGHT', 'ENCODER_LEFT'), ('left', 'ENCODER_LEFT', 'ENCODER_RIGHT')])
+@pytest.mark.parametrize(
+    'wheel, still, moving', [('right', 'ENCODER_RIGHT', 'ENCODER_LEFT'), ('left', 'ENCODER_LEFT', 'ENCODER_RIGHT')]
+)
 def test_an_encoder_frozen_counts_on_from_where_it_stood(flight, wheel, still, moving):
     flight.drive(1.0, 1.0, 1.0)
     flight.chair.faults.add('encoder_frozen', wheel=wheel, duration=1.0)
     flight.drive(1.0, 1.0, 0.95)
-    assert len(set(flight.values(still, 'steps', since=1.1))) == 1 and len(set(flight.values(moving, 'steps', since=1.1))) > 5
+    assert (
+        len(set(flight.values(still, 'steps', since=1.1))) == 1
+        and len(set(flight.values(moving, 'steps', since=1.1))) > 5
+    )
     flight.drive(1.0, 1.0, 1.0)
     gaps = np.diff(flight.values(still, 'steps').astype(float))
     assert gaps.max() < 64000 / (2 * math.pi) * 0.1 * 1.3, 'no jump to where it would have been'
@@ -242,8 +289,14 @@ def test_an_encoder_noisy(flight):
     assert np.std(wrapped) == pytest.approx(100.0, rel=0.2) and not flight.values('ENCODER_RIGHT', 'steps').any()
 
 
-@pytest.mark.parametrize('node, missing, there', [('sensor', 'IMPACT_GYRO', 'ENCODER_LEFT'), ('motor', 'ENCODER_LEFT', 'IMPACT_GYRO'),
-                                                  ('joystick', 'JOYSTICK', 'IMPACT_GYRO')])
+@pytest.mark.parametrize(
+    'node, missing, there',
+    [
+        ('sensor', 'IMPACT_GYRO', 'ENCODER_LEFT'),
+        ('motor', 'ENCODER_LEFT', 'IMPACT_GYRO'),
+        ('joystick', 'JOYSTICK', 'IMPACT_GYRO'),
+    ],
+)
 def test_a_node_silent(flight, node, missing, there):
     flight.drive(1.0, 1.0, 1.0)
     flight.chair.faults.add('node_silent', node=node, duration=1.5)
@@ -257,8 +310,11 @@ def test_a_node_silent(flight, node, missing, there):
 
 # --- body and rider ---------------------------------------------------------------------------------------------------
 
+
 def test_a_wheel_slips_on_a_patch(pilot):
-    chair = SimulatedChair(World.empty(), 5, (0.0, 0.0, 0.0), config=ChairConfig(frame_loss=0.0, wheel_radius_sigma=0.0))
+    chair = SimulatedChair(
+        World.empty(), 5, (0.0, 0.0, 0.0), config=ChairConfig(frame_loss=0.0, wheel_radius_sigma=0.0)
+    )
     chair.faults.add('wheel_slip', wheel='right', factor=0.4, x=1.0, y=-0.26, radius=0.3)
     flight = pilot(chair)
     while chair.pose[0] < 0.69:
@@ -305,7 +361,11 @@ def test_the_battery_falls_and_recovers(flight):
     flight.chair.faults.add('battery_low', voltage=20.0, ramp=4.0, duration=8.0)
     flight.drive(0, 0, 12.0)
     volts = dict(zip(np.round(flight.times('BATTERY')), flight.values('BATTERY', 'voltage')))
-    assert volts[2] == pytest.approx((25.4 + 20.0) / 2, abs=0.2) and volts[6] == pytest.approx(20.0) and volts[11] == pytest.approx(25.4)
+    assert (
+        volts[2] == pytest.approx((25.4 + 20.0) / 2, abs=0.2)
+        and volts[6] == pytest.approx(20.0)
+        and volts[11] == pytest.approx(25.4)
+    )
 
 
 def test_the_joystick_grabbed_wins_and_let_go_gives_the_pc_control_again(flight):
@@ -319,6 +379,7 @@ def test_the_joystick_grabbed_wins_and_let_go_gives_the_pc_control_again(flight)
 
 
 # --- together ---------------------------------------------------------------------------------------------------------
+
 
 def everything(chair):
     chair.faults.add('frames_dropped', probability=0.05)
@@ -336,16 +397,21 @@ def test_same_seed_same_faults_same_bytes(pilot):
         chair = SimulatedChair(room(), seed, (3.0, 3.0, 0.0))
         everything(chair)
         return pilot(chair).drive(1.0, 0.5, 5.0).raw
+
     assert run(7) == run(7) != run(8)
 
 
 def test_a_fault_that_spares_a_frame_does_not_change_it():
-    """Nobody drives, so that nothing feeds back: what is left of the frames is as without the fault, to the last bit and microsecond."""
+    """Nobody drives, so that nothing feeds back: what is left of the frames is as without the fault, to the last bit
+    and microsecond.
+    """
+
     def raw(*faults):
         chair = SimulatedChair(room(), 3, (3.0, 3.0, 0.0))
         for name, arguments in faults:
             chair.faults.add(name, **arguments)
         return [frame for _ in range(500) for frame in chair.step()]
+
     clean = raw()
     dropped = raw(('frames_dropped', dict(ids=[0x204])))
     assert dropped == [frame for frame in clean if frame.id != 0x204]
@@ -363,7 +429,9 @@ def test_cleared_they_leave_no_trace(flight):
     flight.chair.faults.add('encoder_frozen', wheel='both')
     flight.chair.faults.add('battery_low')
     flight.drive(0, 0, 2.0)
-    assert len(flight.chair.faults.list()) == 11 and 'battery_low (voltage 20.5, ramp 0.0)' in flight.chair.faults.list()
+    assert (
+        len(flight.chair.faults.list()) == 11 and 'battery_low (voltage 20.5, ramp 0.0)' in flight.chair.faults.list()
+    )
     assert flight.chair.faults.clear('node_silent') == 1 and flight.chair.faults.clear() == 10
     chair = flight.chair
     assert (chair.wire.faults, chair.box.noise, chair.box.acoustics.extra, chair.encoders.noise) == ([], [], {}, [])

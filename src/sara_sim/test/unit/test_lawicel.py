@@ -1,10 +1,11 @@
 """The adapter's protocol: frames survive the trip, anything else gets an answer and does no harm."""
 
 import pytest
-from canserial.frame import Frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sara_sim.lawicel import LawicelAdapter
+
+from canserial.frame import Frame
+from sara_sim.bus.lawicel import LawicelAdapter
 
 CR, BEL = b'\r', b'\a'
 COMMANDS = [b'S6\r', b'O\r', b'C\r', b't1208', b'L\r', b'\r', b'Z1\r', b't12080A0A000043000000\r']
@@ -18,7 +19,8 @@ def opened():
 
 frames = st.one_of(
     st.builds(Frame, st.integers(0, 0x7FF), st.binary(max_size=8), st.just(0.0), st.just(False)),
-    st.builds(Frame, st.integers(0, 0x1FFFFFFF), st.binary(max_size=8), st.just(0.0), st.just(True)))
+    st.builds(Frame, st.integers(0, 0x1FFFFFFF), st.binary(max_size=8), st.just(0.0), st.just(True)),
+)
 
 
 @given(st.lists(frames, max_size=5), st.integers(1, 9))
@@ -27,7 +29,7 @@ def test_what_goes_out_can_come_in_again_in_any_pieces(sent, size):
     wire = b''.join(map(adapter.frame_bytes, sent))
     heard, answers = [], b''
     for start in range(0, len(wire), size):
-        answer, some = adapter.feed(wire[start:start + size])
+        answer, some = adapter.feed(wire[start : start + size])
         answers += answer
         heard += some
     assert heard == sent
@@ -64,10 +66,27 @@ def test_every_bit_rate_opens(rate):
     assert adapter.feed(b'C\rC\r')[0] == CR + BEL and adapter.closed == 1
 
 
-@pytest.mark.parametrize('line, answer', [
-    (b'V', b'V1013\r'), (b'N', b'NSARA\r'), (b'F', b'F00\r'), (b'O', BEL), (b'S6', BEL), (b'Z1', BEL), (b'x', BEL), (b'', CR),
-    (b't1208000000000000000', BEL), (b't12090000000000000000AA', BEL), (b't8000', BEL), (b't12G0', BEL), (b'T200000000', BEL),
-    (b'r1208', b'z\r'), (b'R1FFFFFFF0', b'Z\r'), (b't' * 200, BEL)])
+@pytest.mark.parametrize(
+    'line, answer',
+    [
+        (b'V', b'V1013\r'),
+        (b'N', b'NSARA\r'),
+        (b'F', b'F00\r'),
+        (b'O', BEL),
+        (b'S6', BEL),
+        (b'Z1', BEL),
+        (b'x', BEL),
+        (b'', CR),
+        (b't1208000000000000000', BEL),
+        (b't12090000000000000000AA', BEL),
+        (b't8000', BEL),
+        (b't12G0', BEL),
+        (b'T200000000', BEL),
+        (b'r1208', b'z\r'),
+        (b'R1FFFFFFF0', b'Z\r'),
+        (b't' * 200, BEL),
+    ],
+)
 def test_answers_while_open(line, answer):
     assert opened().feed(line + CR) == (answer, [])
 
@@ -113,7 +132,9 @@ def test_what_the_bus_does_not_take_fills_the_adapter():
     assert adapter.feed(b'C\rS6\rO\rt1230\r')[0] == CR * 3 + b'z\r'
 
 
-@pytest.mark.parametrize('registers, rate', [(b'001C', 500000), (b'011C', 250000), (b'031C', 125000), (b'0014', 1000000), (b'311C', 10000)])
+@pytest.mark.parametrize(
+    'registers, rate', [(b'001C', 500000), (b'011C', 250000), (b'031C', 125000), (b'0014', 1000000), (b'311C', 10000)]
+)
 def test_bus_timing_registers_are_a_bit_rate(registers, rate):
     adapter = LawicelAdapter(bus_rate=rate)
     assert adapter.feed(b's' + registers + b'\rO\r')[0] == CR + CR
@@ -137,9 +158,18 @@ def test_the_filters_pass_what_agrees_where_they_compare(identifier, code, compa
 
 def test_two_filters_pass_either_and_the_first_looks_at_the_data_too():
     adapter = filtered(b'%04X%04X' % (0x204 << 5, 0x101 << 5), b'001F001F')
-    assert [bool(adapter.frame_bytes(Frame(identifier, bytes(8)))) for identifier in (0x101, 0x102, 0x203, 0x204)] == [True, False, False, True]
+    assert [bool(adapter.frame_bytes(Frame(identifier, bytes(8)))) for identifier in (0x101, 0x102, 0x203, 0x204)] == [
+        True,
+        False,
+        False,
+        True,
+    ]
     adapter = filtered(b'%04X%04X' % (0x204 << 5 | 0xA, 0x7FF << 5 | 0x5), b'00000010')
-    assert [bool(adapter.frame_bytes(Frame(0x204, bytes([byte])))) for byte in (0xA5, 0xA4, 0x55)] == [True, False, False]
+    assert [bool(adapter.frame_bytes(Frame(0x204, bytes([byte])))) for byte in (0xA5, 0xA4, 0x55)] == [
+        True,
+        False,
+        False,
+    ]
     assert adapter.counts['filtered'] == 2
 
 

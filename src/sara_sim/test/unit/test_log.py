@@ -5,11 +5,12 @@ import subprocess
 import sys
 
 import pytest
-from canserial.bus import BusDescription
+
+from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
+from sara_sim.bus.wire import CandumpLog
 from sara_sim.chair import SimulatedChair
-from sara_sim.wire import CandumpLog
-from sara_sim.world import World
+from sara_sim.world.world import World
 
 LINE = re.compile(r'\((\d+\.\d{6})\) can0 ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)$')
 
@@ -37,7 +38,9 @@ def test_every_frame_of_both_directions_is_a_line_in_order(logged):
     lines = [LINE.match(line).groups() for line in path.read_text().splitlines()]
     times = [float(time) for time, _, _ in lines]
     assert times == sorted(times)
-    assert [(int(i, 16), bytes.fromhex(data)) for _, i, data in lines if i != '120'] == [(frame.id, frame.data) for frame in heard]
+    assert [(int(i, 16), bytes.fromhex(data)) for _, i, data in lines if i != '120'] == [
+        (frame.id, frame.data) for frame in heard
+    ]
     assert sum(i == '120' for _, i, _ in lines) == sent > 200
 
 
@@ -55,7 +58,7 @@ def test_cantools_decodes_it_with_our_dbc(logged, dbc):
 
 def test_extended_frames_have_eight_digits(tmp_path):
     log = CandumpLog(tmp_path / 'a.log', 'vcan1')
-    log.write(Frame(0x1234, b'\xAB', extended=True), 61.5)
+    log.write(Frame(0x1234, b'\xab', extended=True), 61.5)
     log.close()
     assert (tmp_path / 'a.log').read_text() == '(61.500000) vcan1 00001234#AB\n'
 

@@ -7,12 +7,30 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_lowlevel.mpu6050 import THESIS_LISTING
-from sara_lowlevel.mpu6050 import Mpu6050 as Driver
-from sara_sim import mpu6050_sample
-from sara_sim.i2c_bus import SimulatedI2c
-from sara_sim.mpu6050 import (ACCEL_CONFIG, DATA, DECREMENT_MS, GYRO_CONFIG, INT_ENABLE, INT_PIN_CFG, INT_STATUS, MOT_DETECT_CTRL, MOT_DUR, MOT_THR,
-                              PWR_MGMT_1, SIGNAL_PATH_RESET, WHO_AM_I, WRITABLE, XA_OFFS, XG_OFFS, Mpu6050)
+
+from sara_lowlevel.sensor.mpu6050 import THESIS_LISTING
+from sara_lowlevel.sensor.mpu6050 import Mpu6050 as Driver
+from sara_sim.chips import mpu6050_sample
+from sara_sim.chips.i2c_bus import SimulatedI2c
+from sara_sim.chips.mpu6050 import (
+    ACCEL_CONFIG,
+    DATA,
+    DECREMENT_MS,
+    GYRO_CONFIG,
+    INT_ENABLE,
+    INT_PIN_CFG,
+    INT_STATUS,
+    MOT_DETECT_CTRL,
+    MOT_DUR,
+    MOT_THR,
+    PWR_MGMT_1,
+    SIGNAL_PATH_RESET,
+    WHO_AM_I,
+    WRITABLE,
+    XA_OFFS,
+    XG_OFFS,
+    Mpu6050,
+)
 
 REST = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 SELF_CLEARING = {PWR_MGMT_1, SIGNAL_PATH_RESET, 0x6A}
@@ -98,7 +116,7 @@ def test_asleep_the_data_stand_still():
 def test_full_scales(select):
     chip = awake(_1B=select << 3, _1C=select << 3)
     steps(chip, 1, (0.5, -0.5, 1.0, 100.0, -100.0, 0.0))
-    a, g = 16384 / 2 ** select, 131.0 / 2 ** select
+    a, g = 16384 / 2**select, 131.0 / 2**select
     assert counts(chip) == pytest.approx((0.5 * a, -0.5 * a, a, 100 * g, -100 * g, 0), abs=0.51)
     steps(chip, 1, (20.0, -20.0, 0.0, 3000.0, -3000.0, 0.0))
     assert counts(chip) == (32767, -32768, 0, 32767, -32768, 0)
@@ -133,7 +151,7 @@ def test_offsets_in_units_do_not_depend_on_the_full_scale():
         chip.write(XG_OFFS, list(struct.pack('>h', 100)))
         steps(chip, 1, (0.0,) * 6)
         ax, *_, gx, _, _ = counts(chip)
-        shifted.append((ax * 2 ** select / 16384, gx * 2 ** select / 131))
+        shifted.append((ax * 2**select / 16384, gx * 2**select / 131))
     for accel, gyro in shifted:
         assert accel == pytest.approx(200 / 2048, abs=1e-3) and gyro == pytest.approx(100 / 32.8, abs=0.05)
 
@@ -176,6 +194,7 @@ def test_after_a_short_sleep_it_is_still_warm():
         chip.write(PWR_MGMT_1, [0x01])
         steps(chip, 5)
         return counts(chip)[3] / 131.0
+
     assert rate_after(0.1) == pytest.approx(0.3 * (1 - math.exp(-0.1 / 1.5)), abs=0.02)
     assert rate_after(20.0) == pytest.approx(0.3, abs=0.02)
 
@@ -190,8 +209,14 @@ def test_an_axis_on_standby_stands_still(axis):
 
 def detector(threshold=20, duration=40, decrement=1, high_pass=1, pin=0x20):
     chip = awake()
-    for register, value in ((INT_PIN_CFG, pin), (ACCEL_CONFIG, high_pass), (MOT_THR, threshold), (MOT_DUR, duration),
-                            (MOT_DETECT_CTRL, 0x14 | decrement), (INT_ENABLE, 0x40)):
+    for register, value in (
+        (INT_PIN_CFG, pin),
+        (ACCEL_CONFIG, high_pass),
+        (MOT_THR, threshold),
+        (MOT_DUR, duration),
+        (MOT_DETECT_CTRL, 0x14 | decrement),
+        (INT_ENABLE, 0x40),
+    ):
         chip.write(register, [value])
     steps(chip, 20)
     chip.read(INT_STATUS, 1)
@@ -305,13 +330,19 @@ def test_gyro_config_keeps_only_its_bits():
     assert chip.read(GYRO_CONFIG, 1) == [0xF8]
 
 
-@given(st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=20), st.sampled_from((0.0, 0.63, 5.0)), st.sampled_from((-1.0, 1.0, 4.0)),
-       st.integers(0, 255).map(lambda counts: 0.002 * counts), st.integers(0, 60))
+@given(
+    st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=20),
+    st.sampled_from((0.0, 0.63, 5.0)),
+    st.sampled_from((-1.0, 1.0, 4.0)),
+    st.integers(0, 255).map(lambda counts: 0.002 * counts),
+    st.integers(0, 60),
+)
 def test_the_compiled_detector_says_what_its_source_says(forces, hz, decrement, threshold, duration):
     settings = np.ones(mpu6050_sample.SETTINGS)
-    settings[mpu6050_sample.THRESHOLD:] = threshold, duration, decrement, hz
+    settings[mpu6050_sample.THRESHOLD :] = threshold, duration, decrement, hz
     compiled, plain = np.zeros(mpu6050_sample.MOTION), np.zeros(mpu6050_sample.MOTION)
     for force in forces:
-        assert (mpu6050_sample.take(np.zeros(14, np.uint8), 0, settings, compiled, True, 0.01, (*force, 0.0, 0.0, 0.0))
-                == mpu6050_sample.detect.py_func(plain, settings, 0.01, *force))
+        assert mpu6050_sample.take(
+            np.zeros(14, np.uint8), 0, settings, compiled, True, 0.01, (*force, 0.0, 0.0, 0.0)
+        ) == mpu6050_sample.detect.py_func(plain, settings, 0.01, *force)
         assert np.array_equal(compiled, plain)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_sim import obstacles
+
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
-from sara_sim.obstacles import Obstacle, ObstacleError, Obstacles
-from sara_sim.world import World, WorldError
+from sara_sim.world import obstacles
+from sara_sim.world.obstacles import Obstacle, ObstacleError, Obstacles
+from sara_sim.world.world import World, WorldError
 
 CONE = dict(half_angle=math.radians(30), rays_cast=13, steepest=math.radians(60), limit=6.0)
 SURE = ChairConfig(sonar_lost=0.0, frame_loss=0.0)
@@ -55,9 +56,21 @@ def test_steep_boxes_give_nothing_back(turn, heard):
     assert math.isfinite(distance) == heard
 
 
-@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-4, 4), st.booleans(), st.floats(-4, 4), st.floats(0.1, 1.0), st.floats(0.1, 1.0))
+@given(
+    st.floats(-2, 2),
+    st.floats(-2, 2),
+    st.floats(-4, 4),
+    st.booleans(),
+    st.floats(-4, 4),
+    st.floats(0.1, 1.0),
+    st.floats(0.1, 1.0),
+)
 def test_overlap_is_what_points_say(x, y, yaw, disc, turned, length, width):
-    thing = Obstacle(radius=length, at=(0.0, 0.0)) if disc else Obstacle(size=(2 * length, 2 * width), at=(0.0, 0.0), yaw=turned)
+    thing = (
+        Obstacle(radius=length, at=(0.0, 0.0))
+        if disc
+        else Obstacle(size=(2 * length, 2 * width), at=(0.0, 0.0), yaw=turned)
+    )
     met = bool(floor(thing).meets(x, y, yaw, 1.08, 0.58).any())
     grid = np.linspace(-1, 1, 81)
     px, py = np.meshgrid(grid * 0.54, grid * 0.29)
@@ -79,10 +92,23 @@ def test_overlap_is_what_points_say(x, y, yaw, disc, turned, length, width):
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
 
 
-@pytest.mark.parametrize('loop, t, place', [
-    ('once', 0.0, (0, 0)), ('once', 5.0, (0, 0)), ('once', 7.0, (2, 0)), ('once', 8.0, (2, 1)), ('once', 99.0, (0, 2)),
-    ('around', 12.0, (0, 1)), ('around', 14.0, (1, 0)), ('around', 5.0 + 8 * 1000, (0, 0)),
-    ('back', 11.5, (0.5, 2)), ('back', 13.5, (2, 1.5)), ('back', 5.0 + 12, (0, 0)), ('back', 5.0 + 12 * 7 + 1, (1, 0))])
+@pytest.mark.parametrize(
+    'loop, t, place',
+    [
+        ('once', 0.0, (0, 0)),
+        ('once', 5.0, (0, 0)),
+        ('once', 7.0, (2, 0)),
+        ('once', 8.0, (2, 1)),
+        ('once', 99.0, (0, 2)),
+        ('around', 12.0, (0, 1)),
+        ('around', 14.0, (1, 0)),
+        ('around', 5.0 + 8 * 1000, (0, 0)),
+        ('back', 11.5, (0.5, 2)),
+        ('back', 13.5, (2, 1.5)),
+        ('back', 5.0 + 12, (0, 0)),
+        ('back', 5.0 + 12 * 7 + 1, (1, 0)),
+    ],
+)
 def test_a_walk(loop, t, place):
     walker = Obstacle(radius=0.2, path=SQUARE, speed=1.0, start=5.0, loop=loop)
     assert walker.pose(t)[:2] == pytest.approx(place)
@@ -105,6 +131,7 @@ def test_it_is_there_only_in_its_time():
 
 
 # --- with the chair ---------------------------------------------------------------------------------------------------
+
 
 def test_the_chair_hears_what_appears_in_front_of_it(pilot):
     world = floor(Obstacle('box', size=(0.5, 2.0), at=(7.0, 5.0), appears=2.0))
@@ -136,6 +163,7 @@ def test_same_seed_same_walkers_same_bytes(pilot):
         ann = Obstacle('ann', radius=0.25, path=((8.0, 5.0), (6.0, 4.0)), speed=0.7, loop='back')
         flight = pilot(SimulatedChair(floor(ann), 3, (5.0, 5.0, 0.0)))
         return flight.drive(1.0, 0.6, 5.0).raw
+
     assert run() == run()
 
 
@@ -146,19 +174,36 @@ def test_cannot_start_in_an_obstacle():
 
 # --- files ------------------------------------------------------------------------------------------------------------
 
+
 def test_the_example_loads():
     from pathlib import Path
+
     things, ramps = obstacles.load(Path(__file__).resolve().parents[2] / 'config' / 'people.yaml')
-    assert [thing.name for thing in things] == ['table', 'suitcase', 'ann'] and things[0].yaw == pytest.approx(math.radians(20))
+    assert [thing.name for thing in things] == ['table', 'suitcase', 'ann'] and things[0].yaw == pytest.approx(
+        math.radians(20)
+    )
     assert ramps[0].slope == pytest.approx(math.radians(4))
 
 
-@pytest.mark.parametrize('text, words', [
-    ('[]', ['obstacles and ramps']), ('walls: []', ['obstacles and ramps']), ('obstacles: 3', ['list']), ('obstacles: [3]', ['entry 1']),
-    ('obstacles: [{name: a}]', ['either radius', 'either at']), ('obstacles: [{radius: .2, at: [1, 2], yaw_deg: x}]', ['yaw_deg']),
-    ('obstacles: [{radius: -1, path: [[1, 1], [1, 1]], speed: 0, loop: never}]', ['radius is', 'path is', 'speed is', 'loop is']),
-    ('obstacles: [{radius: .2, at: [1, 2], colour: red}]', ['colour']), ('obstacles: [{size: [1], at: [1, .nan]}]', ['size is', 'at is']),
-    ('ramps: [{x: 0, y: 0, length: 1, width: 1, yaw: 0, slope_deg: 45}]', ['slope is']), ('obstacles: [', ['cannot be read'])])
+@pytest.mark.parametrize(
+    'text, words',
+    [
+        ('[]', ['obstacles and ramps']),
+        ('walls: []', ['obstacles and ramps']),
+        ('obstacles: 3', ['list']),
+        ('obstacles: [3]', ['entry 1']),
+        ('obstacles: [{name: a}]', ['either radius', 'either at']),
+        ('obstacles: [{radius: .2, at: [1, 2], yaw_deg: x}]', ['yaw_deg']),
+        (
+            'obstacles: [{radius: -1, path: [[1, 1], [1, 1]], speed: 0, loop: never}]',
+            ['radius is', 'path is', 'speed is', 'loop is'],
+        ),
+        ('obstacles: [{radius: .2, at: [1, 2], colour: red}]', ['colour']),
+        ('obstacles: [{size: [1], at: [1, .nan]}]', ['size is', 'at is']),
+        ('ramps: [{x: 0, y: 0, length: 1, width: 1, yaw: 0, slope_deg: 45}]', ['slope is']),
+        ('obstacles: [', ['cannot be read']),
+    ],
+)
 def test_bad_files_are_named(tmp_path, text, words):
     path = tmp_path / 'bad.yaml'
     path.write_text(text)

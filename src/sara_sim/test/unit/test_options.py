@@ -4,15 +4,26 @@ import math
 
 import numpy as np
 import pytest
+
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig, ConfigError
 from sara_sim.options import ChairOptions
-from sara_sim.terrain import Ramp, TerrainError, attitude
-from sara_sim.world import World
+from sara_sim.world.terrain import Ramp, TerrainError, attitude
+from sara_sim.world.world import World
 
 G = 9.80665
-QUIET = ChairConfig(wheel_radius_sigma=0.0, gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, gyro_bias=(0.0,) * 3, gyro_bias_sigma=0.0,
-                    accel_offset=(0.0,) * 3, accel_sigma_low=(0.0,) * 3, accel_sigma_high=(0.0,) * 3, tilt_sigma=0.0, frame_loss=0.0)
+QUIET = ChairConfig(
+    wheel_radius_sigma=0.0,
+    gyro_frame_sigma=(0.0,) * 3,
+    gyro_drift=0.0,
+    gyro_bias=(0.0,) * 3,
+    gyro_bias_sigma=0.0,
+    accel_offset=(0.0,) * 3,
+    accel_sigma_low=(0.0,) * 3,
+    accel_sigma_high=(0.0,) * 3,
+    tilt_sigma=0.0,
+    frame_loss=0.0,
+)
 
 
 def drive_of(options=ChairOptions(), world=None, start=(0.0, 0.0, 0.0)):
@@ -32,7 +43,15 @@ def uphill(slope_deg=5.0):
 
 def test_impossible_options_are_named():
     with pytest.raises(ConfigError) as error:
-        ChairOptions(castor_swing=2.0, payload=-1.0, mass=0.0, collision_shake=1, right_steps=2**32, castor_x=0.0, payload_x=math.nan)
+        ChairOptions(
+            castor_swing=2.0,
+            payload=-1.0,
+            mass=0.0,
+            collision_shake=1,
+            right_steps=2**32,
+            castor_x=0.0,
+            payload_x=math.nan,
+        )
     for name in ('castor_swing', 'payload', 'mass', 'collision_shake', 'right_steps', 'castor_x', 'payload_x'):
         assert f'{name} is' in str(error.value)
     assert ChairOptions(payload=5.0).changes() == {'payload': (5.0, 0.0)}
@@ -55,6 +74,7 @@ def test_counters_wrap_at_2_to_the_32(pilot):
 
 
 # --- ramps ------------------------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize('yaw_deg, roll, pitch', [(0, 0, -5), (180, 0, 5), (90, -5, 0), (-90, 5, 0)])
 def test_a_chair_on_a_ramp_leans_with_it(yaw_deg, roll, pitch):
@@ -92,7 +112,9 @@ def test_gravity_pulls_and_the_brake_holds():
     level = run(drive_of(), 3.0, 3.0, 5.0)
     up, down = (run(drive_of(world=uphill(slope)), 3.0, 3.0, 5.0) for slope in (5.0, -5.0))
     droop = 0.10 * G * math.sin(math.radians(5))
-    assert level.speed - up.speed == pytest.approx(droop, rel=0.01) and down.speed - level.speed == pytest.approx(droop, rel=0.01)
+    assert level.speed - up.speed == pytest.approx(droop, rel=0.01) and down.speed - level.speed == pytest.approx(
+        droop, rel=0.01
+    )
     for drive in (up, down):
         run(drive, 0.0, 0.0, 3.0)
         x = drive.x
@@ -116,6 +138,7 @@ def test_level_ground_beside_a_ramp_is_level_ground():
 
 # --- payload ----------------------------------------------------------------------------------------------------------
 
+
 def test_a_payload_makes_it_slower_to_follow():
     options = ChairOptions(payload=75.0, mass=150.0)
     loaded, empty = run(drive_of(options), 4.0, 4.0, 0.15), run(drive_of(), 4.0, 4.0, 0.15)
@@ -126,11 +149,12 @@ def test_a_payload_makes_it_slower_to_follow():
 def test_a_payload_in_front_lowers_the_nose():
     options = ChairOptions(payload=50.0, payload_x=0.3, payload_y=0.1)
     chair = SimulatedChair(World.empty(), 0, config=QUIET, options=options, power_up=True)
-    assert chair.attitude[1] == pytest.approx(50 * G * 0.3 / (50000 * 0.5 ** 2))
-    assert chair.attitude[0] == pytest.approx(-50 * G * 0.1 / (50000 * 0.525 ** 2))
+    assert chair.attitude[1] == pytest.approx(50 * G * 0.3 / (50000 * 0.5**2))
+    assert chair.attitude[0] == pytest.approx(-50 * G * 0.1 / (50000 * 0.525**2))
 
 
 # --- castors ----------------------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize('swing', (0.02, 0.05))
 def test_castors_turn_the_chair_by_their_share_when_it_reverses_and_then_no_more(swing):
@@ -150,9 +174,10 @@ def test_castors_that_stand_still_do_nothing():
 
 # --- collisions -------------------------------------------------------------------------------------------------------
 
+
 def wall(x=4.0):
     occupied = np.zeros((100, 200), bool)
-    occupied[:, round(x / 0.05):] = True
+    occupied[:, round(x / 0.05) :] = True
     return World(occupied)
 
 

@@ -2,7 +2,8 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_sim.pacing import MAX_LAG_S, OVERDUE_S, PATIENCE_S, Pacer, Patience
+
+from sara_sim.bus.pacing import MAX_LAG_S, OVERDUE_S, PATIENCE_S, Pacer, Patience
 
 
 def test_nobody_who_never_commanded_is_waited_for():

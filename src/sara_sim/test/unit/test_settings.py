@@ -5,23 +5,59 @@ import os
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_sim.pacing import MAX_LAG_S, Pacer
+
+from sara_sim.bus.pacing import MAX_LAG_S, Pacer
+from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.settings import SettingsError, SimulatorSettings
-from sara_sim.terminal import PortError, Terminal
 
 
 def test_every_fault_is_named_at_once():
     with pytest.raises(SettingsError) as error:
-        SimulatorSettings.from_params({
-            'map': 3, 'start': [1, 2], 'seed': -1, 'speed': float('nan'), 'port': 'ttyUSB0', 'sede': 1, 'obstacles': 1, 'bitrate': 123, 'dbc': '',
-            'power_up': 1, 'calibrate': 'yes', 'fast': 0, 'madgwick': None, 'log': 5, 'castor_swing': 3.0, 'options': {}})
-    for name in ('map', 'start', 'seed', 'speed', 'port', 'sede', 'obstacles', 'bitrate', 'dbc', 'power_up', 'calibrate', 'fast', 'madgwick', 'log',
-                 'castor_swing', 'options'):
+        SimulatorSettings.from_params(
+            {
+                'map': 3,
+                'start': [1, 2],
+                'seed': -1,
+                'speed': float('nan'),
+                'port': 'ttyUSB0',
+                'sede': 1,
+                'obstacles': 1,
+                'bitrate': 123,
+                'dbc': '',
+                'power_up': 1,
+                'calibrate': 'yes',
+                'fast': 0,
+                'madgwick': None,
+                'log': 5,
+                'castor_swing': 3.0,
+                'options': {},
+            }
+        )
+    for name in (
+        'map',
+        'start',
+        'seed',
+        'speed',
+        'port',
+        'sede',
+        'obstacles',
+        'bitrate',
+        'dbc',
+        'power_up',
+        'calibrate',
+        'fast',
+        'madgwick',
+        'log',
+        'castor_swing',
+        'options',
+    ):
         assert f'{name} is' in str(error.value)
 
 
 def test_good_parameters_pass():
-    settings = SimulatorSettings.from_params({'start': [1, 2.5, 0], 'seed': 4, 'payload': 10.0, 'collision_shake': True})
+    settings = SimulatorSettings.from_params(
+        {'start': [1, 2.5, 0], 'seed': 4, 'payload': 10.0, 'collision_shake': True}
+    )
     assert settings.start == (1, 2.5, 0) and settings.seed == 4
     assert settings.options.changes() == {'payload': (10.0, 0.0), 'collision_shake': (True, False)}
 

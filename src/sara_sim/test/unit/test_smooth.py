@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sara_sim import smooth
 from scipy import ndimage
+
+from sara_sim.world import smooth
 
 
 @st.composite
 def grids(draw):
     rows, columns = draw(st.integers(1, 20)), draw(st.integers(1, 20))
-    return np.random.default_rng(draw(st.integers(0, 1000))).random((rows, columns)) < draw(st.sampled_from([0.0, 0.05, 0.5, 1.0]))
+    return np.random.default_rng(draw(st.integers(0, 1000))).random((rows, columns)) < draw(
+        st.sampled_from([0.0, 0.05, 0.5, 1.0])
+    )
 
 
 @given(grids(), st.floats(0.3, 3.0))
@@ -29,7 +32,9 @@ def test_the_blur_at_the_sigma_of_the_world_is_that_of_scipy():
 def test_slopes_are_those_of_sobel(grid):
     grid = grid.astype(float)
     x, y = smooth.slopes(grid)
-    assert x == pytest.approx(ndimage.sobel(grid, axis=1), abs=1e-12) and y == pytest.approx(ndimage.sobel(grid, axis=0), abs=1e-12)
+    assert x == pytest.approx(ndimage.sobel(grid, axis=1), abs=1e-12) and y == pytest.approx(
+        ndimage.sobel(grid, axis=0), abs=1e-12
+    )
 
 
 @given(grids(), st.integers(0, 25))

@@ -5,11 +5,12 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from canserial.bus import BusDescription
-from sara_lowlevel.sensor_node import SensorNode
-from sara_sim.i2c_bus import SONAR_ADDRESSES, SimulatedI2c, demo
-from sara_sim.mpu6050 import Mpu6050
-from sara_sim.srf02 import AUTOTUNE, RANGE_CM, RANGE_INCHES, RANGE_US, REVISION, TUNING_STEPS, Srf02
+
+from canserial.dbc.bus import BusDescription
+from sara_lowlevel.sensor.sensor_node import SensorNode
+from sara_sim.chips.i2c_bus import SONAR_ADDRESSES, SimulatedI2c, demo
+from sara_sim.chips.mpu6050 import Mpu6050
+from sara_sim.chips.srf02 import AUTOTUNE, RANGE_CM, RANGE_INCHES, RANGE_US, REVISION, TUNING_STEPS, Srf02
 
 
 class Ranger:
@@ -79,8 +80,12 @@ def test_nobody_at_an_address_and_a_silent_chip_are_an_oserror():
     chip = Mpu6050()
     bus = SimulatedI2c({0x68: chip})
     assert bus.read_byte_data(0x68, 0x75) == 0x68
-    for call in (lambda: bus.read_byte_data(0x69, 0), lambda: bus.write_byte_data(0x69, 0, 0), lambda: bus.read_i2c_block_data(0x69, 0, 6),
-                 lambda: bus.write_i2c_block_data(0x69, 0, [1])):
+    for call in (
+        lambda: bus.read_byte_data(0x69, 0),
+        lambda: bus.write_byte_data(0x69, 0, 0),
+        lambda: bus.read_i2c_block_data(0x69, 0, 6),
+        lambda: bus.write_i2c_block_data(0x69, 0, [1]),
+    ):
         with pytest.raises(OSError):
             call()
     chip.silent = True
@@ -89,9 +94,16 @@ def test_nobody_at_an_address_and_a_silent_chip_are_an_oserror():
     assert bus.counts['no acknowledge'] == 5
 
 
-@pytest.mark.parametrize('call', [lambda bus: bus.read_i2c_block_data(0x68, 0, 33), lambda bus: bus.read_i2c_block_data(0x68, 0, 0),
-                                  lambda bus: bus.write_i2c_block_data(0x68, 0, [256]), lambda bus: bus.write_byte_data(0x68, 0, 256),
-                                  lambda bus: bus.write_i2c_block_data(0x68, 0, [])])
+@pytest.mark.parametrize(
+    'call',
+    [
+        lambda bus: bus.read_i2c_block_data(0x68, 0, 33),
+        lambda bus: bus.read_i2c_block_data(0x68, 0, 0),
+        lambda bus: bus.write_i2c_block_data(0x68, 0, [256]),
+        lambda bus: bus.write_byte_data(0x68, 0, 256),
+        lambda bus: bus.write_i2c_block_data(0x68, 0, []),
+    ],
+)
 def test_what_smbus_refuses_is_refused(call):
     with pytest.raises(ValueError):
         call(SimulatedI2c({0x68: Mpu6050()}))
@@ -100,6 +112,7 @@ def test_what_smbus_refuses_is_refused(call):
 def test_a_sensor_node_runs_on_the_demo_by_itself():
     class Clock:
         now = 100.0
+
     bus = demo(seed=1, clock=lambda: Clock.now)
     node = SensorNode(BusDescription.default(), bus)
     frames = []

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
-from sara_sim.map_image import read_grey
-from sara_sim.world import World, WorldError
+
+from sara_sim.world.map_image import read_grey
+from sara_sim.world.world import World, WorldError
 
 CONE = dict(half_angle=math.radians(30), rays_cast=13, steepest=math.radians(60), limit=6.0)
 
@@ -16,7 +17,7 @@ CONE = dict(half_angle=math.radians(30), rays_cast=13, steepest=math.radians(60)
 def wall_at(x, size=200):
     """10 x 10 m with everything beyond x occupied, 0.05 m cells."""
     occupied = np.zeros((size, size), bool)
-    occupied[:, round(x / 0.05):] = True
+    occupied[:, round(x / 0.05) :] = True
     return World(occupied)
 
 
@@ -52,7 +53,9 @@ def test_nothing_beyond_the_limit_nor_the_map():
 @settings(max_examples=200)
 @given(st.floats(-1, 6), st.floats(-1, 6), st.floats(-7, 7), st.integers(0, 2**20))
 def test_overlap_is_what_points_say(x, y, yaw, seed):
-    """A rectangle overlaps a cell exactly when some point of the cell lies in it: points on a fine grid may only miss slivers."""
+    """A rectangle overlaps a cell exactly when some point of the cell lies in it: points on a fine grid may only miss
+    slivers.
+    """
     random = np.random.default_rng(seed)
     occupied = np.zeros((100, 100), bool)
     cells = random.integers(0, 100, (20, 2))
@@ -76,7 +79,9 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
     pixels[5, 5] = 205  # unknown
     (tmp_path / 'room.pgm').write_bytes(b'P5\n40 20\n255\n' + pixels.tobytes())
     path = tmp_path / 'room.yaml'
-    path.write_text('image: room.pgm\nresolution: 0.05\norigin: [-1.0, -0.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n')
+    path.write_text(
+        'image: room.pgm\nresolution: 0.05\norigin: [-1.0, -0.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n'
+    )
     world = World.from_yaml(path)
     assert np.argwhere(world.occupied).tolist() == [[19, 39]]
     assert world.origin == (-1.0, -0.5)
@@ -86,7 +91,11 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
 def test_every_kind_of_image_says_the_same(tmp_path):
     pixels = np.random.default_rng(0).integers(0, 256, (13, 29), np.uint8)
     raw = pixels.tobytes()
-    heads = {'plain.pgm': b'P5\n29 13\n255\n', 'comment.pgm': b'P5 # made by hand\n# twice\n29\t13\n#\n255\n', 'one_line.pgm': b'P5 29 13 255 '}
+    heads = {
+        'plain.pgm': b'P5\n29 13\n255\n',
+        'comment.pgm': b'P5 # made by hand\n# twice\n29\t13\n#\n255\n',
+        'one_line.pgm': b'P5 29 13 255 ',
+    }
     for name, head in heads.items():
         (tmp_path / name).write_bytes(head + raw)
     (tmp_path / 'text.pgm').write_text('P2\n29 13\n255\n' + ' '.join(map(str, pixels.ravel())) + '\n')
@@ -96,16 +105,29 @@ def test_every_kind_of_image_says_the_same(tmp_path):
 
 
 def test_images_that_are_none_are_none(tmp_path):
-    for name, data in (('short.pgm', b'P5\n29 13\n255\n123'), ('empty.pgm', b''), ('huge.pgm', b'P5 0 0 255 '), ('noise.png', bytes(range(256)))):
+    for name, data in (
+        ('short.pgm', b'P5\n29 13\n255\n123'),
+        ('empty.pgm', b''),
+        ('huge.pgm', b'P5 0 0 255 '),
+        ('noise.png', bytes(range(256))),
+    ):
         (tmp_path / name).write_bytes(data)
         assert read_grey(tmp_path / name) is None
     assert read_grey(tmp_path / 'nowhere.pgm') is None
 
 
-@pytest.mark.parametrize('text, names', [
-    ('[]', ['parameters']), ('image: a.pgm\nresolution: -1\norigin: [0, 0]', ['resolution', 'origin']),
-    ('image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]', ['image']),
-    ('image: a.pgm\nresolution: .nan\norigin: [0, 0, 1]\nnegate: 7\noccupied_thresh: 3', ['resolution', 'origin', 'negate', 'occupied_thresh'])])
+@pytest.mark.parametrize(
+    'text, names',
+    [
+        ('[]', ['parameters']),
+        ('image: a.pgm\nresolution: -1\norigin: [0, 0]', ['resolution', 'origin']),
+        ('image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]', ['image']),
+        (
+            'image: a.pgm\nresolution: .nan\norigin: [0, 0, 1]\nnegate: 7\noccupied_thresh: 3',
+            ['resolution', 'origin', 'negate', 'occupied_thresh'],
+        ),
+    ],
+)
 def test_bad_maps_are_named(tmp_path, text, names):
     path = tmp_path / 'bad.yaml'
     path.write_text(text)

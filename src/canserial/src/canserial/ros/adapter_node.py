@@ -1,11 +1,14 @@
-"""canserial.py: frames of a CAN adapter to `canrx`, frames of `cantx` to the adapter; the shell around canserial.link.Link."""
+"""canserial.py: frames of a CAN adapter to `canrx`, frames of `cantx` to the adapter; the shell around
+canserial.adapter.link.Link.
+"""
 
 import threading
 
 import rospy
-from canserial.adapter import Adapter, AdapterConfig
-from canserial.busload import load
-from canserial.link import Link
+
+from canserial.adapter.adapter import Adapter, AdapterConfig
+from canserial.adapter.busload import load
+from canserial.adapter.link import Link
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
 from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop, warn_of_unknown_params
@@ -13,14 +16,23 @@ from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params,
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.
 TROUBLE = {
-    'bad_lines': 'lines that are no frames', 'error_frames': 'error frames', 'overruns': 'frames lost in the adapter',
-    'adapter_receive_full': 'the adapter is full', 'adapter_transmit_full': 'the adapter cannot send', 'bus_errors': 'bus errors',
-    'error_passive': 'the adapter is error passive', 'error_warning': 'many errors on the bus', 'refused': 'commands that the adapter refused',
+    'bad_lines': 'lines that are no frames',
+    'error_frames': 'error frames',
+    'overruns': 'frames lost in the adapter',
+    'adapter_receive_full': 'the adapter is full',
+    'adapter_transmit_full': 'the adapter cannot send',
+    'bus_errors': 'bus errors',
+    'error_passive': 'the adapter is error passive',
+    'error_warning': 'many errors on the bus',
+    'refused': 'commands that the adapter refused',
     'transmit_queue_full': 'frames dropped from a full transmit queue',
     'transmit_queue_too_old': 'frames that waited too long to be sent',
-    'not_sent_failed': 'frames that the adapter did not take', 'not_sent_invalid': 'frames on cantx that CAN cannot carry',
-    'not_sent_listen_only': 'frames on cantx, but the adapter listens only', 'canrx_lost': 'frames lost to a slow subscriber of canrx',
-    'threads_restarted': 'a thread that died'}
+    'not_sent_failed': 'frames that the adapter did not take',
+    'not_sent_invalid': 'frames on cantx that CAN cannot carry',
+    'not_sent_listen_only': 'frames on cantx, but the adapter listens only',
+    'canrx_lost': 'frames lost to a slow subscriber of canrx',
+    'threads_restarted': 'a thread that died',
+}
 HIGH_LOAD = 0.8
 
 
@@ -56,7 +68,9 @@ class AdapterNode:
         self.diagnostics = Diagnostics('CAN adapter', self.config.port)
         self.fatal = None
         self.before, self.bits, self.time = {}, 0, rospy.get_time()
-        rospy.Subscriber('cantx', CAN, lambda message: self.link.send(msg_to_frame(message)), queue_size=QUEUE, tcp_nodelay=True)
+        rospy.Subscriber(
+            'cantx', CAN, lambda message: self.link.send(msg_to_frame(message)), queue_size=QUEUE, tcp_nodelay=True
+        )
         rospy.on_shutdown(self.stopping.set)
 
     def report(self, level, sentence):
@@ -88,7 +102,14 @@ class AdapterNode:
         if busy > HIGH_LOAD:
             news.append('the bus is nearly full')
         self.before = counters
-        values = {'received': 0, 'sent': 0, 'error_frames': 0, 'overruns': 0, **counters, 'bus_load_percent': f'{100.0 * busy:.1f}'}
+        values = {
+            'received': 0,
+            'sent': 0,
+            'error_frames': 0,
+            'overruns': 0,
+            **counters,
+            'bus_load_percent': f'{100.0 * busy:.1f}',
+        }
         if self.link.error:
             return ERROR, self.link.error, values
         if not values['received']:

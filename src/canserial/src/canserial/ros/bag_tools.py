@@ -7,11 +7,12 @@ from collections import Counter
 
 import genpy
 import rosbag
-from canserial.adapter import BadFrame, check
-from canserial.candump import BadLine, parse, to_line
+from tqdm import tqdm
+
+from canserial.adapter.adapter import BadFrame, check
+from canserial.adapter.candump import BadLine, parse, to_line
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
-from tqdm import tqdm
 
 BAD_LINES_SHOWN = 10
 
@@ -53,7 +54,9 @@ def candump_to_bag(log_path, bag_path, topic='canrx', interface=None, say=print)
 
     _into(bag_path, lambda path: rosbag.Bag(path, 'w'), convert)
     if len(interfaces) > 1:
-        say(f'{log_path} holds frames of {", ".join(sorted(interfaces))}: all of them are on one topic now (see --interface)')
+        say(
+            f'{log_path} holds frames of {", ".join(sorted(interfaces))}: all of them are on one topic now (see --interface)'
+        )
     return counts
 
 
@@ -130,10 +133,14 @@ def _main(name, description, source, target, interface_help, interface, convert,
     parser.add_argument('--interface', default=interface, help=interface_help)
     options = parser.parse_args(arguments)
     try:
-        counts = convert(options.source, options.target, options.topic, options.interface, lambda text: print(text, file=sys.stderr))
+        counts = convert(
+            options.source, options.target, options.topic, options.interface, lambda text: print(text, file=sys.stderr)
+        )
     except ToolError as error:
         sys.exit(f'{name}: {error}')
-    left = ', '.join(f'{count} {kind.replace("_", " ")}' for kind, count in sorted(counts.items()) if kind != 'data' and count)
+    left = ', '.join(
+        f'{count} {kind.replace("_", " ")}' for kind, count in sorted(counts.items()) if kind != 'data' and count
+    )
     print(f'{counts["data"]} frames to {options.target}' + (f'; left out: {left}' if left else ''))
     if not counts['data']:
         sys.exit(1)
@@ -141,11 +148,27 @@ def _main(name, description, source, target, interface_help, interface, convert,
 
 def candump2bag(arguments=None):
     """The command of that name."""
-    _main('candump2bag', 'A log of candump -l to a bag of canserial/CAN.', 'LOG', 'BAG',
-          'take frames of this interface only (default: all)', None, candump_to_bag, arguments)
+    _main(
+        'candump2bag',
+        'A log of candump -l to a bag of canserial/CAN.',
+        'LOG',
+        'BAG',
+        'take frames of this interface only (default: all)',
+        None,
+        candump_to_bag,
+        arguments,
+    )
 
 
 def bag2candump(arguments=None):
     """The command of that name."""
-    _main('bag2candump', 'A bag of canserial/CAN to a log as candump -l writes it.', 'BAG', 'LOG',
-          'name of the interface in the log (default: %(default)s)', 'can0', bag_to_candump, arguments)
+    _main(
+        'bag2candump',
+        'A bag of canserial/CAN to a log as candump -l writes it.',
+        'BAG',
+        'LOG',
+        'name of the interface in the log (default: %(default)s)',
+        'can0',
+        bag_to_candump,
+        arguments,
+    )

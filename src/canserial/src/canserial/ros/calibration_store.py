@@ -1,13 +1,14 @@
 """Where the calibration file lies, and what a node takes from it at start."""
 
 import os
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 import rospkg
 import rospy
-from canserial import calibration_file
-from canserial.calibration_file import Calibration, CalibrationFileError
+
+from canserial.calibration import calibration_file
+from canserial.calibration.calibration_file import Calibration, CalibrationFileError
 from canserial.ros.node import stop
 
 DEFAULT_FILE = 'sara_calibration.yaml'
@@ -21,8 +22,8 @@ def resolve(name):
 def load_at_start(path, config):
     """The Calibration to start with, or None; ends the node where the settings need a file that is no good.
 
-    A damaged file is never passed over in silence: with calibration 'measure' it could still hold the chair's gain, so only
-    a gain that is given makes it needless.
+    A damaged file is never passed over in silence: with calibration 'measure' it could still hold the chair's gain, so
+    only a gain that is given makes it needless.
     """
     try:
         if config.calibration == 'saved':
@@ -50,4 +51,4 @@ def update(path, **changes):
 
 def now_in_words():
     """The time of the day for the file; wall time, for people."""
-    return datetime.now(timezone.utc).isoformat(timespec='seconds')
+    return datetime.now(UTC).isoformat(timespec='seconds')

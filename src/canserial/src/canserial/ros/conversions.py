@@ -3,11 +3,12 @@
 import math
 
 import rospy
-from canserial.frame import Frame
-from canserial.msg import CAN, Encoder
-from canserial.readings import FIELD_OF_VIEW
 from geometry_msgs.msg import Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
+
+from canserial.frame import Frame
+from canserial.msg import CAN, Encoder
+from canserial.reader.readings import FIELD_OF_VIEW
 
 
 def frame_to_msg(frame):
@@ -59,8 +60,13 @@ def angles_to_msg(reading, frame_id):
 
 def range_to_msg(reading, minimum, maximum):
     """RangeReading as sensor_msgs/Range in the frame `<name>_frame`."""
-    message = Range(radiation_type=Range.ULTRASOUND, field_of_view=FIELD_OF_VIEW, min_range=minimum, max_range=maximum,
-                    range=reading.range)
+    message = Range(
+        radiation_type=Range.ULTRASOUND,
+        field_of_view=FIELD_OF_VIEW,
+        min_range=minimum,
+        max_range=maximum,
+        range=reading.range,
+    )
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     message.header.frame_id = f'{reading.name}_frame'
     return message
@@ -76,19 +82,32 @@ def joystick_to_msg(reading):
 def battery_to_msg(reading, empty=None, full=None, charging=None):
     """BatteryReading as sensor_msgs/BatteryState; what is not known is NaN or UNKNOWN.
 
-    empty, full: V; where given, percentage is linear between them. charging: V; where given, from there on it is charging.
+    empty, full: V; where given, percentage is linear between them. charging: V; where given, from there on it is
+    charging.
     """
     nan = math.nan
     voltage = reading.voltage
     percentage = nan if empty is None or full is None else min(1.0, max(0.0, (voltage - empty) / (full - empty)))
     status = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
     if charging is not None:
-        status = (BatteryState.POWER_SUPPLY_STATUS_CHARGING if voltage >= charging
-                  else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
-    message = BatteryState(voltage=voltage, temperature=nan, current=nan, charge=nan, capacity=nan,
-                           design_capacity=nan, percentage=percentage, present=True, power_supply_status=status,
-                           power_supply_health=BatteryState.POWER_SUPPLY_HEALTH_UNKNOWN,
-                           power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN)
+        status = (
+            BatteryState.POWER_SUPPLY_STATUS_CHARGING
+            if voltage >= charging
+            else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+        )
+    message = BatteryState(
+        voltage=voltage,
+        temperature=nan,
+        current=nan,
+        charge=nan,
+        capacity=nan,
+        design_capacity=nan,
+        percentage=percentage,
+        present=True,
+        power_supply_status=status,
+        power_supply_health=BatteryState.POWER_SUPPLY_HEALTH_UNKNOWN,
+        power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN,
+    )
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     return message
 
@@ -98,7 +117,12 @@ def quaternion(roll, pitch, yaw):
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
 def yaw_of(q):

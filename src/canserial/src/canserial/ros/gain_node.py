@@ -1,7 +1,8 @@
-"""calibrate_gain: turns of known angle to the gain k of the gyroscope (thesis table 4.11), at a terminal beside the chair.
+"""calibrate_gain: turns of known angle to the gain k of the gyroscope (thesis table 4.11), at a terminal beside the
+chair.
 
-It reads canrx itself, without gain and with an offset that it measures first, so that it needs neither read.py nor what read.py
-is set to. The chair is turned by its joystick; nothing here moves it.
+It reads canrx itself, without gain and with an offset that it measures first, so that it needs neither read.py nor what
+read.py is set to. The chair is turned by its joystick; nothing here moves it.
 """
 
 import argparse
@@ -11,15 +12,16 @@ import threading
 import time
 
 import rospy
-from canserial.bus import BusDescription, BusError
-from canserial.calibration_file import CalibrationFileError
-from canserial.config import ConfigError, ReaderConfig
-from canserial.gain import ANGLES, GainError, GainProcedure
-from canserial.msg import CAN
-from canserial.reader import Reader
-from canserial.ros import calibration_store, conversions
-from canserial.status import status_of
 from std_srvs.srv import Trigger
+
+from canserial.calibration.calibration_file import CalibrationFileError
+from canserial.calibration.gain import ANGLES, GainError, GainProcedure
+from canserial.dbc.bus import BusDescription, BusError
+from canserial.msg import CAN
+from canserial.reader.config import ConfigError, ReaderConfig
+from canserial.reader.reader import Reader
+from canserial.reader.status import status_of
+from canserial.ros import calibration_store, conversions
 
 SIGNS = {'left': (1.0,), 'right': (-1.0,), 'both': (1.0, -1.0)}
 WAYS = {1.0: 'left', -1.0: 'right'}
@@ -35,8 +37,9 @@ class GainTool:
     def __init__(self, options):
         self.options = options
         config = ReaderConfig(gain=1.0, calibration_time=options.calibration_time)
-        self.procedure = GainProcedure([sign * angle for sign in SIGNS[options.directions] for angle in options.angles],
-                                       options.max_residual)
+        self.procedure = GainProcedure(
+            [sign * angle for sign in SIGNS[options.directions] for angle in options.angles], options.max_residual
+        )
         self.reader = Reader(config, BusDescription.named(options.dbc))
         self.lock = threading.Lock()
         self.zero = 0.0
@@ -81,7 +84,7 @@ class GainTool:
                 print(f'  {text}', flush=True)
         with self.lock:
             self.reader.set_yaw(0.0, rospy.get_time())  # how it stood until now does not matter
-        print('  offset %.4f, %.4f, %.4f deg/s' % self.reader.offset, flush=True)
+        print('  offset {:.4f}, {:.4f}, {:.4f} deg/s'.format(*self.reader.offset), flush=True)
 
     def turned_at_rest(self):
         """The turned angle, deg, once the chair stands."""
@@ -134,14 +137,29 @@ def reload_gain(node):
 
 def parse(arguments):
     """The command line."""
-    parser = argparse.ArgumentParser(prog='calibrate_gain', description='Find the gain k of the gyroscope from turns of known angle, '
-                                     'and write it into the calibration file of read.py.')
-    parser.add_argument('--angles', nargs='+', type=float, default=list(ANGLES), metavar='DEG', help='each from zero (90 180 270 360)')
-    parser.add_argument('--directions', choices=SIGNS, default='both',
-                        help="both ways cancel what is left of the offset's error (default)")
-    parser.add_argument('--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME')
-    parser.add_argument('--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)')
-    parser.add_argument('--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)')
+    parser = argparse.ArgumentParser(
+        prog='calibrate_gain',
+        description='Find the gain k of the gyroscope from turns of known angle, '
+        'and write it into the calibration file of read.py.',
+    )
+    parser.add_argument(
+        '--angles', nargs='+', type=float, default=list(ANGLES), metavar='DEG', help='each from zero (90 180 270 360)'
+    )
+    parser.add_argument(
+        '--directions',
+        choices=SIGNS,
+        default='both',
+        help="both ways cancel what is left of the offset's error (default)",
+    )
+    parser.add_argument(
+        '--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME'
+    )
+    parser.add_argument(
+        '--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)'
+    )
+    parser.add_argument(
+        '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
+    )
     parser.add_argument('--dbc', default='sara', help='name or path of the bus description (sara)')
     parser.add_argument('--node', default='read', help='the read.py to be told of the gain (read)')
     parser.add_argument('--dry-run', action='store_true', help='print the gain, save nothing')
@@ -160,8 +178,9 @@ def main():
         result = GainTool(options).run()
         print('\n'.join(result.table()), flush=True)
         if not options.dry_run:
-            calibration_store.update(path, gain=result.gain, gain_error=result.error,
-                                     gain_measured=calibration_store.now_in_words())
+            calibration_store.update(
+                path, gain=result.gain, gain_error=result.error, gain_measured=calibration_store.now_in_words()
+            )
             print(f'k is saved in {path}; {reload_gain(options.node)}', flush=True)
     except (GivenUp, GainError, ConfigError, BusError, CalibrationFileError) as error:
         raise SystemExit(f'calibrate_gain: {error}') from None

@@ -1,8 +1,9 @@
 """What both nodes need: configuration from private parameters, and /diagnostics."""
 
 import rospy
-from canserial.config import ConfigError
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from canserial.reader.config import ConfigError
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
@@ -48,8 +49,13 @@ class Diagnostics:
 
     def publish(self, level, message, values):
         """values: a mapping of counters."""
-        status = DiagnosticStatus(level=level, name=self._name, message=message, hardware_id=self._hardware_id,
-                                  values=[KeyValue(str(key), str(value)) for key, value in sorted(values.items())])
+        status = DiagnosticStatus(
+            level=level,
+            name=self._name,
+            message=message,
+            hardware_id=self._hardware_id,
+            values=[KeyValue(str(key), str(value)) for key, value in sorted(values.items())],
+        )
         array = DiagnosticArray(status=[status])
         array.header.stamp = rospy.Time.now()
         self._publisher.publish(array)

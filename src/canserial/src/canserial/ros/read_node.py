@@ -1,31 +1,40 @@
-"""read.py: frames of `canrx` to standard messages; the shell around canserial.reader.Reader."""
+"""read.py: frames of `canrx` to standard messages; the shell around canserial.reader.reader.Reader."""
 
 import math
 import threading
 import time
 
 import rospy
-from canserial import calibration_file
-from canserial.bus import BusDescription, BusError
-from canserial.calibration_file import CalibrationFileError
-from canserial.config import ReaderConfig
-from canserial.faults import KINDS
-from canserial.msg import CAN, Encoder
-from canserial.ranges import NAMES
-from canserial.reader import Reader
-from canserial.readings import (AnglesReading, BatteryReading, EncoderReading, ImpactReading, ImuReading, JoystickReading,
-                                ModeReading, RangeReading)
-from canserial.ros import calibration_store, conversions
-from canserial.ros.node import Diagnostics, config_from_params, stop, warn_of_unknown_params
-from canserial.status import status_of
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
 from std_msgs.msg import Bool, UInt8
 from std_srvs.srv import Trigger, TriggerResponse
 
-WELL = 60.0      # s; a kind of fault that was away for so long is warned of again
+from canserial.calibration import calibration_file
+from canserial.calibration.calibration_file import CalibrationFileError
+from canserial.dbc.bus import BusDescription, BusError
+from canserial.msg import CAN, Encoder
+from canserial.reader.config import ReaderConfig
+from canserial.reader.faults import KINDS
+from canserial.reader.ranges import NAMES
+from canserial.reader.reader import Reader
+from canserial.reader.readings import (
+    AnglesReading,
+    BatteryReading,
+    EncoderReading,
+    ImpactReading,
+    ImuReading,
+    JoystickReading,
+    ModeReading,
+    RangeReading,
+)
+from canserial.reader.status import status_of
+from canserial.ros import calibration_store, conversions
+from canserial.ros.node import Diagnostics, config_from_params, stop, warn_of_unknown_params
+
+WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
-QUEUE = 1000     # messages, as canrx: a listener that is kept waiting must not lose what the bus said
+QUEUE = 1000  # messages, as canrx: a listener that is kept waiting must not lose what the bus said
 PARAMETERS = ('dbc', 'imu_frame', 'calibration_file', 'save_calibration')
 
 
@@ -42,8 +51,10 @@ class ReadNode:
         self.file = calibration_store.resolve(rospy.get_param('~calibration_file', calibration_store.DEFAULT_FILE))
         self.save_at_start = rospy.get_param('~save_calibration', False)
         if not isinstance(self.save_at_start, bool):
-            stop(f'wrong configuration of {rospy.get_name()}: save_calibration is {self.save_at_start!r}, '
-                 'allowed are true and false')
+            stop(
+                f'wrong configuration of {rospy.get_name()}: save_calibration is {self.save_at_start!r}, '
+                'allowed are true and false'
+            )
         self.gain_is_given = config.gain is not None
         self.reader = Reader(config, bus, calibration_store.load_at_start(self.file, config))
         self.lock = threading.Lock()
@@ -58,14 +69,21 @@ class ReadNode:
         rospy.Service('~reload_gain', Trigger, self.on_reload_gain)
         rospy.on_shutdown(self.stopping.set)
         offset = self.reader.offset
-        rospy.loginfo('gain %.4f; %s', self.reader.gain, 'the gyroscope is to be calibrated' if offset is None else
-                      'saved offset %.4f, %.4f, %.4f deg/s' % offset)
+        rospy.loginfo(
+            'gain %.4f; %s',
+            self.reader.gain,
+            'the gyroscope is to be calibrated'
+            if offset is None
+            else 'saved offset {:.4f}, {:.4f}, {:.4f} deg/s'.format(*offset),
+        )
 
     def advertise_all(self, config):
         """The publishers, as a mapping from the type of a reading to what publishes it."""
         advertise = self.advertise
         imu = advertise('imu/data', Imu)
-        angles = {source: advertise(f'orientation/{source}', Vector3Stamped) for source in ('complementary', 'madgwick')}
+        angles = {
+            source: advertise(f'orientation/{source}', Vector3Stamped) for source in ('complementary', 'madgwick')
+        }
         encoders = advertise('encoders', Encoder)
         joystick, battery = advertise('joystick', Joy), advertise('battery', BatteryState)
         mode, impact = advertise('mode', UInt8), advertise('impact', Bool)
@@ -81,8 +99,10 @@ class ReadNode:
             BatteryReading: lambda r: battery.publish(conversions.battery_to_msg(r, *charge)),
             ModeReading: lambda r: mode.publish(UInt8(r.mode)),
             ImpactReading: lambda r: impact.publish(Bool(r.impact)),
-            RangeReading: lambda r: (raw.publish(conversions.range_to_msg(r._replace(range=r.raw), *limits)),
-                                     ranges[r.name].publish(conversions.range_to_msg(r, *limits))),
+            RangeReading: lambda r: (
+                raw.publish(conversions.range_to_msg(r._replace(range=r.raw), *limits)),
+                ranges[r.name].publish(conversions.range_to_msg(r, *limits)),
+            ),
         }
 
     @staticmethod
@@ -117,7 +137,7 @@ class ReadNode:
         self.wait_for(calibration)
         if not calibration.done:
             return self.answer(False, f'not calibrated, the old offset stays: {calibration.reason or "interrupted"}')
-        text = 'the offset is %.4f, %.4f, %.4f deg/s' % calibration.offset
+        text = 'the offset is {:.4f}, {:.4f}, {:.4f} deg/s'.format(*calibration.offset)
         try:
             self.save_offset(calibration)
         except CalibrationFileError as error:
@@ -142,8 +162,13 @@ class ReadNode:
 
     def save_offset(self, calibration):
         """Into the calibration file, beside the gain that it may hold. Raises CalibrationFileError."""
-        calibration_store.update(self.file, gyro_offset=calibration.offset, gyro_sigma=calibration.sigma,
-                                 gyro_frames=calibration.frames, gyro_measured=calibration_store.now_in_words())
+        calibration_store.update(
+            self.file,
+            gyro_offset=calibration.offset,
+            gyro_sigma=calibration.sigma,
+            gyro_frames=calibration.frames,
+            gyro_measured=calibration_store.now_in_words(),
+        )
 
     def on_reload_gain(self, _):
         """Take the gain from the calibration file."""
@@ -186,7 +211,9 @@ class ReadNode:
                 self.on_ready(calibration)
             if calibration is not None and calibration.persistent:
                 if calibration.restarts > restarts and not ready:
-                    rospy.logwarn('the calibration of the gyroscope started over: %s. Keep the chair still.', calibration.reason)
+                    rospy.logwarn(
+                        'the calibration of the gyroscope started over: %s. Keep the chair still.', calibration.reason
+                    )
                 restarts = calibration.restarts
             self.warn_of_faults(counters)
             self.diagnostics.publish(status.level, text, status.values)

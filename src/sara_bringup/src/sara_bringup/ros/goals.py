@@ -1,4 +1,7 @@
-"""move_base's action for the command line: waits by name for what is missing, sends a goal, says how it goes, cancels it on Ctrl-C."""
+"""move_base's action for the command line: waits by name for what is missing, sends a goal, says how it goes, cancels
+it on Ctrl-C.
+"""
+
 import math
 import threading
 import time
@@ -12,15 +15,17 @@ from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import String
 
-from sara_bringup import places
-from sara_bringup.going import Progress, ended
+from sara_bringup.missions import places
+from sara_bringup.missions.patrol import Progress, ended
 from sara_bringup.planar import yaw_of
-from sara_control.reasons import Reason, State, sentence
+from sara_control.gate.reasons import Reason, State, sentence
 
-REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130   # exit statuses
-SILENT_S = 5.0       # s of wall time without a word of move_base's status, which comes five times a second of the clock
-FRESH_S = 1.0        # s, the oldest pose that is written down as a place
-HOLDS = {sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason}   # what the safety gate says while no goal would do
+REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
+SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock
+FRESH_S = 1.0  # s, the oldest pose that is written down as a place
+HOLDS = {
+    sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason
+}  # what the safety gate says while no goal would do
 
 
 class Unavailable(RuntimeError):
@@ -33,27 +38,34 @@ def say(text):
 
 
 def until(condition, what, seconds):
-    """Until condition() holds, looked at again and again. Raises Unavailable after so long (s of wall time); `what` is waited for."""
+    """Until condition() holds, looked at again and again. Raises Unavailable after so long (s of wall time); `what` is
+    waited for.
+    """
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
-            raise Unavailable(f"{what}: not within {seconds:.0f} s")
+            raise Unavailable(f'{what}: not within {seconds:.0f} s')
         time.sleep(0.02)
 
 
 def wait_for_launch(seconds):
-    """Until the launch beside has set its parameters: a node that begins earlier may take another clock than everybody else. Raises Unavailable.
+    """Until the launch beside has set its parameters: a node that begins earlier may take another clock than everybody
+    else. Raises Unavailable.
 
-    roslaunch starts the master, then sets all parameters, then starts the nodes; so a move_base is a sign, too, where nobody says whose clock there is.
+    roslaunch starts the master, then sets all parameters, then starts the nodes; so a move_base is a sign, too, where
+    nobody says whose clock there is.
     """
-    master, status = rosgraph.Master("/sara_bringup"), rospy.resolve_name("move_base/status")
+    master, status = rosgraph.Master('/sara_bringup'), rospy.resolve_name('move_base/status')
 
     def ready():
-        return master.is_online() and (master.hasParam("/use_sim_time") or any(topic == status for topic, _ in master.getSystemState()[0]))
-    until(ready, "the launch, with move_base or /use_sim_time", seconds)
+        return master.is_online() and (
+            master.hasParam('/use_sim_time') or any(topic == status for topic, _ in master.getSystemState()[0])
+        )
+
+    until(ready, 'the launch, with move_base or /use_sim_time', seconds)
 
 
-def goal_at(pose, frame="map"):
+def goal_at(pose, frame='map'):
     """The MoveBaseGoal of a pose (x m, y m, yaw rad) in a frame, as of now."""
     goal = MoveBaseGoal()
     goal.target_pose.header.frame_id, goal.target_pose.header.stamp = frame, rospy.Time.now()
@@ -65,7 +77,7 @@ def goal_at(pose, frame="map"):
 def begin(name):
     """Become a ROS node whose Ctrl-C is a KeyboardInterrupt. Raises Unavailable without a master."""
     if not rosgraph.is_master_online():
-        raise Unavailable("no ROS master answers: start `roslaunch sara_bringup sara.launch` first")
+        raise Unavailable('no ROS master answers: start `roslaunch sara_bringup sara.launch` first')
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
@@ -74,24 +86,30 @@ def places_file(arguments):
     if arguments.places or arguments.map:
         return arguments.places or places.beside(arguments.map)
     if rosgraph.is_master_online():
-        named = rospy.get_param("/places_file", "")
+        named = rospy.get_param('/places_file', '')
         if named:
             return named
-    raise Unavailable("which map's places? Start `roslaunch sara_bringup sara.launch`, or name --map MAP.yaml or --places FILE")
+    raise Unavailable(
+        "which map's places? Start `roslaunch sara_bringup sara.launch`, or name --map MAP.yaml or --places FILE"
+    )
 
 
 def add_file_options(parser):
     """--places and --map."""
-    parser.add_argument("--places", metavar="FILE", help="the places file; without it, the one beside the map that sara.launch runs with")
-    parser.add_argument("--map", metavar="MAP.yaml", help="the places file beside this map")
+    parser.add_argument(
+        '--places',
+        metavar='FILE',
+        help='the places file; without it, the one beside the map that sara.launch runs with',
+    )
+    parser.add_argument('--map', metavar='MAP.yaml', help='the places file beside this map')
 
 
 class Robot:
     """Where the chair is, by tf."""
 
     def __init__(self):
-        self.map_frame = rospy.get_param("move_base/global_costmap/global_frame", "map").lstrip("/")
-        self.base_frame = rospy.get_param("move_base/global_costmap/robot_base_frame", "base_link").lstrip("/")
+        self.map_frame = rospy.get_param('move_base/global_costmap/global_frame', 'map').lstrip('/')
+        self.base_frame = rospy.get_param('move_base/global_costmap/robot_base_frame', 'base_link').lstrip('/')
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
 
@@ -101,7 +119,12 @@ class Robot:
             found = self._buffer.lookup_transform(self.map_frame, self.base_frame, rospy.Time(0))
         except tf2_ros.TransformException:
             return None
-        return found.header.stamp.to_sec(), found.transform.translation.x, found.transform.translation.y, yaw_of(found.transform.rotation)
+        return (
+            found.header.stamp.to_sec(),
+            found.transform.translation.x,
+            found.transform.translation.y,
+            yaw_of(found.transform.rotation),
+        )
 
     def wait(self, seconds, fresh=False):
         """The pose, waited for so long (s of wall time; said after the first). Raises Unavailable."""
@@ -111,9 +134,13 @@ class Robot:
             if pose is not None and not (fresh and abs(rospy.get_time() - pose[0]) > FRESH_S):
                 return pose
             if time.monotonic() > end:
-                raise Unavailable(f"the chair's pose is not known: no{' fresh' if pose else ''} transform from {self.map_frame} to {self.base_frame} for {seconds:.0f} s")
+                raise Unavailable(
+                    f"the chair's pose is not known: no{' fresh' if pose else ''} transform from {self.map_frame} to {self.base_frame} for {seconds:.0f} s"
+                )
             if time.monotonic() > said:
-                say(f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the gyro is calibrated first, about 20 s")
+                say(
+                    f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the gyro is calibrated first, about 20 s"
+                )
                 said = math.inf
             time.sleep(0.05)
 
@@ -123,46 +150,54 @@ class Driver:
 
     def __init__(self, wait):
         self.robot = Robot()
-        self._client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-        self._heard, self._why = time.monotonic(), ""
-        rospy.Subscriber("move_base/status", GoalStatusArray, lambda _: setattr(self, "_heard", time.monotonic()))
-        rospy.Subscriber("safety_gate/status", String, lambda message: setattr(self, "_why", message.data))
+        self._client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+        self._heard, self._why = time.monotonic(), ''
+        rospy.Subscriber('move_base/status', GoalStatusArray, lambda _: setattr(self, '_heard', time.monotonic()))
+        rospy.Subscriber('safety_gate/status', String, lambda message: setattr(self, '_why', message.data))
         end, said = time.monotonic() + wait, time.monotonic() + 1.0
         while not self._client.wait_for_server(rospy.Duration(0.05)):
             if time.monotonic() > end:
-                raise Unavailable(f"move_base does not answer after {wait:.0f} s: is its node running, and has it got a map?")
+                raise Unavailable(
+                    f'move_base does not answer after {wait:.0f} s: is its node running, and has it got a map?'
+                )
             if time.monotonic() > said:
-                say("waiting for move_base")
+                say('waiting for move_base')
                 said = math.inf
-            time.sleep(0.02)   # the clock may stand
+            time.sleep(0.02)  # the clock may stand
         self.robot.wait(max(0.1, end - time.monotonic()))
         self._wait_for_the_gate(end)
 
     def _wait_for_the_gate(self, end):
-        """Where there is a safety gate, it latches what it says; a goal that it would give up at once waits for it, until `end` (wall, s). Raises Unavailable."""
-        said, settled = "", time.monotonic() + 0.5
+        """Where there is a safety gate, it latches what it says; a goal that it would give up at once waits for it,
+        until `end` (wall, s). Raises Unavailable.
+        """
+        said, settled = '', time.monotonic() + 0.5
         while time.monotonic() < settled or self._why in HOLDS:
             if time.monotonic() > end:
-                raise Unavailable(f"{self._why or 'The safety gate has said nothing.'} No goal is sent.")
+                raise Unavailable(f'{self._why or "The safety gate has said nothing."} No goal is sent.')
             if self._why in HOLDS and self._why != said:
                 said = self._why
-                say(f"waiting. {said}")
+                say(f'waiting. {said}')
             time.sleep(0.02)
 
     def go(self, place, timeout=0.0, quiet=False):
-        """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none. KeyboardInterrupt cancels the goal and goes on."""
+        """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none.
+        KeyboardInterrupt cancels the goal and goes on.
+        """
         over, began, progress = threading.Event(), rospy.get_time(), Progress(place)
         self._heard = time.monotonic()
-        say(f"going to {place}")
-        self._client.send_goal(goal_at((place.x, place.y, place.yaw), self.robot.map_frame), done_cb=lambda _state, _result: over.set())
-        late = ""
+        say(f'going to {place}')
+        self._client.send_goal(
+            goal_at((place.x, place.y, place.yaw), self.robot.map_frame), done_cb=lambda _state, _result: over.set()
+        )
+        late = ''
         try:
             while not over.wait(0.1):
                 now = rospy.get_time()
                 if time.monotonic() - self._heard > SILENT_S:
-                    return self._end(place, False, f"move_base has not been heard for {SILENT_S:.0f} s", now - began)
+                    return self._end(place, False, f'move_base has not been heard for {SILENT_S:.0f} s', now - began)
                 if timeout and now - began > timeout and not late:
-                    late = f"not there after {timeout:.0f} s"
+                    late = f'not there after {timeout:.0f} s'
                     self._client.cancel_goal()
                 pose = None if quiet else self.robot.pose()
                 text = progress.at(now, *pose[1:], self._why) if pose else None
@@ -170,9 +205,18 @@ class Driver:
                     say(text)
         except KeyboardInterrupt:
             self._client.cancel_goal()
-            say("cancelled: the chair stops" if over.wait(3.0) else "cancelled, but move_base has not said that it stops")
+            say(
+                'cancelled: the chair stops'
+                if over.wait(3.0)
+                else 'cancelled, but move_base has not said that it stops'
+            )
             raise
-        return self._end(place, self._client.get_state() == GoalStatus.SUCCEEDED, late or self._client.get_goal_status_text(), rospy.get_time() - began)
+        return self._end(
+            place,
+            self._client.get_state() == GoalStatus.SUCCEEDED,
+            late or self._client.get_goal_status_text(),
+            rospy.get_time() - began,
+        )
 
     @staticmethod
     def _end(place, reached, text, seconds):
@@ -183,6 +227,7 @@ class Driver:
 def run(command):
     """Call it, and end the process with the exit status it returns; what cannot be is said in a sentence."""
     import sys
+
     try:
         status = command()
     except (Unavailable, places.PlacesError) as error:
@@ -190,5 +235,5 @@ def run(command):
         status = WRONG
     except KeyboardInterrupt:
         status = INTERRUPTED
-    rospy.signal_shutdown("the end")
+    rospy.signal_shutdown('the end')
     sys.exit(status)

@@ -1,25 +1,34 @@
 """A ROS master of one's own for the length of a run, so that nothing on the machine is disturbed."""
+
 import multiprocessing
 import os
 import signal
 import subprocess
 from contextlib import contextmanager
 
-from sara_localization.ros.own_master import free_port
+from sara_bringup.ros.own_master import free_port
 
 
 def environment():
     """os.environ with the address of a master on a free port, readable logs and unbuffered output."""
-    return {**os.environ, "PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] [${node}] ${message}",
-            "ROS_MASTER_URI": f"http://localhost:{free_port()}"}
+    return {
+        **os.environ,
+        'PYTHONUNBUFFERED': '1',
+        'ROSCONSOLE_FORMAT': '[${severity}] [${node}] ${message}',
+        'ROS_MASTER_URI': f'http://localhost:{free_port()}',
+    }
 
 
 @contextmanager
 def launched(package, launch_file, arguments, env, **popen):
     """roslaunch with a master at `env`'s address; ended, and waited for, when the block is left."""
-    port = env["ROS_MASTER_URI"].rsplit(":", 1)[1]
-    process = subprocess.Popen(["roslaunch", "--no-summary", "-p", port, package, launch_file] +
-                               [f"{name}:={value}" for name, value in arguments.items()], env=env, **popen)
+    port = env['ROS_MASTER_URI'].rsplit(':', 1)[1]
+    process = subprocess.Popen(
+        ['roslaunch', '--no-summary', '-p', port, package, launch_file]
+        + [f'{name}:={value}' for name, value in arguments.items()],
+        env=env,
+        **popen,
+    )
     try:
         yield process
     finally:
@@ -29,5 +38,5 @@ def launched(package, launch_file, arguments, env, **popen):
 
 def in_a_process(function, *arguments):
     """function(*arguments) in a process that ends with it: one can be a ROS node only once."""
-    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
+    with multiprocessing.get_context('fork').Pool(1, maxtasksperchild=1) as pool:
         return pool.apply(function, arguments)

@@ -1,38 +1,58 @@
-"""`patrol PLACE PLACE ...`: drive to one place after the other. Exit status: 0 all reached, 1 not all, 2 wrong or not there, 130 interrupted."""
+"""`patrol PLACE PLACE ...`: drive to one place after the other. Exit status: 0 all reached, 1 not all, 2 wrong or not
+there, 130 interrupted.
+"""
+
 import argparse
 import time
 
 import rospy
 
-from sara_bringup import places
-from sara_bringup.going import Patrol
+from sara_bringup.missions import places
+from sara_bringup.missions.patrol import Patrol
 from sara_bringup.ros import goals
 
 
 def parse(argv):
     """The arguments."""
-    parser = argparse.ArgumentParser(prog="patrol", description=__doc__)
-    parser.add_argument("stops", nargs="+", metavar="PLACE", help="names of `go --list`, or X,Y,YAW_DEG in one word (after -- where X is negative)")
-    parser.add_argument("--loops", type=int, default=1, metavar="N", help="how often; 0: until Ctrl-C (default 1)")
-    parser.add_argument("--pause", type=float, default=0.0, metavar="S", help="wait so long at each place (default 0)")
-    parser.add_argument("--on-failure", choices=("go-on", "stop"), default="go-on",
-                        help="what happens when a place is not reached: drive to the next one (default), or end. A whole round in vain ends it anyhow")
+    parser = argparse.ArgumentParser(prog='patrol', description=__doc__)
+    parser.add_argument(
+        'stops',
+        nargs='+',
+        metavar='PLACE',
+        help='names of `go --list`, or X,Y,YAW_DEG in one word (after -- where X is negative)',
+    )
+    parser.add_argument('--loops', type=int, default=1, metavar='N', help='how often; 0: until Ctrl-C (default 1)')
+    parser.add_argument('--pause', type=float, default=0.0, metavar='S', help='wait so long at each place (default 0)')
+    parser.add_argument(
+        '--on-failure',
+        choices=('go-on', 'stop'),
+        default='go-on',
+        help='what happens when a place is not reached: drive to the next one (default), or end. A whole round in vain ends it anyhow',
+    )
     goals.add_file_options(parser)
-    parser.add_argument("--timeout", type=float, default=0.0, metavar="S", help="for one place; 0: move_base alone decides when it is hopeless")
-    parser.add_argument("--wait", type=float, default=60.0, metavar="S", help="how long to wait for move_base and the pose")
-    parser.add_argument("--quiet", action="store_true", help="no word on the way")
+    parser.add_argument(
+        '--timeout',
+        type=float,
+        default=0.0,
+        metavar='S',
+        help='for one place; 0: move_base alone decides when it is hopeless',
+    )
+    parser.add_argument(
+        '--wait', type=float, default=60.0, metavar='S', help='how long to wait for move_base and the pose'
+    )
+    parser.add_argument('--quiet', action='store_true', help='no word on the way')
     arguments = parser.parse_args(argv)
     if arguments.loops < 0 or not arguments.pause >= 0.0 or not arguments.timeout >= 0.0 or not arguments.wait >= 0.0:
-        parser.error("--loops, --pause, --timeout and --wait are 0 or more")
+        parser.error('--loops, --pause, --timeout and --wait are 0 or more')
     return arguments
 
 
 def stops(arguments):
     """The Places named. All are looked up before the first is driven to. Raises PlacesError, Unavailable."""
-    known, path, result = None, "", []
+    known, path, result = None, '', []
     for word in arguments.stops:
-        if word.count(",") == 2:
-            result.append(places.pose(*word.split(",")))
+        if word.count(',') == 2:
+            result.append(places.pose(*word.split(',')))
             continue
         if known is None:
             path = goals.places_file(arguments)
@@ -50,13 +70,13 @@ def pause(seconds):
 
 def patrol(arguments):
     """Do it; the exit status."""
-    tour = Patrol(stops(arguments), arguments.loops, arguments.on_failure == "stop")
-    goals.begin("patrol")
+    tour = Patrol(stops(arguments), arguments.loops, arguments.on_failure == 'stop')
+    goals.begin('patrol')
     driver = goals.Driver(arguments.wait)
     try:
         while not tour.done:
             if not tour.visit.first and arguments.pause:
-                goals.say(f"pause of {arguments.pause:g} s")
+                goals.say(f'pause of {arguments.pause:g} s')
                 pause(arguments.pause)
             goals.say(str(tour.visit))
             tour.ended(*driver.go(tour.visit.place, arguments.timeout, arguments.quiet))
@@ -68,5 +88,6 @@ def patrol(arguments):
 def main():
     """The command."""
     import sys
+
     arguments = parse(rospy.myargv(sys.argv)[1:])
     goals.run(lambda: patrol(arguments))

@@ -2,6 +2,7 @@
 
 On the chair as in simulation; /ground_truth is used for the report where somebody publishes it.
 """
+
 import json
 import math
 import sys
@@ -17,15 +18,15 @@ from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_bringup.drive import Drive
-from sara_bringup.mission import load_mission
+from sara_bringup.missions.drive import Drive
+from sara_bringup.missions.mission import load_mission
+from sara_bringup.missions.report import table
 from sara_bringup.paths import config_file
 from sara_bringup.planar import yaw_of
-from sara_bringup.report import table
 from sara_bringup.ros import goals
 
 LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
-SETTLE_S = 1.0   # the chair comes to rest before a corner is judged
+SETTLE_S = 1.0  # the chair comes to rest before a corner is judged
 
 
 def _pose(message):
@@ -40,10 +41,10 @@ class Recorder:
         self.drive = drive
         self.lock = threading.Lock()
         self.true, self.odometry, self.recording = None, None, False
-        rospy.Subscriber("/ground_truth", Odometry, self._on_truth, tcp_nodelay=True)
-        rospy.Subscriber("/diff_drive_controller/odom", Odometry, self._on_odometry, tcp_nodelay=True)
-        rospy.Subscriber("/odometry/filtered", Odometry, self._on_fused, tcp_nodelay=True)
-        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
+        rospy.Subscriber('/ground_truth', Odometry, self._on_truth, tcp_nodelay=True)
+        rospy.Subscriber('/diff_drive_controller/odom', Odometry, self._on_odometry, tcp_nodelay=True)
+        rospy.Subscriber('/odometry/filtered', Odometry, self._on_fused, tcp_nodelay=True)
+        rospy.Subscriber('/diagnostics', DiagnosticArray, self._on_diagnostics)
 
     def _on_truth(self, message):
         self.true = _pose(message)
@@ -59,7 +60,7 @@ class Recorder:
     def _on_diagnostics(self, message):
         for status in message.status:
             for value in status.values:
-                if value.key == "contacts":
+                if value.key == 'contacts':
                     self.drive.contacts = int(value.value)
 
     def stop(self):
@@ -74,7 +75,7 @@ class Recorder:
 
 
 def _wait(what, topic, kind):
-    rospy.loginfo("waiting for %s (%s)", what, topic)
+    rospy.loginfo('waiting for %s (%s)', what, topic)
     rospy.wait_for_message(topic, kind)
 
 
@@ -84,51 +85,71 @@ def _drive_to(client, pose, number, mission, recorder):
     end = rospy.Time.now() + rospy.Duration(mission.leg_timeout_s)
     while not client.wait_for_result(rospy.Duration(2.0)):
         if rospy.is_shutdown():
-            return False, "shut down"
+            return False, 'shut down'
         if rospy.Time.now() > end:
             client.cancel_goal()
-            return False, f"not there after {mission.leg_timeout_s:.0f} s"
+            return False, f'not there after {mission.leg_timeout_s:.0f} s'
         if recorder.drive.samples:
             _, _, (x, y, yaw), _ = recorder.drive.samples[-1]
-            rospy.loginfo("corner %d of %d: %.2f m to go, at (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals),
-                          math.hypot(pose[0] - x, pose[1] - y), x, y, math.degrees(yaw) % 360.0)
+            rospy.loginfo(
+                'corner %d of %d: %.2f m to go, at (%.2f, %.2f), yaw %.0f deg',
+                number,
+                len(mission.goals),
+                math.hypot(pose[0] - x, pose[1] - y),
+                x,
+                y,
+                math.degrees(yaw) % 360.0,
+            )
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
 
 
 def drive_mission(mission, drive):
     """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it."""
     recorder = Recorder(drive)
-    client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-    _wait("the IMU: its gyro is being calibrated, the chair must stand still", "/imu/data", Imu)
-    _wait("the fused pose", "/odometry/filtered", Odometry)
-    rospy.loginfo("waiting for move_base")
+    client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+    _wait('the IMU: its gyro is being calibrated, the chair must stand still', '/imu/data', Imu)
+    _wait('the fused pose', '/odometry/filtered', Odometry)
+    rospy.loginfo('waiting for move_base')
     client.wait_for_server()
     recorder.recording = True
     for number, pose in enumerate(mission.goals, 1):
-        rospy.loginfo("corner %d of %d: to (%.2f, %.2f), yaw %.0f deg", number, len(mission.goals), pose[0], pose[1], math.degrees(pose[2]))
+        rospy.loginfo(
+            'corner %d of %d: to (%.2f, %.2f), yaw %.0f deg',
+            number,
+            len(mission.goals),
+            pose[0],
+            pose[1],
+            math.degrees(pose[2]),
+        )
         given = rospy.get_time()
         reached, text = _drive_to(client, pose, number, mission, recorder)
         ended = rospy.get_time()
         rospy.sleep(SETTLE_S)
         recorder.corner(pose, reached, text, given, ended)
-        rospy.loginfo("corner %d of %d: %s", number, len(mission.goals), "reached" if reached else f"NOT reached: {text}")
+        rospy.loginfo(
+            'corner %d of %d: %s', number, len(mission.goals), 'reached' if reached else f'NOT reached: {text}'
+        )
     recorder.stop()
 
 
 def main():
-    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was missed, 2 if there is no stack to drive with."""
+    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was
+    missed, 2 if there is no stack to drive with.
+    """
     try:
         if not rosgraph.is_master_online():
-            goals.say("waiting for `roslaunch sara_bringup sara.launch`")
-        goals.wait_for_launch(LAUNCH_S)   # a node that begins before the launch has set /use_sim_time would keep to the wall clock
+            goals.say('waiting for `roslaunch sara_bringup sara.launch`')
+        goals.wait_for_launch(
+            LAUNCH_S
+        )  # a node that begins before the launch has set /use_sim_time would keep to the wall clock
     except goals.Unavailable as error:
-        print(f"square.py cannot start. {error}", file=sys.stderr, flush=True)
+        print(f'square.py cannot start. {error}', file=sys.stderr, flush=True)
         sys.exit(goals.WRONG)
-    rospy.init_node("square")
-    mission = load_mission(rospy.get_param("~mission", str(config_file("square.yaml"))))
-    drive = Drive(mission.name, rospy.get_param("~seed", 0), mission.start, rospy.get_param("~ekf", "default"))
+    rospy.init_node('square')
+    mission = load_mission(rospy.get_param('~mission', str(config_file('square.yaml'))))
+    drive = Drive(mission.name, rospy.get_param('~seed', 0), mission.start, rospy.get_param('~ekf', 'default'))
     drive_mission(mission, drive)
-    result = rospy.get_param("~result", "")
+    result = rospy.get_param('~result', '')
     if result:
         Path(result).write_text(json.dumps(drive.to_file_data()))
     print(table(drive), flush=True)

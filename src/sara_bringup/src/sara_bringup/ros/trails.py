@@ -1,13 +1,16 @@
-"""trails: the ways a drive leaves behind it, as paths for RViz: ~fused, ~wheels_alone and, in simulation, ~true, all in the map.
+"""trails: the ways a drive leaves behind it, as paths for RViz: ~fused, ~wheels_alone and, in simulation, ~true, all in
+the map.
 
-RViz shows odometry through map -> odom, that is, corrected; what the wheels alone would have made of the drive is not to be seen otherwise.
+RViz shows odometry through map -> odom, that is, corrected; what the wheels alone would have made of the drive is not
+to be seen otherwise.
 """
+
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry, Path
 
+from sara_bringup.missions.trail import Trail, WheelsAlone
 from sara_bringup.planar import yaw_of
-from sara_bringup.trail import Trail, WheelsAlone
 
 PERIOD_S = 0.5
 
@@ -18,33 +21,47 @@ def _pose(message):
 
 
 def main():
-    """Run the node. ~start: [x, y, yaw] in the map where the drive begins; each /set_pose begins it anew. ~map_frame: map."""
-    rospy.init_node("trails")
-    frame = rospy.get_param("~map_frame", "map")
-    start = rospy.get_param("~start", [0.0, 0.0, 0.0])
+    """Run the node. ~start: [x, y, yaw] in the map where the drive begins; each /set_pose begins it anew. ~map_frame:
+    map.
+    """
+    rospy.init_node('trails')
+    frame = rospy.get_param('~map_frame', 'map')
+    start = rospy.get_param('~start', [0.0, 0.0, 0.0])
     try:
         wheels = WheelsAlone(tuple(float(value) for value in start))
         if len(start) != 3:
             raise ValueError
     except (TypeError, ValueError):
-        rospy.logfatal("~start is %r but must be [x, y, yaw], m and rad", start)
+        rospy.logfatal('~start is %r but must be [x, y, yaw], m and rad', start)
         raise SystemExit(1) from None
-    trails = {name: (Trail(), rospy.Publisher(f"~{name}", Path, queue_size=1, latch=True)) for name in ("fused", "wheels_alone", "true")}
+    trails = {
+        name: (Trail(), rospy.Publisher(f'~{name}', Path, queue_size=1, latch=True))
+        for name in ('fused', 'wheels_alone', 'true')
+    }
 
     def set_pose(message):
         wheels.restart(_pose(message))
         for trail, _ in trails.values():
             trail.clear()
-    rospy.Subscriber("/odometry/filtered", Odometry, lambda message: trails["fused"][0].add(_pose(message)), queue_size=1)
-    rospy.Subscriber("/ground_truth", Odometry, lambda message: trails["true"][0].add(_pose(message)), queue_size=1)
-    rospy.Subscriber("/diff_drive_controller/odom", Odometry, lambda message: trails["wheels_alone"][0].add(wheels.pose(_pose(message))), queue_size=1)
-    rospy.Subscriber("/set_pose", PoseWithCovarianceStamped, set_pose, queue_size=1)
+
+    rospy.Subscriber(
+        '/odometry/filtered', Odometry, lambda message: trails['fused'][0].add(_pose(message)), queue_size=1
+    )
+    rospy.Subscriber('/ground_truth', Odometry, lambda message: trails['true'][0].add(_pose(message)), queue_size=1)
+    rospy.Subscriber(
+        '/diff_drive_controller/odom',
+        Odometry,
+        lambda message: trails['wheels_alone'][0].add(wheels.pose(_pose(message))),
+        queue_size=1,
+    )
+    rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, set_pose, queue_size=1)
 
     def show(_event):
         for trail, publisher in trails.values():
             if trail.changed and publisher.get_num_connections():
                 trail.changed = False
                 publisher.publish(_path(list(trail.poses), frame))
+
     rospy.Timer(rospy.Duration(PERIOD_S), show, reset=True)
     rospy.spin()
 

@@ -9,14 +9,15 @@ import rosbag
 import rospkg
 import yaml
 
-from sara_control.calibration import Geometry, calibrate, end_errors
-from sara_control.calibration_report import report, yaml_text
-from sara_control.config import ConfigError, ControllerConfig
-from sara_control.drive_log import DriveLog, LogError
+from sara_control.calibration.calibration import Geometry, calibrate, end_errors
+from sara_control.calibration.calibration_report import report, yaml_text
+from sara_control.calibration.drive_log import DriveLog, LogError
+from sara_control.wheels.config import ConfigError, ControllerConfig
 
 
 def read_log(path, config, joint_states, imu, truth=None):
-    """A DriveLog from a bag: sensor_msgs/JointState and Imu by their stamps; truth: a topic with nav_msgs/Odometry or geometry_msgs/Pose*.
+    """A DriveLog from a bag: sensor_msgs/JointState and Imu by their stamps; truth: a topic with nav_msgs/Odometry or
+    geometry_msgs/Pose*.
 
     What is not newer than the message before it is left out. Raises LogError.
     """
@@ -29,14 +30,25 @@ def read_log(path, config, joint_states, imu, truth=None):
                 if topic == joint_states:
                     found = dict(zip(message.name, message.position))
                     if all(joint in found for joint in config.left_joints + config.right_joints):
-                        wheels.append((stamp, *(np.mean([found[joint] for joint in side]) for side in (config.left_joints, config.right_joints))))
+                        wheels.append(
+                            (
+                                stamp,
+                                *(
+                                    np.mean([found[joint] for joint in side])
+                                    for side in (config.left_joints, config.right_joints)
+                                ),
+                            )
+                        )
                 elif topic == imu:
                     gyro.append((stamp, message.angular_velocity.z))
                 else:
                     poses.append((stamp, *_planar(message)))
     except (OSError, rosbag.ROSBagException) as error:
         raise LogError(f'the bag {path} cannot be read: {error}') from error
-    for rows, what in ((wheels, f'{joint_states} with the joints {", ".join(config.left_joints + config.right_joints)}'), (gyro, imu)):
+    for rows, what in (
+        (wheels, f'{joint_states} with the joints {", ".join(config.left_joints + config.right_joints)}'),
+        (gyro, imu),
+    ):
         if len(rows) < 2:
             raise LogError(f'the bag {path} has {len(rows)} messages on {what}')
     if truth and len(poses) < 2:
@@ -65,23 +77,50 @@ def _planar(message):
     while hasattr(pose, 'pose'):
         pose = pose.pose
     q = pose.orientation
-    return pose.position.x, pose.position.y, np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return (
+        pose.position.x,
+        pose.position.y,
+        np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)),
+    )
 
 
 def arguments(words):
     """Of the command line."""
-    parser = argparse.ArgumentParser(prog='calibrate_odometry', description=__doc__, epilog=(
-        'The drive: stand still a second or two between any two moves, and 4 s between runs; drive a square both ways and '
-        'turn on the spot both ways. `roslaunch sara_control calibration_drive.launch` drives it.'))
+    parser = argparse.ArgumentParser(
+        prog='calibrate_odometry',
+        description=__doc__,
+        epilog=(
+            'The drive: stand still a second or two between any two moves, and 4 s between runs; drive a square both ways and '
+            'turn on the spot both ways. `roslaunch sara_control calibration_drive.launch` drives it.'
+        ),
+    )
     parser.add_argument('bag')
-    parser.add_argument('--params', default=str(Path(rospkg.RosPack().get_path('sara_control')) / 'config' / 'sara.yaml'), help='the controller\'s YAML: geometry, joints (default: %(default)s)')
+    parser.add_argument(
+        '--params',
+        default=str(Path(rospkg.RosPack().get_path('sara_control')) / 'config' / 'sara.yaml'),
+        help="the controller's YAML: geometry, joints (default: %(default)s)",
+    )
     parser.add_argument('--joint-states', default='/joint_states', metavar='TOPIC', help='default: %(default)s')
     parser.add_argument('--imu', default='/imu/data', metavar='TOPIC', help='z up; default: %(default)s')
-    parser.add_argument('--truth', metavar='TOPIC', help='true poses (Odometry or Pose*Stamped), to judge the result by')
-    parser.add_argument('--gyro-scale-sigma', type=float, default=0.005, metavar='S',
-                        help='how well the gyroscope\'s scale is known, relative (default: %(default)s)')
-    parser.add_argument('--leg', type=float, metavar='M', help='true mean length of the straight legs, measured on the floor: sets the radii\'s scale')
-    parser.add_argument('--leg-sigma', type=float, default=0.005, metavar='M', help='its uncertainty, m (default: %(default)s)')
+    parser.add_argument(
+        '--truth', metavar='TOPIC', help='true poses (Odometry or Pose*Stamped), to judge the result by'
+    )
+    parser.add_argument(
+        '--gyro-scale-sigma',
+        type=float,
+        default=0.005,
+        metavar='S',
+        help="how well the gyroscope's scale is known, relative (default: %(default)s)",
+    )
+    parser.add_argument(
+        '--leg',
+        type=float,
+        metavar='M',
+        help="true mean length of the straight legs, measured on the floor: sets the radii's scale",
+    )
+    parser.add_argument(
+        '--leg-sigma', type=float, default=0.005, metavar='M', help='its uncertainty, m (default: %(default)s)'
+    )
     parser.add_argument('--output', metavar='FILE', help='write the YAML there')
     return parser.parse_args(words)
 
@@ -92,7 +131,9 @@ def main(words=None):
     try:
         config = ControllerConfig.from_params(yaml.safe_load(Path(options.params).read_text()))
         log = read_log(options.bag, config, options.joint_states, options.imu, options.truth)
-        result = calibrate(log, config.wheel_separation, config.wheel_radius, options.gyro_scale_sigma, options.leg, options.leg_sigma)
+        result = calibrate(
+            log, config.wheel_separation, config.wheel_radius, options.gyro_scale_sigma, options.leg, options.leg_sigma
+        )
     except (LogError, ConfigError, OSError, yaml.YAMLError) as error:
         sys.exit(f'calibrate_odometry: {error}')
     before = Geometry(config.separation, *config.radii)

@@ -4,11 +4,11 @@ import math
 from dataclasses import fields
 
 import rospy
-from canserial.ros.node import stop
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from sara_control.manoeuvres import ManoeuvreConfig, Manoeuvres, problems
+from canserial.ros.node import stop
+from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, problems
 
 RATE = 20.0  # Hz
 SILENT = 0.5  # s without odometry after which it stands still
@@ -18,7 +18,11 @@ class CalibrationDrive:
     """`cmd_vel` out, `odom` in; parameters are those of ManoeuvreConfig."""
 
     def __init__(self):
-        given = {field.name: rospy.get_param(f'~{field.name}') for field in fields(ManoeuvreConfig) if rospy.has_param(f'~{field.name}')}
+        given = {
+            field.name: rospy.get_param(f'~{field.name}')
+            for field in fields(ManoeuvreConfig)
+            if rospy.has_param(f'~{field.name}')
+        }
         faults = problems(given)
         if faults:
             stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')

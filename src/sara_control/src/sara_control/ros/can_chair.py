@@ -4,14 +4,14 @@ import threading
 from collections import deque
 
 import rospy
-from canserial.bus import BusDescription
-from canserial.msg import CAN, Encoder
-from canserial.readings import EncoderReading
-from canserial.ros.conversions import frame_to_msg
 from std_msgs.msg import UInt8
 
-from sara_control.base import WheelBase
-from sara_control.can_base import CanBase
+from canserial.dbc.bus import BusDescription
+from canserial.msg import CAN, Encoder
+from canserial.reader.readings import EncoderReading
+from canserial.ros.conversions import frame_to_msg
+from sara_control.wheels.base import WheelBase
+from sara_control.wheels.can_base import CanBase
 
 
 class CanChair(WheelBase):
@@ -20,8 +20,10 @@ class CanChair(WheelBase):
     def __init__(self, config, params):
         super().__init__(config, params)
         if len(config.left_joints) != 1:
-            raise ValueError(f'left_wheel and right_wheel are {config.left_joints} and {config.right_joints}, '
-                             'allowed is one joint a side')
+            raise ValueError(
+                f'left_wheel and right_wheel are {config.left_joints} and {config.right_joints}, '
+                'allowed is one joint a side'
+            )
         self.can = CanBase.from_config(BusDescription.default(), config)
         self.counters = self.can.counters
         self._lock = threading.Lock()
@@ -56,7 +58,11 @@ class CanChair(WheelBase):
     def state(self):
         """Who drives."""
         mode = self.can.mode
-        return 'the PC drives' if self.may_drive else f'the joystick drives (modoPC is {"unknown" if mode is None else mode})'
+        return (
+            'the PC drives'
+            if self.may_drive
+            else f'the joystick drives (modoPC is {"unknown" if mode is None else mode})'
+        )
 
     def _on_mode(self, message):
         with self._lock:

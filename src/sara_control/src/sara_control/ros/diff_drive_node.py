@@ -5,21 +5,26 @@ import threading
 
 import rospy
 import tf2_ros
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
 from dynamic_reconfigure.server import Server
 from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from sara_control.base import BaseError, load_base
+from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
 from sara_control.cfg import DiffDriveControllerConfig
-from sara_control.config import ConfigError, ControllerConfig, unknown
-from sara_control.controller import DiffDriveController
-from sara_control.pacer import Pacer
 from sara_control.ros.wheel_states import WheelStates
+from sara_control.wheels.base import BaseError, load_base
+from sara_control.wheels.config import ConfigError, ControllerConfig, unknown
+from sara_control.wheels.controller import DiffDriveController
+from sara_control.wheels.pacer import Pacer
 
-DYNAMIC = ('enable_odom_tf', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier', 'wheel_separation_multiplier',
-           'publish_rate')
+DYNAMIC = (
+    'enable_odom_tf',
+    'left_wheel_radius_multiplier',
+    'right_wheel_radius_multiplier',
+    'wheel_separation_multiplier',
+    'publish_rate',
+)
 MULTIPLIERS = DYNAMIC[1:4]
 
 
@@ -60,7 +65,9 @@ class DiffDriveNode:
         rospy.on_shutdown(self.on_shutdown)
 
     def on_reconfigure(self, wanted, level):
-        """Takes what was changed. The server clamps to the fields' range, the parameters may lie outside: what nobody changed stays."""
+        """Takes what was changed. The server clamps to the fields' range, the parameters may lie outside: what nobody
+        changed stays.
+        """
         names = DYNAMIC if self._offered is not None else ()
         changes = {name: wanted[name] for name in names if wanted[name] != _in_range(name, self._offered[name])}
         with self.lock:
@@ -73,8 +80,11 @@ class DiffDriveNode:
                 self.enable_odom_tf = changes.get('enable_odom_tf', self.enable_odom_tf)
             except ConfigError as error:
                 rospy.logwarn('not reconfigured: %s', error)
-            values = {'enable_odom_tf': self.enable_odom_tf, 'publish_rate': self.pacer.rate,
-                      **{name: getattr(self.controller.config, name) for name in MULTIPLIERS}}
+            values = {
+                'enable_odom_tf': self.enable_odom_tf,
+                'publish_rate': self.pacer.rate,
+                **{name: getattr(self.controller.config, name) for name in MULTIPLIERS},
+            }
         wanted.update(values)
         self._offered = values
         return wanted
@@ -82,7 +92,9 @@ class DiffDriveNode:
     def on_command(self, message):
         """A new command for the robot."""
         with self.lock:
-            self.controller.on_command(message.linear.x, message.angular.z, rospy.get_time(), self.commands.get_num_connections())
+            self.controller.on_command(
+                message.linear.x, message.angular.z, rospy.get_time(), self.commands.get_num_connections()
+            )
 
     def read_wheels(self):
         """Positions the base has: odometry and joint states."""
@@ -120,7 +132,9 @@ class DiffDriveNode:
     def joint_speeds(self, angles, positions):
         """rad/s, from the positions before; those of the last reading where there was no time between them."""
         before = getattr(self, '_joints', None)
-        interval = 0.0 if before is None else positions.stamp - before[1] if positions.interval is None else positions.interval
+        interval = (
+            0.0 if before is None else positions.stamp - before[1] if positions.interval is None else positions.interval
+        )
         if before is None:
             speeds = [0.0] * len(angles)
         elif interval > 0.0:
@@ -200,7 +214,10 @@ class DiffDriveNode:
                 rospy.logwarn('dropped or lost: %s; counted in /diagnostics', kind.replace('_', ' '))
                 warned.add(kind)
             if not known:
-                level, text = ERROR, f'waiting for the wheel positions of {type(self.base).__name__}: the wheels are stopped'
+                level, text = (
+                    ERROR,
+                    f'waiting for the wheel positions of {type(self.base).__name__}: the wheels are stopped',
+                )
                 rospy.logwarn_throttle(10.0, text)
             elif may_drive and stopped_by:
                 level, text = ERROR, f'{stopped_by}: the wheels are stopped; after a rest a fresh command tries again'

@@ -1,19 +1,21 @@
-"""cmd_vel_mux: the sources' commands in, that of the one who drives out; says who it is, and has goals dropped that were driven out."""
+"""cmd_vel_mux: the sources' commands in, that of the one who drives out; says who it is, and has goals dropped that
+were driven out.
+"""
 
 import threading
 from functools import partial
 
 import rospy
 from actionlib_msgs.msg import GoalID
-from canserial.ros.node import OK, WARN, Diagnostics, stop
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String, UInt8
 
-from sara_control.config import ConfigError
-from sara_control.guard import PC_DRIVES
-from sara_control.joystick import Joystick, JoystickConfig
-from sara_control.mux import NOBODY, ROBOT, Mux, MuxConfig
+from canserial.ros.node import OK, WARN, Diagnostics, stop
+from sara_control.gate.guard import PC_DRIVES
+from sara_control.mux.joystick import Joystick, JoystickConfig
+from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig
+from sara_control.wheels.config import ConfigError
 
 RATE = 50.0  # Hz, at which silence is noticed
 KNOWN = ('topics', 'locks', 'joystick', 'handshake', 'cancel')
@@ -31,8 +33,10 @@ class MuxNode:
         self.diagnostics = Diagnostics('who drives', 'commands')
         self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
         self.active = rospy.Publisher('~active', String, queue_size=1, latch=True, tcp_nodelay=True)
-        self.cancel = {name: rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True)
-                       for name, topic in params.get('cancel', {}).items()}
+        self.cancel = {
+            name: rospy.Publisher(topic, GoalID, queue_size=1, tcp_nodelay=True)
+            for name, topic in params.get('cancel', {}).items()
+        }
         for source in self.mux.config.topics:
             rospy.Subscriber(source.topic, Twist, partial(self.on_command, source.name), queue_size=1, tcp_nodelay=True)
         for lock in self.mux.config.locks:
@@ -45,7 +49,9 @@ class MuxNode:
             rospy.Subscriber('joystick', Joy, self.on_joystick, queue_size=1, tcp_nodelay=True)
         self.act(lambda now: self.mux.update(now))
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
-        self.timer = rospy.Timer(rospy.Duration(1.0 / RATE), lambda _: self.act(lambda now: self.mux.update(now)), reset=True)
+        self.timer = rospy.Timer(
+            rospy.Duration(1.0 / RATE), lambda _: self.act(lambda now: self.mux.update(now)), reset=True
+        )
         rospy.on_shutdown(self.stopping.set)
 
     def read(self, params):
@@ -65,7 +71,9 @@ class MuxNode:
         try:
             self.mux = Mux(MuxConfig.from_params(params))
             names = [source.name for source in self.mux.config.topics]
-            faults += [f'cancel/{name} is no source; allowed are {", ".join(names)}' for name in cancel if name not in names]
+            faults += [
+                f'cancel/{name} is no source; allowed are {", ".join(names)}' for name in cancel if name not in names
+            ]
         except ConfigError as error:
             faults.append(str(error))
         if faults:
@@ -125,7 +133,10 @@ class MuxNode:
             if driver == ROBOT:
                 level, text = WARN, f'{ROBOT} drives'
             elif driver == NOBODY:
-                level, text = OK, 'nobody commands; waiting for ' + ', '.join(source.topic for source in self.mux.config.topics)
+                level, text = (
+                    OK,
+                    'nobody commands; waiting for ' + ', '.join(source.topic for source in self.mux.config.topics),
+                )
             else:
                 level, text = OK, f'{driver} drives'
             self.diagnostics.publish(level if not dropped else max(level, WARN), text, values)

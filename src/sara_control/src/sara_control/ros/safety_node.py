@@ -5,22 +5,22 @@ from functools import partial
 
 import rospy
 from actionlib_msgs.msg import GoalID
-from canserial.msg import Encoder
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Range
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger, TriggerResponse
 
-from sara_control.config import ConfigError
-from sara_control.gate_config import SafetyConfig
-from sara_control.guard import Guard
-from sara_control.reasons import Announcer, Reason, State, sentence
+from canserial.msg import Encoder
+from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from sara_control.gate.gate_config import SafetyConfig
+from sara_control.gate.guard import Guard
+from sara_control.gate.reasons import Announcer, Reason, State, sentence
+from sara_control.wheels.config import ConfigError
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
 LONGEST_PAUSE = 0.1  # s
-WAITS_PERIOD = 0.5   # s between two words that it waits
+WAITS_PERIOD = 0.5  # s between two words that it waits
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
 
 
@@ -60,18 +60,38 @@ class SafetyNode:
         if config.handshake:
             self.listen('mode', UInt8, lambda now, m: self.guard.on_mode(now, m.data), at_once=True)
         if gate.encoder_timeout:
-            self.listen('encoders', Encoder, lambda now, m: self.guard.on_encoder(_stamp(m, now), m.wheel, m.steps, m.time_100us))
+            self.listen(
+                'encoders',
+                Encoder,
+                lambda now, m: self.guard.on_encoder(_stamp(m, now), m.wheel, m.steps, m.time_100us),
+            )
         if gate.imu_timeout:
-            self.listen('imu/data', Imu, lambda now, m: self.guard.on_imu(
-                _stamp(m, now), (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z)))
+            self.listen(
+                'imu/data',
+                Imu,
+                lambda now, m: self.guard.on_imu(
+                    _stamp(m, now), (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z)
+                ),
+            )
         if gate.range_timeout:
             for sensor in config.zones.sensors:
-                self.listen(f'{sensor.name}_range', Range,
-                            lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range))
-            self.listen('raw_ranges', Range, lambda now, m: self.guard.on_raw_range(_stamp(m, now), m.header.frame_id.rsplit('_frame', 1)[0], m.range))
+                self.listen(
+                    f'{sensor.name}_range',
+                    Range,
+                    lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range),
+                )
+            self.listen(
+                'raw_ranges',
+                Range,
+                lambda now, m: self.guard.on_raw_range(
+                    _stamp(m, now), m.header.frame_id.rsplit('_frame', 1)[0], m.range
+                ),
+            )
         if gate.localization_timeout:
             self.listen('cmd_vel_mux/active', String, lambda _, m: self.guard.on_source(m.data))
-            self.listen('odometry/filtered', Odometry, lambda now, m: self.guard.on_localization(_stamp(m, now), *_numbers(m)))
+            self.listen(
+                'odometry/filtered', Odometry, lambda now, m: self.guard.on_localization(_stamp(m, now), *_numbers(m))
+            )
 
     def listen(self, topic, kind, hear, at_once=False):
         """hear(now, message) for each message; at_once: the wheels are told without waiting for the next turn."""
@@ -157,10 +177,19 @@ class SafetyNode:
                 continue
             if decision.reason in SENSORS and missing:
                 rospy.logwarn_throttle(10.0, 'waiting for ' + ', '.join(missing))
-            values = {**dropped, 'state': decision.state.value, 'emergency stop': latched, 'profile': self.guard.profile,
-                      'v': f'{decision.v:.3f}', 'w': f'{decision.w:.3f}', 'missing': ', '.join(missing)}
+            values = {
+                **dropped,
+                'state': decision.state.value,
+                'emergency stop': latched,
+                'profile': self.guard.profile,
+                'v': f'{decision.v:.3f}',
+                'w': f'{decision.w:.3f}',
+                'missing': ', '.join(missing),
+            }
             level = LEVELS.get(decision.state, WARN)
-            self.diagnostics.publish(max(level, WARN) if dropped else level, sentence(decision.state, decision.reason), values)
+            self.diagnostics.publish(
+                max(level, WARN) if dropped else level, sentence(decision.state, decision.reason), values
+            )
 
 
 def _stamp(message, now):

@@ -18,9 +18,10 @@ class WheelStates:
         self._joints = [*config.left_joints, *config.right_joints]
         zeros = [0.0] * len(self._joints)
         self._actual = zeros, zeros, zeros, None  # positions, speeds, accelerations, stamp
-        self._desired = zeros, zeros, None        # positions, speeds, stamp
-        self._publisher = rospy.Publisher('~wheel_joint_controller_state', JointTrajectoryControllerState, queue_size=10,
-                                          tcp_nodelay=True)
+        self._desired = zeros, zeros, None  # positions, speeds, stamp
+        self._publisher = rospy.Publisher(
+            '~wheel_joint_controller_state', JointTrajectoryControllerState, queue_size=10, tcp_nodelay=True
+        )
 
     def on_positions(self, positions, speeds, stamp):
         """Measured."""
@@ -41,8 +42,13 @@ class WheelStates:
         period = rospy.Duration(0.0 if time is None else max(0.0, now - time))
         message.desired = _point(desired, speeds, wanted, period)
         message.actual = _point(positions, actual_speeds, accelerations, period)
-        message.error = _point(*([a - b for a, b in zip(one, other)] for one, other in (
-            (desired, positions), (speeds, actual_speeds), (wanted, accelerations))), period)
+        message.error = _point(
+            *(
+                [a - b for a, b in zip(one, other)]
+                for one, other in ((desired, positions), (speeds, actual_speeds), (wanted, accelerations))
+            ),
+            period,
+        )
         self._publisher.publish(message)
 
 
@@ -53,5 +59,10 @@ def _rates(values, before, now, then):
 
 
 def _point(positions, speeds, accelerations, period):
-    return JointTrajectoryPoint(positions=positions, velocities=speeds, accelerations=accelerations,
-                                effort=[math.nan] * len(positions), time_from_start=period)
+    return JointTrajectoryPoint(
+        positions=positions,
+        velocities=speeds,
+        accelerations=accelerations,
+        effort=[math.nan] * len(positions),
+        time_from_start=period,
+    )

@@ -1,17 +1,17 @@
 """ROS messages to the filter's plain data and back."""
+
 from __future__ import annotations
 
 import functools
-from typing import Optional
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import AccelWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 
-from ..data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
-from ..geometry import Transform
-from ..stamps import Stamp, nanoseconds
+from sara_localization.geometry.rigid import Transform
+from sara_localization.geometry.stamps import Stamp, nanoseconds
+from sara_localization.inputs.data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
 
 
 def seconds(time) -> Stamp:
@@ -21,7 +21,7 @@ def seconds(time) -> Stamp:
 
 def ros_time(stamp: float) -> rospy.Time:
     """The rospy.Time of seconds, to the nanosecond where they are a Stamp."""
-    return rospy.Time(*divmod(nanoseconds(stamp), 10 ** 9))
+    return rospy.Time(*divmod(nanoseconds(stamp), 10**9))
 
 
 def _vector(v):
@@ -45,34 +45,61 @@ def _known_square(values, n):
 
 
 def odometry(msg) -> OdometryData:
-    return OdometryData(seconds(msg.header.stamp), msg.header.frame_id, msg.child_frame_id,
-                        _vector(msg.pose.pose.position), _quaternion(msg.pose.pose.orientation),
-                        _square(msg.pose.covariance, 6), _vector(msg.twist.twist.linear),
-                        _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
+    return OdometryData(
+        seconds(msg.header.stamp),
+        msg.header.frame_id,
+        msg.child_frame_id,
+        _vector(msg.pose.pose.position),
+        _quaternion(msg.pose.pose.orientation),
+        _square(msg.pose.covariance, 6),
+        _vector(msg.twist.twist.linear),
+        _vector(msg.twist.twist.angular),
+        _square(msg.twist.covariance, 6),
+    )
 
 
 def pose(msg) -> PoseData:
-    return PoseData(seconds(msg.header.stamp), msg.header.frame_id, _vector(msg.pose.pose.position),
-                    _quaternion(msg.pose.pose.orientation), _square(msg.pose.covariance, 6))
+    return PoseData(
+        seconds(msg.header.stamp),
+        msg.header.frame_id,
+        _vector(msg.pose.pose.position),
+        _quaternion(msg.pose.pose.orientation),
+        _square(msg.pose.covariance, 6),
+    )
 
 
 def twist(msg) -> TwistData:
-    return TwistData(seconds(msg.header.stamp), msg.header.frame_id, _vector(msg.twist.twist.linear),
-                     _vector(msg.twist.twist.angular), _square(msg.twist.covariance, 6))
+    return TwistData(
+        seconds(msg.header.stamp),
+        msg.header.frame_id,
+        _vector(msg.twist.twist.linear),
+        _vector(msg.twist.twist.angular),
+        _square(msg.twist.covariance, 6),
+    )
 
 
 def imu(msg) -> ImuData:
-    return ImuData(seconds(msg.header.stamp), msg.header.frame_id, _quaternion(msg.orientation),
-                   _square(msg.orientation_covariance, 3), _vector(msg.angular_velocity),
-                   _square(msg.angular_velocity_covariance, 3), _vector(msg.linear_acceleration),
-                   _square(msg.linear_acceleration_covariance, 3))
+    return ImuData(
+        seconds(msg.header.stamp),
+        msg.header.frame_id,
+        _quaternion(msg.orientation),
+        _square(msg.orientation_covariance, 3),
+        _vector(msg.angular_velocity),
+        _square(msg.angular_velocity_covariance, 3),
+        _vector(msg.linear_acceleration),
+        _square(msg.linear_acceleration_covariance, 3),
+    )
 
 
 def transform(msg) -> StampedTransform:
     """A geometry_msgs/TransformStamped."""
     t = msg.transform
-    return StampedTransform(seconds(msg.header.stamp), msg.header.frame_id, msg.child_frame_id,
-                            Transform(_vector(t.translation), _quaternion(t.rotation)))
+    return StampedTransform(
+        seconds(msg.header.stamp),
+        msg.header.frame_id,
+        msg.child_frame_id,
+        Transform(_vector(t.translation), _quaternion(t.rotation)),
+    )
 
 
 def command(msg, now: float):
@@ -89,7 +116,7 @@ def fill_pose(pose_, transform_: Transform):
     q.x, q.y, q.z, q.w = transform_.rotation
 
 
-def odometry_message(output: FilterOutput, msg: Optional[Odometry] = None) -> Odometry:
+def odometry_message(output: FilterOutput, msg: Odometry | None = None) -> Odometry:
     """msg: one to write into, for who publishes many (rospy has put it into bytes when publish() returns)."""
     msg = Odometry() if msg is None else msg
     msg.header.stamp = ros_time(output.stamp)
@@ -117,7 +144,7 @@ def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
     return msg
 
 
-def transform_message(stamped: StampedTransform, msg: Optional[TransformStamped] = None) -> TransformStamped:
+def transform_message(stamped: StampedTransform, msg: TransformStamped | None = None) -> TransformStamped:
     """msg: as in odometry_message."""
     msg = TransformStamped() if msg is None else msg
     msg.header.stamp = ros_time(stamped.stamp)

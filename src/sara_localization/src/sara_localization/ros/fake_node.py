@@ -3,6 +3,7 @@
 In: base_pose_ground_truth (Odometry), initialpose. Out: map -> odom, amcl_pose, particlecloud (one particle).
 ~relay_set_pose: what comes on set_pose goes to initialpose too, so that it can stand in for ekf_se unseen.
 """
+
 from __future__ import annotations
 
 import threading
@@ -14,10 +15,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from ..diagnostics import ERROR, OK, Status
-from ..fake import FakeConfig, FakeLocalization, true_pose
-from . import conversions
-from .shell import configured, diagnostic_array, publish
+from sara_localization.engine.diagnostics import ERROR, OK, Status
+from sara_localization.fake import FakeConfig, FakeLocalization, true_pose
+from sara_localization.ros import conversions
+from sara_localization.ros.shell import configured, diagnostic_array, publish
 
 QUEUE = 100
 PATIENCE = 5.0
@@ -39,12 +40,20 @@ class FakeNode:
         self.cloud_pub = rospy.Publisher('particlecloud', PoseArray, queue_size=1, latch=True)
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.subscribers = [
-            rospy.Subscriber('base_pose_ground_truth', Odometry, self.on_ground_truth, queue_size=QUEUE, tcp_nodelay=True),
-            rospy.Subscriber('initialpose', PoseWithCovarianceStamped, self.on_initial_pose, queue_size=1, tcp_nodelay=True)]
+            rospy.Subscriber(
+                'base_pose_ground_truth', Odometry, self.on_ground_truth, queue_size=QUEUE, tcp_nodelay=True
+            ),
+            rospy.Subscriber(
+                'initialpose', PoseWithCovarianceStamped, self.on_initial_pose, queue_size=1, tcp_nodelay=True
+            ),
+        ]
         if config.relay_set_pose:
             self.relay_pub = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=1)
-            self.subscribers.append(rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.relay_pub.publish, queue_size=1,
-                                                     tcp_nodelay=True))
+            self.subscribers.append(
+                rospy.Subscriber(
+                    'set_pose', PoseWithCovarianceStamped, self.relay_pub.publish, queue_size=1, tcp_nodelay=True
+                )
+            )
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
     def on_initial_pose(self, msg):
@@ -64,11 +73,13 @@ class FakeNode:
                 kind = 'bad_pose' if truth is None else 'no_stamp'
                 self.counts[kind] += 1
                 if self.counts[kind] == 1:
-                    rospy.logwarn('base_pose_ground_truth holds %s: dropped',
-                                  'what is no pose' if truth is None else 'no time stamp')
+                    rospy.logwarn(
+                        'base_pose_ground_truth holds %s: dropped',
+                        'what is no pose' if truth is None else 'no time stamp',
+                    )
                 return
             if self.waiting and data.stamp < self.waiting[-1][0].to_sec():
-                self.waiting.clear()        # the clock went back
+                self.waiting.clear()  # the clock went back
             if len(self.waiting) == QUEUE:
                 self.counts['no_transform'] += 1
             self.waiting.append((msg.header.stamp, truth))
@@ -83,7 +94,9 @@ class FakeNode:
         except tf2_ros.ExtrapolationException:
             # Older than what tf remembers will never come; younger is waited for.
             try:
-                newest = self.buffer.lookup_transform_core(config.odom_frame_id, config.base_frame_id, rospy.Time(0)).header.stamp
+                newest = self.buffer.lookup_transform_core(
+                    config.odom_frame_id, config.base_frame_id, rospy.Time(0)
+                ).header.stamp
             except tf2_ros.TransformException:
                 return False
             if stamp < newest:
@@ -113,12 +126,17 @@ class FakeNode:
             counts, waiting = dict(self.counts), len(self.waiting)
         level, message = OK, 'map -> odom is published'
         if not counts.get('received'):
-            level, message = ERROR, 'waiting for true poses on %s' % rospy.resolve_name('base_pose_ground_truth')
+            level, message = ERROR, 'waiting for true poses on {}'.format(rospy.resolve_name('base_pose_ground_truth'))
         elif not counts.get('used') or waiting == QUEUE:
-            level, message = ERROR, 'waiting for the transform %s -> %s' % (self.config.odom_frame_id, self.config.base_frame_id)
+            level, message = (
+                ERROR,
+                f'waiting for the transform {self.config.odom_frame_id} -> {self.config.base_frame_id}',
+            )
         if level:
             rospy.logwarn_throttle(PATIENCE, message)
-        told = Status('fake_localization', level, message, tuple((key, str(count)) for key, count in sorted(counts.items())))
+        told = Status(
+            'fake_localization', level, message, tuple((key, str(count)) for key, count in sorted(counts.items()))
+        )
         publish(self.diagnostics_pub, diagnostic_array(rospy.Time.now(), [told]))
 
 

@@ -1,5 +1,7 @@
-"""ekf_localization_node and ukf_localization_node: robot_localization's topics, services, parameters and transforms around
-a FilterEngine."""
+"""ekf_localization_node and ukf_localization_node: robot_localization's topics, services, parameters and transforms
+around a FilterEngine.
+"""
+
 from __future__ import annotations
 
 import sys
@@ -13,27 +15,26 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from sara_localization.checks import check_config
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.ros import conversions, wire
+from sara_localization.ros.cycle import Cycle
+from sara_localization.ros.inputs import KINDS, published_topics, why_silent
+from sara_localization.ros.mailbox import Mailbox
+from sara_localization.ros.outbox import Outbox
+from sara_localization.ros.shell import diagnostic_array
+from sara_localization.ros.tf2_transforms import Tf2Transforms
 from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
-
-from .. import check_config
-from ..config import FilterConfig
-from ..diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
-from ..engine import FilterEngine
-from . import conversions, wire
-from .cycle import Cycle
-from .inputs import KINDS, published_topics, why_silent
-from .mailbox import Mailbox
-from .outbox import Outbox
-from .shell import diagnostic_array
-from .tf2_transforms import Tf2Transforms
 
 DIAGNOSTICS_PERIOD = 1.0
 WAITING_LOG_PERIOD = 5.0
 CLOCK_PATIENCE = 3.0
 # Messages that may wait for a cycle: more than come in a second.
 MOST_ARRIVED = 10000
-# rospy reads what has come on a connection at once and keeps the last queue_size of it. robot_localization's node takes every message
-# as it comes, so that a queue of 1, its default, loses none there; on a busy computer it would here.
+# rospy reads what has come on a connection at once and keeps the last queue_size of it. robot_localization's node takes
+# every message as it comes, so that a queue of 1, its default, loses none there; on a busy computer it would here.
 SHORTEST_QUEUE = 100
 
 
@@ -61,23 +62,33 @@ class FilterNode:
         self.cycle = Cycle(1.0 / config.frequency, self.tick)
 
     def _advertise(self):
-        self.odometry_out, self.transform_out = Outbox('odometry/filtered', Odometry), Outbox('/tf', TFMessage, most=100)
+        self.odometry_out, self.transform_out = (
+            Outbox('odometry/filtered', Odometry),
+            Outbox('/tf', TFMessage, most=100),
+        )
         self.acceleration_pub = None
         if self.config.publish_acceleration:
-            self.acceleration_pub = rospy.Publisher('accel/filtered', AccelWithCovarianceStamped, queue_size=20, tcp_nodelay=True)
+            self.acceleration_pub = rospy.Publisher(
+                'accel/filtered', AccelWithCovarianceStamped, queue_size=20, tcp_nodelay=True
+            )
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
-        self.services = [rospy.Service('set_pose', SetPose, self.set_pose_service),
-                         rospy.Service('~enable', Empty, self.enable),
-                         rospy.Service('~toggle', ToggleFilterProcessing, self.toggle),
-                         rospy.Service('~reset', Empty, self.reset)]
+        self.services = [
+            rospy.Service('set_pose', SetPose, self.set_pose_service),
+            rospy.Service('~enable', Empty, self.enable),
+            rospy.Service('~toggle', ToggleFilterProcessing, self.toggle),
+            rospy.Service('~reset', Empty, self.reset),
+        ]
 
     def _subscribe(self):
         self.subscribers = {i.name: self._subscribe_input(i) for i in self.config.inputs}
-        self.set_pose_sub = rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.set_pose, queue_size=1, tcp_nodelay=True)
+        self.set_pose_sub = rospy.Subscriber(
+            'set_pose', PoseWithCovarianceStamped, self.set_pose, queue_size=1, tcp_nodelay=True
+        )
         control = self.config.control
         if control is not None:
-            self.control_sub = rospy.Subscriber('cmd_vel', TwistStamped if control.stamped else Twist, self.on_control, queue_size=1,
-                                                tcp_nodelay=True)
+            self.control_sub = rospy.Subscriber(
+                'cmd_vel', TwistStamped if control.stamped else Twist, self.on_control, queue_size=1, tcp_nodelay=True
+            )
 
     def _subscribe_input(self, i):
         kind = KINDS[i.kind]
@@ -86,7 +97,9 @@ class FilterNode:
         def take(data):
             add(i.name, kind.read(data))
 
-        return self.mailbox.subscribe(i.topic, wire.unread(kind.message), take, max(i.queue_size, SHORTEST_QUEUE) if i.queue_size else None)
+        return self.mailbox.subscribe(
+            i.topic, wire.unread(kind.message), take, max(i.queue_size, SHORTEST_QUEUE) if i.queue_size else None
+        )
 
     def _report(self, sentence):
         if not (self.silent_tf_failure and 'no transform' in sentence):
@@ -106,8 +119,12 @@ class FilterNode:
         if refused:
             rospy.logwarn(refused)
         else:
-            rospy.loginfo('set_pose: the robot is at x %.3f, y %.3f in %s', msg.pose.pose.position.x,
-                          msg.pose.pose.position.y, msg.header.frame_id or self.config.world_frame)
+            rospy.loginfo(
+                'set_pose: the robot is at x %.3f, y %.3f in %s',
+                msg.pose.pose.position.x,
+                msg.pose.pose.position.y,
+                msg.header.frame_id or self.config.world_frame,
+            )
 
     def set_pose_service(self, request):
         self.set_pose(request.pose)
@@ -163,7 +180,7 @@ class FilterNode:
 
     def _failed(self, error):
         self.failures += 1
-        rospy.logerr_throttle(5.0, 'a filter cycle failed (%s: %s); the next one is tried' % (type(error).__name__, error))
+        rospy.logerr_throttle(5.0, f'a filter cycle failed ({type(error).__name__}: {error}); the next one is tried')
 
     def _publish(self, output):
         if output.transform is not None:
@@ -185,25 +202,36 @@ class FilterNode:
             silent = [status.name for status in statuses if not status.received]
             waiting = '; '.join(lines) if output is None else self.engine.missing_transform
             if not self.engine.enabled:
-                waiting = 'disabled at startup; call the service %s' % rospy.resolve_name('~enable')
-            counters = [('published', self.frequency_diagnostics.count), ('time jumps', self.engine.time_jumps),
-                        ('cycles failed', self.failures), ('states not finite', self.engine.not_finite)]
+                waiting = 'disabled at startup; call the service {}'.format(rospy.resolve_name('~enable'))
+            counters = [
+                ('published', self.frequency_diagnostics.count),
+                ('time jumps', self.engine.time_jumps),
+                ('cycles failed', self.failures),
+                ('states not finite', self.engine.not_finite),
+            ]
             counters += self._extensions(statuses) + self._silence(silent, now)
             status = self.filter_diagnostics.status(now, statuses, waiting, counters)
         if status.level and (waiting or silent):
             reasons = '; '.join(self.silent_because.get(name) for name in silent if self.silent_because.get(name))
             rospy.logwarn_throttle(WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, reasons))))
         told = [status] if self.config.print_diagnostics else []
-        self.diagnostics_pub.publish(diagnostic_array(conversions.ros_time(now), told + [self.frequency_diagnostics.status(now)]))
+        self.diagnostics_pub.publish(
+            diagnostic_array(conversions.ros_time(now), told + [self.frequency_diagnostics.status(now)])
+        )
 
     def _extensions(self, statuses):
         """(key, value) for what is only there when an extension asks for it."""
         told = []
         if self.config.publish_nis:
-            told += [(s.name + ' NIS', '%.3g per variable (about 1 where the variances are honest)' % s.consistency) for s in statuses]
+            told += [
+                (s.name + ' NIS', f'{s.consistency:.3g} per variable (about 1 where the variances are honest)')
+                for s in statuses
+            ]
         for i in self.config.inputs:
             if i.kind == 'imu' and i.gyro_bias != 'off':
-                told.append((i.name + ' gyro bias', '%.6f %.6f %.6f rad/s' % tuple(self.engine.gyro_bias(i.name))))
+                told.append(
+                    (i.name + ' gyro bias', '{:.6f} {:.6f} {:.6f} rad/s'.format(*tuple(self.engine.gyro_bias(i.name))))
+                )
         if self.engine.intake.standstill is not None:
             told.append(('parked', self.engine.parked))
         return told
@@ -227,8 +255,11 @@ def watch_clock():
         waited = time.monotonic() - began
         if waited > CLOCK_PATIENCE and waited - said > WAITING_LOG_PERIOD:
             said = waited
-            rospy.logwarn('use_sim_time is true, but there is no time on /clock for %.0f s: start the simulation or "rosbag play --clock", '
-                          'or set use_sim_time to false', waited)
+            rospy.logwarn(
+                'use_sim_time is true, but there is no time on /clock for %.0f s: start the simulation or "rosbag play --clock", '
+                'or set use_sim_time to false',
+                waited,
+            )
 
 
 def parameters() -> dict:

@@ -1,15 +1,17 @@
 """The kinds of inputs: their message, how it becomes plain data, and the engine's method that takes it."""
+
 from __future__ import annotations
 
 import difflib
-from typing import Callable, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from . import conversions, wire
+from sara_localization.ros import conversions, wire
 
 
 class Kind(NamedTuple):
@@ -34,10 +36,12 @@ def _twist(data: bytes):
     return conversions.twist(TwistWithCovarianceStamped().deserialize(data))
 
 
-KINDS = {'odom': Kind(Odometry, conversions.odometry, wire.odometry, 'add_odometry'),
-         'imu': Kind(Imu, conversions.imu, wire.imu, 'add_imu'),
-         'pose': Kind(PoseWithCovarianceStamped, conversions.pose, _pose, 'add_pose'),
-         'twist': Kind(TwistWithCovarianceStamped, conversions.twist, _twist, 'add_twist')}
+KINDS = {
+    'odom': Kind(Odometry, conversions.odometry, wire.odometry, 'add_odometry'),
+    'imu': Kind(Imu, conversions.imu, wire.imu, 'add_imu'),
+    'pose': Kind(PoseWithCovarianceStamped, conversions.pose, _pose, 'add_pose'),
+    'twist': Kind(TwistWithCovarianceStamped, conversions.twist, _twist, 'add_twist'),
+}
 
 
 def resolved(topic: str) -> str:
@@ -46,15 +50,20 @@ def resolved(topic: str) -> str:
 
 
 def why_silent(kind: str, topic: str, published) -> str:
-    """Why nothing comes on a topic, from [(topic, type), ...] of what is published; '' where it is published as it should."""
+    """Why nothing comes on a topic, from [(topic, type), ...] of what is published; '' where it is published as it
+    should.
+    """
     types, wanted = dict(published), KINDS[kind].type
     if topic in types:
-        return '' if types[topic] in (wanted, '*') else '%s is a %s, a %s is needed' % (topic, types[topic], wanted)
+        return '' if types[topic] in (wanted, '*') else f'{topic} is a {types[topic]}, a {wanted} is needed'
     alike = difflib.get_close_matches(topic, [name for name, type_ in published if type_ == wanted], 1, 0.5)
     others = sorted(name for name, type_ in published if type_ == wanted)
-    hint = 'is %s meant?' % alike[0] if alike else ('%s comes on %s' % (wanted, ', '.join(others[:4])) if others
-                                                    else 'there is no %s at all' % wanted)
-    return 'nobody publishes %s (%s)' % (topic, hint)
+    hint = (
+        f'is {alike[0]} meant?'
+        if alike
+        else ('{} comes on {}'.format(wanted, ', '.join(others[:4])) if others else f'there is no {wanted} at all')
+    )
+    return f'nobody publishes {topic} ({hint})'
 
 
 def published_topics():

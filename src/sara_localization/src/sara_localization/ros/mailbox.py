@@ -1,17 +1,19 @@
 """What has come in on topics, read from the sockets when it is asked for.
 
-rospy has a thread per connection that wakes up for every message. A filter wants what has come when its cycle begins, and all of it
-at once: reading it then costs two calls of the system, and nobody is woken. rospy still makes the connections and ends them; its thread
-waits for the end of each.
+rospy has a thread per connection that wakes up for every message. A filter wants what has come when its cycle begins,
+and all of it
+at once: reading it then costs two calls of the system, and nobody is woken. rospy still makes the connections and ends
+them; its thread waits for the end of each.
 """
+
 from __future__ import annotations
 
 import select
 import threading
 from collections import deque
+from collections.abc import Callable
 from socket import MSG_DONTWAIT
 from struct import Struct
-from typing import Callable, Optional
 
 import rospy
 from rospy.exceptions import TransportTerminated
@@ -20,7 +22,7 @@ _LENGTH = Struct('<I')
 _CHUNK = 1 << 16
 # What ends a connection without being asked for, and what must be asked for.
 _ENDED = select.POLLHUP | select.POLLERR | select.POLLNVAL | select.POLLRDHUP
-_LOOK_UP = 1000     # ms: how often the end of the node is looked for
+_LOOK_UP = 1000  # ms: how often the end of the node is looked for
 
 
 class _Line:
@@ -28,8 +30,8 @@ class _Line:
 
     def __init__(self, connection, topic):
         self.connection, self.topic, self.socket = connection, topic, connection.socket
-        begun = connection.read_buff    # what came along with the handshake
-        self.rest = begun.getvalue()[:begun.tell()]
+        begun = connection.read_buff  # what came along with the handshake
+        self.rest = begun.getvalue()[: begun.tell()]
         begun.seek(0)
         begun.truncate()
 
@@ -39,7 +41,7 @@ class _Line:
         while True:
             try:
                 more = self.socket.recv(_CHUNK, MSG_DONTWAIT)
-            except OSError:     # nothing there, or the connection is gone: the thread that waits for that sees to it
+            except OSError:  # nothing there, or the connection is gone: the thread that waits for that sees to it
                 break
             data = data + more if data else more
             self.connection.stat_bytes += len(more)
@@ -50,7 +52,7 @@ class _Line:
             after = at + 4 + _LENGTH.unpack_from(data, at)[0]
             if after > end:
                 break
-            messages.append(data[at + 4:after])
+            messages.append(data[at + 4 : after])
             at = after
         self.rest = data[at:]
         self.connection.stat_num_msg += len(messages)
@@ -67,18 +69,23 @@ class _Topic:
 class Mailbox:
     """Topics that are read when it is asked for.
 
-        mailbox.subscribe('imu', Imu, take, queue_size=10); ...; mailbox.deliver()      # calls take(bytes of a message), ...
+    mailbox.subscribe('imu', Imu, take, queue_size=10); ...; mailbox.deliver()      # calls take(bytes of a message),
+    ...
     """
 
     def __init__(self, most: int):
         self._topics, self._lines, self._left = {}, [], deque(maxlen=most)
         self._lock = threading.RLock()
 
-    def subscribe(self, topic: str, message: type, take: Callable, queue_size: Optional[int] = None):
-        """take(data) is called by `deliver` for each message; of more than queue_size at once the oldest are lost. Returns the rospy.Subscriber."""
+    def subscribe(self, topic: str, message: type, take: Callable, queue_size: int | None = None):
+        """take(data) is called by `deliver` for each message; of more than queue_size at once the oldest are lost.
+        Returns the rospy.Subscriber.
+        """
         taker = (take, queue_size)
 
-        def receive(msg):   # what rospy itself reads: a topic whose statistics are kept, and what comes while it is being taken over
+        def receive(
+            msg,
+        ):  # what rospy itself reads: a topic whose statistics are kept, and what comes while it is being taken over
             with self._lock:
                 self._left.append((take, msg.bytes))
 
@@ -101,6 +108,7 @@ class Mailbox:
         def add_connection(connection):
             connection.receive_once = lambda: self._hold(connection, topic)
             return add(connection)
+
         impl.add_connection = add_connection
         for connection in impl.connections:
             connection.receive_once = lambda connection=connection: self._hold(connection, topic)

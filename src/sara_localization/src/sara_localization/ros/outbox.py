@@ -1,13 +1,15 @@
 """Messages that are bytes already, sent without a thread per listener and without ever waiting for one.
 
-rospy's queues hand every message to another thread, which costs more than the message. Here the socket takes it at once, as a rule; what it
-does not take waits for the next message. A listener who is too slow loses the oldest, as with rospy's queue_size.
+rospy's queues hand every message to another thread, which costs more than the message. Here the socket takes it at
+once, as a rule; what it does not take waits for the next message. A listener who is too slow loses the oldest, as with
+rospy's queue_size.
 """
+
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from socket import MSG_DONTWAIT
-from typing import Callable
 
 import rospy
 
@@ -17,7 +19,7 @@ class Outbox:
 
     def __init__(self, topic: str, message: type, most: int = 20):
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore')     # no queue_size: rospy's queue is not wanted
+            warnings.simplefilter('ignore')  # no queue_size: rospy's queue is not wanted
             self._publisher = rospy.Publisher(topic, message, queue_size=None, tcp_nodelay=True)
         self._impl, self._most, self._waiting = self._publisher.impl, most, {}
 
@@ -27,7 +29,9 @@ class Outbox:
         return bool(self._impl.connections)
 
     def send(self, write: Callable, *values):
-        """Send what write(sequence number, *values) returns, with the length before it; it is only called if anybody listens."""
+        """Send what write(sequence number, *values) returns, with the length before it; it is only called if anybody
+        listens.
+        """
         impl = self._impl
         impl.seq += 1
         connections = impl.connections
@@ -39,7 +43,7 @@ class Outbox:
         for connection in connections:
             try:
                 self._relay(connection, data)
-            except (OSError, AttributeError):   # the listener has gone; the latter while rospy takes the socket away
+            except (OSError, AttributeError):  # the listener has gone; the latter while rospy takes the socket away
                 self._waiting.pop(connection, None)
                 connection.close()
 
@@ -49,7 +53,7 @@ class Outbox:
             queue = [data]
         else:
             queue.append(data)
-            del queue[1:1 + len(queue) - self._most]    # not the first: half of it may be on its way
+            del queue[1 : 1 + len(queue) - self._most]  # not the first: half of it may be on its way
         while queue:
             try:
                 sent = connection.socket.send(queue[0], MSG_DONTWAIT)

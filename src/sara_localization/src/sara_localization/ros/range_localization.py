@@ -1,8 +1,10 @@
-"""range_localization: dead reckoning in the map, corrected by ranges against that map; amcl's place in the tree of frames.
+"""range_localization: dead reckoning in the map, corrected by ranges against that map; amcl's place in the tree of
+frames.
 
 In: odom (Odometry: a pose in the map by dead reckoning), map, ~range_topics (Range), set_pose, /tf. Out: map -> odom,
 odometry/corrected, amcl_pose, /diagnostics.
 """
+
 from __future__ import annotations
 
 import threading
@@ -15,17 +17,17 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
 
-from .. import joining
-from ..data import StampedTransform
-from ..fake import true_pose
-from ..geometry import Transform
-from ..range_config import RangeConfig
-from ..range_correction import RangeCorrection, RangeData, RangeMap
-from ..range_status import status
-from ..stamps import later
-from . import conversions
-from .shell import configured, diagnostic_array, publish
-from .tf2_transforms import Tf2Transforms
+from sara_localization.fake import true_pose
+from sara_localization.filters import state_pose as joining
+from sara_localization.geometry.rigid import Transform
+from sara_localization.geometry.stamps import later
+from sara_localization.inputs.data import StampedTransform
+from sara_localization.ranges.range_config import RangeConfig
+from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
+from sara_localization.ranges.range_status import status
+from sara_localization.ros import conversions
+from sara_localization.ros.shell import configured, diagnostic_array, publish
+from sara_localization.ros.tf2_transforms import Tf2Transforms
 
 QUEUE = 100
 DIAGNOSTICS_PERIOD = 1.0
@@ -46,10 +48,15 @@ class RangeNode:
         self.transform_pub = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
         self.pose_pub = rospy.Publisher('amcl_pose', PoseWithCovarianceStamped, queue_size=1, latch=True)
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
-        self.subscribers = [rospy.Subscriber('map', OccupancyGrid, self.on_map, queue_size=1),
-                            rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=1, tcp_nodelay=True),
-                            rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=QUEUE, tcp_nodelay=True)]
-        self.subscribers += [rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=QUEUE, tcp_nodelay=True) for topic in config.range_topics]
+        self.subscribers = [
+            rospy.Subscriber('map', OccupancyGrid, self.on_map, queue_size=1),
+            rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=1, tcp_nodelay=True),
+            rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=QUEUE, tcp_nodelay=True),
+        ]
+        self.subscribers += [
+            rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=QUEUE, tcp_nodelay=True)
+            for topic in config.range_topics
+        ]
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
     def on_map(self, msg):
@@ -57,13 +64,15 @@ class RangeNode:
         info = msg.info
         try:
             if msg.header.frame_id.lstrip('/') not in ('', self.config.global_frame_id):
-                raise ValueError('it is in the frame "%s", not in %s' % (msg.header.frame_id, self.config.global_frame_id))
+                raise ValueError(f'it is in the frame "{msg.header.frame_id}", not in {self.config.global_frame_id}')
             q = info.origin.orientation
             origin = true_pose((info.origin.position.x, info.origin.position.y, 0.0), (q.x, q.y, q.z, q.w))
             if origin is None:
                 raise ValueError('its origin is no pose')
             cells = np.array(msg.data, np.int8).reshape(info.height, info.width)
-            map_ = RangeMap.from_occupancy(cells, info.resolution, (*origin.translation[:2], origin.yaw), self.config.map_occupied_above)
+            map_ = RangeMap.from_occupancy(
+                cells, info.resolution, (*origin.translation[:2], origin.yaw), self.config.map_occupied_above
+            )
         except ValueError as error:
             rospy.logwarn('the map is not used: %s', error)
             return
@@ -81,26 +90,58 @@ class RangeNode:
         pose = true_pose(data.position, data.orientation)
         if data.frame_id.lstrip('/') != config.global_frame_id:
             with self.lock:
-                self._count('bad_frame', 'odom', 'odom is in the frame "%s": ignored; it must be in %s' % (data.frame_id, config.global_frame_id))
+                self._count(
+                    'bad_frame',
+                    'odom',
+                    f'odom is in the frame "{data.frame_id}": ignored; it must be in {config.global_frame_id}',
+                )
             return
         if pose is None or data.stamp <= 0.0:
             with self.lock:
-                self._count('bad_pose', 'odom', 'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'))
+                self._count(
+                    'bad_pose',
+                    'odom',
+                    'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'),
+                )
             return
         with self.lock:
             self.last_pose = data.stamp
             self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.yaw))
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
-            base_from_odom = self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp) if config.tf_broadcast else None
+            base_from_odom = (
+                self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp)
+                if config.tf_broadcast
+                else None
+            )
             then = corrected
             if config.join_at_odometry_time:
-                then = joining.pose_earlier(corrected, (*data.linear, *data.angular), self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp))
-            self.missing = '' if base_from_odom or not config.tf_broadcast else 'no transform %s -> %s: %s -> %s cannot be published' % (
-                config.odom_frame_id, config.base_frame_id, config.global_frame_id, config.odom_frame_id)
+                then = joining.pose_earlier(
+                    corrected,
+                    (*data.linear, *data.angular),
+                    self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp),
+                )
+            self.missing = (
+                ''
+                if base_from_odom or not config.tf_broadcast
+                else f'no transform {config.odom_frame_id} -> {config.base_frame_id}: {config.global_frame_id} -> {config.odom_frame_id} cannot be published'
+            )
         if base_from_odom is not None:
-            publish(self.transform_pub, TFMessage([conversions.transform_message(StampedTransform(
-                later(data.stamp, config.transform_tolerance), config.global_frame_id, config.odom_frame_id, then @ base_from_odom))]))
+            publish(
+                self.transform_pub,
+                TFMessage(
+                    [
+                        conversions.transform_message(
+                            StampedTransform(
+                                later(data.stamp, config.transform_tolerance),
+                                config.global_frame_id,
+                                config.odom_frame_id,
+                                then @ base_from_odom,
+                            )
+                        )
+                    ]
+                ),
+            )
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
@@ -115,13 +156,19 @@ class RangeNode:
             if mount is None:
                 found = self.transforms.lookup(self.config.base_frame_id, frame.lstrip('/'), stamp) if frame else None
                 if found is None:
-                    self._count('no_mount', topic, 'a reading on %s comes from the frame "%s", of which tf does not know where it is' % (topic, frame))
+                    self._count(
+                        'no_mount',
+                        topic,
+                        f'a reading on {topic} comes from the frame "{frame}", of which tf does not know where it is',
+                    )
                     return
                 mount = self.mounts[frame] = (found.translation[0], found.translation[1], found.yaw)
-            what = self.correction.on_range(RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view))
+            what = self.correction.on_range(
+                RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view)
+            )
             self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
             if what == 'bad_range':
-                self._warn_once(topic + what, 'a reading on %s holds what is no range: dropped' % topic)
+                self._warn_once(topic + what, f'a reading on {topic} holds what is no range: dropped')
             pose, P = self.correction.pose, self.correction.P
         if what == 'used':
             self._publish_pose(msg.header.stamp, pose, P)
@@ -148,7 +195,15 @@ class RangeNode:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
-            told = status('range_localization', self.correction, now.to_sec(), self.last_pose, self.last_range, self.missing, self.counted)
+            told = status(
+                'range_localization',
+                self.correction,
+                now.to_sec(),
+                self.last_pose,
+                self.last_range,
+                self.missing,
+                self.counted,
+            )
             self.counted = dict(self.correction.counts)
         if told.level:
             rospy.logwarn_throttle(PATIENCE, told.message)

@@ -1,18 +1,23 @@
-"""What the nodes of this package share: parameters that are right or the node does not start, messages while it is being shut down, /diagnostics."""
+"""What the nodes of this package share: parameters that are right or the node does not start, messages while it is
+being shut down, /diagnostics.
+"""
+
 from __future__ import annotations
 
 import sys
-from typing import Iterable
+from collections.abc import Iterable
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from ..config import ConfigError
-from ..diagnostics import Status
+from sara_localization.config.filter_config import ConfigError
+from sara_localization.engine.diagnostics import Status
 
 
 def configured(config_class):
-    """config_class.from_params of the node's private parameters; what is wrong with them goes to the log, and if it must not be the process ends."""
+    """config_class.from_params of the node's private parameters; what is wrong with them goes to the log, and if it
+    must not be the process ends.
+    """
     try:
         config = config_class.from_params(rospy.get_param('~', {}))
     except ConfigError as error:
@@ -39,6 +44,14 @@ def diagnostic_array(stamp: rospy.Time, statuses: Iterable[Status]) -> Diagnosti
     """The message of some statuses, each named after the node and itself."""
     node, array = rospy.get_name().lstrip('/'), DiagnosticArray()
     array.header.stamp = stamp
-    array.status = [DiagnosticStatus(name='%s: %s' % (node, status.name), level=status.level, message=status.message, hardware_id='none',
-                                     values=[KeyValue(key, value) for key, value in status.values]) for status in statuses]
+    array.status = [
+        DiagnosticStatus(
+            name=f'{node}: {status.name}',
+            level=status.level,
+            message=status.message,
+            hardware_id='none',
+            values=[KeyValue(key, value) for key, value in status.values],
+        )
+        for status in statuses
+    ]
     return array

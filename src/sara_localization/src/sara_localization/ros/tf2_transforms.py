@@ -1,4 +1,5 @@
 """tf2 behind the filter's small interface."""
+
 from __future__ import annotations
 
 import time
@@ -10,10 +11,11 @@ from geometry_msgs.msg import TransformStamped
 from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
-from ..geometry import IDENTITY
-from . import conversions, wire
+from sara_localization.geometry.rigid import IDENTITY
+from sara_localization.ros import conversions, wire
 
-# After a wait in vain for a transform it is not waited for again for so long (s): messages would pile up behind each other.
+# After a wait in vain for a transform it is not waited for again for so long (s): messages would pile up behind each
+# other.
 PATIENCE = 1.0
 # Transforms of the node's own that are kept until somebody asks for any: what tf2 remembers of ten seconds.
 MOST_OWN = 1000
@@ -30,8 +32,10 @@ class Tf2Transforms:
         self.timeout = rospy.Duration.from_sec(timeout)
         self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
         self._own, self._message = deque(maxlen=MOST_OWN), TransformStamped()
-        self._subscribers = [rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
-                             for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))]
+        self._subscribers = [
+            rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
+            for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))
+        ]
         self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
 
     def enter(self, stamped):
@@ -44,7 +48,9 @@ class Tf2Transforms:
             return
         now = rospy.Time.now()
         if now < self._heard:
-            rospy.logwarn('time went back by %.3f s: what was known of moving frames is forgotten', (self._heard - now).to_sec())
+            rospy.logwarn(
+                'time went back by %.3f s: what was known of moving frames is forgotten', (self._heard - now).to_sec()
+            )
             self.buffer.clear()
         self._heard = now
         for transform in TFMessage().deserialize(msg.bytes).transforms:
@@ -75,7 +81,9 @@ class Tf2Transforms:
         return conversions.transform(found).transform
 
     def age(self, target, source, stamp):
-        """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing moves."""
+        """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing
+        moves.
+        """
         try:
             newest = self.buffer.get_latest_common_time(target, source)
         except tf2_ros.TransformException:
@@ -89,8 +97,9 @@ class Tf2Transforms:
 
 
 class _Itself(Transport):
-    """What stands in rospy's list for a connection of the node to itself, so that it makes none: over it a message of the node's own costs
-    more than a cycle of the filter."""
+    """What stands in rospy's list for a connection of the node to itself, so that it makes none: over it a message of
+    the node's own costs more than a cycle of the filter.
+    """
 
     def __init__(self, topic):
         super().__init__(INBOUND, topic)

@@ -1,5 +1,6 @@
 """ukf_localization_node."""
-from .filter_node import run
+
+from sara_localization.ros.filter_node import run
 
 
 def main():

@@ -1,4 +1,5 @@
 """What the nodes of this package share: diagnostics by hand, and a listener to TF without delay."""
+
 import rospy
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -11,13 +12,18 @@ class Diagnostics:
     """Publishes one status on /diagnostics."""
 
     def __init__(self, name):
-        self._name = '%s: %s' % (rospy.get_name().lstrip('/'), name)
+        self._name = '{}: {}'.format(rospy.get_name().lstrip('/'), name)
         self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
 
     def publish(self, level, message, values):
         """Publish a level (OK, WARN, ERROR), a sentence, and a dict of values."""
-        status = DiagnosticStatus(level=level, name=self._name, message=message, hardware_id='',
-                                  values=[KeyValue(str(k), str(v)) for k, v in values.items()])
+        status = DiagnosticStatus(
+            level=level,
+            name=self._name,
+            message=message,
+            hardware_id='',
+            values=[KeyValue(str(k), str(v)) for k, v in values.items()],
+        )
         array = DiagnosticArray(status=[status])
         array.header.stamp = rospy.Time.now()
         self._publisher.publish(array)
@@ -31,7 +37,8 @@ class TransformListener:
         self._parents = {}
         self._subscribers = [
             rospy.Subscriber('/tf', TFMessage, self._add, False, queue_size=100, tcp_nodelay=True),
-            rospy.Subscriber('/tf_static', TFMessage, self._add, True, queue_size=100, tcp_nodelay=True)]
+            rospy.Subscriber('/tf_static', TFMessage, self._add, True, queue_size=100, tcp_nodelay=True),
+        ]
 
     def _add(self, msg, static):
         put = self.buffer.set_transform_static if static else self.buffer.set_transform
@@ -50,8 +57,9 @@ class TransformListener:
         return self.buffer.lookup_transform(target, source, rospy.Time(0))
 
     def child_towards(self, frame, source):
-        """Return the child of ``frame`` through which ``source`` hangs below it: odom for map and base_link. ``source`` itself where it is that child, or
-        where it is not known to be below."""
+        """Return the child of ``frame`` through which ``source`` hangs below it: odom for map and base_link. ``source``
+        itself where it is that child, or where it is not known to be below.
+        """
         child = source
         for _ in range(len(self._parents)):
             parent = self._parents.get(child)

@@ -1,12 +1,13 @@
 """Between ROS messages and the plain data of sara_nav."""
+
 import numpy as np
 from geometry_msgs.msg import Pose, PoseStamped, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from sensor_msgs.msg import PointCloud2, PointField
 
-from sara_nav.geometry import Pose2D, quaternion_from_yaw, yaw_from_quaternion
-from sara_nav.grid import GridGeometry
-from sara_nav.map_io import GridMap, MapError
+from sara_common.planar import Pose2D, quaternion_from_yaw, yaw_from_quaternion
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap, MapError
 
 
 def pose_to_msg(pose):
@@ -50,9 +51,13 @@ def twist_to_msg(v, w):
 
 def grid_to_msg(data, geometry, origin_yaw, frame, stamp):
     """Return a nav_msgs/OccupancyGrid of int8 data (height, width), row 0 at the bottom."""
-    info = MapMetaData(map_load_time=stamp, resolution=geometry.resolution, width=geometry.width,
-                       height=geometry.height,
-                       origin=pose_to_msg(Pose2D(geometry.origin_x, geometry.origin_y, origin_yaw)))
+    info = MapMetaData(
+        map_load_time=stamp,
+        resolution=geometry.resolution,
+        width=geometry.width,
+        height=geometry.height,
+        origin=pose_to_msg(Pose2D(geometry.origin_x, geometry.origin_y, origin_yaw)),
+    )
     msg = OccupancyGrid(info=info, data=data.ravel().tolist())
     msg.header.frame_id, msg.header.stamp = frame, stamp
     return msg
@@ -62,14 +67,19 @@ def grid_from_msg(msg):
     """Return the GridMap of a nav_msgs/OccupancyGrid; raises MapError or GridError with the reason."""
     info = msg.info
     # The message carries the resolution in single precision: 0.05 comes as 0.05000000074505806.
-    geometry = GridGeometry(info.width, info.height, float(np.format_float_positional(np.float32(info.resolution))),
-                            info.origin.position.x, info.origin.position.y)
+    geometry = GridGeometry(
+        info.width,
+        info.height,
+        float(np.format_float_positional(np.float32(info.resolution))),
+        info.origin.position.x,
+        info.origin.position.y,
+    )
     if len(msg.data) != info.width * info.height:
         raise MapError('the map says %d x %d cells but holds %d' % (info.width, info.height, len(msg.data)))
     try:
         yaw = pose_from_msg(info.origin).yaw
     except ValueError as error:
-        raise MapError('the map\'s origin cannot be used: %s' % error) from None
+        raise MapError(f"the map's origin cannot be used: {error}") from None
     data = np.array(msg.data, dtype=np.int8).reshape(info.height, info.width)
     return GridMap(data, geometry, yaw)
 
@@ -86,7 +96,15 @@ def cloud_to_msg(points, names, frame, stamp):
     """Return a sensor_msgs/PointCloud2 of points (n, k), one float32 field a column, called by ``names``."""
     points = np.ascontiguousarray(points, np.float32)
     fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)]
-    msg = PointCloud2(height=1, width=len(points), fields=fields, is_bigendian=False, point_step=4 * len(names),
-                      row_step=4 * len(names) * len(points), data=points.tobytes(), is_dense=True)
+    msg = PointCloud2(
+        height=1,
+        width=len(points),
+        fields=fields,
+        is_bigendian=False,
+        point_step=4 * len(names),
+        row_step=4 * len(names) * len(points),
+        data=points.tobytes(),
+        is_dense=True,
+    )
     msg.header.frame_id, msg.header.stamp = frame, stamp
     return msg

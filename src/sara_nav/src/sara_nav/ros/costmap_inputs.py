@@ -1,6 +1,8 @@
 """What the layers of a costmap listen to: maps, scans, clouds, ranges, footprints. Callbacks only queue; transforms and
-layers are touched by whoever calls ``take_in``. A message that waits for its transform is tried again until it is too old.
+layers are touched by whoever calls ``take_in``. A message that waits for its transform is tried again until it is too
+old.
 """
+
 import math
 from collections import Counter, deque
 
@@ -13,10 +15,10 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
-from sara_nav.layers.obstacle import ObstacleLayer
-from sara_nav.layers.range_sensor import RangeReading, RangeSensorLayer
-from sara_nav.layers.static import StaticLayer
-from sara_nav.observations import Observation, cloud_points, scan_points, transformed
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.costmaps.observations import Observation, cloud_points, scan_points, transformed
 from sara_nav.ros import conversions as conv
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
@@ -29,7 +31,8 @@ class NotYet(Exception):
 
 
 class CostmapInputs:
-    """Subscribes what the layers of a LayeredCostmap need. name: the costmap's ('local_costmap'); tf: TransformListener.
+    """Subscribes what the layers of a LayeredCostmap need. name: the costmap's ('local_costmap'); tf:
+    TransformListener.
 
     ``counts``: messages dropped here, by kind; each kind is warned of once.
     """
@@ -55,12 +58,18 @@ class CostmapInputs:
                 self._listen_to_maps(layer)
             elif isinstance(layer, ObstacleLayer):
                 for source in layer.config.sources:
-                    self._subscribe(source.topic or source.name, MESSAGES[source.data_type], self._on_sensor,
-                                    (layer, source), 50)
+                    self._subscribe(
+                        source.topic or source.name, MESSAGES[source.data_type], self._on_sensor, (layer, source), 50
+                    )
             elif isinstance(layer, RangeSensorLayer):
                 for topic in layer.config.sources():
-                    self._subscribe(topic if topic.startswith(('/', '~')) else '~%s/%s/%s' % (
-                        self._name, layer.name, topic), Range, self._on_sensor, (layer, topic), 100)
+                    self._subscribe(
+                        topic if topic.startswith(('/', '~')) else f'~{self._name}/{layer.name}/{topic}',
+                        Range,
+                        self._on_sensor,
+                        (layer, topic),
+                        100,
+                    )
 
     def stop(self):
         """Listen to nothing, as while the costmap is stopped; a map comes again after ``start``."""
@@ -85,14 +94,16 @@ class CostmapInputs:
         try:
             grid_map = conv.grid_from_msg(msg)
         except ValueError as error:
-            self._drop('bad_maps', 'a map was dropped: %s' % error)
+            self._drop('bad_maps', f'a map was dropped: {error}')
             return
         self._maps.append((layer, msg.header.frame_id.lstrip('/'), grid_map))
 
     def _on_map_update(self, msg, layer):
         if len(msg.data) != msg.width * msg.height:
-            self._drop('bad_map_updates', 'a map update was dropped: it says %d x %d cells but holds %d' % (
-                msg.width, msg.height, len(msg.data)))
+            self._drop(
+                'bad_map_updates',
+                'a map update was dropped: it says %d x %d cells but holds %d' % (msg.width, msg.height, len(msg.data)),
+            )
             return
         self._maps.append((layer, None, (msg.x, msg.y, np.array(msg.data, np.int8).reshape(msg.height, msg.width))))
 
@@ -119,9 +130,9 @@ class CostmapInputs:
                 if abs(now - msg.header.stamp.to_sec()) <= max(layer.config.transform_tolerance, 0.1):
                     self._waiting.append((msg, layer, source))
                 else:
-                    self._drop('no_transform', 'layer %s drops messages: %s' % (layer.name, missing))
+                    self._drop('no_transform', f'layer {layer.name} drops messages: {missing}')
             except ValueError as error:
-                self._drop('bad_messages', 'layer %s drops messages: %s' % (layer.name, error))
+                self._drop('bad_messages', f'layer {layer.name} drops messages: {error}')
         self._tell_drops()
 
     def _take_map(self, layer, frame, data):
@@ -130,31 +141,38 @@ class CostmapInputs:
                 layer.update_map(*data)
                 return
             if not frame or (frame != self._costmap.config.global_frame and not layer.rolling):
-                raise ValueError('it is in frame %r but global_frame is %r' % (frame, self._costmap.config.global_frame))
+                raise ValueError(f'it is in frame {frame!r} but global_frame is {self._costmap.config.global_frame!r}')
             if layer.set_map(data):
                 self._map_frames[layer] = frame
                 g = data.geometry
-                rospy.loginfo('%s/%s: map of %d x %d cells of %.3g m', self._name, layer.name, g.width, g.height,
-                              g.resolution)
+                rospy.loginfo(
+                    '%s/%s: map of %d x %d cells of %.3g m', self._name, layer.name, g.width, g.height, g.resolution
+                )
         except ValueError as error:
             what = 'bad_map_updates' if frame is None else 'bad_maps'
-            self._drop(what, 'a map%s was dropped: %s' % (' update' if frame is None else '', error), frame is not None)
+            self._drop(
+                what, 'a map{} was dropped: {}'.format(' update' if frame is None else '', error), frame is not None
+            )
 
     def _follow_map_frames(self):
         for layer, frame in self._map_frames.items():
             if frame == self._costmap.config.global_frame or not layer.rolling:
                 continue
             try:
-                layer.set_frame(conv.pose_from_transform(self._tf.latest(frame, self._costmap.config.global_frame).transform))
+                layer.set_frame(
+                    conv.pose_from_transform(self._tf.latest(frame, self._costmap.config.global_frame).transform)
+                )
             except (ValueError, tf2_ros.TransformException) as error:
-                self._drop('no_map_transform', 'the map of layer %s stays where it was: %s' % (layer.name, error))
+                self._drop('no_map_transform', f'the map of layer {layer.name} stays where it was: {error}')
 
     def _transform(self, frame, stamp):
         """Return the geometry_msgs/Transform from a frame to the global one; raises NotYet or ValueError."""
         if not frame:
             raise ValueError('an empty frame_id')
         try:
-            return self._tf.buffer.lookup_transform(self._costmap.config.global_frame, frame.lstrip('/'), stamp).transform
+            return self._tf.buffer.lookup_transform(
+                self._costmap.config.global_frame, frame.lstrip('/'), stamp
+            ).transform
         except tf2_ros.TransformException as error:
             raise NotYet(str(error)) from None
 
@@ -164,27 +182,47 @@ class CostmapInputs:
         along, aside, _ = transformed([[1.0, 0.0, 0.0]], (0.0, 0.0, 0.0), (q.x, q.y, q.z, q.w))[0]
         level = math.hypot(along, aside)
         if level < LEVEL:
-            raise ValueError('the range sensor %s looks up or down' % msg.header.frame_id)
+            raise ValueError(f'the range sensor {msg.header.frame_id} looks up or down')
         stamp = msg.header.stamp.to_sec()
-        return RangeReading(source, stamp, t.translation.x, t.translation.y, math.atan2(aside, along),
-                            msg.range * level, msg.min_range * level, msg.max_range * level, msg.field_of_view)
+        return RangeReading(
+            source,
+            stamp,
+            t.translation.x,
+            t.translation.y,
+            math.atan2(aside, along),
+            msg.range * level,
+            msg.min_range * level,
+            msg.max_range * level,
+            msg.field_of_view,
+        )
 
     def _observation(self, msg, source, layer):
         if isinstance(msg, LaserScan):
-            points = scan_points(msg.ranges, msg.angle_min, msg.angle_increment, msg.range_min, msg.range_max,
-                                 source.inf_is_valid)
+            points = scan_points(
+                msg.ranges, msg.angle_min, msg.angle_increment, msg.range_min, msg.range_max, source.inf_is_valid
+            )
         elif isinstance(msg, PointCloud2):
-            points = cloud_points(msg.data, msg.width, msg.height, msg.point_step, msg.row_step,
-                                  {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1},
-                                  msg.is_bigendian)
+            points = cloud_points(
+                msg.data,
+                msg.width,
+                msg.height,
+                msg.point_step,
+                msg.row_step,
+                {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1},
+                msg.is_bigendian,
+            )
         else:
             points = np.array([[p.x, p.y, p.z] for p in msg.points], float).reshape(-1, 3)
         to_points = self._transform(msg.header.frame_id, msg.header.stamp)
         sensor = self._transform(source.sensor_frame, msg.header.stamp) if source.sensor_frame else to_points
         v, q = to_points.translation, to_points.rotation
         origin = sensor.translation
-        return Observation(source.name, msg.header.stamp.to_sec(), (origin.x, origin.y, origin.z),
-                           transformed(points, (v.x, v.y, v.z), (q.x, q.y, q.z, q.w)))
+        return Observation(
+            source.name,
+            msg.header.stamp.to_sec(),
+            (origin.x, origin.y, origin.z),
+            transformed(points, (v.x, v.y, v.z), (q.x, q.y, q.z, q.w)),
+        )
 
     # -- what could not be used --------------------------------------------------------------------------------
 
@@ -207,9 +245,9 @@ class CostmapInputs:
 
     def values(self):
         """Return what was dropped, for /diagnostics: {'costmap/layer/kind': how many}."""
-        result = {'%s/%s' % (self._name, kind): count for kind, count in self.counts.items()}
+        result = {f'{self._name}/{kind}': count for kind, count in self.counts.items()}
         for layer in self._costmap.layers.values():
-            result.update(('%s/%s/%s' % (self._name, layer.name, kind), n) for kind, n in layer.counts.items())
+            result.update((f'{self._name}/{layer.name}/{kind}', n) for kind, n in layer.counts.items())
         return result
 
 

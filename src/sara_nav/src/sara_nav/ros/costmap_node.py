@@ -3,6 +3,7 @@
 It has no thread of its own: move_base's loop takes in what came, updates the costmap and has the changes published. The
 node ``costmap_2d_node`` does the same with nothing else around, to look at a costmap by itself.
 """
+
 import dataclasses
 import sys
 import threading
@@ -11,26 +12,60 @@ from dataclasses import dataclass
 import rospy
 import tf2_ros
 
-from sara_nav.costmap_settings import read_costmap
-from sara_nav.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
-from sara_nav.layered_costmap import CostmapConfig
-from sara_nav.parameters import ParameterError, Parameters
+from sara_nav.config.parameters import ParameterError, Parameters
+from sara_nav.costmaps.costmap_settings import read_costmap
+from sara_nav.costmaps.layered_costmap import CostmapConfig
+from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import OK, WARN, Diagnostics, TransformListener
 from sara_nav.ros.costmap_inputs import CostmapInputs, FootprintInput
 from sara_nav.ros.costmap_publisher import CostmapPublisher
 from sara_nav.ros.reconfigure import Reconfigure
 
-LIMITS = {'transform_tolerance': (0.0, 10.0), 'update_frequency': (0.0, 100.0), 'publish_frequency': (0.0, 100.0),
-          'width': (0.0, 1e6), 'height': (0.0, 1e6), 'resolution': (0.0, 50.0), 'robot_radius': (0.0, 10.0),
-          'inflation_radius': (0.0, 50.0), 'cost_scaling_factor': (0.0, 100.0), 'max_obstacle_height': (0.0, 50.0),
-          'inflate_cone': (0.0, 1.0), 'no_readings_timeout': (0.0, 1e6), 'clear_threshold': (0.0, 1.0),
-          'mark_threshold': (0.0, 1.0)}
-DYNAMIC = ('transform_tolerance', 'update_frequency', 'publish_frequency', 'width', 'height', 'resolution', 'origin_x',
-           'origin_y', 'footprint', 'robot_radius', 'footprint_padding')
-DYNAMIC_OF_LAYERS = ('enabled', 'footprint_clearing_enabled', 'max_obstacle_height', 'combination_method',
-                     'inflation_radius', 'cost_scaling_factor', 'inflate_unknown', 'phi', 'inflate_cone',
-                     'no_readings_timeout', 'clear_threshold', 'mark_threshold', 'clear_on_max_reading')
+LIMITS = {
+    'transform_tolerance': (0.0, 10.0),
+    'update_frequency': (0.0, 100.0),
+    'publish_frequency': (0.0, 100.0),
+    'width': (0.0, 1e6),
+    'height': (0.0, 1e6),
+    'resolution': (0.0, 50.0),
+    'robot_radius': (0.0, 10.0),
+    'inflation_radius': (0.0, 50.0),
+    'cost_scaling_factor': (0.0, 100.0),
+    'max_obstacle_height': (0.0, 50.0),
+    'inflate_cone': (0.0, 1.0),
+    'no_readings_timeout': (0.0, 1e6),
+    'clear_threshold': (0.0, 1.0),
+    'mark_threshold': (0.0, 1.0),
+}
+DYNAMIC = (
+    'transform_tolerance',
+    'update_frequency',
+    'publish_frequency',
+    'width',
+    'height',
+    'resolution',
+    'origin_x',
+    'origin_y',
+    'footprint',
+    'robot_radius',
+    'footprint_padding',
+)
+DYNAMIC_OF_LAYERS = (
+    'enabled',
+    'footprint_clearing_enabled',
+    'max_obstacle_height',
+    'combination_method',
+    'inflation_radius',
+    'cost_scaling_factor',
+    'inflate_unknown',
+    'phi',
+    'inflate_cone',
+    'no_readings_timeout',
+    'clear_threshold',
+    'mark_threshold',
+    'clear_on_max_reading',
+)
 """The fields of the peers' cfg files."""
 
 
@@ -59,8 +94,9 @@ class Tunable(CostmapConfig):
 
 
 class CostmapShell:
-    """Around one LayeredCostmap. settings: CostmapSettings; tf: TransformListener; lock: held by whoever changes or reads
-    the costmap in another thread than the loop's (a reentrant one)."""
+    """Around one LayeredCostmap. settings: CostmapSettings; tf: TransformListener; lock: held by whoever changes or
+    reads the costmap in another thread than the loop's (a reentrant one).
+    """
 
     def __init__(self, settings, costmap, tf, lock=None):
         self.costmap = costmap
@@ -70,13 +106,17 @@ class CostmapShell:
         self._unpadded, self._padding = settings.unpadded, settings.footprint_padding
         self._tf = tf
         self.inputs = CostmapInputs(self.name, costmap, tf)
-        self._footprints = FootprintInput('~%s/%s' % (self.name, settings.footprint_topic))
+        self._footprints = FootprintInput(f'~{self.name}/{settings.footprint_topic}')
         self._publisher = CostmapPublisher(self.name, costmap, settings.published_footprint_topic, self.lock)
         self._tuned = Tunable(
-            **dataclasses.asdict(costmap.config), footprint_padding=float(self._padding),
+            **dataclasses.asdict(costmap.config),
+            footprint_padding=float(self._padding),
             footprint='[]' if settings.robot_radius is not None else str(self._unpadded.tolist()),
-            robot_radius=0.46 if settings.robot_radius is None else settings.robot_radius)
-        self._servers = [Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC)] + [self._tune_layer(layer) for layer in costmap.layers.values()]
+            robot_radius=0.46 if settings.robot_radius is None else settings.robot_radius,
+        )
+        self._servers = [Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC)] + [
+            self._tune_layer(layer) for layer in costmap.layers.values()
+        ]
 
     # -- what the loop calls -----------------------------------------------------------------------------------
 
@@ -116,8 +156,7 @@ class CostmapShell:
             return None, None
         stamp = None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec()
         if stamp is not None and now.to_sec() - stamp > config.transform_tolerance:
-            self.pose_problem = 'the transform %s -> %s is %.2f s old, transform_tolerance is %.2f s' % (
-                config.global_frame, config.robot_base_frame, now.to_sec() - stamp, config.transform_tolerance)
+            self.pose_problem = f'the transform {config.global_frame} -> {config.robot_base_frame} is {now.to_sec() - stamp:.2f} s old, transform_tolerance is {config.transform_tolerance:.2f} s'
             return None, None
         self.pose_problem = ''
         return pose, stamp
@@ -129,12 +168,17 @@ class CostmapShell:
     def current(self, t):
         """Return '' or what the costmap waits for or misses at ``t`` (s)."""
         text = self.costmap.current(t)
-        return '%s: %s' % (self.name, text) if text else ''
+        return f'{self.name}: {text}' if text else ''
 
     def values(self):
         """Return counts for /diagnostics."""
-        return dict(self.inputs.values(), **{self.name + '/bad_poses': self.costmap.bad_poses,
-                                             self.name + '/cells_computed': self.costmap.cells_computed})
+        return dict(
+            self.inputs.values(),
+            **{
+                self.name + '/bad_poses': self.costmap.bad_poses,
+                self.name + '/cells_computed': self.costmap.cells_computed,
+            },
+        )
 
     # -- changes while running ---------------------------------------------------------------------------------
 
@@ -157,8 +201,11 @@ class CostmapShell:
                     self._set_footprint(new.corners(), new.footprint_padding)
                 elif new.footprint_padding != self._padding:
                     self._set_footprint(self._unpadded, new.footprint_padding)
-                self.costmap.reconfigure(CostmapConfig(**{
-                    field.name: getattr(new, field.name) for field in dataclasses.fields(CostmapConfig)}))
+                self.costmap.reconfigure(
+                    CostmapConfig(
+                        **{field.name: getattr(new, field.name) for field in dataclasses.fields(CostmapConfig)}
+                    )
+                )
         except ValueError as error:
             return str(error)
         return ''
@@ -171,7 +218,8 @@ class CostmapShell:
             except ValueError as error:
                 return str(error)
             return ''
-        return Reconfigure('%s/%s' % (self.name, layer.name), layer.config, LIMITS, change, DYNAMIC_OF_LAYERS)
+
+        return Reconfigure(f'{self.name}/{layer.name}', layer.config, LIMITS, change, DYNAMIC_OF_LAYERS)
 
 
 def main():

@@ -1,11 +1,12 @@
 """A costmap as RViz and others see it: the whole grid for those who come, then windows of what changed."""
+
 import rospy
 from geometry_msgs.msg import Point32, PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from sara_nav.costmap import to_occupancy
+from sara_nav.costmaps.costmap import to_occupancy
 from sara_nav.ros import conversions as conv
 
 
@@ -30,9 +31,9 @@ class CostmapPublisher:
         self._changed = None
         self._sent = None
         self._sent_at = None
-        self._full = rospy.Publisher('~%s/costmap' % name, numpy_msg(OccupancyGrid), _NewSubscribers(self), queue_size=1)
-        self._updates = rospy.Publisher('~%s/costmap_updates' % name, numpy_msg(OccupancyGridUpdate), queue_size=1)
-        self._footprint = rospy.Publisher('~%s/%s' % (name, footprint_topic), PolygonStamped, queue_size=1)
+        self._full = rospy.Publisher(f'~{name}/costmap', numpy_msg(OccupancyGrid), _NewSubscribers(self), queue_size=1)
+        self._updates = rospy.Publisher(f'~{name}/costmap_updates', numpy_msg(OccupancyGridUpdate), queue_size=1)
+        self._footprint = rospy.Publisher(f'~{name}/{footprint_topic}', PolygonStamped, queue_size=1)
 
     def grid(self):
         """Return the whole costmap as a message, or None before its first update."""
@@ -51,8 +52,11 @@ class CostmapPublisher:
         """
         if window is not None:
             old = self._changed
-            self._changed = window if old is None else (min(old[0], window[0]), min(old[1], window[1]),
-                                                        max(old[2], window[2]), max(old[3], window[3]))
+            self._changed = (
+                window
+                if old is None
+                else (min(old[0], window[0]), min(old[1], window[1]), max(old[2], window[2]), max(old[3], window[3]))
+            )
         if pose is not None:
             self._publish_footprint(pose, now)
         frequency, t = self._costmap.config.publish_frequency, now.to_sec()
@@ -71,7 +75,12 @@ class CostmapPublisher:
             if self._full.get_num_connections():
                 self._full.publish(self.grid())
         elif changed is not None and self._updates.get_num_connections():
-            x0, y0, xn, yn = (max(0, changed[0]), max(0, changed[1]), min(g.width, changed[2]), min(g.height, changed[3]))
+            x0, y0, xn, yn = (
+                max(0, changed[0]),
+                max(0, changed[1]),
+                min(g.width, changed[2]),
+                min(g.height, changed[3]),
+            )
             msg = numpy_msg(OccupancyGridUpdate)(x=x0, y=y0, width=xn - x0, height=yn - y0)
             msg.header.frame_id, msg.header.stamp = self._costmap.config.global_frame, now
             msg.data = to_occupancy(self._costmap.costmap.costs[y0:yn, x0:xn]).ravel()

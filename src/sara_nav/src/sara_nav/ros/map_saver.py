@@ -2,6 +2,7 @@
 
 It keeps the options of the C++ map_saver; --fmt and --mode are added.
 """
+
 import argparse
 import sys
 import threading
@@ -9,9 +10,9 @@ import threading
 import rospy
 from nav_msgs.msg import OccupancyGrid
 
-from sara_nav.grid import GridError
-from sara_nav.map_io import MapError
-from sara_nav.map_saver import FORMATS, SAVED_MODES, SaveError, SaverConfig, save_map
+from sara_nav.grids.grid import GridError
+from sara_nav.maps.map_io import MapError
+from sara_nav.maps.map_saver import FORMATS, SAVED_MODES, SaveError, SaverConfig, save_map
 from sara_nav.ros.conversions import grid_from_msg
 
 
@@ -21,24 +22,35 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         """Print the usage and why; end with status 1."""
         self.print_usage(sys.stderr)
-        self.exit(1, '%s: %s\n' % (self.prog, message))
+        self.exit(1, f'{self.prog}: {message}\n')
 
 
 def configuration(arguments):
     """Return the SaverConfig of a command line; ends the program for a bad one."""
-    parser = Parser(prog='map_saver', description=__doc__, allow_abbrev=False, usage=(
-        'map_saver [-h] [--occ THRESHOLD] [--free THRESHOLD] [-f NAME] [--fmt %s] [--mode %s] [map:=TOPIC]' % (
-            '|'.join(FORMATS), '|'.join(SAVED_MODES))))
+    parser = Parser(
+        prog='map_saver',
+        description=__doc__,
+        allow_abbrev=False,
+        usage=(
+            'map_saver [-h] [--occ THRESHOLD] [--free THRESHOLD] [-f NAME] [--fmt {}] [--mode {}] [map:=TOPIC]'.format(
+                '|'.join(FORMATS), '|'.join(SAVED_MODES)
+            )
+        ),
+    )
     default = SaverConfig()
-    parser.add_argument('--occ', type=int, default=default.occupied, metavar='1..100',
-                        help='occupied from this value on (%(default)s)')
-    parser.add_argument('--free', type=int, default=default.free, metavar='0..100',
-                        help='free up to this value (%(default)s)')
-    parser.add_argument('-f', dest='name', default=default.name, metavar='NAME',
-                        help='writes NAME.pgm and NAME.yaml (%(default)s)')
+    parser.add_argument(
+        '--occ', type=int, default=default.occupied, metavar='1..100', help='occupied from this value on (%(default)s)'
+    )
+    parser.add_argument(
+        '--free', type=int, default=default.free, metavar='0..100', help='free up to this value (%(default)s)'
+    )
+    parser.add_argument(
+        '-f', dest='name', default=default.name, metavar='NAME', help='writes NAME.pgm and NAME.yaml (%(default)s)'
+    )
     parser.add_argument('--fmt', default=default.image_format, help='pgm or png (%(default)s)')
-    parser.add_argument('--mode', default=default.mode,
-                        help='trinary, or raw: every value as it is, for maps with shades (%(default)s)')
+    parser.add_argument(
+        '--mode', default=default.mode, help='trinary, or raw: every value as it is, for maps with shades (%(default)s)'
+    )
     given = parser.parse_args(arguments)
     config = SaverConfig(given.name, given.occ, given.free, given.fmt, given.mode)
     if config.faults():
@@ -75,6 +87,6 @@ def main():
 def _say_what_is_missing(subscriber):
     topic = subscriber.resolved_name
     if subscriber.get_num_connections():
-        rospy.loginfo_throttle(5.0, 'waiting for a map on %s' % topic)
+        rospy.loginfo_throttle(5.0, f'waiting for a map on {topic}')
     else:
-        rospy.loginfo_throttle(5.0, 'waiting for a map on %s, which nobody publishes' % topic)
+        rospy.loginfo_throttle(5.0, f'waiting for a map on {topic}, which nobody publishes')

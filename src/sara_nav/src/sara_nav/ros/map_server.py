@@ -1,4 +1,5 @@
 """The node map_server: publishes a map read from a file, latched, answers for it by service, and changes it by service."""
+
 import sys
 
 import rospkg
@@ -6,12 +7,14 @@ import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 
-from sara_nav.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
+from sara_nav.maps.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
 from sara_nav.ros.common import OK, Diagnostics
 from sara_nav.ros.conversions import grid_to_msg
 
-USAGE = ('usage: map_server MAP.yaml\n'
-         '       map_server IMAGE RESOLUTION   (the old form: ~negate, ~occupied_thresh and ~free_thresh say the rest)')
+USAGE = (
+    'usage: map_server MAP.yaml\n'
+    '       map_server IMAGE RESOLUTION   (the old form: ~negate, ~occupied_thresh and ~free_thresh say the rest)'
+)
 
 
 class MapServer:
@@ -25,8 +28,10 @@ class MapServer:
 
     def serve(self):
         """Offer the services; only when there is a map."""
-        self._services = [rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=self.message)),
-                          rospy.Service('change_map', LoadMap, self._change)]
+        self._services = [
+            rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=self.message)),
+            rospy.Service('change_map', LoadMap, self._change),
+        ]
 
     def load(self, description, source):
         """Read what a MapDescription describes and publish it; raises MapError, and then all stays as it was."""
@@ -66,12 +71,12 @@ class MapServer:
 def path_of(url):
     """Return the file that a map_url names: a path, file://PATH or package://PACKAGE/PATH; raises MissingFile."""
     if url.startswith('package://'):
-        package, _, rest = url[len('package://'):].partition('/')
+        package, _, rest = url[len('package://') :].partition('/')
         try:
-            return '%s/%s' % (rospkg.RosPack().get_path(package), rest)
+            return f'{rospkg.RosPack().get_path(package)}/{rest}'
         except rospkg.ResourceNotFound:
-            raise MissingFile('%s: there is no package %s' % (url, package)) from None
-    return url[len('file://'):] if url.startswith('file://') else url
+            raise MissingFile(f'{url}: there is no package {package}') from None
+    return url[len('file://') :] if url.startswith('file://') else url
 
 
 def described(arguments):
@@ -84,11 +89,11 @@ def described(arguments):
     for name, default in values.items():
         values[name] = rospy.get_param('~' + name, default)
         if isinstance(values[name], bool) and name != 'negate' or not isinstance(values[name], (int, float)):
-            raise MapError('~%s is %r but must be a number' % (name, values[name]))
+            raise MapError(f'~{name} is {values[name]!r} but must be a number')
     try:
         return MapDescription(image=image, resolution=float(resolution), **{**values, 'negate': bool(values['negate'])})
     except ValueError:
-        raise MapError('the resolution is %r but must be a number > 0 (m per cell)' % resolution) from None
+        raise MapError(f'the resolution is {resolution!r} but must be a number > 0 (m per cell)') from None
 
 
 def wait_for_time():
@@ -121,8 +126,11 @@ def main():
     server.serve()
     diagnostics = Diagnostics('map')
     while not rospy.is_shutdown():
-        diagnostics.publish(OK, 'serving a map of ' + server.size, {
-            'file': server.source, 'frame_id': server.frame, 'subscribers': server.publisher.get_num_connections()})
+        diagnostics.publish(
+            OK,
+            'serving a map of ' + server.size,
+            {'file': server.source, 'frame_id': server.frame, 'subscribers': server.publisher.get_num_connections()},
+        )
         try:
             rospy.sleep(1.0)
         except rospy.ROSTimeMovedBackwardsException:

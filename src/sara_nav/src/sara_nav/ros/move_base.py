@@ -1,4 +1,5 @@
-"""The node move_base: goals by action or topic in, cmd_vel out; the work is done in sara_nav.move_base."""
+"""The node move_base: goals by action or topic in, cmd_vel out; the work is done in sara_nav.move_base.state_machine."""
+
 import sys
 import threading
 import time
@@ -7,15 +8,23 @@ from collections import deque
 import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult, RecoveryStatus
+from move_base_msgs.msg import (
+    MoveBaseAction,
+    MoveBaseActionGoal,
+    MoveBaseFeedback,
+    MoveBaseGoal,
+    MoveBaseResult,
+    RecoveryStatus,
+)
 from std_msgs.msg import Bool, String
 
-from sara_nav import move_base as mb
-from sara_nav import warming
-from sara_nav.cycle_watch import CycleWatch
-from sara_nav.goal_input import GoalError
-from sara_nav.move_base_config import StepResult
-from sara_nav.parameters import ParameterError, Parameters
+from sara_nav.config.parameters import ParameterError, Parameters
+from sara_nav.goals.goal_input import GoalError
+from sara_nav.goals.move_base_config import StepResult
+from sara_nav.move_base import state_machine as mb
+from sara_nav.move_base import warming
+from sara_nav.move_base.cycle_monitor import CycleWatch
+from sara_nav.move_base.settings import read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import WARN, TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
@@ -24,7 +33,6 @@ from sara_nav.ros.report import Report
 from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
-from sara_nav.settings import read_settings
 
 
 def read_parameters():
@@ -61,12 +69,14 @@ class MoveBaseNode:
         self.current_goal = rospy.Publisher('~current_goal', PoseStamped, queue_size=1)
         self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
         self.help = rospy.Publisher('~help', String, queue_size=1, latch=True)
-        self.asked = ''   # what a person is asked for now
+        self.asked = ''  # what a person is asked for now
         self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
         self._wait_subscriber = rospy.Subscriber('~wait', Bool, self._on_wait, queue_size=1, tcp_nodelay=True)
-        self.shells = {'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
-                       'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock)}
+        self.shells = {
+            'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
+            'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock),
+        }
         self._maps = self._map_arrays()
         rospy.on_shutdown(self.stop)
 
@@ -93,7 +103,7 @@ class MoveBaseNode:
             if not missing:
                 break
             rospy.loginfo_throttle(5.0, 'waiting: %s', missing)
-            self.report.publish(WARN, 'waiting: %s' % missing)
+            self.report.publish(WARN, f'waiting: {missing}')
             time.sleep(0.05)
         if rospy.is_shutdown():
             return
@@ -103,10 +113,12 @@ class MoveBaseNode:
         self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, auto_start=False)
         self.server.start()
         self._goal_publisher = rospy.Publisher('move_base/goal', MoveBaseActionGoal, queue_size=1)
-        self._simple_subscriber = rospy.Subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal,
-                                                   queue_size=1, tcp_nodelay=True)
-        rospy.loginfo('ready for goals (%s, %s)', self.machine.config.base_global_planner,
-                      self.machine.config.base_local_planner)
+        self._simple_subscriber = rospy.Subscriber(
+            'move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1, tcp_nodelay=True
+        )
+        rospy.loginfo(
+            'ready for goals (%s, %s)', self.machine.config.base_global_planner, self.machine.config.base_local_planner
+        )
         frequency, rate = None, None
         while not rospy.is_shutdown():
             if frequency != self.machine.config.controller_frequency:
@@ -137,11 +149,15 @@ class MoveBaseNode:
             self.machine.abort('Goal aborted: time went back.')
 
     def reconfigure(self, config, global_planner=None, local_planner=None):
-        """Go on with another configuration of move_base; new planners come with their topics. Called with the lock held."""
+        """Go on with another configuration of move_base; new planners come with their topics. Called with the lock
+        held.
+        """
         old = self.machine.config
         listed = ('clearing_rotation_allowed', 'conservative_reset_dist')
         other = any(getattr(old, name) != getattr(config, name) for name in listed)
-        self.machine.reconfigure(config, global_planner, local_planner, self.settings.recoveries.make(config) if other else None)
+        self.machine.reconfigure(
+            config, global_planner, local_planner, self.settings.recoveries.make(config) if other else None
+        )
         if global_planner or local_planner:
             self.topics.close()
             self.topics = self._planner_topics()
@@ -149,8 +165,12 @@ class MoveBaseNode:
             self.services.offer(global_planner)
 
     def _planner_topics(self):
-        return PlannerTopics(self.machine.global_planner, self.machine.local_planner, self.settings.global_frame,
-                             self.settings.local_frame)
+        return PlannerTopics(
+            self.machine.global_planner,
+            self.machine.local_planner,
+            self.settings.global_frame,
+            self.settings.local_frame,
+        )
 
     def is_wanted(self):
         """True when a goal has come: whatever else is under way makes room."""
@@ -169,8 +189,12 @@ class MoveBaseNode:
 
     def _map_arrays(self):
         """Return what the static layers hold: other objects once another map came."""
-        return [getattr(layer, 'costs', None) for costmap in (self.machine.global_costmap, self.machine.local_costmap)
-                for layer in costmap.layers.values() if hasattr(layer, 'set_map')]
+        return [
+            getattr(layer, 'costs', None)
+            for costmap in (self.machine.global_costmap, self.machine.local_costmap)
+            for layer in costmap.layers.values()
+            if hasattr(layer, 'set_map')
+        ]
 
     def _cycle(self):
         now = rospy.Time.now()
@@ -192,8 +216,9 @@ class MoveBaseNode:
         if result.status == mb.ACTIVE:
             self.cmd_vel.publish(conv.twist_to_msg(*result.command))
             if pose is not None:
-                self.server.publish_feedback(MoveBaseFeedback(
-                    base_position=conv.pose_stamped(pose, self.settings.global_frame, now)))
+                self.server.publish_feedback(
+                    MoveBaseFeedback(base_position=conv.pose_stamped(pose, self.settings.global_frame, now))
+                )
                 g = machine.local_costmap.geometry
                 self.topics.publish_cycle(pose, 0.5 * max(g.width, g.height) * g.resolution, now)
             if result.text:
@@ -209,7 +234,9 @@ class MoveBaseNode:
             self.server.current_goal.status_tracker.status.text = text
 
     def _announce(self, result, pose, now):
-        """Publish what begins in this step: that a person is asked for help (or '' that it is over), a recovery behaviour, a plan, another goal than the one that was asked for."""
+        """Publish what begins in this step: that a person is asked for help (or '' that it is over), a recovery
+        behaviour, a plan, another goal than the one that was asked for.
+        """
         frame = self.settings.global_frame
         if result.help != self.asked:
             self.asked = result.help
@@ -225,9 +252,11 @@ class MoveBaseNode:
             self.current_goal.publish(conv.pose_stamped(result.goal_used, frame, now))
 
     def _hear_who_stops(self):
-        """Give up the goal that whoever stops the robot says cannot be reached now, one that comes later is not meant; or do not take standing for being stuck."""
+        """Give up the goal that whoever stops the robot says cannot be reached now, one that comes later is not meant;
+        or do not take standing for being stuck.
+        """
         while self._abort_reasons:
-            self.machine.abort('Goal aborted: %s' % self._abort_reasons.popleft())
+            self.machine.abort(f'Goal aborted: {self._abort_reasons.popleft()}')
         if self._excused:
             self._excused = False
             self.machine.excuse_standing()
@@ -242,7 +271,7 @@ class MoveBaseNode:
         try:
             pose = self.robot.global_pose(goal.target_pose)
         except GoalError as error:
-            text = '%s.' % error
+            text = f'{error}.'
             self.machine.abort(text)
         else:
             text = self.machine.set_goal(pose, t)

@@ -1,4 +1,7 @@
-"""What the planners did, on the topics of the C++ planners: plans, clouds of costs, potentials. Built only for listeners."""
+"""What the planners did, on the topics of the C++ planners: plans, clouds of costs, potentials. Built only for
+listeners.
+"""
+
 import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid, Path
@@ -24,17 +27,21 @@ class PlannerTopics:
     def __init__(self, global_planner, local_planner, frame, local_frame):
         self._global, self._local = global_planner, local_planner
         self._frame, self._local_frame = frame, local_frame
-        here, there = '~%s/' % short_name(global_planner), '~%s/' % short_name(local_planner)
+        here, there = f'~{short_name(global_planner)}/', f'~{short_name(local_planner)}/'
         self._plan = rospy.Publisher(here + 'plan', Path, queue_size=1, latch=True)
         self._global_plan = rospy.Publisher(there + 'global_plan', Path, queue_size=1)
         self._local_plan = self._clouds = self._potential = None
         self._shown = None
         if hasattr(local_planner, 'local_plan'):
             self._local_plan = rospy.Publisher(there + 'local_plan', Path, queue_size=1)
-        self._clouds = [(rospy.Publisher(there + name, PointCloud2, queue_size=1), name, columns)
-                        for name, columns, asked in (('cost_cloud', COSTS, 'publish_cost_grid_pc'),
-                                                     ('trajectory_cloud', TRAJECTORIES, 'publish_traj_pc'))
-                        if hasattr(type(local_planner), name) and getattr(local_planner.config, asked, True)]
+        self._clouds = [
+            (rospy.Publisher(there + name, PointCloud2, queue_size=1), name, columns)
+            for name, columns, asked in (
+                ('cost_cloud', COSTS, 'publish_cost_grid_pc'),
+                ('trajectory_cloud', TRAJECTORIES, 'publish_traj_pc'),
+            )
+            if hasattr(type(local_planner), name) and getattr(local_planner.config, asked, True)
+        ]
         config = global_planner.config
         if getattr(config, 'visualize_potential', False):
             self._potential = rospy.Publisher(here + 'potential', PointCloud2, queue_size=1)
@@ -43,7 +50,9 @@ class PlannerTopics:
 
     def close(self):
         """Take the topics down."""
-        for publisher in [self._plan, self._global_plan, self._local_plan, self._potential] + [c[0] for c in self._clouds]:
+        for publisher in [self._plan, self._global_plan, self._local_plan, self._potential] + [
+            c[0] for c in self._clouds
+        ]:
             if publisher is not None:
                 publisher.unregister()
 
@@ -55,7 +64,9 @@ class PlannerTopics:
             self._publish_potential(self._global.potential, costmap.geometry, stamp)
 
     def publish_cycle(self, pose, reach, stamp):
-        """Publish what the local planner works with: the plan ahead of the pose within ``reach`` (m), its own plan, its costs."""
+        """Publish what the local planner works with: the plan ahead of the pose within ``reach`` (m), its own plan, its
+        costs.
+        """
         if _heard(self._global_plan) and self._shown is not None:
             off = np.hypot(self._shown[:, 0] - pose.x, self._shown[:, 1] - pose.y)
             ahead = np.arange(len(off)) >= off.argmin()
@@ -65,7 +76,7 @@ class PlannerTopics:
         for publisher, name, columns in self._clouds:
             points = getattr(self._local, name) if _heard(publisher) else None
             if points is not None:
-                publisher.publish(conv.cloud_to_msg(points, columns[:points.shape[1]], self._local_frame, stamp))
+                publisher.publish(conv.cloud_to_msg(points, columns[: points.shape[1]], self._local_frame, stamp))
 
     def _publish_potential(self, potential, geometry, stamp):
         reached = potential < UNREACHED
@@ -81,9 +92,21 @@ class PlannerTopics:
         rows, columns = np.nonzero(reached)
         values = potential[rows, columns]
         height = values * (20.0 / highest) if highest > 0.0 else values
-        self._potential.publish(conv.cloud_to_msg(np.column_stack([
-            geometry.origin_x + columns * geometry.resolution, geometry.origin_y + rows * geometry.resolution, height,
-            values]), ('x', 'y', 'z', 'pot'), self._frame, stamp))
+        self._potential.publish(
+            conv.cloud_to_msg(
+                np.column_stack(
+                    [
+                        geometry.origin_x + columns * geometry.resolution,
+                        geometry.origin_y + rows * geometry.resolution,
+                        height,
+                        values,
+                    ]
+                ),
+                ('x', 'y', 'z', 'pot'),
+                self._frame,
+                stamp,
+            )
+        )
 
 
 def _heard(publisher):

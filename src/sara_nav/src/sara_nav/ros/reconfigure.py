@@ -3,6 +3,7 @@
 No generated code: the description that clients such as rqt_reconfigure ask for is built from the dataclass. The values
 in force are written to the parameter server at start, as the C++ servers do; unlike theirs, a start changes no value.
 """
+
 import dataclasses
 import math
 import threading
@@ -12,14 +13,14 @@ from dynamic_reconfigure.server import Server
 
 RESTORE = 'restore_defaults'
 KINDS = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
-UNLIMITED = {bool: (False, True), int: (-2 ** 31, 2 ** 31 - 1), float: (-math.inf, math.inf), str: ('', '')}
+UNLIMITED = {bool: (False, True), int: (-(2**31), 2**31 - 1), float: (-math.inf, math.inf), str: ('', '')}
 
 
 class Description:
     """What dynamic_reconfigure's Server wants a generated module for: fields, types, limits and defaults.
 
-    config: dataclass instance. limits: (low, high) by field name; a field without is unlimited. names: the fields that may
-    be changed, all of them when None; fields of other types than bool, int, float and str never are.
+    config: dataclass instance. limits: (low, high) by field name; a field without is unlimited. names: the fields that
+    may be changed, all of them when None; fields of other types than bool, int, float and str never are.
     """
 
     all_level = 1
@@ -32,19 +33,39 @@ class Description:
         self.defaults = defaults
         self.min = {name: type(defaults[name])(low) for name, (low, _) in bounds.items()}
         self.max = {name: type(defaults[name])(high) for name, (_, high) in bounds.items()}
-        self.level = {name: 1 for name in defaults}
+        self.level = dict.fromkeys(defaults, 1)
         self.config_description = {
-            'name': 'Default', 'type': '', 'id': 0, 'parent': 0, 'state': True, 'groups': [], 'upper': 'DEFAULT',
-            'lower': 'groups', 'cstate': 'true', 'parameters': [
-                {'name': name, 'type': KINDS[type(value)], 'level': 1, 'edit_method': '', 'ctype': '', 'cconsttype': '',
-                 'description': 'Go back to the values of the start' if name == RESTORE else self._range(name),
-                 'default': value, 'min': self.min[name], 'max': self.max[name]} for name, value in defaults.items()]}
+            'name': 'Default',
+            'type': '',
+            'id': 0,
+            'parent': 0,
+            'state': True,
+            'groups': [],
+            'upper': 'DEFAULT',
+            'lower': 'groups',
+            'cstate': 'true',
+            'parameters': [
+                {
+                    'name': name,
+                    'type': KINDS[type(value)],
+                    'level': 1,
+                    'edit_method': '',
+                    'ctype': '',
+                    'cconsttype': '',
+                    'description': 'Go back to the values of the start' if name == RESTORE else self._range(name),
+                    'default': value,
+                    'min': self.min[name],
+                    'max': self.max[name],
+                }
+                for name, value in defaults.items()
+            ],
+        }
 
     def _range(self, name):
         low, high = self.min[name], self.max[name]
         if isinstance(low, (bool, str)) or (low, high) == UNLIMITED[type(low)]:
             return ''
-        return '%g .. %g' % (low, high)
+        return f'{low:g} .. {high:g}'
 
     def clamp(self, name, value):
         """Return the value as the Server clamps it."""
@@ -56,7 +77,8 @@ class Description:
 class Reconfigure:
     """A dynamic_reconfigure server for one configuration.
 
-    namespace: '' for the node's own, or a name below it ('global_costmap/inflation_layer'). config: frozen dataclass with
+    namespace: '' for the node's own, or a name below it ('global_costmap/inflation_layer'). config: frozen dataclass
+    with
     ``faults()``. limits, names: see Description. callback: called with the new configuration, from a service's thread;
     returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
     """
@@ -68,7 +90,7 @@ class Reconfigure:
         self._description = Description(config, limits, names)
         self._offered = None
         self._lock = threading.RLock()
-        at = '~%s/' % namespace if namespace else '~'
+        at = f'~{namespace}/' if namespace else '~'
         for name, value in self._description.defaults.items():
             rospy.set_param(at + name, value)
         self._server = Server(self._description, self._on_wanted, namespace)
@@ -93,8 +115,11 @@ class Reconfigure:
         if wanted.get(RESTORE):
             new = self._at_start
         else:
-            changed = {name: wanted[name] for name in fields
-                       if wanted[name] != self._description.clamp(name, self._offered[name])}
+            changed = {
+                name: wanted[name]
+                for name in fields
+                if wanted[name] != self._description.clamp(name, self._offered[name])
+            }
             new = dataclasses.replace(self.config, **changed)
         if new == self.config:
             return

@@ -1,4 +1,5 @@
 """What move_base says of itself: one sentence and its counts on /diagnostics, once a second."""
+
 import rospy
 
 from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics
@@ -21,19 +22,20 @@ class Report:
         node, machine = self._node, self._node.machine
         stale = '; '.join(filter(None, (shell.current(t) for shell in node.shells.values())))
         if node.robot.problem:
-            text = 'waiting for the transform %s -> %s: %s' % (
-                node.settings.global_frame, node.settings.robot_base_frame, node.robot.problem)
+            text = f'waiting for the transform {node.settings.global_frame} -> {node.settings.robot_base_frame}: {node.robot.problem}'
             (rospy.logwarn_throttle if machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self.publish(ERROR if machine.active else WARN, text)
         elif stale:
             self.publish(ERROR if machine.active else WARN, stale)
         elif not node.robot.has_odometry:
-            text = 'waiting for odometry on %s; the velocity is reckoned from the commands' % node.robot.odom_topic
+            text = f'waiting for odometry on {node.robot.odom_topic}; the velocity is reckoned from the commands'
             rospy.loginfo_throttle(10.0, '%s', text)
             self.publish(WARN, text)
         elif machine.active:
-            self.publish(WARN if result.text else OK, result.text or result.doing or '%s (%s)' % (
-                result.phase, machine.local_planner.phase))
+            self.publish(
+                WARN if result.text else OK,
+                result.text or result.doing or f'{result.phase} ({machine.local_planner.phase})',
+            )
         else:
             self.publish(OK, 'waiting for a goal on move_base or move_base_simple/goal')
 

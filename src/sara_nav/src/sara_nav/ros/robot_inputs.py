@@ -1,10 +1,11 @@
 """What move_base hears of the robot: its pose in both frames from TF, its velocity from odometry, poses from clients."""
+
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
 
-from sara_nav.goal_input import global_pose
-from sara_nav.robot_state import FASTEST
+from sara_nav.goals.goal_input import global_pose
+from sara_nav.move_base.robot_state import FASTEST
 from sara_nav.ros import conversions as conv
 
 ODOM_TIMEOUT = 0.5
@@ -55,8 +56,9 @@ class RobotInputs:
         self._odom = None
 
     def poses(self):
-        """Return (pose, stamp s or None, local pose): Pose2D in the global frame, and in the local costmap's where that is
-        another; all None when one of them is not known."""
+        """Return (pose, stamp s or None, local pose): Pose2D in the global frame, and in the local costmap's where that
+        is another; all None when one of them is not known.
+        """
         try:
             pose, stamp = self._newest(self._global)
             local = self._newest(self._local)[0] if self._local != self._global else None
@@ -67,10 +69,12 @@ class RobotInputs:
         return pose, stamp, local
 
     def _newest(self, frame):
-        """Return (Pose2D, stamp s or None) of the robot in a frame, put together of the newest odometry and of its newest place in that frame.
+        """Return (Pose2D, stamp s or None) of the robot in a frame, put together of the newest odometry and of its
+        newest place in that frame.
 
-        tf's own answer is for the newest time of which it knows both. Who corrects odometry dates map -> odom ahead, so that others need not
-        wait for the next one (robot_localization's transform_time_offset, amcl's transform_tolerance), and tf takes one that is older by so much.
+        tf's own answer is for the newest time of which it knows both. Who corrects odometry dates map -> odom ahead, so
+        that others need not wait for the next one (robot_localization's transform_time_offset, amcl's
+        transform_tolerance), and tf takes one that is older by so much.
         """
         between = self._tf.child_towards(frame, self._base)
         ways = [self._tf.latest(*way) for way in ((frame, between), (between, self._base)) if way[0] != way[1]]

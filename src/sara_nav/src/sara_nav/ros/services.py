@@ -1,10 +1,11 @@
 """move_base's services: ~make_plan, ~clear_costmaps and ~<planner>/make_plan."""
+
 import rospy
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from std_srvs.srv import Empty, EmptyResponse
 
-from sara_nav.goal_input import GoalError
-from sara_nav.goal_search import GivenUp, search_plan
+from sara_nav.goals.goal_input import GoalError
+from sara_nav.goals.goal_search import GivenUp, search_plan
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.publishers import short_name
 
@@ -25,7 +26,7 @@ class Services:
         if self._of_planner is not None:
             self._of_planner.shutdown('another planner is used')
         self._planner = planner
-        self._of_planner = rospy.Service('~%s/make_plan' % short_name(planner), GetPlan, self._on_planners_make_plan)
+        self._of_planner = rospy.Service(f'~{short_name(planner)}/make_plan', GetPlan, self._on_planners_make_plan)
 
     def _poses(self, request):
         """Return start and goal (Pose2D, global frame) of a request; a start without a frame is the robot's pose."""
@@ -35,7 +36,9 @@ class Services:
         else:
             start = node.robot.poses()[0]
             if start is None:
-                raise GoalError('move_base cannot make a plan for you because it could not get the start pose of the robot')
+                raise GoalError(
+                    'move_base cannot make a plan for you because it could not get the start pose of the robot'
+                )
         return start, node.robot.global_pose(request.goal)
 
     def _on_make_plan(self, request):

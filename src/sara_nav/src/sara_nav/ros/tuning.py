@@ -1,20 +1,34 @@
 """dynamic_reconfigure of move_base and of its planners; the costmaps look after themselves."""
+
 import dataclasses
 
 import rospy
 
-from sara_nav.local_planner import LOCAL_PLANNERS
-from sara_nav.move_base_config import LIMITS
-from sara_nav.parameters import Parameters
-from sara_nav.planning import GLOBAL_PLANNERS
+from sara_nav.config.parameters import Parameters
+from sara_nav.goals.move_base_config import LIMITS
+from sara_nav.move_base.local_planners import LOCAL_PLANNERS
+from sara_nav.move_base.settings import read_planner
+from sara_nav.planners.planning import GLOBAL_PLANNERS
 from sara_nav.ros.publishers import short_name
 from sara_nav.ros.reconfigure import Reconfigure
-from sara_nav.settings import read_planner
 
-DYNAMIC = ('base_global_planner', 'base_local_planner', 'planner_frequency', 'controller_frequency', 'planner_patience',
-           'controller_patience', 'max_planning_retries', 'conservative_reset_dist', 'recovery_behavior_enabled',
-           'clearing_rotation_allowed', 'shutdown_costmaps', 'oscillation_timeout', 'oscillation_distance',
-           'make_plan_clear_costmap', 'make_plan_add_unreachable_goal')
+DYNAMIC = (
+    'base_global_planner',
+    'base_local_planner',
+    'planner_frequency',
+    'controller_frequency',
+    'planner_patience',
+    'controller_patience',
+    'max_planning_retries',
+    'conservative_reset_dist',
+    'recovery_behavior_enabled',
+    'clearing_rotation_allowed',
+    'shutdown_costmaps',
+    'oscillation_timeout',
+    'oscillation_distance',
+    'make_plan_clear_costmap',
+    'make_plan_add_unreachable_goal',
+)
 """The fields of the peer's MoveBase.cfg that have an effect."""
 
 
@@ -35,8 +49,9 @@ class Tuning:
         limits = {name: limit[:2] for name, limit in getattr(config, 'LIMITS', {}).items()}
         fixed = getattr(config, 'FIXED', ())
         names = [field.name for field in dataclasses.fields(config) if field.name not in fixed]
-        self._planners[kind] = Reconfigure(short_name(planner), config, limits,
-                                           lambda new: self._on_planner(planner, new), names)
+        self._planners[kind] = Reconfigure(
+            short_name(planner), config, limits, lambda new: self._on_planner(planner, new), names
+        )
 
     def _on_planner(self, planner, config):
         """Take another configuration of a planner: as it can (``reconfigure``), or else by beginning anew with it."""
@@ -53,8 +68,9 @@ class Tuning:
         old, made = self._node.machine.config, {}
         tree = Parameters(rospy.get_param('~', {}))
         for kind, registry, name, before in (
-                ('global', GLOBAL_PLANNERS, config.base_global_planner, old.base_global_planner),
-                ('local', LOCAL_PLANNERS, config.base_local_planner, old.base_local_planner)):
+            ('global', GLOBAL_PLANNERS, config.base_global_planner, old.base_global_planner),
+            ('local', LOCAL_PLANNERS, config.base_local_planner, old.base_local_planner),
+        ):
             if name != before:
                 made[kind] = read_planner(tree, registry, name)
         if tree.faults:

@@ -1,4 +1,5 @@
 """A robot and a clock made up for rostests: it obeys cmd_vel, publishes TF and odom, and /clock at twice real time."""
+
 import math
 import threading
 import time
@@ -11,12 +12,15 @@ from rosgraph_msgs.msg import Clock
 
 
 class FakeRobot:
-    """Integrates cmd_vel at 50 Hz; map -> odom is a fixed shift, odom -> base_link the drive; base_link -> SDI_frame is where
-    a sensor looks ahead from the front."""
+    """Integrates cmd_vel at 50 Hz; map -> odom is a fixed shift, odom -> base_link the drive; base_link -> SDI_frame is
+    where a sensor looks ahead from the front.
+    """
 
     SHIFT = 0.5
     HELD = 0.15
-    """Seconds without a command, while driving, after which the clock waits for move_base, so that a busy machine is no fault."""
+    """Seconds without a command, while driving, after which the clock waits for move_base, so that a busy machine is no
+    fault.
+    """
 
     def __init__(self):
         self.x, self.y, self.yaw = 1.0, 1.0, 0.0
@@ -24,7 +28,7 @@ class FakeRobot:
         self.command = (0.0, 0.0)
         self.last_command = None
         self.turned = 0.0
-        self.silent = self.stopped = False   # stopped: it does not obey
+        self.silent = self.stopped = False  # stopped: it does not obey
         self.lock = threading.Lock()
         self.tf = tf2_ros.TransformBroadcaster()
         self.odom = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
@@ -45,7 +49,7 @@ class FakeRobot:
         due, ticks = time.monotonic(), 10000
         while not rospy.is_shutdown():
             self.wait_for_move_base(ticks / 100.0)
-            now = rospy.Time(ticks // 100, ticks % 100 * 10 ** 7)
+            now = rospy.Time(ticks // 100, ticks % 100 * 10**7)
             try:
                 self.clock.publish(now)
                 if ticks % 2 == 0:
@@ -77,9 +81,13 @@ class FakeRobot:
             self.turned += self.w * 0.02 / 1.27
             if self.silent:
                 return
-            self.tf.sendTransform([self.transform('map', 'odom', self.SHIFT, 0.0, 0.0, now),
-                                   self.transform('odom', 'base_link', self.x - self.SHIFT, self.y, self.yaw, now),
-                                   self.transform('base_link', 'SDI_frame', 0.54, 0.0, 0.0, now)])
+            self.tf.sendTransform(
+                [
+                    self.transform('map', 'odom', self.SHIFT, 0.0, 0.0, now),
+                    self.transform('odom', 'base_link', self.x - self.SHIFT, self.y, self.yaw, now),
+                    self.transform('base_link', 'SDI_frame', 0.54, 0.0, 0.0, now),
+                ]
+            )
             odom = Odometry(child_frame_id='base_link')
             odom.header.stamp, odom.header.frame_id = now, 'odom'
             odom.twist.twist.linear.x, odom.twist.twist.angular.z = self.v, self.w / 1.27

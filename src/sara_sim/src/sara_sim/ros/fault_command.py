@@ -7,7 +7,7 @@ import sys
 
 import yaml
 
-from sara_sim.faults import FaultError, build, describe
+from sara_sim.faults.faults import FaultError, build, describe
 
 ASSIGN = ':='
 WAIT_S = 5.0
@@ -29,8 +29,11 @@ def parse(arguments: list[str]) -> dict:
 
 def main() -> None:
     """Exit status 0 when the simulator did as told."""
-    parser = argparse.ArgumentParser(prog='fault', description=__doc__, epilog='Example: rosrun sara_sim fault frames_dropped '
-                                     'probability:=0.1 ids:=[0x204] duration:=2.0')
+    parser = argparse.ArgumentParser(
+        prog='fault',
+        description=__doc__,
+        epilog='Example: rosrun sara_sim fault frames_dropped probability:=0.1 ids:=[0x204] duration:=2.0',
+    )
     parser.add_argument('name', nargs='?', help='which fault')
     parser.add_argument('arguments', nargs='*', metavar='name:=value', help='its arguments')
     parser.add_argument('--list', action='store_true', help='show all faults with their arguments')
@@ -55,8 +58,10 @@ def _call(options) -> tuple[bool, str]:
         values = parse(options.arguments)
         build(options.name, values)  # what is wrong with the arguments is said without a simulator too
     import rospy
-    from sara_sim.srv import Fault
     from std_srvs.srv import Trigger
+
+    from sara_sim.srv import Fault
+
     service = f'{options.node}/{"clear_faults" if options.clear else "fault"}'
     try:
         rospy.wait_for_service(service, WAIT_S)

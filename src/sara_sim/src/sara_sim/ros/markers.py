@@ -6,7 +6,7 @@ from math import cos, sin
 
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sara_sim.world import World
+from sara_sim.world.world import World
 
 HEIGHT = 1.2  # m, of what stands about
 LIFETIME_S = 1.0

@@ -1,7 +1,8 @@
-"""The simulator node: a chair behind a Lawicel adapter on a pseudo-terminal, with /clock, and /ground_truth for tests and plots.
+"""The simulator node: a chair behind a Lawicel adapter on a pseudo-terminal, with /clock, and /ground_truth for tests
+and plots.
 
-Services make faults happen. While the adapter is unplugged the pseudo-terminal is really gone, and its link too; plugged in again it is
-a new one under the same name, as with a USB adapter and its udev rule.
+Services make faults happen. While the adapter is unplugged the pseudo-terminal is really gone, and its link too;
+plugged in again it is a new one under the same name, as with a USB adapter and its udev rule.
 """
 
 from __future__ import annotations
@@ -13,24 +14,24 @@ from math import cos, sin
 
 import rospy
 import yaml
-from canserial.bus import BusDescription, BusError
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sara_lowlevel.config import SensorConfig
 from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
-from sara_sim import obstacles
+from canserial.dbc.bus import BusDescription, BusError
+from sara_lowlevel.config import SensorConfig
+from sara_sim.bus.lawicel import LawicelAdapter
+from sara_sim.bus.pacing import Pacer, Patience
+from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
-from sara_sim.faults import FaultError
-from sara_sim.lawicel import LawicelAdapter
-from sara_sim.pacing import Pacer, Patience
+from sara_sim.faults.faults import FaultError
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
-from sara_sim.terminal import PortError, Terminal
-from sara_sim.world import World, WorldError
+from sara_sim.world import obstacles
+from sara_sim.world.world import World, WorldError
 
 GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
@@ -117,7 +118,7 @@ class SimulatorNode:
             try:
                 self._terminal = Terminal(self._settings.port)
             except PortError as error:
-                rospy.logerr_throttle(10.0, 'the adapter cannot be plugged in: %s' % error)
+                rospy.logerr_throttle(10.0, f'the adapter cannot be plugged in: {error}')
                 return
             rospy.loginfo('the adapter is plugged in again at %s', self._settings.port)
 
@@ -131,8 +132,8 @@ class SimulatorNode:
         closed = self._adapter.closed
         answer, frames = self._adapter.feed(data)
         if self._adapter.closed != closed:
-            # What who closes the channel leaves unread is old: the next one must not take it for news. Not when it is opened:
-            # that one may be reading already, and is told of a broken port by what vanishes under its hands.
+            # What who closes the channel leaves unread is old: the next one must not take it for news. Not when it is
+            # opened: that one may be reading already, and is told of a broken port by what vanishes under its hands.
             self._terminal.discard()
         if answer:
             self._write(answer)
@@ -160,20 +161,32 @@ class SimulatorNode:
             self._truth.publish(self._ground_truth(stamp))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
-            rospy.logwarn('contact %d: the chair touches a wall or an obstacle at x %.2f m, y %.2f m', self._contacts, *self._chair.pose[:2])
+            rospy.logwarn(
+                'contact %d: the chair touches a wall or an obstacle at x %.2f m, y %.2f m',
+                self._contacts,
+                *self._chair.pose[:2],
+            )
         world = self._chair.world
-        if self._ticks % MARKER_STEPS == 0 and (world.obstacles.all or world.ramps) and self._markers.get_num_connections():
+        if (
+            self._ticks % MARKER_STEPS == 0
+            and (world.obstacles.all or world.ramps)
+            and self._markers.get_num_connections()
+        ):
             self._markers.publish(markers(world, stamp, rospy.Duration(LIFETIME_S)))
         if self._ticks % DIAGNOSTICS_STEPS == 0:
             self._diagnostics.publish(self._status(stamp))
             if self._terminal and not self._adapter.is_open:
-                rospy.loginfo_throttle(WAITING_S, 'waiting for somebody to open the CAN channel on %s' % self._settings.port)
+                rospy.loginfo_throttle(
+                    WAITING_S, f'waiting for somebody to open the CAN channel on {self._settings.port}'
+                )
 
     def _write(self, data: bytes) -> None:
         if self._terminal and not self._terminal.write(data):
             self._adapter.overrun()
             self._dropped += len(data)
-            rospy.logwarn_throttle(10.0, 'nobody reads %s: frames are dropped (%d bytes so far)' % (self._settings.port, self._dropped))
+            rospy.logwarn_throttle(
+                10.0, 'nobody reads %s: frames are dropped (%d bytes so far)' % (self._settings.port, self._dropped)
+            )
 
     def _ground_truth(self, stamp) -> Odometry:
         message = Odometry()
@@ -189,12 +202,22 @@ class SimulatorNode:
         chair, adapter = self._chair, self._adapter
         faults = chair.faults.list()
         values = {
-            'port': self._settings.port, 'adapter plugged in': chair.plugged, 'channel': adapter.state,
-            'bit rate agrees': adapter.agrees, 'faults on command': '; '.join(faults) or 'none',
-            'sensor node': chair.sensors.state, 'contacts': chair.contacts, 'touching': chair.drive.touching,
-            'modoPC': chair.motor.mode, 'bytes dropped': self._dropped, 'steps late': self._pacer.slips, 'waits for the PC': self._patience.waits,
-            'seconds given up': round(self._pacer.lost, 3), **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
-            **{f'bus: {k}': v for k, v in sorted(chair.counts.items())}, **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
+            'port': self._settings.port,
+            'adapter plugged in': chair.plugged,
+            'channel': adapter.state,
+            'bit rate agrees': adapter.agrees,
+            'faults on command': '; '.join(faults) or 'none',
+            'sensor node': chair.sensors.state,
+            'contacts': chair.contacts,
+            'touching': chair.drive.touching,
+            'modoPC': chair.motor.mode,
+            'bytes dropped': self._dropped,
+            'steps late': self._pacer.slips,
+            'waits for the PC': self._patience.waits,
+            'seconds given up': round(self._pacer.lost, 3),
+            **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
+            **{f'bus: {k}': v for k, v in sorted(chair.counts.items())},
+            **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
             **{f'sensor node: {k}': v for k, v in sorted(chair.sensors.counts.items())},
         }
         level, text = DiagnosticStatus.OK, 'running'
@@ -203,21 +226,36 @@ class SimulatorNode:
         elif not adapter.is_open:
             level, text = DiagnosticStatus.WARN, 'nobody has opened the CAN channel'
         elif not adapter.agrees:
-            level, text = DiagnosticStatus.ERROR, f'the CAN channel is opened with {adapter.rate:.0f} bit/s, the bus has {adapter.bus_rate}'
+            level, text = (
+                DiagnosticStatus.ERROR,
+                f'the CAN channel is opened with {adapter.rate:.0f} bit/s, the bus has {adapter.bus_rate}',
+            )
         elif faults:
             level, text = DiagnosticStatus.WARN, f'{len(faults)} faults on command'
         elif chair.drive.touching:
             level, text = DiagnosticStatus.WARN, 'the chair touches a wall or an obstacle'
         message = DiagnosticArray()
         message.header.stamp = stamp
-        message.status = [DiagnosticStatus(level=level, name='simulator: chair', message=text, hardware_id='simulated',
-                                           values=[KeyValue(key, str(value)) for key, value in values.items()])]
+        message.status = [
+            DiagnosticStatus(
+                level=level,
+                name='simulator: chair',
+                message=text,
+                hardware_id='simulated',
+                values=[KeyValue(key, str(value)) for key, value in values.items()],
+            )
+        ]
         return message
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
     cr, sr, cp, sp, cy, sy = cos(roll / 2), sin(roll / 2), cos(pitch / 2), sin(pitch / 2), cos(yaw / 2), sin(yaw / 2)
-    return sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
 def make_chair(settings: SimulatorSettings) -> SimulatedChair:
@@ -228,9 +266,18 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
         for thing in things:
             world.obstacles.add(thing)
         world.ramps.extend(ramps)
-    sensors = SensorConfig(imu_period=0.05 if settings.fast else 0.2, calibrate=settings.calibrate, madgwick=settings.madgwick)
-    chair = SimulatedChair(world, settings.seed, settings.start, BusDescription.named(settings.dbc), options=settings.options, sensors=sensors,
-                           power_up=settings.power_up)
+    sensors = SensorConfig(
+        imu_period=0.05 if settings.fast else 0.2, calibrate=settings.calibrate, madgwick=settings.madgwick
+    )
+    chair = SimulatedChair(
+        world,
+        settings.seed,
+        settings.start,
+        BusDescription.named(settings.dbc),
+        options=settings.options,
+        sensors=sensors,
+        power_up=settings.power_up,
+    )
     if settings.log:
         chair.log(settings.log)
     return chair
@@ -249,8 +296,13 @@ def main() -> None:
         sys.exit(1)
     for name, (value, default) in {**chair.config.changes(), **chair.options.changes()}.items():
         rospy.logwarn('this is not the reference chair: %s is %r, not %r', name, value, default)
-    rospy.loginfo('simulating chair %d on %s, at %g times real time, adapter at %s', settings.seed, settings.map or 'an empty floor',
-                  settings.speed, settings.port)
+    rospy.loginfo(
+        'simulating chair %d on %s, at %g times real time, adapter at %s',
+        settings.seed,
+        settings.map or 'an empty floor',
+        settings.speed,
+        settings.port,
+    )
     try:
         node.run()
     finally:

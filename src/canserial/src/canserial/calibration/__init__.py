@@ -1,0 +1,1 @@
+"""The gyroscope's offset and gain: how they are measured, and the file that keeps them."""

@@ -1,0 +1,135 @@
+"""The file that keeps a chair's calibration: the gyroscope's offset and the gain on the turned angle, as YAML for
+people.
+
+It is written atomically (a new file takes the old one's place), so that a power cut leaves the old or the new one,
+never half.
+It is read with suspicion: a file that is damaged or that no MPU6050 could have given is an error of one sentence.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import yaml
+
+from canserial.calibration.calibration import MAX_OFFSET
+from sara_common.checks import is_number
+
+GAIN_LIMITS = 0.5, 2.0  # beyond: no scale error of a gyroscope but a wrong measurement
+HEAD = """\
+# A chair's calibration, written by canserial (read.py, calibrate_gain).
+# gyro_offset, gyro_sigma: deg/s, x y z, at rest. gain: factor on the turned angle. Times: UTC.
+"""
+
+
+class CalibrationFileError(ValueError):
+    """One sentence: which file, what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What is known of a chair's gyroscope; None for what was not measured.
+
+    gyro_offset, gyro_sigma: three rates, deg/s. gyro_frames: how many frames they are the mean and deviation of. gain:
+    k of the turned angle; gain_error: its standard error. gyro_measured, gain_measured: when, in words.
+    """
+
+    gyro_offset: tuple = None
+    gyro_sigma: tuple = None
+    gyro_frames: int = None
+    gyro_measured: str = None
+    gain: float = None
+    gain_error: float = None
+    gain_measured: str = None
+
+    def faults(self):
+        """Sentences about what cannot be, empty if it is plausible."""
+        faults = []
+        for name, low, high, allowed in (
+            ('gyro_offset', -MAX_OFFSET, MAX_OFFSET, f'-{MAX_OFFSET:g} to {MAX_OFFSET:g}'),
+            ('gyro_sigma', 0.0, MAX_OFFSET, f'0 to {MAX_OFFSET:g}'),
+        ):
+            value = getattr(self, name)
+            if value is not None and not (
+                isinstance(value, (list, tuple))
+                and len(value) == 3
+                and all(is_number(v) and low <= v <= high for v in value)
+            ):
+                faults.append(f'{name} is {value!r}, allowed are three numbers of {allowed}')
+        if self.gyro_frames is not None and not (is_number(self.gyro_frames) and self.gyro_frames >= 1):
+            faults.append(f'gyro_frames is {self.gyro_frames!r}, allowed are whole numbers of 1 or more')
+        low, high = GAIN_LIMITS
+        if self.gain is not None and not (is_number(self.gain) and low <= self.gain <= high):
+            faults.append(f'gain is {self.gain!r}, allowed is {low:g} to {high:g}')
+        if self.gain_error is not None and not (is_number(self.gain_error) and self.gain_error >= 0.0):
+            faults.append(f'gain_error is {self.gain_error!r}, allowed are numbers of 0 or more')
+        return faults
+
+    def updated(self, **changes):
+        """A copy with these fields changed."""
+        return replace(self, **changes)
+
+
+def load(path):
+    """The Calibration in the file `path`. Raises FileNotFoundError where there is none, CalibrationFileError."""
+    try:
+        text = Path(path).read_text(encoding='utf-8')
+    except FileNotFoundError:
+        raise
+    except (OSError, UnicodeDecodeError) as error:
+        raise CalibrationFileError(f'the calibration file {path} cannot be read: {error}') from error
+    try:
+        content = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise CalibrationFileError(f'the calibration file {path} is damaged: {" ".join(str(error).split())}') from error
+    if not isinstance(content, dict) or not content:
+        raise CalibrationFileError(f'the calibration file {path} is damaged: it holds no fields')
+    unknown = sorted(map(str, content.keys() - Calibration.__dataclass_fields__.keys()))
+    if unknown:
+        raise CalibrationFileError(f'the calibration file {path} is damaged: it holds {", ".join(unknown)}')
+    calibration = Calibration(
+        **{name: tuple(value) if isinstance(value, list) else value for name, value in content.items()}
+    )
+    faults = calibration.faults()
+    if faults:
+        raise CalibrationFileError(f'the calibration file {path} is implausible: {"; ".join(faults)}')
+    return calibration
+
+
+def load_offset(path):
+    """load(), for those who need the offset: that there is no file or no offset in it is a CalibrationFileError too."""
+    try:
+        calibration = load(path)
+    except FileNotFoundError:
+        raise CalibrationFileError(f'there is no calibration file {path}: measure once, and save') from None
+    if calibration.gyro_offset is None:
+        raise CalibrationFileError(f'the calibration file {path} holds no gyro_offset: measure once, and save')
+    return calibration
+
+
+def save(path, calibration):
+    """Write atomically; folders are made. Raises CalibrationFileError."""
+    faults = calibration.faults()
+    if faults:
+        raise CalibrationFileError(f'an implausible calibration is not saved: {"; ".join(faults)}')
+    fields = {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in vars(calibration).items()
+        if value is not None
+    }
+    path = Path(path)
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
+        with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
+            file.write(HEAD + yaml.safe_dump(fields, sort_keys=False, default_flow_style=None))
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary is not None and os.path.exists(temporary):
+            os.unlink(temporary)
+        raise CalibrationFileError(f'the calibration file {path} cannot be written: {error}') from error

@@ -1,0 +1,88 @@
+"""A bus description as Markdown: what `rosrun canserial bus2md` prints."""
+
+import argparse
+import sys
+
+from canserial.dbc.bus import BusDescription, BusError
+
+
+def markdown(bus):
+    """The document of a BusDescription: one section per message, one row per signal."""
+    lines = [
+        '# The bus',
+        '',
+        'Made from the DBC file by `rosrun canserial bus2md`; change that file, not this one.',
+        '',
+    ]
+    if bus.comment:
+        lines += [bus.comment, '']
+    nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
+    lines += [*nodes, ''] if nodes else []
+    lines += ['| id | message | from | to | every |', '| --- | --- | --- | --- | --- |']
+    lines += [
+        f'| {_identifier(message)} | [{message.name}](#{message.name.lower()}) | {_names(message.senders)} '
+        f'| {_names(message.receivers)} | {_period(message)} |'
+        for message in bus.messages
+    ]
+    for message in bus.messages:
+        lines += [
+            '',
+            f'## {message.name}',
+            f'`{_identifier(message)}` ({message.frame_id}), {message.length} bytes, '
+            f'from {_names(message.senders)}, every {_period(message)}. {message.comment or ""}'.rstrip(),
+            '',
+            '| signal | bits | type | factor | unit | range | meaning |',
+            '| --- | --- | --- | --- | --- | --- | --- |',
+        ]
+        lines += [_row(signal) for signal in message.signals]
+    return '\n'.join(lines) + '\n'
+
+
+def _row(signal):
+    order = '' if signal.length <= 8 else ', little-endian' if signal.byte_order == 'little_endian' else ', big-endian'
+    kind = ('float' if signal.is_float else 'int' if signal.is_signed else 'uint') + str(signal.length)
+    low, high = (
+        (-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed else (0, (1 << signal.length) - 1)
+    )
+    reach = (
+        ''
+        if signal.is_float
+        else f'{_number(low * signal.scale + signal.offset)} to {_number(high * signal.scale + signal.offset)}'
+    )
+    factor = _number(signal.scale) + (f', offset {_number(signal.offset)}' if signal.offset else '')
+    choices = ', '.join(f'{value} = {text}' for value, text in sorted((signal.choices or {}).items()))
+    meaning = '; '.join(part for part in (signal.comment, choices) if part)
+    last = signal.start + signal.length - 1
+    bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
+    return (
+        f'| `{signal.name}` | {bits} (byte {signal.start // 8}) | {kind}{order} | {factor} | {signal.unit or ""} '
+        f'| {reach} | {meaning} |'
+    )
+
+
+def _identifier(message):
+    return f'0x{message.frame_id:08X}' if message.is_extended_frame else f'0x{message.frame_id:03X}'
+
+
+def _names(names):
+    return ', '.join(f'`{name}`' for name in sorted(names)) or '-'
+
+
+def _period(message):
+    return f'{message.cycle_time} ms' if message.cycle_time else '-'
+
+
+def _number(value):
+    return f'{value:.10g}' if isinstance(value, int) or abs(value) >= 1e6 else f'{value:.6g}'
+
+
+def main(arguments=None):
+    """Print the document of a bus description."""
+    parser = argparse.ArgumentParser(prog='bus2md', description='A bus description (DBC) as Markdown.')
+    parser.add_argument(
+        'bus', nargs='?', default='sara', help='sara, sara_tenths or the path of a DBC file (default: %(default)s)'
+    )
+    try:
+        sys.stdout.write(markdown(BusDescription.named(parser.parse_args(arguments).bus)))
+    except BusError as error:
+        parser.error(str(error))

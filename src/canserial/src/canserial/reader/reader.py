@@ -1,0 +1,245 @@
+"""Frames of SARA's bus to readings: the whole of read.py without ROS (thesis 3.3, with its defects mended)."""
+
+import math
+from collections import Counter
+
+from canserial.dbc.bus import BadLength, UnknownFrame
+from canserial.reader.faults import KINDS
+from canserial.reader.imu_reader import ImuReader
+from canserial.reader.plausibility import EncoderGuard, StuckValue
+from canserial.reader.ranges import SILENT, RangeFilter, rep117
+from canserial.reader.readings import (
+    LEFT,
+    RIGHT,
+    AnglesReading,
+    BatteryReading,
+    EncoderReading,
+    JoystickReading,
+    ModeReading,
+    RangeReading,
+)
+
+JOYSTICK_CENTRE = 512
+JOYSTICK_DEAD_BAND = 40
+JOYSTICK_MAX = 1023
+MODES = frozenset((0, 1, 3))
+ANGLE_LIMIT = 90.0  # deg; both filters take roll and pitch from atan2(a, hypot(b, c))
+LAST_STAMP = 2.0**32  # s; what a ROS time can hold
+
+
+class Reader:
+    """Takes frames in the order of their reception and returns what they say.
+
+    config: ReaderConfig. bus: BusDescription. stored: the calibration_file.Calibration of this chair, or None; it must
+    hold an offset where config.calibration is 'saved' (else ValueError).
+    `frames` counts what was taken, `counters` what was dropped by kind (faults.KINDS), `last_fault` holds each kind's
+    latest stamp, `seen` the latest stamp of each frame by name. `battery`: V, None until known.
+    """
+
+    def __init__(self, config, bus, stored=None):
+        self.config = config
+        self.bus = bus
+        self.frames = 0
+        self.counters = Counter()
+        self.last_fault = {}
+        self.seen = {}
+        self.first_stamp = None
+        self.battery = None
+        self._imu = ImuReader(config, stored, self._drop)
+        self._ranges = RangeFilter(config.range_min, config.range_max, config.max_gap)
+        fastest = config.max_wheel_speed / math.tau * config.encoder_steps_per_turn
+        self._guards = {wheel: EncoderGuard(fastest, config.still_steps) for wheel in (RIGHT, LEFT)}
+        self._stuck = {source: StuckValue(config.stuck_time) for source in ('angles', 'madgwick')}
+        self._handlers = {
+            'ENCODER_RIGHT': lambda t, v: self._encoder(t, RIGHT, v),
+            'ENCODER_LEFT': lambda t, v: self._encoder(t, LEFT, v),
+            'JOYSTICK': self._joystick,
+            'MODO_PC': self._mode,
+            'RANGES_1': self._ranges_1,
+            'RANGES_2': self._distances,
+            'RANGE_ACCEL': self._range_acceleration,
+            'IMPACT_GYRO': lambda t, v: self._imu.on_gyro(t, (v['gx'], v['gy'], v['gz']), v['alarma']),
+            'COMPLEMENTARY': self._complementary,
+            'MADGWICK': self._madgwick,
+            'BATTERY': self._battery,
+        }
+
+    @property
+    def ready(self):
+        """Whether the gyro's offset is known, so that ImuReadings come."""
+        return self._imu.offset is not None
+
+    @property
+    def offset(self):
+        """The gyroscope's offset, three deg/s, None until known."""
+        return self._imu.offset
+
+    @property
+    def calibration(self):
+        """The measurement of the offset under way or the last one (GyroCalibration), None if there was none."""
+        return self._imu.calibration
+
+    @property
+    def calibrating(self):
+        """Whether the offset is being measured."""
+        return self._imu.calibrating
+
+    @property
+    def period(self):
+        """Seconds between IMU frames."""
+        return self._imu.period
+
+    @property
+    def imu_stamp(self):
+        """Stamp of the last ImuReading, None before the first."""
+        return self._imu.stamp
+
+    @property
+    def yaw(self):
+        """The yaw now, rad."""
+        return self._imu.yaw.yaw
+
+    @property
+    def yaw_doubtful(self):
+        """Whether the chair may have turned unseen since the last set_yaw()."""
+        return self._imu.yaw_doubtful
+
+    @property
+    def turned(self):
+        """The angle turned since the start, rad, without the gain and not wrapped: what the gain procedure compares."""
+        return self._imu.yaw.turned
+
+    @property
+    def gain(self):
+        """The factor on the yaw rate."""
+        return self._imu.yaw.gain
+
+    @gain.setter
+    def gain(self, gain):
+        """From the next frame on; what was turned before keeps its own."""
+        self._imu.yaw.gain = gain
+
+    def motion(self, now):
+        """Why the chair does not stand still at `now` (s), '' if it does."""
+        return self._imu.motion(now)
+
+    def set_yaw(self, yaw, stamp):
+        """The yaw was `yaw` (rad) at `stamp` (s). Frames received before it do not change it back.
+
+        A yaw that is not finite or a stamp that ROS could not hold is dropped and counted.
+        """
+        if not (math.isfinite(yaw) and 0.0 <= stamp < LAST_STAMP):
+            self.counters['set_pose_implausible'] += 1
+            return
+        self._imu.yaw.set(yaw, stamp)
+        self._imu.yaw_doubtful = False
+
+    def calibrate(self, now):
+        """Measure the gyro's offset again, at rest; meanwhile the old one serves, and if the chair moves it stays.
+
+        now: s, the clock of the frames. Returns '' if the measurement has begun, else why not. See `calibrating` and
+        `calibration` for how it goes.
+        """
+        return self._imu.calibrate(now)
+
+    def on_frame(self, frame):
+        """Readings (a list, possibly empty) of one Frame; what cannot be read or believed is counted and dropped."""
+        stamp = frame.time
+        if not 0.0 <= stamp < LAST_STAMP:
+            self.counters['stamp_implausible'] += 1
+            return []
+        try:
+            name, values = self.bus.decode(frame)
+        except UnknownFrame:
+            return self._drop('unknown_id', stamp)
+        except BadLength:
+            return self._drop('bad_length', stamp)
+        if not self.frames:
+            self.first_stamp = stamp
+        self.frames += 1
+        self.seen[name] = stamp
+        handler = self._handlers.get(name)
+        return handler(stamp, values) if handler else []
+
+    def _drop(self, kind, stamp):
+        self.counters[kind] += 1
+        if kind in KINDS:
+            self.last_fault[kind] = stamp
+        return []
+
+    def _encoder(self, stamp, wheel, values):
+        steps, clock = values['steps'], values['time']
+        guard = self._guards[wheel]
+        restarts = guard.restarts
+        fault = guard.check(stamp, steps, clock)
+        if fault is not None:
+            return self._drop(fault, stamp)
+        restarted = guard.restarts > restarts
+        if restarted:
+            self._drop('encoder_restarts', stamp)
+        self._imu.on_steps(stamp, wheel, steps, restarted)
+        return [EncoderReading(stamp, wheel, steps, clock)]
+
+    def _joystick(self, stamp, values):
+        mode = values['modo']
+        if max(values['joyx'], values['joyy']) > JOYSTICK_MAX or mode not in MODES:
+            return self._drop('joystick_implausible', stamp)
+        return [
+            JoystickReading(stamp, -_axis(values['joyx']), _axis(values['joyy']), mode, values['velD'], values['velI'])
+        ]
+
+    def _mode(self, stamp, values):
+        mode = values['modoPC']
+        return [ModeReading(stamp, mode)] if mode in MODES else self._drop('mode_implausible', stamp)
+
+    def _battery(self, stamp, values):
+        voltage = values['voltage']
+        if not 0.0 <= voltage <= self.config.battery_max:
+            return self._drop('battery_implausible', stamp)
+        self.battery = voltage
+        return [BatteryReading(stamp, voltage)]
+
+    def _ranges_1(self, stamp, values):
+        self._imu.on_ranges()
+        return self._distances(stamp, values)
+
+    def _distances(self, stamp, values):
+        readings = []
+        for name, distance in values.items():
+            if not 0.0 <= distance <= self.config.range_limit:
+                self._drop(f'range_{"silent" if distance > SILENT else "implausible"}_{name}', stamp)
+                continue
+            raw = rep117(distance, self.config.range_min, self.config.range_max)
+            distance = self._ranges.add(name, stamp, distance)
+            if distance is not None:
+                readings.append(RangeReading(stamp, name, distance, raw))
+        return readings
+
+    def _range_acceleration(self, stamp, values):
+        self._imu.on_acceleration(stamp, (values['ax'], values['ay'], values['az']))
+        return self._distances(stamp, {'SJO': values['SJO']})
+
+    def _angles(self, stamp, source, roll, pitch, yaw):
+        """Three rad, or [] if they are not believed."""
+        if max(abs(roll), abs(pitch)) > ANGLE_LIMIT:
+            return self._drop(f'{source}_implausible', stamp)
+        if self._stuck[source].add(stamp, (roll, pitch, yaw)):
+            return self._drop(f'{source}_stuck', stamp)
+        return math.radians(roll), math.radians(pitch), math.radians(yaw)
+
+    def _complementary(self, stamp, values):
+        angles = self._angles(stamp, 'angles', values['rx'], values['ry'], values['rz'])
+        if not angles:
+            return []
+        self._imu.on_tilt(stamp, *angles[:2])
+        return [AnglesReading(stamp, 'complementary', *angles)]
+
+    def _madgwick(self, stamp, values):
+        angles = self._angles(stamp, 'madgwick', values['roll'], values['pitch'], values['yaw'])
+        return [AnglesReading(stamp, 'madgwick', *angles)] if angles else []
+
+
+def _axis(raw):
+    """-1..1 from 0..1023, 0 inside the dead band."""
+    offset = raw - JOYSTICK_CENTRE
+    return 0.0 if abs(offset) <= JOYSTICK_DEAD_BAND else max(-1.0, offset / (JOYSTICK_MAX - JOYSTICK_CENTRE))

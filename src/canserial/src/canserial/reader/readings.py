@@ -1,0 +1,86 @@
+"""What the frames of the bus say, in SI units. `stamp` is the time the frame was received, s."""
+
+import math
+from typing import NamedTuple
+
+RIGHT, LEFT = 0, 1
+FIELD_OF_VIEW = math.radians(60.0)  # the cone in which an ultrasonic sensor hears an echo
+
+
+class EncoderReading(NamedTuple):
+    """A wheel's counters: `wheel` RIGHT or LEFT, `steps` and `time_100us` both modulo 2^32."""
+
+    stamp: float
+    wheel: int
+    steps: int
+    time_100us: int
+
+
+class ImuReading(NamedTuple):
+    """roll, pitch, yaw: rad (yaw in [-pi, pi]); angular_velocity: 3 x rad/s; linear_acceleration: 3 x m/s2, gravity in
+    it.
+    """
+
+    stamp: float
+    roll: float
+    pitch: float
+    yaw: float
+    angular_velocity: tuple
+    linear_acceleration: tuple
+
+
+class AnglesReading(NamedTuple):
+    """The sensor node's own angles, rad; source: 'complementary' or 'madgwick'. yaw is modulo 65.536 deg (16 bits on
+    the bus).
+    """
+
+    stamp: float
+    source: str
+    roll: float
+    pitch: float
+    yaw: float
+
+
+class RangeReading(NamedTuple):
+    """Distance in m after REP-117: -Inf nearer than the sensor can measure, +Inf no echo within its range. `raw`: the
+    last one as it came, NaN where that is not known; `range`: the median of the last three.
+    """
+
+    stamp: float
+    name: str
+    range: float
+    raw: float = math.nan
+
+
+class JoystickReading(NamedTuple):
+    """left and forward: -1..1, 0 within the dead band; mode: the `modo` of the bus; the node's own wheel commands,
+    rad/s.
+    """
+
+    stamp: float
+    left: float
+    forward: float
+    mode: int
+    right_wheel: float
+    left_wheel: float
+
+
+class ModeReading(NamedTuple):
+    """Who drives (`modoPC` of the bus): 1 the joystick, 3 the PC."""
+
+    stamp: float
+    mode: int
+
+
+class BatteryReading(NamedTuple):
+    """Voltage in V."""
+
+    stamp: float
+    voltage: float
+
+
+class ImpactReading(NamedTuple):
+    """Whether the sensor node reports an impact (`alarma` of the bus)."""
+
+    stamp: float
+    impact: bool

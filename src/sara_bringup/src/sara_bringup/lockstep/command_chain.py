@@ -1,0 +1,116 @@
+"""From commands to the wheels in one object, as the nodes chain it: cmd_vel_mux, safety_gate, diff_drive_controller,
+the CAN base.
+
+`/cmd_vel/navigation` and the joystick go in, wheel command frames come out; what the gate watches goes to it on the
+way. Gate and controller each run 50 times a second, on timers whose phases nobody sets: a command waits half a period
+for each on average. Here the wheels go by what the gate said a period before.
+"""
+
+from canserial.reader.readings import (
+    EncoderReading,
+    ImpactReading,
+    ImuReading,
+    JoystickReading,
+    ModeReading,
+    RangeReading,
+)
+from sara_bringup.paths import parameters
+from sara_control.gate.gate_config import SafetyConfig
+from sara_control.gate.guard import PC_DRIVES, Guard
+from sara_control.gate.reasons import State, sentence
+from sara_control.mux.joystick import Joystick, JoystickConfig
+from sara_control.mux.mux import Mux, MuxConfig
+from sara_control.wheels.can_base import CanBase
+from sara_control.wheels.config import ControllerConfig
+from sara_control.wheels.controller import DiffDriveController
+
+
+class CommandChain:
+    """Made of the nodes' own configuration. `decision`: the gate's newest; `positions`: the wheels' newest;
+    `controller`, `guard`, `mux`: the parts.
+    """
+
+    def __init__(self, bus):
+        control, mux = (
+            ControllerConfig.from_params(parameters('sara_control', 'sara.yaml')),
+            parameters('sara_control', 'mux.yaml'),
+        )
+        self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
+        self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux['joystick']))
+        self.guard = Guard(SafetyConfig.from_params(parameters('sara_control', 'safety.yaml')))
+        self.decision = self.positions = None
+        self.abort = self.cancel = ''  # why goals are to be given up; whoever does it empties them
+        self._hear = {
+            EncoderReading: self._encoder,
+            ModeReading: self._mode,
+            ImuReading: self._imu,
+            RangeReading: self._range,
+            ImpactReading: self._impact,
+            JoystickReading: self._joystick,
+        }
+
+    @property
+    def ready(self):
+        """Whether a command would move the chair."""
+        return self.decision is not None and self.decision.state is State.IDLE
+
+    def on_reading(self, reading, now):
+        """What read.py published. Returns the odometry's state where it moved on, else None."""
+        hear = self._hear.get(type(reading))
+        return hear(reading, now) if hear else None
+
+    def on_navigation(self, v, w, now):
+        """A command of move_base (m/s, rad/s)."""
+        self.on_command('navigation', v, w, now)
+
+    def on_command(self, source, v, w, now):
+        """A command of one of the multiplexer's sources."""
+        self._said(self.mux.on_command(now, source, v, w), now)
+
+    def step(self, now):
+        """The frame for the wheels, 50 times a second."""
+        if self.decision is not None:
+            self.controller.on_command(self.decision.v, self.decision.w, now)
+        frame = self.base.command(*self.controller.update(now, self.base.may_drive))
+        self._said(self.mux.update(now), now)
+        decision = self.decision = self.guard.step(now)
+        if decision.give_up:
+            self.abort = sentence(decision.state, decision.reason)
+        return frame
+
+    def _said(self, said, now):
+        self.guard.on_source(self.mux.driver)
+        if self.mux.take_driven_out():
+            self.cancel = 'The user has taken over.'
+        if said is not None:
+            self.guard.on_command(now, said.v, said.w)
+
+    def _encoder(self, reading, _now):
+        self.guard.on_encoder(reading.stamp, reading.wheel, reading.steps, reading.time_100us)
+        wheels = self.base.on_encoder(reading)
+        if wheels is None:
+            return None
+        self.positions = wheels
+        return self.controller.on_wheels(*wheels)
+
+    def _mode(self, reading, now):
+        self.base.on_mode(reading.mode)
+        self.guard.on_mode(now, reading.mode)
+        self._said(self.mux.on_robot(now, reading.mode != PC_DRIVES), now)
+
+    def _imu(self, reading, _now):
+        self.guard.on_imu(reading.stamp, reading.angular_velocity)
+
+    def _range(self, reading, _now):
+        self.guard.on_raw_range(reading.stamp, reading.name, reading.raw)
+        self.guard.on_range(reading.stamp, reading.name, reading.range)
+
+    def _impact(self, reading, now):
+        self.guard.on_impact(now, reading.impact)
+
+    def _joystick(self, reading, now):
+        command = self.joystick.on_axes(
+            (reading.left, reading.forward, reading.right_wheel, reading.left_wheel), (reading.mode,)
+        )
+        if command is not None:
+            self.on_command('joystick', *command, now)

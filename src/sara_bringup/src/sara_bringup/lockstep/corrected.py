@@ -1,0 +1,63 @@
+"""Localization in lockstep corrected by the map: what range_localization makes of ekf_se's pose."""
+
+from functools import lru_cache
+
+from canserial.reader.readings import FIELD_OF_VIEW
+from sara_bringup.lockstep.localization import Estimate
+from sara_bringup.lockstep.ranges import mountings
+from sara_bringup.paths import parameters
+from sara_bringup.planar import compose
+from sara_localization.ranges.range_config import RangeConfig
+from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
+
+
+@lru_cache(maxsize=1)
+def settings():
+    """SARA's own RangeConfig."""
+    return RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml'))
+
+
+class Corrected(Estimate):
+    """`inner`: the Filter. `grid`: sara_nav's GridMap. `limits`: least and most that the sensors measure, m. `config`:
+    RangeConfig, SARA's where none is given.
+    """
+
+    def __init__(self, inner, grid, limits, config=None):
+        super().__init__()
+        self._inner, self._limits, self._places = inner, limits, mountings()
+        self.on_imu, self.on_odometry = inner.on_imu, inner.on_odometry
+        config, geometry = config or settings(), grid.geometry
+        self.correction = RangeCorrection(
+            config,
+            RangeMap.from_occupancy(
+                grid.data,
+                geometry.resolution,
+                (geometry.origin_x, geometry.origin_y, grid.origin_yaw),
+                config.map_occupied_above,
+            ),
+        )
+
+    def on_range(self, reading):
+        """A canserial RangeReading."""
+        self.correction.on_range(
+            RangeData(
+                reading.name, reading.stamp, self._places[reading.name], reading.range, *self._limits, FIELD_OF_VIEW
+            )
+        )
+
+    def set_pose(self, pose, now):
+        """As Filter's; from there on the filter is believed anew."""
+        refused = self._inner.set_pose(pose, now)
+        if refused is None:
+            self.correction.forget()
+        return refused
+
+    def step(self, now):
+        """The filter's tick, and what is given out with the correction on it."""
+        inner, correction = self._inner, self.correction
+        if not inner.step(now):
+            return False
+        correction.on_pose(inner.stamp, inner.pose)
+        self.velocity, self.stamp, self.pose = inner.velocity, inner.stamp, compose(correction.offset, inner.pose)
+        self.map_from_odom = inner.map_from_odom and compose(correction.offset, inner.map_from_odom)
+        return True

@@ -1,0 +1,256 @@
+"""The whole system in one process: the simulated chair, its bus, and the very objects that the nodes run, on one clock.
+
+Frames pass as CAN frames, encoded and decoded by the code that serves the real bus; configuration is the nodes' own
+YAML. A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives the same drive to the last digit.
+"""
+
+import gc
+import math
+from contextlib import contextmanager
+
+from canserial.dbc.bus import BusDescription
+from canserial.reader.config import ReaderConfig
+from canserial.reader.reader import Reader
+from canserial.reader.readings import ImuReading, RangeReading
+from sara_bringup.lockstep.command_chain import CommandChain
+from sara_bringup.lockstep.localization import Filter, Truth
+from sara_bringup.lockstep.ranges import RangeFeeds
+from sara_bringup.paths import parameters
+from sara_bringup.planar import compose
+from sara_common.planar import Pose2D
+from sara_control.gate.reasons import sentence
+from sara_nav.config.parameters import Parameters
+from sara_nav.maps import map_io
+from sara_nav.move_base import state_machine as move_base
+from sara_nav.move_base.settings import read_settings
+from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.world.world import World
+
+COMMAND_STEPS = 2  # 50 Hz: wheel commands
+FILTER_STEPS = 2  # 50 Hz: ekf_se
+START_TIMEOUT_S = 120.0  # the gyro's calibration and more must be over by then
+
+
+class LockstepError(RuntimeError):
+    """The chair did not come up."""
+
+
+class Lockstep:
+    """The chair and the stack, stepped together.
+
+    `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml. `gain`: of
+    this chair's gyro, as its calibration file would hold it; None: read.py's own default. `localization`: "ekf", "ukf",
+    or "fake" for the true pose.
+    `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
+    hear of the map; as in sara.launch, None: with the default set alone. `tick` counts the steps.
+    """
+
+    def __init__(
+        self, map_path, start, seed, ekf='default', gain=None, localization='ekf', navigation=None, ranges=None
+    ):
+        bus = BusDescription.default()
+        grid = map_io.load_map(str(map_path))
+        self.chair = SimulatedChair(world_of(grid), seed, start, bus)
+        reader = parameters('canserial', 'read.yaml')
+        if gain is not None:
+            reader['gain'] = gain
+        self.reader = Reader(
+            ReaderConfig(**{key: value for key, value in reader.items() if key in ReaderConfig.__dataclass_fields__}),
+            bus,
+        )
+        self.reader.set_yaw(start[2], 0.0)
+        self.wheels = CommandChain(bus)
+        if localization == 'fake':
+            self.localization = Truth(lambda: self.chair.pose)
+        else:
+            self.localization = Filter(start, localization, ekf, self.reader.config.variances)
+        settings = read_settings(Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), navigation or {})))
+        if localization != 'fake' and (ekf == 'default' if ranges is None else ranges):
+            from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
+
+            self.localization = Corrected(
+                self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max)
+            )
+        self.move_base = settings.make_move_base(grid)
+        self.ranges = RangeFeeds(self.move_base, self.reader.config)
+        self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
+        self.tick = 0
+        self.navigation_runs = True  # False: as if move_base had been killed
+        self.localization_runs = True  # False: as if ekf_se had been killed
+        self.pilot = None  # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
+        self.odometry = (0.0, 0.0, 0.0)  # of odom -> base_link
+        self._odometry_stamp = None
+        self._composed = None, None, None  # of what the pose in the map was made last, and that pose
+        self.newest = None  # move_base's newest StepResult
+        self.result = None  # the newest that ended a goal
+
+    @property
+    def fused(self):
+        """(x, y, yaw) in the map as localization has it, None before it is known."""
+        return self.localization.pose
+
+    @property
+    def time(self):
+        """Seconds since the start."""
+        return self.chair.time
+
+    def step(self):
+        """Advance everything by 10 ms."""
+        self.tick += 1
+        frames, now = self.chair.step(), self.chair.time
+        self._hear(frames)
+        if self.tick % FILTER_STEPS == 0 and self.localization_runs:
+            self._localize(now)
+        if self.tick % self._control_steps == 0 and self.navigation_runs:
+            self._navigate(now)
+        if self.tick % COMMAND_STEPS == 0:
+            self._command(now)
+
+    def _hear(self, frames):
+        for frame in frames:
+            for reading in self.reader.on_frame(frame):
+                self._on_reading(reading)
+
+    def _command(self, now):
+        self.chair.receive(self.wheels.step(now))
+        self._give_up(now)
+
+    def start_up(self):
+        """Step, at rest, until the gyro is calibrated, the fused pose is there and the safety gate would let the chair
+        drive. Raises LockstepError.
+        """
+        while not (self.localization.map_from_odom and self.wheels.ready):
+            if self.time > START_TIMEOUT_S:
+                raise LockstepError(
+                    f'the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}'
+                )
+            self.step()
+
+    def _on_reading(self, reading):
+        state = self.wheels.on_reading(reading, self.chair.time)
+        if state is not None:
+            self._on_odometry(state)
+        kind = type(reading)
+        if kind is RangeReading:
+            self.localization.on_range(reading)
+            self.ranges.add(reading, self._map_pose(), self.odometry)
+        elif kind is ImuReading:
+            self.localization.on_imu(reading)
+
+    def _on_odometry(self, state):
+        self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
+        self.localization.on_odometry(state)
+
+    def _localize(self, now):
+        localization = self.localization
+        if localization.step(now):
+            self.wheels.guard.on_localization(localization.stamp, *localization.pose)
+
+    def _map_pose(self):
+        """map -> base_link as tf has it: map -> odom of the localization, odom -> base_link of the wheels; None before
+        both are known.
+        """
+        map_from_odom, odometry = self.localization.map_from_odom, self.odometry
+        if map_from_odom is None or self._odometry_stamp is None:
+            return None
+        known_from, known_to, pose = self._composed
+        if known_from is not map_from_odom or known_to is not odometry:  # the sonars of a frame ask for the same
+            pose = compose(map_from_odom, odometry)
+            self._composed = map_from_odom, odometry, pose
+        return pose
+
+    def _give_up(self, now):
+        """As move_base's `~abort`, `~wait` and `cancel`."""
+        wheels = self.wheels
+        if wheels.decision.waits:
+            self.move_base.excuse_standing()
+        if wheels.cancel:
+            self.move_base.cancel(now, wheels.cancel)
+        if wheels.abort:
+            self.move_base.abort(f'Goal aborted: {wheels.abort}')
+        wheels.cancel = wheels.abort = ''
+
+    def _navigate(self, now):
+        if self.pilot is not None:
+            command = self.pilot(now)
+            if command is not None:
+                self.wheels.on_navigation(*command, now)
+            return
+        pose, odometry = self._map_pose(), Pose2D(*self.odometry)
+        pose = None if pose is None else Pose2D(*pose)
+        local_pose = odometry if self.ranges.local_frame == 'odom' else None
+        result = self.newest = self.move_base.step(
+            now, pose, self.localization.velocity, self._odometry_stamp, local_pose
+        )
+        if result.status == move_base.ACTIVE:
+            self.wheels.on_navigation(*result.command, now)
+        elif result.status != move_base.IDLE:
+            self.wheels.on_navigation(0.0, 0.0, now)
+            self.result = result
+
+
+def world_of(grid):
+    """The simulator's World in which a map_io.GridMap is true."""
+    geometry = grid.geometry
+    return World(grid.data == map_io.OCCUPIED, geometry.resolution, (geometry.origin_x, geometry.origin_y))
+
+
+def merged(tree, over):
+    """A tree of parameters with another laid over it; neither is changed."""
+    result = dict(tree)
+    for name, value in over.items():
+        result[name] = (
+            merged(result[name], value) if isinstance(value, dict) and isinstance(result.get(name), dict) else value
+        )
+    return result
+
+
+def drive(lockstep, mission, record, progress=None):
+    """Drive a mission's goals and fill `record` (drive.Drive); `progress`, if given, is called with a sentence per
+    corner.
+    """
+    with _no_collections():
+        return _drive(lockstep, mission, record, progress)
+
+
+@contextmanager
+def _no_collections():
+    """What a drive leaves is not in cycles: the garbage collector would look for some, and find none, a dozen times."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _drive(lockstep, mission, record, progress):
+    settle = round(1.0 / STEP_S)
+    lockstep.start_up()
+
+    def step():
+        lockstep.step()
+        if lockstep.tick % FILTER_STEPS == 0:
+            record.add_sample(lockstep.time, lockstep.chair.pose, lockstep.fused, lockstep.odometry)
+
+    for number, pose in enumerate(mission.goals, 1):
+        lockstep.result, given = None, lockstep.time
+        lockstep.move_base.set_goal(Pose2D(*pose), given)
+        end = given + mission.leg_timeout_s
+        while lockstep.result is None:
+            if lockstep.time > end:
+                lockstep.move_base.cancel(lockstep.time, f'not there after {mission.leg_timeout_s:.0f} s')
+            step()
+        ended = lockstep.time
+        for _ in range(settle):
+            step()
+        record.add_corner(pose, lockstep.result.status == move_base.SUCCEEDED, lockstep.result.text, given, ended)
+        corner = record.corners[-1]
+        if progress:
+            progress(
+                f'corner {number} of {len(mission.goals)}: {"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
+                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, {lockstep.time:.0f} s'
+            )
+    record.contacts = lockstep.chair.contacts
+    return record

@@ -1,0 +1,63 @@
+"""The ultrasonic sensors in lockstep: from read.py's readings to the range layers of a costmap, as its ROS shell does
+it with tf.
+
+Where the sensors sit is what the URDF says: its fixed joints from `base_link` to `NAME_frame`.
+"""
+
+from xml.etree import ElementTree
+
+from canserial.reader.readings import FIELD_OF_VIEW
+from sara_bringup.paths import share
+from sara_bringup.planar import compose
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+
+
+def mountings(urdf=None):
+    """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} of a URDF's text; SARA's own where none is given."""
+    urdf = urdf or (share('sara_description') / 'urdf' / 'sara.urdf').read_text()
+    found = {}
+    for joint in ElementTree.fromstring(urdf).iter('joint'):
+        child = joint.find('child').get('link')
+        if (
+            joint.get('type') == 'fixed'
+            and joint.find('parent').get('link') == 'base_link'
+            and child.endswith('_frame')
+        ):
+            origin = joint.find('origin')
+            x, y, _ = map(float, origin.get('xyz').split())
+            found[child[: -len('_frame')]] = x, y, float(origin.get('rpy').split()[2])
+    return found
+
+
+class RangeFeeds:
+    """Gives the range layers of both of move_base's costmaps what they listen to.
+
+    `move_base`: MoveBase. `reader`: read.py's ReaderConfig, for the limits it publishes with each reading.
+    `local_frame`: of the local costmap. Raises ValueError where a costmap is in neither `map` nor `odom`, the frames
+    that lockstep knows.
+    """
+
+    def __init__(self, move_base, reader):
+        self._limits, self._places = (reader.range_min, reader.range_max), mountings()
+        self._listeners = {}  # {topic: (layers of costmaps in map, of those in odom)}
+        self.local_frame = move_base.local_costmap.config.global_frame
+        for costmap in (move_base.global_costmap, move_base.local_costmap):
+            frame = costmap.config.global_frame
+            if frame not in ('map', 'odom'):
+                raise ValueError(f"a costmap's global_frame is {frame!r}, but lockstep has map and odom alone")
+            for layer in costmap.layers.values():
+                if isinstance(layer, RangeSensorLayer):
+                    for source in layer.config.sources():
+                        self._listeners.setdefault(source, ([], []))[frame == 'odom'].append(layer)
+
+    def add(self, reading, in_map, in_odom):
+        """A canserial RangeReading, and `base_link` in map and in odom: (x, y, yaw), m, rad; in_map is None before it
+        is known.
+        """
+        source = f'/{reading.name}_range'
+        for base, layers in zip((in_map, in_odom), self._listeners.get(source, ())):
+            if layers and base is not None:
+                x, y, yaw = compose(base, self._places[reading.name])
+                placed = RangeReading(source, reading.stamp, x, y, yaw, reading.range, *self._limits, FIELD_OF_VIEW)
+                for layer in layers:
+                    layer.add_range(placed)

@@ -1,0 +1,49 @@
+"""A ROS master of one's own for the length of a measurement, so that nothing on the machine is disturbed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import time
+from contextlib import contextmanager
+
+PATIENCE = 20.0  # s
+
+
+def free_port():
+    """Return a TCP port of this machine that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(('localhost', 0))
+        return probe.getsockname()[1]
+
+
+@contextmanager
+def own_master():
+    """Start a master on a free port and point this process's environment at it; gives the port."""
+    import rosgraph  # free_port is asked for where ROS is not, too
+
+    port = free_port()
+    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
+    with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
+        try:
+            while not rosgraph.is_master_online():
+                time.sleep(0.1)
+            yield port
+        finally:
+            master.terminate()  # SIGINT is ignored by what a shell started in the background, and by its children
+
+
+@contextmanager
+def running(*command, **popen):
+    """A process for the length of a block: interrupted, and waited for; ended where it does not mind."""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, **popen) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.terminate()

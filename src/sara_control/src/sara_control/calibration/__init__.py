@@ -1,0 +1,1 @@
+"""Track and wheel radii of a differential drive from a recorded drive (UMBmark)."""

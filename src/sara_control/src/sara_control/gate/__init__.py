@@ -1,0 +1,1 @@
+"""The safety gate: the last check of a command before the wheels."""

@@ -1,0 +1,201 @@
+"""Speeds that change gently: acceleration is limited first, jerk second, exactly and for every length of a step.
+
+De Winkel et al. (TU Delft, "Standards for passenger comfort in automated vehicles: acceleration and jerk") found that
+discomfort grows with the amplitude of the acceleration; the jerk limit keeps bodies and things on the seat in their
+place. From a speed v the change d that is still wanted allows the acceleration a that can be brought to zero in time: a
+dt + a^2 / (2 jerk) <= d. What follows a step is at most a^2 / (2 jerk), however long the steps to come are, so a fixed
+target is never overshot.
+"""
+
+import math
+from dataclasses import dataclass, fields
+from functools import cache
+
+from ahead_of_time import kernel
+from sara_common.checks import number_faults
+from sara_control.wheels.config import ConfigError
+
+SHORTEST_STEP = 1e-6  # s
+RATE_TIME = 0.3  # s over which the rate of a target is averaged
+ARRIVED = 1e-9  # m/s or rad/s: closer than this is there
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A rider's limits: m/s, rad/s, m/s2, rad/s2, m/s3, rad/s3; max_lateral is v w, m/s2."""
+
+    max_forward: float = 0.8
+    max_reverse: float = 0.4
+    max_turn: float = 0.8
+    max_lateral: float = 0.4
+    acceleration: float = 0.4
+    braking: float = 0.8
+    jerk: float = 0.8
+    turn_acceleration: float = 0.8
+    turn_jerk: float = 2.4
+
+    def __post_init__(self):
+        faults = number_faults(self, above_0=[field.name for field in fields(self)])
+        if faults:
+            raise ConfigError('; '.join(faults))
+
+    def shape(self, v, w):
+        """The command (m/s, rad/s) within the limits of speed, on the same curve."""
+        factor = 1.0
+        if v > self.max_forward:
+            factor = self.max_forward / v
+        elif -v > self.max_reverse:
+            factor = self.max_reverse / -v
+        if abs(w) * factor > self.max_turn:
+            factor = self.max_turn / abs(w)
+        if factor * factor * abs(v * w) > self.max_lateral:
+            factor = math.sqrt(self.max_lateral / abs(v * w))
+        return v * factor, w * factor
+
+
+def read_profiles(params):
+    """{name: Profile} from a dictionary name -> limits. Raises ConfigError with every fault."""
+    if not isinstance(params, dict) or not params:
+        raise ConfigError(f'profiles is {params!r}, allowed is a mapping from names to limits')
+    profiles, faults = {}, []
+    known = Profile.__dataclass_fields__
+    for name, limits in params.items():
+        if not isinstance(limits, dict):
+            faults.append(f'profiles/{name} is {limits!r}, allowed is a mapping of limits')
+            continue
+        faults += [
+            f'profiles/{name}/{key} is {limits[key]!r}, but there is no such limit; allowed are {", ".join(known)}'
+            for key in limits
+            if key not in known
+        ]
+        try:
+            profiles[name] = Profile(**{key: value for key, value in limits.items() if key in known})
+        except ConfigError as error:
+            faults += [f'profiles/{name}/{fault}' for fault in str(error).split('; ')]
+    if faults:
+        raise ConfigError('; '.join(faults))
+    return profiles
+
+
+class AxisLimiter:
+    """One speed that follows a target. acceleration: limit while the speed grows in size; braking: while it shrinks;
+    jerk: of both.
+
+    `speed` and `acceleration`: of the last step. A target that goes on falling is followed as it falls: the braking is
+    kept up when it is reached, where it would else stay behind by acceleration^2 / (2 jerk). A target of the other sign
+    is approached by way of rest, unless both limits are equal.
+    """
+
+    def __init__(self, acceleration, braking, jerk):
+        warm()
+        self._limits = float(acceleration), float(braking), float(jerk)
+        self.speed = self.acceleration = 0.0
+        self._target = self._rate = 0.0
+
+    def set(self, speed):
+        """The speed is this now, without an acceleration: somebody else has changed it."""
+        self.speed, self.acceleration = speed, 0.0
+
+    def step(self, target, dt):
+        """The speed after dt (s, above 0) on the way to target."""
+        self.speed, self.acceleration, self._rate = limited(
+            float(target), dt, self.speed, self.acceleration, self._target, self._rate, *self._limits
+        )
+        self._target = target
+        return self.speed
+
+
+class Comfort:
+    """The chair's two speeds under a profile: `v` (m/s) and `w` (rad/s) are what is commanded now."""
+
+    def __init__(self, profile):
+        self._waiting = None
+        self._use(profile)
+
+    def _use(self, profile):
+        self.profile = profile
+        self._forward = AxisLimiter(profile.acceleration, profile.braking, profile.jerk)
+        self._turn = AxisLimiter(profile.turn_acceleration, profile.turn_acceleration, profile.turn_jerk)
+
+    @property
+    def v(self):
+        """m/s."""
+        return self._forward.speed
+
+    @property
+    def w(self):
+        """rad/s."""
+        return self._turn.speed
+
+    @property
+    def moving(self):
+        """Whether a speed is commanded that is not zero."""
+        return self.v != 0.0 or self.w != 0.0
+
+    def change(self, profile):
+        """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
+        self._waiting = profile
+
+    def step(self, v, w, dt):
+        """One step of dt (s) towards (v, w), gently; the new (v, w)."""
+        if self._waiting is not None and not self.moving:
+            self._use(self._waiting)
+            self._waiting = None
+        if dt >= SHORTEST_STEP:
+            v, w = self.profile.shape(v, w)
+            self._forward.step(v, dt)
+            self._turn.step(w, dt)
+        return self.v, self.w
+
+    def brake(self, dt, braking, turn_braking):
+        """One step of dt (s) towards rest on the same curve, at these decelerations (m/s2, rad/s2) and without a limit
+        of jerk.
+        """
+        left = max(abs(self.v) / braking, abs(self.w) / turn_braking)
+        factor = max(0.0, 1.0 - dt / left) if left > 0.0 else 0.0
+        self._forward.set(self.v * factor)
+        self._turn.set(self.w * factor)
+        return self.v, self.w
+
+    def rest(self):
+        """Nothing is commanded any more, from now on."""
+        self._forward.set(0.0)
+        self._turn.set(0.0)
+
+
+@kernel
+def _opposed(one, other):
+    """Whether two numbers have opposite signs; their product may be too small to tell."""
+    return one < 0.0 < other or other < 0.0 < one
+
+
+@kernel
+def limited(target, dt, v, a, before, rate, growing, shrinking, jerk):
+    """(speed, acceleration, rate of the target) after dt (s) from the speed v and the acceleration a, on the way to
+    target; AxisLimiter says how.
+
+    before, rate: the last target, and how fast targets changed until then. growing, shrinking: limits of the
+    acceleration, see AxisLimiter.
+    """
+    rate += ((target - before) / dt - rate) * (1.0 - math.exp(-dt / RATE_TIME))
+    if _opposed(v, a) and _opposed(v, rate):
+        kept_up = min(abs(a), abs(rate))
+        target = math.copysign(max(abs(target) - 0.5 * kept_up**2 / jerk, 0.0), target)
+    if growing != shrinking and _opposed(v, target):
+        target = 0.0
+    d = target - v
+    least, most = a - jerk * dt, a + jerk * dt
+    if abs(d) <= ARRIVED and least <= d / dt <= most:
+        return target, d / dt, rate
+    # -jerk dt + sqrt((jerk dt)^2 + 2 jerk d), without its cancellation
+    wanted = 2.0 * jerk * d / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(d)))
+    up = shrinking if v < 0.0 else growing
+    down = shrinking if v > 0.0 else growing
+    a = min(max(wanted, -down, least), up, most)
+    return v + a * dt, a, rate
+
+
+@cache
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    limited(1.0, 0.02, 0.5, 0.0, 1.0, 0.0, 0.4, 0.8, 0.8)

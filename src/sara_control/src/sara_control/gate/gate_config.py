@@ -1,0 +1,180 @@
+"""Settings of the safety gate and of what it holds for plausible, checked all at once."""
+
+from dataclasses import dataclass
+
+from sara_common.checks import is_number, number_faults
+from sara_control.gate.comfort import read_profiles
+from sara_control.wheels.config import ConfigError
+from sara_control.zones.caution import CautionConfig
+from sara_control.zones.zone_config import ZoneConfig
+
+
+@dataclass(frozen=True)
+class GateConfig:
+    """Times in s; a timeout of 0 says that this is not watched. Decelerations in m/s2 and rad/s2.
+
+    command_timeout: then the chair slows down gently; command_hard_timeout: then it brakes hard and needs a fresh
+    command.
+    fresh_silence: how long commands must have ceased for the next one to be fresh. localization_for: sources that need
+    to know where the chair is. rest_speed: m/s.
+    """
+
+    emergency_braking: float = 1.5
+    emergency_turn_braking: float = 3.0
+    command_timeout: float = 0.25
+    command_hard_timeout: float = 0.45
+    fresh_silence: float = 1.0
+    bus_timeout: float = 0.25
+    encoder_timeout: float = 0.25
+    imu_timeout: float = 0.45
+    range_timeout: float = 0.5
+    localization_timeout: float = 0.5
+    localization_for: tuple = ('navigation',)
+    rest_speed: float = 0.05
+
+    def __post_init__(self):
+        faults = number_faults(
+            self,
+            above_0=(
+                'emergency_braking',
+                'emergency_turn_braking',
+                'command_timeout',
+                'command_hard_timeout',
+                'fresh_silence',
+                'rest_speed',
+            ),
+        )
+        for name in ('bus_timeout', 'encoder_timeout', 'imu_timeout', 'range_timeout', 'localization_timeout'):
+            if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
+                faults.append(
+                    f'{name} is {getattr(self, name)!r}, allowed are numbers above 0, and 0 for what is not there'
+                )
+        if not isinstance(self.localization_for, (list, tuple)) or not all(
+            isinstance(name, str) for name in self.localization_for
+        ):
+            faults.append(f'localization_for is {self.localization_for!r}, allowed is a list of names of sources')
+        if not faults and not self.command_timeout <= self.command_hard_timeout <= self.fresh_silence:
+            faults.append(
+                f'command_hard_timeout is {self.command_hard_timeout!r}, allowed are numbers between command_timeout '
+                f'({self.command_timeout!r}) and fresh_silence ({self.fresh_silence!r})'
+            )
+        if faults:
+            raise ConfigError('; '.join(faults))
+
+
+@dataclass(frozen=True)
+class PlausibilityConfig:
+    """Geometry in m. max_wheel_speed: rad/s, no wheel turns faster.
+
+    frozen_distance: m of rim that one wheel may miss while the other turns, twice that if both stand. runaway_speed:
+    m/s of rim that a wheel may differ from its command. turn_difference: rad/s between IMU and wheels. max_turn_rate:
+    rad/s, no IMU can measure more. Readings in a row that make a fault: runaway_readings, turn_readings.
+    """
+
+    wheel_radius: float = 0.155
+    wheel_separation: float = 0.525
+    steps_per_turn: int = 64000
+    max_wheel_speed: float = 10.0
+    frozen_distance: float = 0.01
+    runaway_speed: float = 0.4
+    runaway_readings: int = 3
+    turn_difference: float = 0.6
+    turn_readings: int = 3
+    max_turn_rate: float = 4.4
+
+    def __post_init__(self):
+        faults = number_faults(
+            self,
+            above_0=(
+                'wheel_radius',
+                'wheel_separation',
+                'max_wheel_speed',
+                'frozen_distance',
+                'runaway_speed',
+                'turn_difference',
+                'max_turn_rate',
+            ),
+        )
+        for name in ('steps_per_turn', 'runaway_readings', 'turn_readings'):
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                faults.append(f'{name} is {value!r}, allowed are whole numbers of 1 or more')
+        if faults:
+            raise ConfigError('; '.join(faults))
+
+
+@dataclass(frozen=True)
+class SafetyConfig:
+    """All that the safety gate's YAML holds. rate: Hz. profiles: {name: Profile}; profile: the one in use at start.
+
+    handshake: whether the robot says who drives (SARA: `mode`). cancel_topics: where goals are given up.
+    """
+
+    gate: GateConfig
+    plausibility: PlausibilityConfig
+    zones: ZoneConfig
+    caution: CautionConfig
+    profiles: dict
+    profile: str
+    rate: float = 50.0
+    handshake: bool = True
+    cancel_topics: tuple = ()
+
+    @classmethod
+    def from_params(cls, params):
+        """From the dictionary of config/safety.yaml. Raises ConfigError with every fault."""
+        faults, parts = [], {}
+        own = ('rate', 'profile', 'handshake', 'cancel_topics')
+        for name, read in (
+            ('gate', lambda values: _fields(GateConfig, values)),
+            ('zones', ZoneConfig.from_params),
+            ('plausibility', lambda values: _fields(PlausibilityConfig, values)),
+            ('caution', lambda values: _fields(CautionConfig, values)),
+            ('profiles', read_profiles),
+        ):
+            try:
+                parts[name] = read(params.get(name, {}))
+            except ConfigError as error:
+                faults.append(str(error))
+        faults += [
+            f'{name} is {params[name]!r}, but there is no such parameter'
+            for name in params
+            if name not in own and name not in ('gate', 'zones', 'plausibility', 'caution', 'profiles')
+        ]
+        profile, rate = params.get('profile', 'standard'), params.get('rate', cls.rate)
+        handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])
+        if profile not in parts.get('profiles', {profile: None}):
+            faults.append(f'profile is {profile!r}, allowed are {", ".join(parts["profiles"])}')
+        if not (is_number(rate) and 10 <= rate <= 200):
+            faults.append(f'rate is {rate!r}, allowed are numbers from 10 to 200')
+        if not isinstance(handshake, bool):
+            faults.append(f'handshake is {handshake!r}, allowed are true and false')
+        if not isinstance(cancel, (list, tuple)) or not all(isinstance(topic, str) and topic for topic in cancel):
+            faults.append(f'cancel_topics is {cancel!r}, allowed is a list of names of topics')
+        if faults:
+            raise ConfigError('; '.join(faults))
+        return cls(**parts, profile=profile, rate=float(rate), handshake=handshake, cancel_topics=tuple(cancel))
+
+
+def _fields(config, values):
+    """A flat dataclass from a dictionary."""
+    if not isinstance(values, dict):
+        raise ConfigError(f'{values!r} is given where a mapping of parameters is allowed')
+    unknown = [
+        f'{name} is {values[name]!r}, but there is no such parameter'
+        for name in values
+        if name not in config.__dataclass_fields__
+    ]
+    try:
+        result = config(
+            **{
+                name: tuple(value) if isinstance(value, list) else value
+                for name, value in values.items()
+                if name in config.__dataclass_fields__
+            }
+        )
+    except ConfigError as error:
+        raise ConfigError('; '.join([*unknown, str(error)])) from None
+    if unknown:
+        raise ConfigError('; '.join(unknown))
+    return result

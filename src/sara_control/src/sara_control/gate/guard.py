@@ -1,0 +1,142 @@
+"""Everything between a command and the wheels in one object: readings and commands in, at every step a Decision.
+
+It keeps the stamps of what the SafetyGate watches and hands its verdicts on to the checks of plausibility. The safety
+node and a simulation in lockstep use this same object.
+"""
+
+import math
+
+from sara_control.gate.comfort import Comfort
+from sara_control.gate.plausibility import Plausibility
+from sara_control.gate.safety import AHEAD, Command, Inputs, SafetyGate
+from sara_control.zones.zones import Zones
+
+PC_DRIVES = 3  # modoPC
+
+
+class Guard:
+    """config: SafetyConfig. All stamps in s on one clock. `dropped`: {kind: how often}."""
+
+    def __init__(self, config):
+        self.config = config
+        self.comfort = Comfort(config.profiles[config.profile])
+        self.zones = Zones(config.zones, config.caution)
+        self.gate = SafetyGate(config.gate, self.comfort, self.zones)
+        self.plausibility = Plausibility(config.plausibility)
+        self.profile = config.profile
+        self._ranges = dict.fromkeys(self.zones.sensors, -math.inf)
+        self._bus = self._localization = -math.inf
+        self._impact = False
+        self._turning = 0.0  # rad/s, measured
+        self._pc_drives = None if config.handshake else True
+        self._source = ''
+        self._command = None
+
+    @property
+    def dropped(self):
+        """What was not believed, by kind."""
+        return self.plausibility.dropped
+
+    def _drop(self, kind):
+        self.dropped[kind] = self.dropped.get(kind, 0) + 1
+        return False
+
+    def on_command(self, t, v, w):
+        """The command (v m/s, w rad/s) came at t. False if it is not finite."""
+        if not (math.isfinite(v) and math.isfinite(w)):
+            return self._drop('command not finite')
+        self._command = Command(v, w, t)
+        return True
+
+    def on_source(self, name):
+        """Who commands from now on."""
+        self._source = name
+
+    def on_encoder(self, stamp, wheel, steps, time_100us):
+        """Counters of a wheel, see Plausibility. False if they are not believed."""
+        self._bus = stamp
+        return self.plausibility.on_encoder(stamp, wheel, steps, time_100us)
+
+    def on_imu(self, stamp, rates):
+        """Angular velocity, 3 x rad/s. False if it is not believed."""
+        self._bus = stamp
+        believed = self.plausibility.on_imu(stamp, rates)
+        if believed:
+            self._turning = rates[2]
+        return believed
+
+    def on_range(self, stamp, name, distance):
+        """A range, see Zones. False if it is not believed."""
+        self._bus = stamp
+        if not self.zones.on_range(name, distance, stamp, self.comfort.v, self._turning):
+            return self._drop('range not known or not possible')
+        self._ranges[name] = stamp
+        return True
+
+    def on_raw_range(self, stamp, name, distance):
+        """A range as the sensor said it, before any filter, see Zones. False if it is not believed."""
+        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turning, self.comfort.moving):
+            return self._drop('raw range not known or not possible')
+        return True
+
+    def on_mode(self, t, mode):
+        """modoPC came at t: 3 says that the chair obeys."""
+        self._bus = t
+        if self.config.handshake:
+            self._pc_drives = mode == PC_DRIVES
+
+    def on_impact(self, t, impact):
+        """Whether the chair feels an impact came at t."""
+        self._bus = t
+        self._impact = bool(impact)
+
+    def on_localization(self, stamp, *pose):
+        """A pose measured at stamp; False if it holds anything that is not finite."""
+        if not all(map(math.isfinite, pose)):
+            return self._drop('pose not finite')
+        self._localization = stamp
+        return True
+
+    def on_emergency_stop(self, pressed):
+        """The emergency stop's button."""
+        self.gate.emergency_stop(bool(pressed))
+
+    def reset(self):
+        """Release the emergency stop; (done, why in a sentence)."""
+        return self.gate.reset(self._command, self._inputs())
+
+    def set_profile(self, name):
+        """Another rider, from the next rest on. False if there is no such profile."""
+        if name not in self.config.profiles:
+            return False
+        self.comfort.change(self.config.profiles[name])
+        self.profile = name
+        return True
+
+    def step(self, t):
+        """The Decision at t; to be called at a steady rate, and at once when something grave has come."""
+        decision = self.gate.step(t, self._command, self._inputs())
+        self.plausibility.on_command(t, decision.v, decision.w, self._pc_drives is True)
+        return decision
+
+    def _inputs(self):
+        watch = self.plausibility
+        return Inputs(
+            self._bus,
+            watch.encoder_stamp,
+            watch.imu_stamp,
+            min(self._ranges.values(), default=math.inf),
+            self._localization,
+            watch.fault,
+            self._impact,
+            self._pc_drives,
+            self._source,
+            watch.speed,
+        )
+
+    def missing(self, t):
+        """Names of what is watched and has not spoken for a second at t, for a log that says what is waited for."""
+        gate, watch = self.config.gate, self.plausibility
+        watched = [('encoders', watch.encoder_stamp, gate.encoder_timeout), ('imu', watch.imu_stamp, gate.imu_timeout)]
+        watched += [(f'range {name}', stamp, gate.range_timeout) for name, stamp in self._ranges.items()]
+        return [name for name, stamp, timeout in watched if timeout and not -AHEAD <= t - stamp <= 1.0]

@@ -1,0 +1,1 @@
+"""The command multiplexer: which of several sources drives."""

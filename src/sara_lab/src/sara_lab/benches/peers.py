@@ -1,0 +1,12 @@
+"""The C++ peers' figures (data/peers_speed.json)."""
+
+import json
+from functools import lru_cache
+
+from sara_bringup.paths import share
+
+
+@lru_cache(maxsize=1)
+def peers():
+    """As the file has them: ms, us, per second; `yardstick_ms` of the machine they were taken on."""
+    return json.loads((share('sara_lab') / 'data' / 'peers_speed.json').read_text())

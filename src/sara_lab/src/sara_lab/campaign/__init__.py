@@ -1,0 +1,1 @@
+"""Everything that is judged over many chairs: `make campaign`."""

@@ -1,0 +1,102 @@
+"""`make campaign`: everything that is judged over many chairs, in lockstep; resumable, with a table for each part and a
+JSON of all figures.
+
+A part is a set of cases, each with a file of its own in the folder; a case that has its file is not run again.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
+from sara_lab.campaign.driving import calm, doors, journeys, squares, travel
+from sara_lab.campaign.filters import filter_fuzz, nees
+
+PARTS = {
+    'square': square,
+    'hazards': hazard_times,
+    'obstacle': obstacle,
+    'odometry': odometry,
+    'sensors': sensors,
+    'squares': squares,
+    'doors': doors,
+    'travel': travel,
+    'journeys': journeys,
+    'calm': calm,
+    'nees': nees,
+    'filter_fuzz': filter_fuzz,
+}
+
+
+def main():
+    """Exit status 0 if every case meets its acceptance."""
+    parser = argparse.ArgumentParser(prog='campaign', description=__doc__)
+    parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
+    parser.add_argument('--seeds', type=int, default=50)
+    parser.add_argument(
+        '--out', type=Path, default=Path('out/campaign'), help='resumed if it holds results of an earlier call'
+    )
+    parser.add_argument(
+        '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
+    )
+    arguments = parser.parse_args()
+    unknown = [name for name in arguments.parts if name not in PARTS]
+    if unknown:
+        parser.error(f'there is no part {", ".join(unknown)}; there are {", ".join(PARTS)}')
+    if arguments.seeds < 1:
+        parser.error(f'--seeds is {arguments.seeds}, allowed are whole numbers of 1 or more')
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    commit, figures_of, failed = _commit(), {}, []
+    for name in arguments.parts or PARTS:
+        part = PARTS[name](arguments.seeds, arguments.out)
+        results = [
+            _result(arguments.out / f'{case}.json', work)
+            for case, work in tqdm(part.cases.items(), unit='case', desc=name)
+        ]
+        lines, figures = part.summary(results)
+        bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
+        bad += [(name, [sentence]) for sentence in part.verdict(figures)]
+        print(f'\n{name}: {len(results) - sum(bool(result["faults"]) for result in results)} of {len(results)} passed')
+        print('\n'.join(lines + [f'NOT MET: {case}: {"; ".join(faults)}' for case, faults in bad]), flush=True)
+        figures_of[name] = {
+            'commit': commit,
+            'seeds': arguments.seeds,
+            'cases': len(results),
+            'failed': [case for case, _ in bad],
+            **figures,
+        }
+        failed += bad
+    if arguments.json:
+        before = json.loads(arguments.json.read_text()) if arguments.json.exists() else {}
+        arguments.json.write_text(
+            json.dumps(
+                {
+                    name: figures_of.get(name, before.get(name))
+                    for name in PARTS
+                    if name in figures_of or name in before
+                },
+                indent=1,
+            )
+            + '\n'
+        )
+    sys.exit(1 if failed else 0)
+
+
+def _result(path, work):
+    if not path.exists():
+        path.write_text(json.dumps(work()))
+    return json.loads(path.read_text())
+
+
+def _commit():
+    found = subprocess.run(
+        ['git', '-C', str(Path(__file__).resolve().parent), 'rev-parse', '--short', 'HEAD'],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return found.stdout.strip() or 'unknown'

@@ -1,0 +1,15 @@
+"""All experiments by name, in the thesis's order."""
+
+from sara_lab.experiments import in_place, orientation, rest, school, square, turns
+
+EXPERIMENTS = {
+    experiment.name: experiment
+    for experiment in (
+        *rest.EXPERIMENTS,
+        *orientation.EXPERIMENTS,
+        turns.EXPERIMENT,
+        in_place.EXPERIMENT,
+        *square.EXPERIMENTS,
+        school.EXPERIMENT,
+    )
+}

@@ -1,0 +1,105 @@
+"""Runs the cases of experiments in several processes, with progress; the result does not depend on how many there are,
+or on who finished first.
+"""
+
+import hashlib
+import multiprocessing
+import os
+import pickle
+import re
+import time
+from pathlib import Path
+
+from sara_bringup.paths import share
+from sara_lab.experiments import turns
+
+REPORT_ONLY = {
+    'agreement.py',
+    'drive_figures.py',
+    'pages.py',
+    'plotting.py',
+    'ranking.py',
+    'runner.py',
+    'sensor_figures.py',
+}  # of experiments/: no run depends on them
+
+
+def run(cases, processes=2, progress=None, keep=None, costs=None):
+    """{key: result} in the order of `cases`. Those that need a chair's gain get it from E6's procedure, which runs
+    first for their seeds.
+
+    `progress(total)` is a context manager whose `update()` is called after each. `keep`: a folder (Path) where each
+    result is kept, and taken from where it is there already, if the code is still the same. `costs`: a dict that is
+    filled with {key: s of CPU} of what was run, not taken.
+    """
+    keep = keep and Path(keep) / fingerprint()
+    costs = {} if costs is None else costs
+    prior = {case.key: case for case in cases if case.key[0] == 'E6'}
+    for seed in sorted({case.seed for case in cases if case.gain}):
+        prior.setdefault(('E6', seed), turns.case_of(seed))
+    later = [case for case in cases if case.key not in prior]
+    with _pool(processes) as run_all:
+        total = len(prior) + len(later)
+        results = {}
+        with progress(total) as done:
+            for key, result, cost in run_all(_run, [(case, None, keep) for case in prior.values()]):
+                results[key] = result
+                costs.update({} if cost is None else {key: cost})
+                done.update()
+            gains = {key[1]: result['gain'] for key, result in results.items()}
+            for key, result, cost in run_all(
+                _run, [(case, gains[case.seed] if case.gain else None, keep) for case in later]
+            ):
+                results[key] = result
+                costs.update({} if cost is None else {key: cost})
+                done.update()
+    return {case.key: results[case.key] for case in cases}
+
+
+def fingerprint(root=None):
+    """Twelve characters that are others once a source, a parameter file or a map of our packages is another; `root`:
+    the folder of the packages.
+    """
+    root = root or share().parent
+    found = hashlib.sha1()
+    for path in sorted(root.glob('*/**/*')):
+        parts = path.relative_to(root).parts
+        if (
+            path.suffix in ('.py', '.yaml', '.dbc', '.pgm')
+            and 'test' not in parts
+            and parts[1:2] != ('docs',)
+            and 'ros' not in parts
+            and not (path.parent.name == 'experiments' and path.name in REPORT_ONLY)
+        ):
+            found.update(str(path.relative_to(root)).encode() + b'\0' + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def _run(task):
+    case, gain, keep = task
+    path = keep and keep / (re.sub(r'[^\w.-]+', '_', '_'.join(map(str, case.key))) + '.pickle')
+    if path and path.exists():
+        return case.key, pickle.loads(path.read_bytes()), None
+    began = time.process_time()
+    result = case.function(case.seed, **case.options, **({} if gain is None else {'gain': gain}))
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        new = path.with_suffix('.new')
+        new.write_bytes(pickle.dumps(result))
+        os.replace(new, path)
+    return case.key, result, time.process_time() - began
+
+
+class _pool:
+    """Something like map over processes, or over none where one is enough."""
+
+    def __init__(self, processes):
+        self._pool = multiprocessing.get_context('fork').Pool(processes) if processes > 1 else None
+
+    def __enter__(self):
+        return map if self._pool is None else self._pool.imap_unordered
+
+    def __exit__(self, kind, *_):
+        if self._pool is not None:
+            (self._pool.close if kind is None else self._pool.terminate)()
+            self._pool.join()

@@ -1,0 +1,155 @@
+"""E6: full turns both ways by the joystick, the gyroscope's scale, and the gain k that mends it (table 4.11, figure
+4.17).
+"""
+
+import numpy as np
+
+from sara_lab.experiments import core, sensor_experiments, sensor_figures, sensor_report
+from sara_lab.experiments.agreement import Figure, every_case
+from sara_lab.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Report, Row, interval, spread
+
+SETTING = """
+The chair turns in place to 90, 180, 270 and 360 deg, both ways, by its joystick; read.py integrates the gyroscope's rate (offset calibrated at rest) and the turned angle is
+compared with the true one (thesis 4.2.3.3). The factor k is the slope of a straight line through all of them (`canserial.calibration.gain`); then the chair turns once
+more each way, and k is judged by that. The same runs give every chair of E7 to E10 its own gain.
+"""
+
+
+ENOUGH, HALF_RANGE = (
+    10,
+    0.0035,
+)  # fewer chairs than this need not have the mean of all scales, which are within so much of it
+
+
+def case(seed, trace=False):
+    """The marks both ways, k, and another full turn each way with it; `trace`: rate and angle over time."""
+    recorder = _Recorder(seed) if trace else None
+    result = judged(sensor_experiments.full_turns(seed))
+    if recorder:
+        result['trace'] = [recorder.turn(360.0), recorder.turn(-360.0)]
+    return result
+
+
+def judged(turns):
+    """The result of Turns."""
+    return {
+        'gain': turns.gain.gain,
+        'error': turns.gain.error,
+        'rows': turns.gain.rows,
+        'check': turns.check,
+        'marks': {mark: sensor_report.at_mark(turns, mark) for mark in sensor_report.TURNS},
+    }
+
+
+def _figures(result):
+    """What of a result is compared with a run over ROS."""
+    return {
+        **{Figure(f'{mark:.0f} deg is measured as, deg', 2): measured for mark, measured in result['marks'].items()},
+        Figure('k', 4): result['gain'],
+        Figure('left of a full turn after k, deg', 2): max(abs(measured - true) for true, measured in result['check']),
+    }
+
+
+def case_of(seed):
+    """Its Case."""
+    return Case(('E6', seed), case, seed, {'trace': seed == 0})
+
+
+class _Recorder(sensor_experiments.Turner):
+    """A Turner that keeps what passes."""
+
+    def __init__(self, seed):
+        self.kept = []
+        super().__init__(seed, calibration_time=sensor_experiments.CALIBRATION_S)
+
+    def _step(self):
+        super()._step()
+        if self.reader.ready:
+            self.kept.append((self.chair.time, self.reader.turned, self.chair.drive.yaw))
+
+    def turn(self, angle):
+        """(t, rate deg/s, angle deg, true deg) of a turn, at the IMU's frames."""
+        del self.kept[:]
+        self.start_over()
+        self.turn_to(angle)
+        t, turned, true = np.array(self.kept)[::20].T
+        turned, true = np.degrees(turned - turned[0]), np.degrees(true - true[0])
+        return t - t[0], np.gradient(turned, t), turned, true
+
+
+def report(results):
+    """The Report."""
+    found = [result for key, result in sorted(results.items()) if key[0] == 'E6']
+    gain = spread([result['gain'] for result in found])
+    check = [abs(measured - true) for result in found for true, measured in result['check']]
+    rows, faults = [], []
+    for mark, theirs in sensor_report.TURNS.items():
+        ours = spread([result['marks'][mark] for result in found])
+        rows.append(
+            Row(
+                f'a turn of {mark:.0f} deg is measured as',
+                f'{theirs:g} deg (k = {mark / theirs:.2f})',
+                interval(ours, 2, 'deg') + f' (k = {mark / ours["mean"]:.3f})',
+                "each chair's gyroscope has a scale of its own, 0.920 to 0.927",
+            )
+        )
+        if abs(ours['mean'] - theirs) > sensor_report.TURN_BEFORE_GAIN + (
+            0.0 if len(found) >= ENOUGH else HALF_RANGE * mark
+        ):
+            faults.append(f'{mark:.0f} deg is read as {ours["mean"]:.2f}, the thesis has {theirs}')
+    residual = max(abs(true - corrected) for result in found for true, _, corrected in result['rows'])
+    rows += [
+        Row(
+            'k', '1.08 (table 4.11), 1.09 (listing)', interval(gain, 4), 'a mean over chairs; every chair keeps its own'
+        ),
+        Row(
+            'what is left of a full turn after k',
+            '-',
+            f'at most {max(check):.2f} deg',
+            "the offset's error and the noise, integrated",
+        ),
+        Row('furthest from a straight line', '-', f'{residual:.2f} deg', ''),
+    ]
+    if max(check) > sensor_report.TURN_AFTER_GAIN:
+        faults.append(f'a full turn is {max(check):.2f} deg off after k')
+    linear = residual < 2.0
+    findings = (
+        (
+            'the gyroscope measures turns too small, in proportion to the angle',
+            f'so it does: {interval(gain, 3)} times, and no turn is more than {residual:.1f} deg off the line',
+            CONFIRMED if linear and not faults else PARTLY,
+        ),
+        (
+            'a factor k of about 1.08 mends it',
+            f"k = {gain['mean']:.3f}; with its own k a chair's full turn is at most {max(check):.2f} deg off",
+            CONFIRMED if not faults else PARTLY,
+        ),
+    )
+    traced = next(result for result in found if 'trace' in result)
+    figure = core.Figure(
+        sensor_figures.name(17),
+        'Angular velocity and turned angle of a full turn each way, as measured and times k (chair 0).',
+        lambda path: sensor_figures.turn_both_ways(
+            path, [(*turn, traced['gain']) for turn in traced['trace']], 'measured', 'times k ='
+        ),
+    )
+    return Report(
+        findings,
+        tuple(rows),
+        (figure,),
+        data={'gain': gain, 'left_after_gain_deg': spread(check), 'gains': [result['gain'] for result in found]},
+        faults=tuple(faults),
+        short=f'k = {gain["mean"]:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.',
+    )
+
+
+EXPERIMENT = Experiment(
+    'E6',
+    'full turns and the gain k',
+    SETTING,
+    10,
+    lambda seeds: [case_of(seed) for seed in range(seeds)],
+    report,
+    every_case,
+    _figures,
+)

@@ -1,0 +1,1 @@
+"""Random inputs against the parts of the stack that must survive them."""

@@ -1,0 +1,1 @@
+"""Random bytes and frames against canserial."""

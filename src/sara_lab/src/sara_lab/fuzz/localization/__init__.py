@@ -1,0 +1,1 @@
+"""Random messages against the localization filters."""

@@ -1,0 +1,1 @@
+"""Random goals, maps, sensor messages and cancels against move_base."""

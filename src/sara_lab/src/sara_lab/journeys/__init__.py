@@ -1,0 +1,1 @@
+"""Drives that are judged: journeys between random poses, squares and doors."""

@@ -1,0 +1,81 @@
+"""A door of 0.80 m in the wall between two rooms: the chair crosses it from different angles, its body 0.58 m wide,
+sensors and safety gate on.
+"""
+
+import math
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from sara_bringup.lockstep.lockstep import Lockstep
+from sara_bringup.paths import share
+from sara_lab.journeys.travel import PATIENCE_S, Recorder, reach
+from sara_lab.judge.judge import judge
+
+APPROACHES = 20
+WIDEST = math.radians(70.0)  # of the approach's bearing, off the straight one
+AWAY, BEYOND = 2.5, 2.0  # m from the door's middle: start and goal
+SIDEWAYS = 0.6  # m, how far to the side of the straight line a goal may be
+DOOR = (6.05, 4.0)  # its middle, on doorway.yaml
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """One approach: poses (x, y, yaw), whether it was `reached`, move_base's `text`, contacts, and the Judgement."""
+
+    number: int
+    start: tuple
+    goal: tuple
+    reached: bool
+    late: bool
+    text: str
+    contacts: tuple
+    judgement: object
+
+    @property
+    def faults(self):
+        """What does not hold, one sentence each."""
+        return ([] if self.reached else [f'not reached: {self.text}']) + [
+            f'contact: {contact}' for contact in self.contacts
+        ]
+
+    def to_json(self):
+        """All as plain data."""
+        return {
+            **asdict(self),
+            'contacts': [contact.to_json() for contact in self.contacts],
+            'judgement': self.judgement.to_json(),
+            'faults': self.faults,
+        }
+
+
+def approach(number):
+    """(start, goal) of approach `number`: bearings spread evenly from side to side, from either room, the heading at
+    the start and the goal's place drawn.
+    """
+    random = np.random.default_rng([number, 80])
+    bearing = WIDEST * (2.0 * number / (APPROACHES - 1) - 1.0)
+    side = 1.0 if number % 2 else -1.0  # from the room on the right, or the left one
+    start = (
+        DOOR[0] + side * AWAY * math.cos(bearing),
+        DOOR[1] + AWAY * math.sin(bearing),
+        float(random.uniform(-math.pi, math.pi)),
+    )
+    goal = (
+        DOOR[0] - side * BEYOND,
+        DOOR[1] + float(random.uniform(-SIDEWAYS, SIDEWAYS)),
+        0.0 if side < 0.0 else -math.pi,
+    )
+    return start, goal
+
+
+def cross(number, navigation=None):
+    """Drive approach `number` on the chair of that number, localized by the true pose; returns the Crossing."""
+    start, goal = approach(number)
+    lockstep = Lockstep(share() / 'maps' / 'doorway.yaml', start, number, localization='fake', navigation=navigation)
+    recorder = Recorder(lockstep)
+    lockstep.start_up()
+    ended, late = reach(recorder, goal, PATIENCE_S)
+    way = math.dist(start[:2], DOOR) + math.dist(DOOR, goal[:2])
+    found = judge(recorder.track([replace(ended, shortest=way)]), lockstep.chair.drive.world)
+    return Crossing(number, start, goal, ended.reached, late, ended.text, tuple(recorder.touched.contacts), found)

@@ -1,0 +1,208 @@
+"""Travel: SARA as it is set up by default drives from random poses to random poses on three maps, in lockstep, sensors
+and safety gate as on the chair.
+
+Ways of making it harder (MODES): the pose is the true one, or fused; five boxes that the map does not know; two people
+who walk about and stop for nobody; the same people, whom the safety gate was told to expect. What came of a journey is
+judged by `judge`; who touched whom is told by contact_watch.py.
+"""
+
+import math
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
+from sara_common.planar import Pose2D, wrap
+from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
+from sara_lab.judge.contact_watch import ContactWatch
+from sara_lab.judge.judge import Goal, Track, judge
+from sara_nav.move_base.state_machine import ACTIVE, SUCCEEDED
+from sara_sim.world.world import World
+
+AMONG_PEOPLE = ('people', 'expected')
+MODES = ('true', 'fused', 'boxes', *AMONG_PEOPLE)
+PACE, PATIENCE_S = 0.10, 120.0  # a journey may take its way at so many m/s, and so long besides;
+SLOW_PACE, MUCH_PATIENCE_S = (
+    0.015,
+    600.0,
+)  # where people walk about it has to creep and to stand, and to turn about for another way
+SETTLE_S = 1.0
+SAMPLE_STEPS = 2  # 50 Hz
+POSITION_M, YAW_DEG = (
+    {'true': 0.10, 'fused': 0.30},
+    {'true': 4.0, 'fused': 7.0},
+)  # farther off than that, a goal is not reached, whatever move_base says
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a journey. `way`: m, the shortest. `reached`: by move_base's word and by the true pose. `late`:
+    whether its time ran out.
+    `contacts`: [Contact]. `judgement`: Judgement, or None where the chair did not start.
+    """
+
+    map: str
+    mode: str
+    number: int
+    start: tuple
+    goal: tuple
+    way: float
+    reached: bool
+    late: bool
+    text: str
+    seconds: float
+    position_error: float
+    yaw_error_deg: float
+    recoveries: int
+    contacts: tuple
+    judgement: object
+
+    @property
+    def faults(self):
+        """What must not be on any journey, one sentence each."""
+        found = [f'contact: {contact}' for contact in self.contacts if not contact.blameless]
+        return found + ([f'neither reached nor ended in words: {self.text}'] if self.late else [])
+
+    def to_json(self):
+        """All as plain data."""
+        plain = {
+            **asdict(self),
+            'contacts': [contact.to_json() for contact in self.contacts],
+            'judgement': self.judgement and self.judgement.to_json(),
+        }
+        return {
+            **plain,
+            'position_error': None if math.isnan(self.position_error) else self.position_error,
+            'yaw_error_deg': None if math.isnan(self.yaw_error_deg) else self.yaw_error_deg,
+            'faults': self.faults,
+        }
+
+
+class Recorder:
+    """Keeps of a Lockstep what a Track needs. `watch`: called with the Lockstep after each step; `touched`: the
+    ContactWatch.
+    """
+
+    def __init__(self, lockstep, watch=None):
+        self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
+        self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
+        self._known = None
+
+    def step(self):
+        """Step, watch, and keep."""
+        lockstep, chair = self.lockstep, self.lockstep.chair
+        self.touched.before(chair)
+        lockstep.step()
+        self.touched.after(chair)
+        if self._watch is not None:
+            self._watch(lockstep)
+        newest = lockstep.newest
+        if newest is not None and newest is not self._known:
+            self._known = newest
+            if newest.plan is not None:
+                self.plans.append((lockstep.time, np.array(newest.plan)))
+            self.recoveries += newest.recovery is not None
+        if lockstep.tick % SAMPLE_STEPS == 0:
+            self.t.append(lockstep.time)
+            self.pose.append(chair.pose)
+            self.commanded.append(
+                newest.command if newest is not None and newest.status == ACTIVE else (math.nan, math.nan)
+            )
+
+    def track(self, goals):
+        """The Track of what was kept."""
+        return Track(
+            np.array(self.t),
+            np.array(self.pose),
+            'true',
+            tuple(goals),
+            tuple(self.plans),
+            np.array(self.commanded, float),
+            len(self.touched.contacts),
+        )
+
+
+def reach(recorder, pose, seconds):
+    """Give a goal (x, y, yaw) and step until it ends, or for so long, and a second more; returns (Goal without a
+    shortest way, whether it was late).
+    """
+    lockstep = recorder.lockstep
+    lockstep.result, given, late = None, lockstep.time, False
+    lockstep.move_base.set_goal(Pose2D(*pose), given)
+    while lockstep.result is None:
+        if not late and lockstep.time > given + seconds:
+            late = True
+            lockstep.move_base.cancel(lockstep.time, f'not there after {seconds:.0f} s')
+        recorder.step()
+    ended, end = lockstep.time, lockstep.result
+    for _ in range(round(SETTLE_S / 0.01)):
+        recorder.step()
+    return Goal(tuple(pose), given, ended, end.status == SUCCEEDED, end.text, lockstep.time), late
+
+
+def drive(name, mode, number, gain=None, navigation=None, watch=None):
+    """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
+
+    `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the
+    Lockstep after each step.
+    """
+    pair = pairs(name)[number]
+    world = World.from_yaml(map_file(name))
+    lockstep = Lockstep(
+        map_file(name),
+        pair.start,
+        number,
+        gain=gain,
+        localization='ekf' if mode == 'fused' else 'fake',
+        navigation=navigation,
+    )
+    for obstacle in boxes(name) if mode == 'boxes' else people(name, number) if mode in AMONG_PEOPLE else ():
+        lockstep.chair.world.obstacles.add(obstacle)
+        world.obstacles.add(obstacle)
+    lockstep.wheels.guard.zones.caution.expect(mode == 'expected')
+    recorder = Recorder(lockstep, watch)
+    try:
+        lockstep.start_up()
+    except LockstepError as error:
+        return Outcome(
+            name,
+            mode,
+            number,
+            pair.start,
+            pair.goal,
+            pair.way,
+            False,
+            False,
+            str(error),
+            0.0,
+            math.nan,
+            math.nan,
+            0,
+            (),
+            None,
+        )
+    pace, besides = (SLOW_PACE, MUCH_PATIENCE_S) if mode in AMONG_PEOPLE else (PACE, PATIENCE_S)
+    goal, late = reach(recorder, pair.goal, besides + pair.way / pace)
+    goal = replace(goal, shortest=pair.way)
+    last = lockstep.chair.pose
+    off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))
+    kind = 'fused' if mode == 'fused' else 'true'
+    there = off <= POSITION_M[kind] and abs(turned) <= YAW_DEG[kind]
+    text = goal.text if there or not goal.reached else f'{goal.text} But it is {off:.3f} m and {turned:+.1f} deg off.'
+    return Outcome(
+        name,
+        mode,
+        number,
+        pair.start,
+        pair.goal,
+        pair.way,
+        goal.reached and there,
+        late,
+        text,
+        goal.ended - goal.given,
+        off,
+        turned,
+        recorder.recoveries,
+        tuple(recorder.touched.contacts),
+        judge(recorder.track([goal]), world),
+    )

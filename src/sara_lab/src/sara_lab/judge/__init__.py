@@ -1,0 +1,1 @@
+"""How well a drive was driven, in figures: errors, comfort, gaps to obstacles, contacts."""

@@ -1,0 +1,1 @@
+"""Studies and reports that read bags or run nodes."""

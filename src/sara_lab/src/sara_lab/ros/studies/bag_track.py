@@ -1,0 +1,167 @@
+"""A recorded drive as a judge.Track: from a bag of `sara.launch record:=true`, or of any move_base.
+
+Read are the true pose where the bag has it (/ground_truth, the simulator's) and else the fused one
+(/odometry/filtered), the goals and their ends (move_base's action topics; RViz's goals pass there too), plans
+(/move_base/PLANNER/plan), the navigation's commands, and the simulator's count of contacts. What is not finite or goes
+back in time is left out and counted.
+"""
+
+import argparse
+import json
+import math
+import re
+import sys
+from collections import Counter
+
+import numpy as np
+import rosbag
+from actionlib_msgs.msg import GoalStatus
+
+from sara_bringup.planar import yaw_of
+from sara_lab.judge.judge import Goal, Track, judge
+
+TRUE, FUSED, GOALS, RESULTS = '/ground_truth', '/odometry/filtered', '/move_base/goal', '/move_base/result'
+COMMANDS, DIAGNOSTICS = '/cmd_vel/navigation', '/diagnostics'
+PLAN = re.compile(r'^/?move_base/[^/]+/plan$')
+HELD_S = 0.3  # a command is good for so long
+SETTLED_S = 1.0  # after a goal's end its corner is judged
+
+
+class BagError(Exception):
+    """A bag that holds no drive; the text says what is missing."""
+
+
+class _Poses:
+    """Poses of a topic in the order of their stamps."""
+
+    def __init__(self, topic, dropped):
+        self.topic, self.dropped, self.t, self.rows = topic, dropped, [], []
+
+    def add(self, message):
+        """An Odometry."""
+        pose = message.pose.pose
+        row = pose.position.x, pose.position.y, yaw_of(pose.orientation)
+        t = message.header.stamp.to_sec()
+        if not all(map(math.isfinite, row)):
+            self.dropped[f'{self.topic}: not finite'] += 1
+        elif self.t and t <= self.t[-1]:
+            self.dropped[f'{self.topic}: not later than the one before'] += 1
+        else:
+            self.t.append(t)
+            self.rows.append(row)
+
+
+def _stamp(stamp, received):
+    """s of a stamp, of its reception where nobody set it."""
+    return stamp.to_sec() if stamp.to_nsec() else received.to_sec()
+
+
+def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, commands=COMMANDS):
+    """(Track, Counter of what was left out) of a bag; the arguments are names of topics. Raises BagError, and rosbag's
+    own errors.
+    """
+    dropped = Counter()
+    poses = {name: _Poses(name, dropped) for name in (true, fused)}
+    given, ended, plans, commanded, contacts = {}, {}, [], [], []
+    with rosbag.Bag(str(path)) as bag:
+        kinds = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+        wanted = [
+            topic
+            for topic in kinds
+            if topic in (true, fused, goals, results, commands, DIAGNOSTICS) or PLAN.match(topic)
+        ]
+        for topic, message, received in bag.read_messages(topics=wanted):
+            if topic in poses:
+                poses[topic].add(message)
+            elif topic == goals:
+                given[message.goal_id.id] = (_stamp(message.goal_id.stamp, received), message.goal.target_pose.pose)
+            elif topic == results:
+                ended[message.status.goal_id.id] = (
+                    _stamp(message.header.stamp, received),
+                    message.status.status == GoalStatus.SUCCEEDED,
+                    message.status.text,
+                )
+            elif topic == commands:
+                commanded.append((received.to_sec(), message.linear.x, message.angular.z))
+            elif topic == DIAGNOSTICS:
+                contacts += [
+                    int(value.value)
+                    for status in message.status
+                    for value in status.values
+                    if value.key == 'contacts' and value.value.isdigit()
+                ]
+            elif len(message.poses) > 1:
+                plans.append(
+                    (
+                        _stamp(message.header.stamp, received),
+                        np.array(
+                            [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in message.poses]
+                        ),
+                    )
+                )
+    source = 'true' if len(poses[true].t) > 1 else 'fused'
+    chosen = poses[true if source == 'true' else fused]
+    if len(chosen.t) < 2:
+        raise BagError(f'{path} holds no drive: neither {true} nor {fused} has two poses or more')
+    t, pose = np.array(chosen.t), np.array(chosen.rows)
+    found = tuple(_goals(given, ended, t, dropped))
+    return Track(
+        t,
+        pose,
+        source,
+        found,
+        tuple(plans),
+        _held(commanded, t) if commanded else None,
+        contacts[-1] - contacts[0] if contacts and source == 'true' else None,
+    ), dropped
+
+
+def _goals(given, ended, t, dropped):
+    for name, (since, wanted) in sorted(given.items(), key=lambda entry: entry[1][0]):
+        q, place = wanted.orientation, wanted.position
+        if name not in ended:
+            dropped['goals that had not ended when the bag was closed'] += 1
+        elif not (since >= t[0] - 1.0 and ended[name][0] <= t[-1] + 1.0):
+            dropped['goals at times without poses'] += 1
+        else:
+            end, reached, text = ended[name]
+            next_given = min((other for other, _ in given.values() if other > since), default=math.inf)
+            yield Goal(
+                (place.x, place.y, yaw_of(q)),
+                since,
+                end,
+                reached,
+                text,
+                max(end, min(end + SETTLED_S, next_given, t[-1])),
+            )
+
+
+def _held(commanded, t):
+    """(n, 2) the command that held at each time, NaN where none did."""
+    at, values = np.array([entry[0] for entry in commanded]), np.array([entry[1:] for entry in commanded])
+    row = np.searchsorted(at, t, 'right') - 1
+    held = np.where((row >= 0)[:, None], values[np.maximum(row, 0)], math.nan)
+    held[(row < 0) | (t - at[np.maximum(row, 0)] > HELD_S)] = math.nan
+    return held
+
+
+def main(words=None):
+    """`judge BAG`: the judge's table of a recorded drive; exit status 1 where it holds none."""
+    parser = argparse.ArgumentParser(prog='judge', description=main.__doc__)
+    parser.add_argument('bag')
+    parser.add_argument('--map', help='YAML of the map, for the gap to what stands on it')
+    parser.add_argument('--json', action='store_true', help='JSON on stdout instead of the table')
+    options = parser.parse_args(words)
+    try:
+        track, dropped = read_track(options.bag)
+        world = None
+        if options.map:
+            from sara_sim.world.world import World
+
+            world = World.from_yaml(options.map)
+    except (BagError, OSError, rosbag.ROSBagException, ValueError) as error:
+        sys.exit(f'judge: {error}')
+    for what, count in dropped.items():
+        print(f'left out: {count} of {what}', file=sys.stderr)
+    found = judge(track, world)
+    print(json.dumps(found.to_json()) if options.json else found.table())

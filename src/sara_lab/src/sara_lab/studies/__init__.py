@@ -1,0 +1,1 @@
+"""Studies of the filters: consistency (NEES), and the inputs of the thesis."""

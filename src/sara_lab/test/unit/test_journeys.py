@@ -1,0 +1,91 @@
+"""Journeys: one of each planner on each map comes to its goal without a contact; the draws are sound; faults are said."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from sara_bringup.lockstep.lockstep import merged
+from sara_bringup.paths import parameters
+from sara_lab.journeys import journeys
+from sara_lab.journeys.journeys import Outcome
+from sara_nav.config.parameters import Parameters
+from sara_nav.maps import map_io
+from sara_nav.move_base.settings import read_settings
+
+CHOSEN = {'school': 4, 'flat': 3, 'hall': 0}  # through doors, and neither the longest nor the shortest
+
+
+@pytest.mark.parametrize('planner', journeys.PLANNERS)
+@pytest.mark.parametrize('name', journeys.MAPS)
+def test_a_journey_ends_at_its_goal_without_a_contact(name, planner):
+    outcome = journeys.drive(name, planner, CHOSEN[name])
+    assert outcome.faults == [] and outcome.reached and outcome.contacts == 0
+    assert outcome.driven > 0.8 * math.dist(outcome.start[:2], outcome.goal[:2])
+
+
+@pytest.mark.parametrize('name', journeys.MAPS)
+def test_starts_and_goals_are_free_and_far_apart(name):
+    pairs = journeys.journeys(name)
+    assert len(pairs) == len(set(pairs)) == journeys.PAIRS
+    grid = map_io.load_map(str(journeys.map_file(name)))
+    free = grid.geometry.resolution * ndimage.distance_transform_edt(grid.data == 0)
+    for start, goal, way in pairs:
+        assert way >= max(journeys.MAPS[name], math.dist(start[:2], goal[:2]) - 0.1)
+        for x, y, yaw in (start, goal):
+            column, row = grid.geometry.to_cell(x, y)
+            assert free[row, column] > journeys.TURNING_RADIUS and abs(yaw) <= math.pi
+
+
+def test_the_draw_is_the_same_every_time():
+    first = journeys.journeys('flat')
+    journeys.journeys.cache_clear()
+    assert journeys.journeys('flat') == first and journeys.journeys('hall') != first
+
+
+@pytest.mark.parametrize('planner', journeys.PLANNERS.values())
+def test_the_parameter_files_are_read_without_a_warning(planner):
+    settings = read_settings(Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), planner.navigation)))
+    assert type(settings.local_planner).plugin_name.endswith('/' + planner.short)
+    assert settings.warnings == () or all(
+        f'{other}/' in text
+        for text in settings.warnings
+        for other in ('GridPlanner', 'RotateThenPursue')
+        if other in text
+    )
+    assert planner.tolerances == (
+        settings.local_planner.config.xy_goal_tolerance,
+        settings.local_planner.config.yaw_goal_tolerance,
+    )
+
+
+def test_faults_are_said():
+    xy, yaw = journeys.PLANNERS['DWAPlannerROS'].tolerances
+    good = Outcome(
+        'hall', 'DWAPlannerROS', 0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0, True, '', 5.0, 1.0, 0.0, xy, -yaw, 0
+    )
+    assert good.faults == []
+    for change, words in (
+        ({'position_error': xy + 0.01}, 'xy_goal_tolerance'),
+        ({'yaw_error': -yaw - 0.01}, 'yaw_goal_tolerance'),
+        ({'contacts': 2}, '2 contacts'),
+        ({'reached': False, 'text': 'blocked'}, 'not reached: blocked'),
+        ({'position_error': math.nan}, 'xy_goal_tolerance'),
+    ):
+        faults = dataclasses.replace(good, **change).faults
+        assert len(faults) == 1 and words in faults[0]
+
+
+def test_a_watcher_sees_every_step_and_zones_can_act():
+    seen = []
+
+    def watch(lockstep):
+        seen.append(lockstep.time)
+        if len(seen) == 50:
+            raise StopIteration
+
+    with pytest.raises(StopIteration):
+        journeys.drive('hall', 'RotateThenPursue', 1, watch, sonars=True)
+    assert np.allclose(np.diff(seen), 0.01)

@@ -1,0 +1,1 @@
+"""Results of the offline filter: tables, pictures, comparison with a reference path."""

@@ -1,0 +1,57 @@
+"""How far an estimated way is from a reference, where the two begin is not to matter: SE(2)-aligned root mean square
+error.
+
+The rotation and translation that bring the one best onto the other are in closed form (B. Horn, "Closed-form solution
+of absolute orientation using unit quaternions", 1987, in the plane).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+EARTH_RADIUS = 6378137.0
+
+
+def aligned(points: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(n, 2) points turned and moved so that they lie best on (n, 2) reference."""
+    p, q = points - points.mean(axis=0), reference - reference.mean(axis=0)
+    angle = np.arctan2((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum(), (p * q).sum())
+    c, s = np.cos(angle), np.sin(angle)
+    return p @ np.array([[c, s], [-s, c]]) + reference.mean(axis=0)
+
+
+def rmse(t, points, reference_t, reference) -> float:
+    """Root mean square distance (m) after alignment, of a way (n, 2) at times t (n,) from a reference (m, 2) at its
+    times (m,).
+
+    The way is taken at the reference's times; those that it does not cover are left out.
+    """
+    t, points = np.asarray(t, dtype=float), np.asarray(points, dtype=float)
+    reference_t, reference = np.asarray(reference_t, dtype=float), np.asarray(reference, dtype=float)
+    inside = (reference_t >= t[0]) & (reference_t <= t[-1])
+    at = np.column_stack([np.interp(reference_t[inside], t, points[:, k]) for k in (0, 1)])
+    difference = aligned(at, reference[inside]) - reference[inside]
+    return float(np.sqrt((difference**2).sum(axis=1).mean()))
+
+
+def local_plane(latitude, longitude) -> np.ndarray:
+    """(n, 2) metres east and north of the first of latitudes and longitudes (n,) in degrees; for ways of a few km."""
+    latitude, longitude = np.radians(latitude), np.radians(longitude)
+    east = (longitude - longitude[0]) * np.cos(latitude[0])
+    return EARTH_RADIUS * np.column_stack([east, latitude - latitude[0]])
+
+
+def path_length(x, y, still: float = 0.02) -> float:
+    """Length (m) of a path, in steps of at least `still` m, so that noise at rest adds nothing; jumps over 0.5 m are
+    left out.
+    """
+    length, last = 0.0, None
+    for point in zip(x, y):
+        if last is None:
+            last = point
+            continue
+        step = float(np.hypot(point[0] - last[0], point[1] - last[1]))
+        if step >= still:
+            length += step if step < 0.5 else 0.0
+            last = point
+    return length

@@ -1,0 +1,1 @@
+"""The parameters of robot_localization, read and checked."""

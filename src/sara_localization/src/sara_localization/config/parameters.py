@@ -1,0 +1,169 @@
+"""Taking parameters one by one out of a dictionary, typed and checked; what is wrong is collected, what is left over is
+known.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sara_localization.filters.state import NAMES, SIZE
+
+
+class ConfigError(ValueError):
+    """The configuration cannot be used; `faults` holds one sentence for each reason, `warnings` what is doubtful
+    besides.
+    """
+
+    def __init__(self, faults, warnings=()):
+        super().__init__('\n'.join(faults))
+        self.faults, self.warnings = tuple(faults), tuple(warnings)
+
+
+def as_number(value):
+    """A float from a number or from a string such as '1e-9' (YAML 1.1 takes 1e-9 for a string), else None."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        return None
+
+
+def as_bool(value):
+    """True or False from a bool, 0 or 1, or those words in a string, else None."""
+    if isinstance(value, str):
+        return {'true': True, 'false': False}.get(value.lower())
+    return bool(value) if value in (0, 1) and isinstance(value, (bool, int)) else None
+
+
+def as_numbers(value):
+    """A list of finite floats from a list (of lists) of numbers, else None."""
+    if not isinstance(value, (list, tuple)):
+        return None
+    if value and all(isinstance(row, (list, tuple)) for row in value):
+        value = [number for row in value for number in row]
+    numbers = [as_number(v) for v in value]
+    return numbers if all(n is not None and math.isfinite(n) for n in numbers) else None
+
+
+class ParameterReader:
+    """`left`: what was not asked for; `known`: all names asked for; `faults`, `warnings`: sentences."""
+
+    def __init__(self, params):
+        self.left = dict(params)
+        self.known, self.faults, self.warnings = [], [], []
+
+    def take(self, name, default=None):
+        self.known.append(name)
+        return self.left.pop(name, default)
+
+    def number(self, name, default, low=None, above=None):
+        value = self.take(name, default)
+        result = as_number(value)
+        if result is None or not math.isfinite(result):
+            self.faults.append(f'{name} must be a number, not {value!r}.')
+            return default
+        if (low is not None and result < low) or (above is not None and result <= above):
+            allowed = f'at least {low:g}' if low is not None else f'greater than {above:g}'
+            self.faults.append(f'{name} is {result:g}; it must be {allowed}.')
+            return default
+        return result
+
+    def boolean(self, name, default):
+        value = self.take(name, default)
+        result = as_bool(value)
+        if result is None:
+            self.faults.append(f'{name} must be true or false, not {value!r}.')
+            return default
+        return result
+
+    def choice(self, name, allowed):
+        """One of the words in `allowed`, the first by default. YAML's off is False: it stands for the word off."""
+        value = self.take(name, allowed[0])
+        value = 'off' if value is False and 'off' in allowed else value
+        if value not in allowed:
+            self.faults.append('{} is {!r}; it must be one of {}.'.format(name, value, ', '.join(allowed)))
+            return allowed[0]
+        return value
+
+    def frame(self, name, default, prefix=''):
+        value = self.take(name, default)
+        if not isinstance(value, str) or not value.strip('/'):
+            self.faults.append(f'{name} must be the name of a frame, not {value!r}.')
+            return default
+        value = value.lstrip('/')
+        return value if not prefix or value.startswith(prefix + '/') else f'{prefix}/{value}'
+
+    def file(self, name, default):
+        """The name of a file."""
+        value = self.take(name, default)
+        if not isinstance(value, str) or not value:
+            self.faults.append(f'{name} must be the name of a file, not {value!r}.')
+            return default
+        return value
+
+    def numbers(self, name, size, default, low=None):
+        """A tuple of `size` finite numbers."""
+        value = self.take(name)
+        if value is None:
+            return default
+        result = as_numbers(value)
+        if result is None or len(result) != size or (low is not None and min(result) < low):
+            allowed = '' if low is None else f' of at least {low:g}'
+            self.faults.append('%s must be a list of %d finite numbers%s, not %r.' % (name, size, allowed, value))
+            return default
+        return tuple(result)
+
+    def vector(self, name, default):
+        value = self.take(name)
+        if value is None:
+            return np.array(default, dtype=float)
+        numbers = as_numbers(value)
+        if numbers is None or len(numbers) != SIZE:
+            held = '%d values' % len(value) if isinstance(value, (list, tuple)) else repr(value)
+            self.faults.append(
+                '{} must be a list of 15 finite numbers ({}); it holds {}.'.format(name, ' '.join(NAMES), held)
+            )
+            return np.array(default, dtype=float)
+        return np.array(numbers)
+
+    def covariance(self, name, size, default=None, positive=False):
+        """A (size, size) covariance from size*size numbers or its diagonal; positive: every variance above 0."""
+        value = self.take(name)
+        if value is None:
+            return default
+        numbers = as_numbers(value)
+        if numbers is None or len(numbers) not in (size, size * size):
+            held = len(value) if isinstance(value, (list, tuple)) else 1
+            self.faults.append(
+                '%s must be a list of %d finite numbers, row by row, or of %d, its diagonal; it holds %d.'
+                % (name, size * size, size, held)
+            )
+            return default
+        matrix = np.diag(numbers) if len(numbers) == size else np.reshape(numbers, (size, size))
+        if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
+            self.faults.append(f'{name} is not symmetric.')
+        elif np.linalg.eigvalsh(matrix).min() < -1e-12 * max(1.0, np.abs(matrix).max()):
+            self.faults.append(f'{name} is not positive semidefinite: no noise has such a covariance.')
+        elif positive and matrix.diagonal().min() <= 0.0:
+            self.faults.append(f'{name} holds a variance of {matrix.diagonal().min():g}; it must be greater than 0.')
+        return matrix
+
+    def flags(self, name, size, names):
+        """A tuple of `size` booleans, None where there is none (and that is a fault)."""
+        value = self.take(name)
+        if value is None:
+            self.faults.append(
+                '%s is missing: list for the %d variables (%s) which of them to use.' % (name, size, names)
+            )
+            return None
+        flags = [as_bool(v) for v in value] if isinstance(value, (list, tuple)) else [None]
+        if len(flags) != size or None in flags:
+            self.faults.append(
+                '%s must be a list of %d times true or false (%s); it holds %d values.'
+                % (name, size, names, len(flags))
+            )
+            return None
+        return tuple(flags)

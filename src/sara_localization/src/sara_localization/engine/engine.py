@@ -1,0 +1,320 @@
+"""The filter as a machine: data in as it arrives, an estimate out at every tick; no ROS, no clock, no threads.
+
+What happens when is robot_localization's: a message is brought into the filter's frames at once and waits in a queue; a
+tick takes all that is not from the future, oldest first; with nothing to take for sensor_timeout it predicts. Where
+that node is known to go wrong this one does not follow: see measurement.py, history.py, estimator.py, and set_pose
+below.
+
+    engine = FilterEngine(FilterConfig.from_params(params, 'ekf'), transforms)
+    engine.add_odometry('odom0', OdometryData(...)); engine.add_imu('imu0', ImuData(...))
+    output = engine.tick(now)           # FilterOutput, or None before there is anything to say
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine import debug_log as trace
+from sara_localization.engine import set_pose as placing
+from sara_localization.engine.history import History
+from sara_localization.engine.output import Output
+from sara_localization.engine.sensor_timeout import Silence
+from sara_localization.filters import kernel
+from sara_localization.filters.control import Control
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.state import RATES, SIZE
+from sara_localization.filters.ukf import Ukf
+from sara_localization.inputs import measurement, sheets
+from sara_localization.inputs.data import FilterOutput, ImuData, OdometryData, PoseData, TwistData
+from sara_localization.inputs.preprocessing import Intake, Motion
+from sara_localization.inputs.status import InputStatus
+
+
+def make_filter(config: FilterConfig, control: Control | None = None, biases=None):
+    """The Ekf or Ukf of a configuration; biases: as Intake.biases."""
+    noise, variance = [], []
+    for name, states in (biases or {}).items():
+        noise += [config.input(name).gyro_bias_noise] * len(states)
+        variance += [config.input(name).gyro_bias_variance] * len(states)
+    arguments = dict(
+        process_noise=config.process_noise_covariance,
+        initial_covariance=config.initial_estimate_covariance,
+        initial_state=config.initial_state,
+        control=control,
+        bias_noise=noise,
+        bias_variance=variance,
+        dynamic_process_noise=config.dynamic_process_noise_covariance,
+    )
+    if config.filter == 'ukf':
+        return Ukf(alpha=config.alpha, beta=config.beta, kappa=config.kappa, **arguments)
+    return Ekf(**arguments)
+
+
+class FilterEngine:
+    """One filter.
+
+    Args:
+        config: FilterConfig.
+        transforms: what gives transforms (transforms.Transforms); its `lookup` must not block.
+        report: called with a sentence for the user when something is wrong with the data, once per kind.
+    """
+
+    def __init__(self, config: FilterConfig, transforms, report=None):
+        kernel.warm(config.filter)
+        sheets.warm()
+        self.config, self.transforms = config, transforms
+        self._report = report or (lambda sentence: None)
+        self.control = Control(config.control) if config.control else None
+        self.intake = Intake(config, transforms, self._report)
+        self.filter = make_filter(config, self.control, self.intake.biases)
+        self.history = History(config.history_length) if config.smooth_lagged_data and config.history_length else None
+        self.enabled, self.on = not config.disabled_at_startup, True
+        self.time_jumps = self.not_finite = self.before_history = 0
+        self.output = Output(config, transforms, self._report)
+        self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
+        self.trace = trace.opened(config, self._report)
+        self._last_tick = self._seen = None
+        self._forget()
+
+    @property
+    def inputs(self) -> dict[str, InputStatus]:
+        """The account of every input, by name."""
+        return self.intake.inputs
+
+    @property
+    def missing_transform(self) -> str | None:
+        """The sentence that says which transform the output lacks, or None."""
+        return self.output.missing_transform
+
+    @property
+    def parked(self) -> bool:
+        """Whether the robot is known to stand still; False where no extension asks for it."""
+        return self.intake.standstill is not None and self.intake.standstill.parked
+
+    def gyro_bias(self, name: str) -> np.ndarray:
+        """The estimated bias of the IMU `name`, (3,) rad/s: in the sensor's frame with 'standstill', about the robot's
+        axes with 'state'; zeros where none is estimated.
+        """
+        states = self.intake.biases.get(name)
+        if states:
+            bias = np.zeros(3)
+            for rate, index in states.items():
+                bias[rate - RATES.start] = self.filter.x[index]
+            return bias
+        standstill = self.intake.standstill
+        return standstill.gyros[name].bias.copy() if standstill and name in standstill.gyros else np.zeros(3)
+
+    def reset(self):
+        """As if nothing had ever come in; the counters stay."""
+        self.filter.reset()
+        self._last_tick = None
+        self._forget()
+
+    def _forget(self):
+        self._queue, self._sequence, self._seen = [], 0, None
+        self.intake.forget()
+        if self.history:
+            self.history.forget()
+        self.output.forget()
+        if self.silence:
+            self.silence.forget()
+
+    # On and off
+
+    def enable(self) -> bool:
+        """Start a filter that was disabled at startup; False if it was running."""
+        was, self.enabled = self.enabled, True
+        return not was
+
+    def toggle(self, on: bool) -> bool:
+        """Stop or resume the use of measurements while output goes on; False if it was so already."""
+        changed, self.on = bool(on) != self.on, bool(on)
+        return changed
+
+    # Inputs
+
+    def add_odometry(self, name: str, data: OdometryData):
+        """A message of input `name` (odomN); never raises for what the data holds."""
+        self._enqueue(name, self.intake.odometry(name, data, self._motion()))
+
+    def add_pose(self, name: str, data: PoseData):
+        """A message of input `name` (poseN)."""
+        self._enqueue(name, self.intake.pose(name, data, self._motion()))
+
+    def add_twist(self, name: str, data: TwistData):
+        """A message of input `name` (twistN)."""
+        self._enqueue(name, self.intake.twist(name, data, self._motion()))
+
+    def add_imu(self, name: str, data: ImuData):
+        """A message of input `name` (imuN)."""
+        self._enqueue(name, self.intake.imu(name, data, self._motion()))
+
+    def add_control(self, command, stamp: float):
+        """A command (6,) vx vy vz vroll vpitch vyaw in the robot's frame, given at a time (s); one that is not finite
+        is dropped.
+        """
+        if self.control is None:
+            return
+        if not (np.isfinite(command).all() and np.isfinite(stamp)):
+            self._report('a command that is not a number is ignored')
+            return
+        self.control.set(command, stamp)
+        if self.history:
+            self.history.commanded(stamp, self.control.command)
+
+    def _motion(self):
+        """The Motion that messages see until the next tick: the state itself, not a copy."""
+        if self._seen is None:
+            self._seen = Motion(self.filter.x[:SIZE], self.output.turning)
+        return self._seen
+
+    def _enqueue(self, name, measurements):
+        if not self.enabled:
+            return
+        for m in measurements:
+            self._sequence += 1
+            heapq.heappush(self._queue, (m.stamp, self._sequence, name, m))
+
+    # set_pose
+
+    def set_pose(self, data: PoseData, now: float) -> str | None:
+        """Put the robot at a pose, at rest, at the time `now` (s); whatever was measured before its stamp is ignored.
+
+        A stamp of zero or from the future counts as now. Returns None, or a sentence that says why it was not done:
+        robot_localization jumps to the origin when the frame is unknown, and lets the first measurement overwrite a
+        pose set before it; here the former is refused and the latter is fused.
+        """
+        try:
+            stamp, x, P = placing.placed(data, now, self.config, self.transforms)
+        except placing.Refused as refused:
+            return str(refused)
+        self.filter.set_state(x, P)
+        self.filter.initialised = True
+        self.filter.last_measurement_time = now
+        self._queue, self._seen = [], None
+        self.intake.forget_poses(stamp)
+        if self.silence:
+            self.silence.forget()
+        if self.history:
+            self.history.clear()
+        self.output.at_rest()
+        return None
+
+    # Output
+
+    def tick(self, now: float) -> FilterOutput | None:
+        """Take what is in the queue up to `now` (s) and give the estimate; None before the first measurement."""
+        if self._last_tick is not None and now < self._last_tick:
+            self._time_went_back(now)
+        self._last_tick, self._seen = now, None
+        if now > 0.0:
+            self.intake.now = now
+        if not self.enabled:
+            return None
+        if self.on:
+            self._integrate(now)
+        else:
+            self._idle(now)
+        if self.trace:
+            self.trace.tick(now, self.filter)
+        if not self.filter.initialised:
+            return None
+        if not kernel.all_finite(self.filter.x, self.filter.P):
+            self.not_finite += 1
+            self._report('the state is no longer finite: the filter starts anew; check the covariances of the inputs')
+            self.reset()
+            return None
+        output = self.output.of(self.filter, now if self.on else None)
+        if self.silence and self.silence.fresh:
+            self.silence.anchor(self.output.world_from_odom(output))
+        return output
+
+    def _idle(self, now):
+        """Switched off: what came in is forgotten, and the state is as of now."""
+        self._queue = []
+        if self.history:
+            self.history.clear()
+        if self.filter.initialised:
+            self.filter.last_measurement_time = now
+
+    def _integrate(self, now):
+        kf, queue, inputs = self.filter, self._queue, self.inputs
+        # A measurement from far in the future must not keep the filter from predicting.
+        idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
+        again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
+        newest = (self.control.command, self.control.stamp) if self.control else None
+        if self.silence and self.silence.holding:
+            self.silence.follow(kf, self.transforms.lookup(self.config.odom_frame, self.config.base_link_frame, now))
+        while queue and queue[0][0] <= now:
+            entry = heapq.heappop(queue)
+            stamp, sequence, name, m = entry
+            if again and self.control:
+                self.history.recall(self.control, stamp)
+            taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
+            if self.trace:
+                self.trace.measurement(m, taken, kf.nis)
+            if sequence not in again and m.source != measurement.STANDSTILL:
+                inputs[name].took(taken, kf.nis, m.informative)
+                if self.silence and taken:
+                    self.silence.heard(name, stamp)
+            if self.history:
+                self.history.done(entry)
+                if not queue or queue[0][0] > stamp:
+                    self.history.keep(kf.snapshot())
+        if again and self.control:
+            self.control.set(*newest)
+        if not kf.initialised:
+            return
+        if self.silence:
+            self.silence.hold(kf, now)
+        late = idle and now - kf.last_measurement_time >= self.config.sensor_timeout
+        if late or self.config.predict_to_current_time:
+            kf.predict_to(now)
+        if self.history:
+            self.intake.history_from = self.history.expire(kf.last_measurement_time)
+
+    def _go_back(self, first):
+        """For an oldest measurement that is late: back to before it; returns the sequence numbers of what is done
+        again.
+        """
+        if first[0] >= self.filter.last_measurement_time:
+            return ()
+        snapshot, again, enough = self.history.go_back(first[0])
+        if snapshot is not None:
+            self.filter.restore(snapshot)
+        if not enough:
+            self.before_history += 1
+            self._say_before_history(first)
+        for entry in again:
+            heapq.heappush(self._queue, entry)
+        return {entry[1] for entry in again}
+
+    def _say_before_history(self, first):
+        stamp, _, name, _ = first
+        status = self.inputs[name]
+        sentence = status.has_problem(
+            'before_history',
+            f'a message comes {self.filter.last_measurement_time - stamp:.3f} s late, history_length is {self.history.length:g} s: it cannot be put in '
+            'its place',
+        )
+        if sentence:
+            self._report(sentence)
+
+    def _time_went_back(self, now):
+        self.time_jumps += 1
+        if self.config.reset_on_time_jump:
+            self._report(f'time went back from {self._last_tick:.3f} to {now:.3f} s: the filter starts anew')
+            self.reset()
+        else:
+            self._report(
+                f'time went back from {self._last_tick:.3f} to {now:.3f} s: measurements are ignored until it catches up; '
+                'reset_on_time_jump would start anew'
+            )
+
+    def status_lines(self, now: float) -> list[str]:
+        """One line per input on what became of its messages, and one for a transform that the output lacks."""
+        lines = [status.line(now) for status in self.inputs.values()]
+        return lines + ([self.missing_transform] if self.missing_transform else [])

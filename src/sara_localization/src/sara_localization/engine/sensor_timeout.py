@@ -1,0 +1,85 @@
+"""What to believe while the sensors that say how the robot moves are silent: that it stands.
+
+A filter predicts with the last speed it knows. Where nothing comes for seconds (a bus that is unplugged) the estimate
+runs off with it, although robots stop when they lose their sensors. With `hold_after` the speed is taken for zero when
+nobody has measured a speed or a position for so long, and the turn rate likewise. Meanwhile the pose follows the
+odometry through the map -> odom that held when
+all was well: what the wheels have counted unheard is there as soon as they are heard again. An extension;
+robot_localization has nothing of the kind.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sara_localization.filters.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
+from sara_localization.geometry.rigid import wrap
+
+
+class Silence:
+    """hold_after: s. inputs: InputConfigs. `moving`, `turning`: whether speed or turn rate is held at zero. `fresh`:
+    whether anybody has told of motion since the last `anchor`.
+    """
+
+    def __init__(self, hold_after, inputs):
+        self.hold_after = hold_after
+        self._tell_motion = {i.name for i in inputs if any(i.mask[POSITION]) or any(i.mask[VELOCITY])}
+        self._tell_turn = {i.name for i in inputs if any(i.mask[ANGLES]) or any(i.mask[RATES])}
+        self.forget()
+
+    def forget(self):
+        """As if nothing had ever been heard."""
+        self._motion_at = self._turn_at = math.inf
+        self.fresh = self.moving = self.turning = False
+        self._anchor = None
+
+    @property
+    def holding(self):
+        """Whether anything is held."""
+        return self.moving or self.turning
+
+    def heard(self, name, stamp):
+        """A measurement of input `name` at stamp (s) was taken in."""
+        if name in self._tell_motion:
+            self._motion_at, self.fresh = stamp, True
+        if name in self._tell_turn:
+            self._turn_at = stamp
+
+    def anchor(self, world_from_odom):
+        """The transform that was given out; kept where it comes from fresh odometry (without any, there is nothing to
+        keep).
+        """
+        if self.fresh and not self.holding and world_from_odom is not None:
+            self._anchor = world_from_odom
+        self.fresh = False
+
+    def follow(self, kf, odom_from_base):
+        """Before a tick's measurements: while held, the pose is where the odometry says."""
+        if self._anchor is None or odom_from_base is None:
+            return
+        pose = self._anchor @ odom_from_base
+        x = kf.x.copy()
+        if self.moving:
+            x[POSITION] = pose.translation
+        if self.turning:
+            x[YAW] = wrap(pose.yaw)
+        kf.set_state(x, kf.P.copy())
+
+    def hold(self, kf, now):
+        """After a tick's measurements: zero what nobody has measured for hold_after."""
+        self.moving, self.turning = now - self._motion_at > self.hold_after, now - self._turn_at > self.hold_after
+        if not self.holding:
+            return
+        held = (
+            [*range(VELOCITY.start, VELOCITY.stop), *range(ACCELERATION.start, ACCELERATION.stop)]
+            if self.moving
+            else []
+        ) + ([*range(RATES.start, RATES.stop)] if self.turning else [])
+        if not kf.x[held].any():
+            return
+        x, P = kf.x.copy(), kf.P.copy()
+        variances = P[held, held]
+        x[held] = 0.0
+        P[held, :] = P[:, held] = 0.0
+        P[held, held] = variances
+        kf.set_state(x, P)

@@ -1,0 +1,1 @@
+"""The filters: state, motion model, EKF and UKF, and their compiled algebra."""

@@ -1,0 +1,1 @@
+"""Rotations, rigid transforms, transforms over time, and time stamps."""

@@ -1,0 +1,1 @@
+"""From an input's messages to measurements of the state."""

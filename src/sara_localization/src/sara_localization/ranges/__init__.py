@@ -1,0 +1,1 @@
+"""range_localization without ROS: a pose corrected by ranges against a known map."""

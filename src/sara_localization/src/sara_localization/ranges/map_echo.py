@@ -1,0 +1,147 @@
+"""The echo that a map predicts for a range sensor with a wide cone, and how sure that is; compiled by numba.
+
+The nearest thing in the cone echoes. Where that is a plane that the beam meets squarely, the echo is a "region of
+constant depth" (J. Leonard, H. Durrant-Whyte, "Directed Sonar Sensing for Mobile Robot Navigation", 1992): the range is
+the distance to the plane, wherever in the cone its foot lies, and moving or turning the sensor along the plane does not
+change it. All else in a cone (edges at its border, posts, the ends of walls) is where a real sensor hears one time
+this, one time that: it is not predicted.
+
+A range counts as predicted only if it is so over the whole uncertainty of the pose: at the ends of each axis of it the
+map must predict a plane again, as far away as the first one says within a tolerance (sigma points, as in the unscented
+transform, as a test of smoothness).
+"""
+
+import math
+
+import numpy as np
+
+from ahead_of_time import kernel
+
+FREE, OCCUPIED, UNKNOWN = 0, 1, 2
+
+PLANE, SILENT, AMBIGUOUS = 0, 1, 2
+"""What a prediction is: the range to a plane; nothing within the limit; something that no range can be said for."""
+RAY_GAP = math.radians(2.0)
+"""Between the rays of a cone."""
+BORDER_RAYS = 1
+"""A foot nearer to the border of the cone than this many rays may be just outside of it."""
+PLANE_RAYS = 4
+"""Rays on either side of the foot that must meet the same plane."""
+PLANE_LEAST = 0.10
+"""m to either side of the foot that the plane must reach, however near it is."""
+
+
+@kernel
+def cast(grid, x, y, angle, limit):
+    """Walk a ray through uint8 cells (rows, columns) from x, y (cells) until one that is not FREE; returns (distance in
+    cells or inf, what is there).
+
+    The traversal of J. Amanatides and A. Woo, 1987. Outside of the grid all is UNKNOWN.
+    """
+    rows, columns = grid.shape
+    dx, dy = math.cos(angle), math.sin(angle)
+    column, row = int(math.floor(x)), int(math.floor(y))
+    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    gap_x = abs(1.0 / dx) if dx != 0.0 else math.inf
+    gap_y = abs(1.0 / dy) if dy != 0.0 else math.inf
+    next_x = ((column + 1 - x) if dx > 0.0 else (x - column)) * gap_x if dx != 0.0 else math.inf
+    next_y = ((row + 1 - y) if dy > 0.0 else (y - row)) * gap_y if dy != 0.0 else math.inf
+    distance = 0.0
+    while distance <= limit:
+        if not (0 <= row < rows and 0 <= column < columns):
+            return distance, UNKNOWN
+        if grid[row, column] != FREE:
+            return distance, int(grid[row, column])
+        if next_x < next_y:
+            distance = next_x
+            next_x += gap_x
+            column += step_x
+        else:
+            distance = next_y
+            next_y += gap_y
+            row += step_y
+    return math.inf, FREE
+
+
+@kernel
+def echo(grid, resolution, x, y, axis, half, limit, tolerance):
+    """What a sensor at x, y (m from the grid's corner), that looks along `axis` (rad), hears of the map.
+
+    grid: uint8 (rows, columns). half: half its cone, rad; limit, tolerance: m. Returns (PLANE, SILENT or AMBIGUOUS;
+    distance, m; direction of the plane's foot, rad). A plane may differ from flat by the tolerance.
+    """
+    n = max(int(round(2.0 * half / RAY_GAP)), 2 * PLANE_RAYS) + 1
+    gap = 2.0 * half / (n - 1)
+    distances, best, first, nearest = np.empty(n), math.inf, 0, FREE
+    for i in range(n):
+        distance, what = cast(grid, x / resolution, y / resolution, axis - half + i * gap, limit / resolution)
+        distances[i] = distance * resolution
+        if distances[i] < best:
+            best, first, nearest = distances[i], i, what
+    if best == math.inf:
+        return SILENT, math.inf, axis
+    if nearest == UNKNOWN:
+        return AMBIGUOUS, math.nan, math.nan
+    # Cells make steps: the foot is in the middle of the rays that are as near as the nearest, within a step.
+    last = first
+    for i in range(first, n):
+        if distances[i] <= best + 1e-3 * best:
+            last = i
+    foot = (first + last) // 2
+    if foot < BORDER_RAYS or foot > n - 1 - BORDER_RAYS:
+        return AMBIGUOUS, math.nan, math.nan
+    reach = max(PLANE_RAYS, int(math.ceil(math.atan2(PLANE_LEAST, best) / gap)))
+    if not _flat(distances, foot, reach, gap, tolerance):
+        return AMBIGUOUS, math.nan, math.nan
+    return PLANE, best, axis - half + foot * gap
+
+
+@kernel
+def _flat(distances, foot, reach, gap, tolerance):
+    """Whether the rays about the foot meet one plane that is square to the foot's ray."""
+    best, seen = distances[foot], 0
+    for i in range(max(foot - reach, 0), min(foot + reach, len(distances) - 1) + 1):
+        flat = best / math.cos((i - foot) * gap)
+        if abs(distances[i] - flat) > tolerance + 0.1 * (flat - best):
+            return False
+        seen += 1
+    return seen >= PLANE_RAYS + BORDER_RAYS
+
+
+@kernel
+def predict(grid, resolution, base_x, base_y, base_yaw, sensor_x, sensor_y, axis, half, limit, tolerance, axes):
+    """The echo predicted at a pose, and its slopes, if it is one over the whole uncertainty of that pose.
+
+    All in the grid's frame (m from its corner, rad): base_*: the pose that is uncertain; sensor_*, axis: the sensor,
+    rigidly with it (at the time of its burst). axes: float64 (k, 3), displacements of x, y, yaw to try on either side.
+    Returns (PLANE, SILENT or AMBIGUOUS; distance, m; slopes of the distance with x, y (m/m) and yaw (m/rad)).
+    """
+    what, distance, direction = echo(grid, resolution, sensor_x, sensor_y, axis, half, limit, tolerance)
+    if what != PLANE:
+        return what, distance, 0.0, 0.0, 0.0
+    arm_x, arm_y = sensor_x - base_x, sensor_y - base_y
+    slope_x, slope_y = -math.cos(direction), -math.sin(direction)
+    slope_yaw = slope_y * arm_x - slope_x * arm_y
+    for k in range(axes.shape[0]):
+        for sign in (-1.0, 1.0):
+            dx, dy, turn = sign * axes[k, 0], sign * axes[k, 1], sign * axes[k, 2]
+            c, s = math.cos(turn), math.sin(turn)
+            other, moved, _ = echo(
+                grid,
+                resolution,
+                base_x + dx + c * arm_x - s * arm_y,
+                base_y + dy + s * arm_x + c * arm_y,
+                axis + turn,
+                half,
+                limit,
+                tolerance,
+            )
+            if other != PLANE or abs(moved - distance - slope_x * dx - slope_y * dy - slope_yaw * turn) > tolerance:
+                return AMBIGUOUS, math.nan, 0.0, 0.0, 0.0
+    return what, distance, slope_x, slope_y, slope_yaw
+
+
+def warm():
+    """Compile, or load from the cache, the kernels for the types they are called with."""
+    grid = np.zeros((3, 3), np.uint8)
+    predict(grid, 1.0, 1.5, 1.5, 0.0, 1.5, 1.5, 0.0, 0.5, 1.0, 0.1, np.zeros((3, 3)))

@@ -1,0 +1,146 @@
+"""The parameters of range_localization: amcl's where amcl has them, range_* where amcl says laser_*."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from sara_localization.config.parameters import ConfigError, ParameterReader
+
+_FRAMES = ('base_frame_id', 'odom_frame_id', 'global_frame_id')
+_ABOVE_ZERO = (
+    'range_max_range',
+    'range_sigma_hit',
+    'gate',
+    'sigmas',
+    'max_innovation',
+    'plane_tolerance',
+    'twice_within',
+    'max_correction_rate',
+    'max_correction_turn_rate',
+    'max_vel_x',
+    'max_vel_theta',
+    'initial_cov_xx',
+    'initial_cov_yy',
+    'initial_cov_aa',
+)
+
+
+@dataclass(frozen=True)
+class RangeConfig:
+    """m, rad, s, and their squares. Frames without a leading slash; `range_topics`: sensor_msgs/Range."""
+
+    base_frame_id: str = 'base_link'
+    odom_frame_id: str = 'odom'
+    global_frame_id: str = 'map'
+    range_topics: tuple[str, ...] = ()
+    tf_broadcast: bool = True
+    join_at_odometry_time: bool = False
+    """As ekf_se's: map -> odom is of the time of odom -> base, which is older than the dead reckoning."""
+    transform_tolerance: float = 0.1
+    """s that map -> odom is dated ahead, and that a range may be newer than the dead reckoning."""
+    map_occupied_above: float = 65.0
+    """Cells of a higher occupancy (0..100) are walls."""
+
+    initial_cov_xx: float = 0.01
+    initial_cov_yy: float = 0.01
+    initial_cov_aa: float = 0.0012
+    odom_alpha1: float = 1e-4
+    """rad2 per rad turned: turning from turning. These four are variances per way, not per step as amcl's are."""
+    odom_alpha2: float = 2e-5
+    """rad2 per m driven: turning from driving."""
+    odom_alpha3: float = 4e-4
+    """m2 per m driven: place from driving."""
+    odom_alpha4: float = 1e-4
+    """m2 per rad turned: place from turning."""
+
+    range_min_range: float = 0.2
+    range_max_range: float = 2.4
+    range_delay: float = 0.0
+    """s from the burst of a reading to its stamp, filters included."""
+    range_sigma_hit: float = 0.05
+    """m; greater than a single reading's scatter, as readings of the same wall err together."""
+    gate: float = 2.0
+    """Standard deviations from which on a reading is not of the map."""
+    max_innovation: float = 0.3
+    """m from which on it is not, however uncertain the pose is."""
+    sigmas: float = 2.0
+    """Standard deviations of the pose over which a plane must be heard."""
+    plane_tolerance: float = 0.03
+    """m by which cells may differ from a plane, and predictions from a straight line."""
+    twice_within: float = 0.6
+    """s within which a sensor must agree with the map twice."""
+    update_min_d: float = 0.05
+    update_min_a: float = 0.05
+    """m driven or rad turned between two readings of a sensor that are used: a robot that stands learns nothing new."""
+
+    max_correction_rate: float = 0.05
+    """m/s at which what is given out follows the estimate."""
+    max_correction_turn_rate: float = 0.0175
+    """rad/s of the same."""
+    max_vel_x: float = 1.5
+    max_vel_theta: float = 2.0
+    """m/s and rad/s; dead reckoning that goes faster was put elsewhere, and is believed anew."""
+    warnings: tuple[str, ...] = ()
+
+    def faults(self):
+        """Sentences, one for each bad value."""
+        found = [
+            f'{name} is {getattr(self, name):g}; it must be greater than 0.'
+            for name in _ABOVE_ZERO
+            if not getattr(self, name) > 0.0
+        ]
+        found += [
+            f'{f.name} is {getattr(self, f.name):g}; it must be at least 0.'
+            for f in fields(self)
+            if isinstance(f.default, float) and f.name not in _ABOVE_ZERO and not getattr(self, f.name) >= 0.0
+        ]
+        found += [
+            f'{f.name} is {getattr(self, f.name)!r}; it must be a finite number.'
+            for f in fields(self)
+            if isinstance(f.default, float) and not math.isfinite(getattr(self, f.name))
+        ]
+        if not self.range_min_range < self.range_max_range:
+            found.append(
+                f'range_min_range is {self.range_min_range:g}; it must be less than range_max_range ({self.range_max_range:g}).'
+            )
+        if not self.map_occupied_above < 100.0:
+            found.append(f'map_occupied_above is {self.map_occupied_above:g}; it must be less than 100.')
+        names = [getattr(self, name) for name in _FRAMES]
+        if len(set(names)) < 3:
+            found.append(
+                'odom_frame_id, base_frame_id and global_frame_id must differ; they are {}.'.format(', '.join(names))
+            )
+        return found
+
+    @classmethod
+    def from_params(cls, params: dict[str, object]) -> RangeConfig:
+        """From a dictionary of parameters; raises ConfigError with every fault that was found."""
+        reader, values = ParameterReader(params), {}
+        for f in fields(cls):
+            if f.name in _FRAMES:
+                values[f.name] = reader.frame(f.name, f.default)
+            elif isinstance(f.default, bool):
+                values[f.name] = reader.boolean(f.name, f.default)
+            elif isinstance(f.default, float):
+                values[f.name] = reader.number(f.name, f.default)
+        topics = reader.take('range_topics', [])
+        if (
+            not isinstance(topics, (list, tuple))
+            or not topics
+            or not all(isinstance(topic, str) and topic for topic in topics)
+        ):
+            reader.faults.append(f'range_topics must be a list of at least one topic, not {topics!r}.')
+            topics = ()
+        elif len(set(topics)) < len(topics):
+            reader.faults.append(
+                'range_topics names a topic twice; a sensor must agree with the map twice by itself: {}.'.format(
+                    ', '.join(topics)
+                )
+            )
+        unknown = tuple(f'{name} is no parameter of range_localization: ignored.' for name in sorted(reader.left))
+        config = cls(range_topics=tuple(topics), warnings=unknown, **values)
+        faults = reader.faults + config.faults()
+        if faults:
+            raise ConfigError(faults, unknown)
+        return config

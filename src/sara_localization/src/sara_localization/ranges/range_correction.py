@@ -1,0 +1,300 @@
+"""A dead-reckoned pose corrected by what range sensors hear of a known map.
+
+The state is the robot's pose in the map (x, y, yaw) with its covariance; dead reckoning moves it, and its variance
+grows with the way and the turning. Each range for which the map predicts one plane (map_echo.py) is a scalar
+measurement of an extended Kalman filter:
+
+    y = z - h(x),  S = H P H' + R,  K = P H' / S,  x <- x + K y,  P <- (I - K H) P (I - K H)' + K R K'
+
+H is the plane's normal, and the lever of the sensor about the robot: what lies along a wall is not corrected by it.
+Method: J. Leonard, H. Durrant-Whyte, "Mobile robot localization by tracking geometric beacons", 1991 (validation gate,
+normal incidence); S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005, ch. 7. What the map does not hold (a
+box, a person) fails the gate; what passes it must do so twice running, and what is given out follows the estimate no
+faster than a rider can bear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_localization.geometry.rigid import wrap
+from sara_localization.ranges import map_echo
+from sara_localization.ranges.range_config import RangeConfig
+
+FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map')
+"""What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
+LONGEST_GAP = 1.0
+"""s without dead reckoning after which the robot may be anywhere."""
+JUMP_M, JUMP_RAD = 0.05, 0.05
+"""By which a step of the dead reckoning may be longer than the robot is fast: a filter corrects itself."""
+MEMORY_S = 1.5
+"""Of dead reckoning that is kept for readings that come late."""
+
+
+class RangeMap(NamedTuple):
+    """Cells of a map: uint8 (rows, columns) as map_echo has them, row 0 lowest; m per cell; origin (x, y, yaw) of its
+    lower left corner, m, rad.
+    """
+
+    cells: np.ndarray
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def from_occupancy(cls, data, resolution, origin, occupied_above):
+        """From nav_msgs/OccupancyGrid's data, int8 (rows, columns): -1 unknown, 0..100. Raises ValueError with a
+        sentence.
+        """
+        data = np.asarray(data)
+        if data.ndim != 2 or not data.size:
+            raise ValueError('the map has no cells')
+        if not (math.isfinite(resolution) and resolution > 0.0 and all(map(math.isfinite, origin))):
+            raise ValueError(f'the map has a resolution of {resolution!r} and its origin at {tuple(origin)!r}')
+        cells = np.where(data > occupied_above, map_echo.OCCUPIED, np.where(data < 0, map_echo.UNKNOWN, map_echo.FREE))
+        return cls(np.ascontiguousarray(cells, dtype=np.uint8), float(resolution), tuple(map(float, origin)))
+
+
+class RangeData(NamedTuple):
+    """A reading: sensor's name; time, s; the sensor in the robot (x, y, yaw; m, rad); range, m (REP-117); what it can
+    measure, m; its full cone, rad.
+    """
+
+    name: str
+    stamp: float
+    mount: tuple[float, float, float]
+    range: float
+    least: float
+    most: float
+    field_of_view: float
+
+
+class RangeCorrection:
+    """`offset`: (x, y, yaw) of the dead reckoning's frame in the map as it is given out; `counts`: Counter of what
+    became of the readings.
+    """
+
+    def __init__(self, config: RangeConfig, map_: RangeMap = None):
+        map_echo.warm()
+        self.config, self.map = config, map_
+        self.counts = Counter()
+        self.forget()
+
+    def forget(self):
+        """As at the start: the dead reckoning is believed, within the initial variances."""
+        c = self.config
+        self.offset = self._wanted = (0.0, 0.0, 0.0)
+        self.P = np.diag([c.initial_cov_xx, c.initial_cov_yy, c.initial_cov_aa])
+        self._trail = deque()  # (stamp, (x, y, yaw)) by dead reckoning
+        self._passed, self._used = {}, {}
+
+    @property
+    def pose(self):
+        """The pose estimated, (x, y, yaw) in the map; None before there is any."""
+        return _compose(self._wanted, self._trail[-1][1]) if self._trail else None
+
+    @property
+    def sigma(self):
+        """Standard deviations of the estimate: (the greatest in the plane, m; yaw, rad)."""
+        (a, b), (_, d) = self.P[:2, :2].tolist()
+        return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b)), math.sqrt(self.P[2, 2])
+
+    # Dead reckoning
+
+    def on_pose(self, stamp: float, pose: tuple[float, float, float]):
+        """The dead reckoning has the robot at (x, y, yaw) at a time (s). One that jumps was put there, and is believed
+        anew.
+        """
+        c = self.config
+        if not (math.isfinite(stamp) and all(map(math.isfinite, pose))):
+            self.counts['bad_pose'] += 1
+            return
+        if self._trail:
+            last, before = self._trail[-1]
+            dt, way, turn = stamp - last, math.dist(pose[:2], before[:2]), abs(wrap(pose[2] - before[2]))
+            if dt <= 0.0 and dt > -1.0:
+                return
+            if (
+                dt < 0.0
+                or dt > LONGEST_GAP
+                or way > c.max_vel_x * dt + JUMP_M
+                or turn > c.max_vel_theta * dt + JUMP_RAD
+            ):
+                self.counts['jumped'] += 1
+                self.forget()
+            else:
+                self._grow(before, pose, way, turn)
+        self._trail.append((stamp, tuple(pose)))
+        if len(self._trail) > 1:
+            self._slew(stamp - self._trail[-2][0])
+        while self._trail[0][0] < stamp - MEMORY_S:
+            self._trail.popleft()
+
+    def _grow(self, before, pose, way, turn):
+        c = self.config
+        yaw = self._wanted[2]
+        dx, dy = pose[0] - before[0], pose[1] - before[1]
+        dx, dy = math.cos(yaw) * dx - math.sin(yaw) * dy, math.sin(yaw) * dx + math.cos(yaw) * dy
+        if way == 0.0 and turn == 0.0:
+            return
+        F = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        P = F @ self.P @ F.T
+        plane = c.odom_alpha3 * way + c.odom_alpha4 * turn
+        P[0, 0] += plane
+        P[1, 1] += plane
+        P[2, 2] += c.odom_alpha1 * turn + c.odom_alpha2 * way
+        self.P = P
+
+    def _slew(self, dt):
+        """Let what is given out follow the estimate: the robot's own place by so many m, its heading by so many rad per
+        second.
+        """
+        if self.offset == self._wanted:
+            return
+        c, here = self.config, self._trail[-1][1]
+        shown, wanted = _compose(self.offset, here), _compose(self._wanted, here)
+        dx, dy, turn = wanted[0] - shown[0], wanted[1] - shown[1], wrap(wanted[2] - shown[2])
+        share = min(
+            1.0,
+            c.max_correction_rate * dt / max(math.hypot(dx, dy), 1e-12),
+            c.max_correction_turn_rate * dt / max(abs(turn), 1e-12),
+        )
+        if share == 1.0:
+            self.offset = self._wanted
+        else:
+            self.offset = _offset((shown[0] + share * dx, shown[1] + share * dy, wrap(shown[2] + share * turn)), here)
+
+    # Ranges
+
+    def on_range(self, reading: RangeData) -> str:
+        """Take a reading; returns what became of it: 'used', or why not (`counts` has all of these)."""
+        what = self._take(reading)
+        self.counts[what] += 1
+        return what
+
+    def _take(self, r):
+        c = self.config
+        if not (
+            math.isfinite(r.stamp)
+            and not math.isnan(r.range)
+            and 0.0 < r.field_of_view <= math.pi
+            and all(map(math.isfinite, r.mount))
+        ):
+            return 'bad_range'
+        if self.map is None:
+            return 'no_map'
+        here = self._at(r.stamp - c.range_delay)
+        if here is None:
+            return 'waiting' if self._young(r.stamp - c.range_delay) else 'no_pose'
+        passed, self._passed[r.name] = self._passed.get(r.name), None
+        if not max(c.range_min_range, r.least) <= r.range <= min(c.range_max_range, r.most):
+            return 'out_of_span'
+        found = self._predicted(r, here)
+        if isinstance(found, str):
+            return found
+        distance, H = found
+        y, S = r.range - distance, float(H @ self.P @ H) + c.range_sigma_hit**2
+        if y * y > c.gate**2 * S or abs(y) > c.max_innovation:
+            return 'shorter' if y < 0.0 else 'longer'
+        self._passed[r.name] = r.stamp, y
+        if passed is None or r.stamp - passed[0] > c.twice_within or abs(passed[1] - y) > c.gate * c.range_sigma_hit:
+            return 'first'
+        last = self._used.get(r.name)
+        if (
+            last is not None
+            and math.dist(last[:2], here[:2]) < c.update_min_d
+            and abs(wrap(last[2] - here[2])) < c.update_min_a
+        ):
+            return 'same_place'
+        self._used[r.name] = here
+        self._correct(H, y, S)
+        return 'used'
+
+    def _young(self, stamp):
+        """Whether a time (s) is not remembered because the dead reckoning has not gone on for long."""
+        trail = self._trail
+        return not trail or (stamp < trail[0][0] and trail[-1][0] - trail[0][0] < 0.9 * MEMORY_S)
+
+    def _at(self, stamp):
+        """The dead-reckoned pose at a time (s), None where that is not remembered."""
+        trail = self._trail
+        if not trail or stamp < trail[0][0] or stamp > trail[-1][0] + self.config.transform_tolerance:
+            return None
+        for later in range(len(trail) - 1, -1, -1):
+            if trail[later][0] <= stamp:
+                break
+        (t0, a) = trail[later]
+        if later == len(trail) - 1:
+            return a
+        t1, b = trail[later + 1]
+        share = (stamp - t0) / (t1 - t0)
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), wrap(a[2] + share * wrap(b[2] - a[2]))
+
+    def _in_grid(self, r, here):
+        """Robot now and sensor then, (x, y, yaw) in the map's grid, and (cos, sin) of the grid's yaw."""
+        base = _compose(self._wanted, self._trail[-1][1])
+        sensor = _compose(_compose(self._wanted, here), r.mount)
+        ox, oy, turned = self.map.origin
+        back = (math.cos(turned), math.sin(turned))
+        return (
+            (*_turned_back(base[0] - ox, base[1] - oy, back), base[2] - turned),
+            (*_turned_back(sensor[0] - ox, sensor[1] - oy, back), sensor[2] - turned),
+            back,
+        )
+
+    def _predicted(self, r, here):
+        """(distance, H (3,)) by the map, in the map's frame; or why there is none."""
+        c, m = self.config, self.map
+        base, sensor, back = self._in_grid(r, here)
+        # Half axes of the uncertainty, turned into the grid's frame.
+        L = np.linalg.cholesky(self.P + 1e-12 * np.eye(3))
+        axes = np.empty((3, 3))
+        for k in range(3):
+            dx, dy = _turned_back(L[0, k], L[1, k], back)
+            axes[k] = c.sigmas * dx, c.sigmas * dy, c.sigmas * L[2, k]
+        what, distance, hx, hy, hyaw = map_echo.predict(
+            m.cells,
+            m.resolution,
+            base[0],
+            base[1],
+            base[2],
+            sensor[0],
+            sensor[1],
+            sensor[2],
+            0.5 * r.field_of_view,
+            c.range_max_range + c.max_innovation,
+            c.plane_tolerance,
+            axes,
+        )
+        if what != map_echo.PLANE:
+            return 'not_predicted' if what == map_echo.SILENT else 'ambiguous'
+        return distance, np.array([back[0] * hx - back[1] * hy, back[1] * hx + back[0] * hy, hyaw])
+
+    def _correct(self, H, y, S):
+        K = self.P @ H / S
+        G = np.eye(3) - np.outer(K, H)
+        P = G @ self.P @ G.T + self.config.range_sigma_hit**2 * np.outer(K, K)
+        self.P = 0.5 * (P + P.T)
+        here = self._trail[-1][1]
+        x, y_, yaw = _compose(self._wanted, here)
+        moved = K * y
+        self._wanted = _offset((x + float(moved[0]), y_ + float(moved[1]), wrap(yaw + float(moved[2]))), here)
+
+
+def _turned_back(x, y, back):
+    return back[0] * x + back[1] * y, back[0] * y - back[1] * x
+
+
+def _compose(a, b):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])
+
+
+def _offset(pose, here):
+    """The frame in which `here` is `pose`."""
+    yaw = wrap(pose[2] - here[2])
+    c, s = math.cos(yaw), math.sin(yaw)
+    return pose[0] - c * here[0] + s * here[1], pose[1] - s * here[0] - c * here[1], yaw

@@ -1,0 +1,44 @@
+"""What range_localization says of itself in /diagnostics, as plain data."""
+
+from __future__ import annotations
+
+import math
+
+from sara_localization.engine.diagnostics import ERROR, OK, WARN, Status
+from sara_localization.ranges.range_correction import FAULTS, RangeCorrection
+
+SILENT_AFTER = 5.0
+"""s without a range, or without dead reckoning, until that is told."""
+LOST_SIGMA = 0.3
+"""m of standard deviation from which on the estimate is of little use."""
+
+
+def status(
+    name: str, correction: RangeCorrection, now: float, last_pose, last_range, missing='', before=None
+) -> Status:
+    """`last_pose`, `last_range`: when the last came (s), None before the first; `missing`: the sentence about a
+    transform that is not there.
+    `before`: the counts of the last time, for faults are told when they are new.
+    """
+    counts, (place, yaw) = correction.counts, correction.sigma
+    faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
+    level, message = OK, 'the pose is corrected by %d ranges' % counts['used']
+    if correction.map is None:
+        level, message = ERROR, 'waiting for the map'
+    elif last_pose is None or now - last_pose > SILENT_AFTER:
+        level, message = ERROR, 'waiting for dead reckoning on odom'
+    elif missing:
+        level, message = ERROR, missing
+    elif last_range is None or now - last_range > SILENT_AFTER:
+        level, message = WARN, f'no range has come for {SILENT_AFTER:g} s or more: the pose is dead reckoning'
+    elif place > LOST_SIGMA:
+        level, message = WARN, f'the pose is uncertain by {place:.2f} m: no wall of the map was heard for long'
+    elif faults:
+        level, message = WARN, 'data are faulty: ' + ', '.join('%s %d' % (what, counts[what]) for what in faults)
+    x, y, turn = correction.offset
+    values: tuple[tuple[str, str], ...] = tuple((what, str(count)) for what, count in sorted(counts.items())) + (
+        ('sigma (m)', f'{place:.3f}'),
+        ('sigma (deg)', f'{math.degrees(yaw):.2f}'),
+        ('correction (m, m, deg)', f'{x:.3f} {y:.3f} {math.degrees(turn):.2f}'),
+    )
+    return Status(name, level, message, values)

@@ -1,0 +1,1 @@
+"""The tools that filter and check recorded bags."""

@@ -1,0 +1,135 @@
+"""What is wrong with a filter's parameters, without running it; with a bag, also what is wrong with the data.
+
+    rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
+
+One line for each finding, errors first. The status is 1 where something is an error, 2 where the arguments are of no
+use, else 0.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+
+import rosbag
+import rospy
+from tqdm import tqdm
+
+from sara_localization.checks import check_config
+from sara_localization.checks.check_config import Finding
+from sara_localization.checks.survey import Survey
+from sara_localization.engine.diagnostics import ERROR, OK, WARN
+from sara_localization.geometry.rigid import IDENTITY
+from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.ros.bags import bag_tools
+from sara_localization.ros.bags.bag_tools import TF_TOPICS, UsageError
+from sara_localization.ros.inputs import resolved
+
+WORDS = {ERROR: 'error', WARN: 'warning', OK: 'note'}
+
+
+def survey_bag(path, config, static=(), quiet=False):
+    """(findings, Survey) of a bag under a configuration."""
+    buffer = TransformBuffer()
+    for parent, child, transform in static:
+        buffer.set_transform(parent, child, transform)
+    survey = Survey(config, buffer)
+    with rosbag.Bag(path) as bag:
+        published = bag_tools.topic_types(bag)
+        found = [
+            Finding(ERROR, name + '_data', sentence) for name, sentence in bag_tools.wrong_topics(config, published)
+        ]
+        wrong = {finding.key[: -len('_data')] for finding in found}
+        inputs = {topic: [i for i in used if i.name not in wrong] for topic, used in bag_tools.by_topic(config).items()}
+        names = [
+            name
+            for name, _ in bag.get_type_and_topic_info().topics.items()
+            if inputs.get(resolved(name)) or resolved(name) in TF_TOPICS
+        ]
+        for topic, msg, _ in (
+            bag.read_messages(topics=[n for n in names if resolved(n) == '/tf_static'])
+            if '/tf_static' in dict(published)
+            else ()
+        ):
+            bag_tools.enter_transforms(buffer, resolved(topic), msg)
+        _own_transform(buffer, config)
+        base_moves = False
+        total = bag.get_message_count(names) if names else 0
+        with tqdm(total=total, unit='msg', file=sys.stderr, disable=quiet, mininterval=0.2, leave=False) as bar:
+            for topic, msg, received in bag.read_messages(topics=names) if names else ():
+                topic = resolved(topic)
+                if topic in TF_TOPICS:
+                    bag_tools.enter_transforms(buffer, topic, msg)
+                    base_moves = base_moves or any(_leads_to(config, t) for t in msg.transforms)
+                for i in inputs.get(topic, ()):
+                    survey.add(i.name, bag_tools.converted(i, topic, msg), received.to_sec())
+                bar.update()
+    if base_moves:
+        found.append(
+            Finding(
+                WARN,
+                'publish_tf',
+                f'the bag holds {config.world_frame} -> {config.base_link_frame_output}, which this filter would publish too: two publishers of one '
+                'transform make it jump. Set publish_tf: false here, or stop the other (diff_drive_controller: '
+                'enable_odom_tf: false).',
+            )
+        )
+    found += [f for f in survey.findings() if not (f.key.endswith('_data') and f.key[: -len('_data')] in wrong)]
+    return found, survey
+
+
+def _leads_to(config, t):
+    """Whether a transform is the one that the filter publishes itself."""
+    return (
+        config.publish_tf
+        and not config.publishes_map_to_odom
+        and t.header.frame_id.lstrip('/') == config.world_frame
+        and t.child_frame_id.lstrip('/') == config.base_link_frame_output
+    )
+
+
+def _own_transform(buffer, config):
+    """map -> odom will be the filter's own: that the bag lacks it is no fault."""
+    if config.publishes_map_to_odom and buffer.lookup(config.map_frame, config.odom_frame, None) is None:
+        buffer.set_transform(config.map_frame, config.odom_frame, IDENTITY)
+
+
+def report(findings, file=sys.stdout) -> int:
+    """Print the findings; returns the status of the process."""
+    for finding in check_config.sorted_findings(findings):
+        print(f'{WORDS[finding.level]}: {finding.sentence}', file=file)
+    if not any(finding.level for finding in findings):
+        print('nothing to mend was found', file=file)
+    return 1 if any(finding.level == ERROR for finding in findings) else 0
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog='check_config',
+        description='What is wrong with the parameters of ekf_localization_node or '
+        'ukf_localization_node, without running it; with a bag, which sensor misleads.',
+    )
+    parser.add_argument('params', metavar='FILE.yaml')
+    parser.add_argument('bag', metavar='BAG', nargs='?')
+    bag_tools.add_static_option(parser)
+    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
+    try:
+        config, findings = check_config.check(bag_tools.load_params(arguments.params))
+        if arguments.bag and config is not None:
+            static = [bag_tools.static_transform(text) for text in arguments.static_tf]
+            found, survey = survey_bag(arguments.bag, config, static)
+            findings = [finding for finding in findings if finding.key not in survey.replaces] + found
+            _print_comparison(survey.comparison())
+    except (UsageError, OSError, rosbag.ROSBagException) as error:
+        print(f'check_config: {error}', file=sys.stderr)
+        sys.exit(2)
+    sys.exit(report(findings))
+
+
+def _print_comparison(comparison):
+    if comparison is None:
+        return
+    print('turning in windows of 10 s (%d of them), median of the difference and scale:' % comparison.windows)
+    for (a, b), value in comparison.median.items():
+        print('  %-24s %-24s %6.2f deg   x %.3f' % (a, b, math.degrees(value), comparison.scale[a, b]))

@@ -1,0 +1,206 @@
+"""The filter over a recorded bag, without a master: the same answer at every run, and faster than it was recorded.
+
+    rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf|ukf] [--plot FILE.png] [--csv
+    FILE.csv]
+        [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
+
+How time passes: bag_filter.py. OUT.bag holds odometry/filtered, /tf (what the filter broadcasts) and, if configured,
+accel/filtered; "-" for OUT.bag writes none. With --reference (a topic of the bag: NavSatFix, Odometry, PoseStamped,
+PoseWithCovarianceStamped) the distance from it after the best turn and move is told. The last line on stdout is JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import math
+import os
+import sys
+import time
+
+import numpy as np
+import rosbag
+import rospy
+from tf2_msgs.msg import TFMessage
+from tqdm import tqdm
+
+from sara_localization.bags.alignment import aligned, local_plane, rmse
+from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
+from sara_localization.bags.plots import draw_drive
+from sara_localization.checks import check_config
+from sara_localization.engine.diagnostics import ERROR
+from sara_localization.geometry.rigid import rpy_from_quaternion
+from sara_localization.ros import conversions
+from sara_localization.ros.bags import bag_tools
+from sara_localization.ros.bags.bag_filter import BagFilter
+from sara_localization.ros.bags.bag_tools import UsageError, load_params, static_transform
+from sara_localization.ros.inputs import resolved
+
+
+def _bag_writer(sink, config):
+    def write(now, output):
+        stamp = conversions.ros_time(now)
+        if output.transform is not None:
+            sink.write('/tf', TFMessage([conversions.transform_message(output.transform)]), stamp)
+        if output.published:
+            sink.write('odometry/filtered', conversions.odometry_message(output), stamp)
+            if config.publish_acceleration:
+                sink.write('accel/filtered', conversions.acceleration_message(output), stamp)
+
+    return write
+
+
+class _Tracks:
+    """The poses of the inputs, for the plot; `wanted`: whether there will be one."""
+
+    def __init__(self, wanted: bool):
+        self.wanted, self.by_name = wanted, {}
+
+    def add(self, i, data):
+        if not self.wanted or i.kind not in ('odom', 'pose'):
+            return
+        track = self.by_name.setdefault(i.name, InputTrack(f'{i.name} ({i.topic})'))
+        track.add(data.stamp, data.position[0], data.position[1], rpy_from_quaternion(data.orientation)[2])
+
+
+def _reference(bag, topic):
+    """(times (n,) s, positions (n, 2) m) of a topic of the bag."""
+    rows, fixes = [], False
+    for _, msg, _ in bag.read_messages(topics=[topic, topic.lstrip('/')]):
+        fixes = msg._type == 'sensor_msgs/NavSatFix'  # pylint: disable=protected-access
+        if fixes:
+            place = msg.latitude, msg.longitude
+        else:
+            pose = getattr(msg, 'pose', None)
+            position = getattr(getattr(pose, 'pose', pose), 'position', None)
+            if position is None:
+                raise UsageError(
+                    f'--reference {topic} is a {msg._type}: it must be a NavSatFix, Odometry, PoseStamped or PoseWithCovarianceStamped'
+                )  # pylint: disable=protected-access
+            place = position.x, position.y
+        if all(map(math.isfinite, place)):
+            rows.append((msg.header.stamp.to_sec(), *place))
+    if len(rows) < 3:
+        raise UsageError(
+            '--reference %s: the bag holds %d usable messages of it; at least 3 are needed' % (topic, len(rows))
+        )
+    table = np.array(sorted(rows))
+    return table[:, 0], local_plane(table[:, 1], table[:, 2]) if fixes else table[:, 1:]
+
+
+def _compared(track, times, places):
+    """(root mean square distance in m, the reference (n, 2) turned and moved onto the track)."""
+    t, way = np.array(track.t), np.array(track.pose)[:, :2]
+    inside = (times >= t[0]) & (times <= t[-1])
+    if inside.sum() < 3:
+        raise UsageError('the reference and the estimate do not overlap in time')
+    at = np.column_stack([np.interp(times[inside], t, way[:, k]) for k in (0, 1)])
+    return rmse(t, way, times, places), aligned(places[inside], at)
+
+
+def run(in_bag, out_bag, config, static=(), quiet=False, csv=None, tum=None, plot=None, reference=None) -> dict:
+    """Filter a bag into another (None: into none) and into the files asked for; returns what is printed as JSON."""
+    if out_bag is not None and os.path.abspath(in_bag) == os.path.abspath(out_bag):
+        raise UsageError('OUT.bag must be another file than IN.bag')
+    tracks, track = _Tracks(plot is not None), Track()
+    with contextlib.ExitStack() as files:
+        source = files.enter_context(rosbag.Bag(in_bag))
+        writers = []
+        if out_bag is not None:
+            writers.append(_bag_writer(files.enter_context(rosbag.Bag(out_bag, 'w')), config))
+        tables = [
+            writer(files.enter_context(open(path, 'w')))
+            for path, writer in ((csv, CsvWriter), (tum, TumWriter))
+            if path
+        ]
+        tables += [track] if plot or reference else []
+        known = _reference(source, reference) if reference else None
+
+        def on_output(now, output):
+            for write in writers:
+                write(now, output)
+            if output.published:
+                for table in tables:
+                    table.write(output)
+
+        said = bag_tools.Warnings(quiet)
+        for _, sentence in bag_tools.wrong_topics(config, bag_tools.topic_types(source)):
+            said(sentence)
+        machine = BagFilter(config, static, on_output, said, tracks.add)
+        seconds = _play(source, machine, quiet)
+    if machine.last is None:
+        lines = machine.engine.status_lines(0.0)
+        raise UsageError('no estimate came out of {}:\n  {}'.format(in_bag, '\n  '.join(lines)))
+    if not quiet:
+        for line in machine.engine.status_lines(machine.last.stamp):
+            print(line, file=sys.stderr)
+    result = {
+        'final': [float(v) for v in machine.last.state[:6]],
+        'messages': machine.messages,
+        'seconds': round(seconds, 3),
+    }
+    laid = None
+    if known is not None:
+        distance, laid = _compared(track, *known)
+        result['rmse'] = round(distance, 4)
+    if plot:
+        draw_drive(plot, track, tracks.by_name.values(), os.path.basename(in_bag), laid)
+    return result
+
+
+def _play(source, machine, quiet) -> float:
+    """All of the bag through the filter; returns the seconds it took."""
+    names = [topic for topic in source.get_type_and_topic_info().topics if resolved(topic) in machine.topics]
+    total = source.get_message_count(names) if names else 0
+    began = time.perf_counter()
+    with tqdm(total=total, unit='msg', file=sys.stderr, disable=quiet, mininterval=0.2) as bar:
+        for topic, msg, received in bag_tools.unread_messages(source, names) if names else ():
+            machine.deliver(topic, msg, received)
+            bar.update()
+        machine.finish()
+    return time.perf_counter() - began
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(prog='filter_bag', description='Run the filter over a bag, without a master.')
+    parser.add_argument('in_bag', metavar='IN.bag')
+    parser.add_argument('out_bag', metavar='OUT.bag', help='where the estimate goes; - for nowhere')
+    parser.add_argument('--params', required=True, metavar='FILE.yaml', help='the parameters of ekf_localization_node')
+    parser.add_argument('--filter', default='ekf', choices=['ekf', 'ukf'], help='which filter (default: ekf)')
+    parser.add_argument('--csv', metavar='FILE.csv', help='a table of the estimates with their standard deviations')
+    parser.add_argument('--tum', metavar='FILE.tum', help="the poses in TUM's format (evo)")
+    parser.add_argument(
+        '--plot', metavar='FILE.png', help='a picture of the way, the yaw, their uncertainty and the speeds'
+    )
+    parser.add_argument(
+        '--reference', metavar='TOPIC', help='a topic of the bag with better positions: the distance from it is told'
+    )
+    parser.add_argument('--quiet', action='store_true', help='no progress, no warnings')
+    bag_tools.add_static_option(parser)
+    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
+    try:
+        config, findings = check_config.check(load_params(arguments.params), arguments.filter)
+        if config is None:
+            raise UsageError('\n'.join(finding.sentence for finding in findings))
+        if not arguments.quiet:
+            for finding in check_config.sorted_findings(findings):
+                print(
+                    '{}: {}'.format('error' if finding.level == ERROR else 'warning', finding.sentence), file=sys.stderr
+                )
+        static = [static_transform(text) for text in arguments.static_tf]
+        out_bag = None if arguments.out_bag == '-' else arguments.out_bag
+        result = run(
+            arguments.in_bag,
+            out_bag,
+            config,
+            static,
+            arguments.quiet,
+            arguments.csv,
+            arguments.tum,
+            arguments.plot,
+            arguments.reference,
+        )
+    except (UsageError, OSError, rosbag.ROSBagException) as error:
+        sys.exit(f'filter_bag: {error}')
+    print(json.dumps(result))

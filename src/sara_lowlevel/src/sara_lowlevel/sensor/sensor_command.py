@@ -1,0 +1,79 @@
+"""`sensor_node`: the sensor node on a real I2C bus and a real CAN bus. SIGUSR1 is the push-button that calibrates anew."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import threading
+
+from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.hardware import open_i2c
+from sara_lowlevel.runner import Recorder, Runner, adapter_config, bus_named, common_arguments, main_of
+from sara_lowlevel.sensor.sensor_node import SensorNode
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    result = argparse.ArgumentParser(
+        prog='sensor_node', description='MPU6050 and SRF02s on I2C in, frames 0x201 to 0x206 on CAN out.'
+    )
+    result.add_argument(
+        '--i2c',
+        required=True,
+        metavar='DEVICE|MODULE:FACTORY',
+        help='/dev/i2c-1, or what a factory in a Python module returns (sara_sim.chips.i2c_bus:demo)',
+    )
+    common_arguments(result)
+    result.add_argument('--fast', action='store_true', help='IMU frames every 50 ms instead of 200 ms')
+    result.add_argument('--no-calibrate', action='store_true', help='leave the offset registers as they are')
+    result.add_argument('--no-madgwick', action='store_true', help='leave out 0x206')
+    result.add_argument('--no-settle', action='store_true', help='calibrate without the 10 s of settling (for trials)')
+    return result
+
+
+def describe(node: SensorNode) -> str:
+    """The node's state in one line."""
+    silent = [name for name, count in node.rangers.counts.items() if count and node.rangers.cm[name] == 0xFFFF]
+    parts = [node.state + (f' ({node.reason})' if node.reason else '')]
+    if silent:
+        parts.append('silent: ' + ' '.join(silent))
+    if node.missed:
+        parts.append(f'{node.missed} slots missed')
+    return ', '.join(
+        parts + [f'{count} {kind}' for kind, count in sorted(node.counts.items()) if kind != 'chip starts']
+    )
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """The command."""
+    options = parser().parse_args(arguments)
+    settle = {'settle_time': 0.01} if options.no_settle else {}
+    config = SensorConfig(
+        imu_period=0.05 if options.fast else 0.2,
+        calibrate=not options.no_calibrate,
+        madgwick=not options.no_madgwick,
+        **settle,
+    )
+    can, bus = adapter_config(options.can), bus_named(options.dbc)
+    i2c = open_i2c(options.i2c)
+    try:
+        node = SensorNode(bus, i2c, config)
+        recorder = Recorder(options.record, can.port) if options.record else None
+        pressed = threading.Event()
+        signal.signal(signal.SIGUSR1, lambda *_: pressed.set())
+
+        def step(t, heard):
+            if pressed.is_set():
+                pressed.clear()
+                node.recalibrate()
+            return node.update(t)
+
+        return Runner('sensor_node', can, step, lambda: describe(node), recorder).run()
+    finally:
+        if hasattr(i2c, 'close'):
+            i2c.close()
+
+
+def main() -> None:
+    """The executable."""
+    main_of(run)

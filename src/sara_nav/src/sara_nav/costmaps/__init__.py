@@ -1,0 +1,1 @@
+"""costmap_2d: the costmap, its layers and their parameters."""

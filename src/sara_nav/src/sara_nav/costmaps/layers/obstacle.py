@@ -1,0 +1,237 @@
+"""costmap_2d::ObstacleLayer: what laser scanners and depth cameras see, marked at the points and cleared on the way.
+
+Sources, ranges, heights, persistence and the ways to combine are the peer's. What is seen is given to it as points in
+the costmap's frame (observations.py).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_common.limits import range_faults
+from sara_nav.costmaps.costmap import FREE, UNKNOWN
+from sara_nav.costmaps.layers import rays
+from sara_nav.costmaps.layers.base import GridLayer, combine
+from sara_nav.costmaps.observations import Observation
+
+DATA_TYPES = ('PointCloud', 'PointCloud2', 'LaserScan')
+OVERWRITE, MAXIMUM, NOTHING = 0, 1, 99
+
+
+@dataclass(frozen=True)
+class SourceConfig:
+    """One source of observations (m, s): names and defaults of costmap_2d. An empty ``topic`` is the source's name, an
+    empty ``sensor_frame`` that of the message."""
+
+    name: str
+    topic: str = ''
+    sensor_frame: str = ''
+    observation_persistence: float = 0.0
+    expected_update_rate: float = 0.0
+    data_type: str = 'PointCloud'
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 2.0
+    inf_is_valid: bool = False
+    clearing: bool = False
+    marking: bool = True
+    obstacle_range: float = 2.5
+    raytrace_range: float = 3.0
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = []
+        if self.data_type not in DATA_TYPES:
+            result.append('data_type is {!r} but must be one of {}'.format(self.data_type, ', '.join(DATA_TYPES)))
+        for name in ('observation_persistence', 'expected_update_rate', 'obstacle_range', 'raytrace_range'):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                result.append(f'{name} is {value!r} but must be a finite number, at least 0')
+        for name in ('min_obstacle_height', 'max_obstacle_height'):
+            if math.isnan(getattr(self, name)):
+                result.append(f'{name} is nan but must be a number')
+        return result
+
+
+@dataclass(frozen=True)
+class ObstacleConfig:
+    """Names and defaults of costmap_2d::ObstacleLayer; ``sources`` are those of ``observation_sources``."""
+
+    footprint_clearing_enabled: bool = True
+    max_obstacle_height: float = 2.0
+    combination_method: int = MAXIMUM
+    track_unknown_space: bool = False
+    transform_tolerance: float = 0.2
+    sources: tuple = ()
+    enabled: bool = True
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = [f'{source.name}/{fault}' for source in self.sources for fault in source.faults()]
+        if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
+            result.append(
+                f'combination_method is {self.combination_method!r} but must be 0 (overwrite), 1 (maximum) or 99 (nothing)'
+            )
+        result += range_faults(self, {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0)})
+        if len({source.name for source in self.sources}) < len(self.sources):
+            result.append('observation_sources names a source twice: {}'.format(' '.join(s.name for s in self.sources)))
+        return result
+
+
+class ObstacleLayer(GridLayer):
+    """Marks what its sources see and clears what they see through."""
+
+    config_class = ObstacleConfig
+
+    @property
+    def default(self):
+        """Cost of a cell that nothing is known of."""
+        return UNKNOWN if self.config.track_unknown_space else FREE
+
+    def attach(self, parent):
+        self._seen = {source.name: [] for source in self.config.sources}
+        self._heard = {}
+        self._new = set()
+        self._started = None
+        super().attach(parent)
+
+    def reconfigure(self, config):
+        super().reconfigure(config)
+        for source in config.sources:
+            self._seen.setdefault(source.name, [])
+
+    # -- observations in ---------------------------------------------------------------------------------------
+
+    def add_observation(self, observation):
+        """Take an Observation for the coming updates; one that makes no sense is dropped and counted."""
+        source = next((s for s in self.config.sources if s.name == observation.source), None)
+        if source is None:
+            self.drop(
+                'unknown_sources', f'an observation of {observation.source!r}, which observation_sources does not name'
+            )
+            return
+        points = np.array(observation.points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            self.drop('bad_clouds', f'an observation of {source.name} whose points have shape {points.shape}')
+            return
+        if not all(map(math.isfinite, (observation.stamp, *observation.origin))):
+            self.drop('bad_poses', f'an observation of {source.name} whose origin or stamp is not a number')
+            return
+        seen = self._seen[source.name]
+        if seen and observation.stamp < seen[0].stamp:
+            self.drop('old_observations', f'an observation of {source.name} that is older than the one before')
+            return
+        good = np.isfinite(points).all(axis=1)
+        if not good.all():
+            self.drop('bad_points', f'points of {source.name} that are not numbers')
+            points = points[good]
+        with_height = (points[:, 2] >= source.min_obstacle_height) & (points[:, 2] <= source.max_obstacle_height)
+        seen.insert(
+            0,
+            Observation(
+                source.name,
+                observation.stamp,
+                tuple(map(float, observation.origin)),
+                np.ascontiguousarray(points[with_height]),
+            ),
+        )
+        if source.observation_persistence == 0.0:
+            del seen[1:]
+        self._new.add(source.name)
+
+    def forget_observations(self):
+        """Forget what was observed; the marks it made stay."""
+        for seen in self._seen.values():
+            seen.clear()
+
+    def time_went_back(self, t):
+        self.forget_observations()
+        self._heard.clear()
+        self._new.clear()
+        self._started = t
+
+    def stale(self, t):
+        late = []
+        for source in self.config.sources:
+            silent = t - self._heard.get(source.name, t if self._started is None else self._started)
+            if source.name not in self._new and 0.0 < source.expected_update_rate < silent:
+                late.append(
+                    f'{source.data_type} on {source.topic or source.name} silent for {silent:.1f} s (expected_update_rate {source.expected_update_rate:g} s)'
+                )
+        return '; '.join(late)
+
+    # -- the layer ---------------------------------------------------------------------------------------------
+
+    def update_bounds(self, t, pose, windows):
+        if self._started is None:
+            self._started = t
+        self._heard.update((name, t) for name in self._new)
+        self._new.clear()
+        for source in self.config.sources:
+            if source.observation_persistence > 0.0:
+                self._seen[source.name] = [
+                    o for o in self._seen[source.name] if t - o.stamp <= source.observation_persistence
+                ]
+        for source in self.config.sources:
+            if source.clearing:
+                for observation in self._seen[source.name]:
+                    self._clear_rays(observation, source, windows)
+        g = self.parent.geometry
+        for source in self.config.sources:
+            if source.marking:
+                for o in self._seen[source.name]:
+                    windows.add(
+                        *rays.mark_points(
+                            self.costs,
+                            float(g.origin_x),
+                            float(g.origin_y),
+                            g.resolution,
+                            np.array(o.origin),
+                            o.points,
+                            source.obstacle_range,
+                            self.config.max_obstacle_height,
+                        )
+                    )
+        if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
+            self._clear_footprint(pose, windows)
+
+    def _clear_rays(self, observation, source, windows):
+        g = self.parent.geometry
+        x, y, _ = observation.origin
+        if g.to_cell(x, y) is None:
+            self.drop('sensors_off_the_map', f'a sensor at ({x:.2f}, {y:.2f}) is off the map: nothing is cleared')
+            return
+        windows.add(
+            *rays.clear_rays(
+                self.costs,
+                float(g.origin_x),
+                float(g.origin_y),
+                g.resolution,
+                x,
+                y,
+                observation.points,
+                math.ceil(source.raytrace_range / g.resolution),
+            )
+        )
+
+    def _clear_footprint(self, pose, windows):
+        g = self.parent.geometry
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        x, y = self.parent.footprint.T
+        cells = np.column_stack(
+            [
+                np.floor((pose.x + c * x - s * y - g.origin_x) / g.resolution),
+                np.floor((pose.y + s * x + c * y - g.origin_y) / g.resolution),
+            ]
+        )
+        if np.abs(cells).max() < 1e6:
+            windows.add(*rays.free_polygon(self.costs, cells.astype(np.int64)))
+
+    def update_costs(self, costs, window):
+        if self.config.combination_method != NOTHING:
+            combine(costs, self.costs, window, self.config.combination_method == MAXIMUM)
+
+
+def warm():
+    """Compile, or load from the cache, every kernel."""
+    rays.warm()

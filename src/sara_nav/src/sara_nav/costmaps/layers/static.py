@@ -1,0 +1,236 @@
+"""costmap_2d::StaticLayer: the map, as a map server or a mapper sends it, and its updates.
+
+A costmap that does not roll takes the map's size; a rolling one looks the map up wherever its window is, also when
+the map's frame is another one than the costmap's.
+"""
+
+import math
+
+import numpy as np
+
+from ahead_of_time import kernel
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, static_costs
+from sara_nav.costmaps.layers.base import GridLayer, combine
+from sara_nav.maps.map_io import GridMap, MapError
+
+FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
+"""Sensible resolutions and places of a map (m)."""
+HERE = Pose2D(0.0, 0.0, 0.0)
+
+
+class StaticLayer(GridLayer):
+    """The map's obstacles and unknown space; overwrites the layers below but with ``use_maximum``."""
+
+    config_class = StaticLayerConfig
+
+    def attach(self, parent):
+        self._map = None
+        self._frame = Pose2D(0.0, 0.0, 0.0)
+        self._windows = []
+        super().attach(parent)
+
+    @property
+    def rolling(self):
+        """True when the costmap rolls: then ``costs`` lie on the map's cells instead of the costmap's."""
+        return self.parent.config.rolling_window
+
+    def resize(self, geometry):
+        if not self.rolling:
+            self._windows = []
+            super().resize(geometry)
+
+    def roll(self, columns, rows):
+        pass
+
+    def stale(self, t):
+        return '' if self._map is not None else f'no map on {self.config.map_topic} yet'
+
+    def mapped(self):
+        """Return (costs (h, w), the GridGeometry they lie on, the costmap's frame in that grid's, Pose2D); None without
+        a map.
+        """
+        if self._map is None:
+            return None
+        if self.rolling:
+            return self.costs, self._map.geometry, self._frame
+        return self.costs, self.parent.geometry, HERE
+
+    # -- data in -----------------------------------------------------------------------------------------------
+
+    def set_map(self, grid_map):
+        """Take a GridMap; returns False when it is ignored as ``first_map_only`` asks; raises MapError."""
+        if self._map is not None and self.config.first_map_only:
+            return False
+        if abs(grid_map.origin_yaw) > 1e-6:
+            self.drop('turned_maps', 'a map whose origin is turned')
+            raise MapError(f"the map's origin is turned by {grid_map.origin_yaw:.3f} rad but must not be")
+        g = grid_map.geometry
+        if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
+            self.drop('bad_maps', 'a map of no sensible resolution or origin')
+            raise MapError(
+                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}) but they must be in {FINEST:g}..{COARSEST:g} and within {FARTHEST:g}"
+            )
+        if grid_map.data.shape != grid_map.geometry.shape:
+            self.drop('bad_maps', 'a map whose size is not what it says')
+            raise MapError(
+                'the map says %d x %d cells but holds %s'
+                % (grid_map.geometry.width, grid_map.geometry.height, grid_map.data.shape)
+            )
+        self._map = GridMap(np.array(grid_map.data, np.int8), grid_map.geometry)
+        self._take_map()
+        return True
+
+    def update_map(self, x, y, values):
+        """Take new values (rows, columns) int8 of a part of the map whose lower left cell is (x, y); MapError."""
+        values = np.asarray(values)
+        if self._map is None:
+            self.drop('updates_without_map', 'an update of a map that has not come yet')
+            raise MapError('an update came before the map')
+        height, width = self._map.data.shape
+        if (
+            values.ndim != 2
+            or values.size == 0
+            or x < 0
+            or y < 0
+            or x + values.shape[1] > width
+            or y + values.shape[0] > height
+        ):
+            self.drop('bad_updates', 'an update that reaches off the map')
+            raise MapError(
+                'the update at (%d, %d) of shape %s does not lie on the map of %d x %d cells'
+                % (x, y, values.shape, width, height)
+            )
+        part = slice(y, y + values.shape[0]), slice(x, x + values.shape[1])
+        self._map.data[part] = values
+        self.costs[part] = static_costs(values, self.config)
+        if self.rolling:
+            self.parent.touch_all()
+        else:
+            self._windows.append((x, y, x + values.shape[1], y + values.shape[0]))
+        return True
+
+    def set_frame(self, pose):
+        """Say where the costmap's frame is in the map's (Pose2D); only a rolling costmap may be in another frame."""
+        if not pose.is_finite():
+            self.drop('bad_frames', 'a transform to the map that holds a NaN')
+            return
+        if pose != self._frame:
+            self._frame = pose
+            self.parent.touch_all()
+
+    def reset(self):
+        """Take the map anew, as it came last."""
+        if self._map is not None:
+            self._take_map()
+
+    def reconfigure(self, config):
+        super().reconfigure(config)
+        if self._map is not None:
+            self._take_map()
+
+    def _take_map(self):
+        if not self.rolling and self._map.geometry != self.parent.geometry:
+            self.parent.resize(self._map.geometry, locked=True)
+        self.costs = static_costs(self._map.data, self.config)
+        self.parent.touch_all()
+
+    # -- the layer ---------------------------------------------------------------------------------------------
+
+    def clear(self, x0, y0, xn, yn, invert):
+        if self.rolling:
+            return self._clear_on_map(x0, y0, xn, yn, invert)
+        return super().clear(x0, y0, xn, yn, invert)
+
+    def _clear_on_map(self, x0, y0, xn, yn, invert):
+        if self._map is None:
+            return False
+        g, m = self.parent.geometry, self._map.geometry
+        back = self._frame.inverse()
+        x, y = np.meshgrid(
+            m.origin_x + (np.arange(m.width) + 0.5) * m.resolution,
+            m.origin_y + (np.arange(m.height) + 0.5) * m.resolution,
+        )
+        c, s = math.cos(back.yaw), math.sin(back.yaw)
+        column = np.floor((back.x + c * x - s * y - g.origin_x) / g.resolution)
+        row = np.floor((back.y + s * x + c * y - g.origin_y) / g.resolution)
+        inside = (column > x0) & (column < xn) & (row > y0) & (row < yn)
+        self.costs[inside == invert] = UNKNOWN
+        self.parent.touch_all()
+        return True
+
+    def update_bounds(self, t, pose, windows):
+        pending, self._windows = self._windows, []
+        for window in pending:
+            windows.add(*window)
+
+    def update_costs(self, costs, window):
+        if self._map is None:
+            return
+        x0, y0, xn, yn = window
+        if self.rolling:
+            g, m, f = self.parent.geometry, self._map.geometry, self._frame
+            look_up(
+                costs,
+                float(g.origin_x),
+                float(g.origin_y),
+                g.resolution,
+                x0,
+                y0,
+                xn,
+                yn,
+                self.costs,
+                float(m.origin_x),
+                float(m.origin_y),
+                m.resolution,
+                f.x,
+                f.y,
+                f.yaw,
+                self.config.use_maximum,
+            )
+        elif self.config.use_maximum:
+            combine(costs, self.costs, window, True)
+        else:
+            costs[y0:yn, x0:xn] = self.costs[y0:yn, x0:xn]
+
+
+@kernel
+def look_up(
+    costs,
+    origin_x,
+    origin_y,
+    resolution,
+    x0,
+    y0,
+    xn,
+    yn,
+    source,
+    source_x,
+    source_y,
+    source_resolution,
+    frame_x,
+    frame_y,
+    frame_yaw,
+    maximum,
+):
+    """Copy a map's costs into a window of another grid, whose frame is at (x, y, yaw) in the map's.
+
+    Cells whose centre is off the map are left as they are.
+    """
+    height, width = source.shape
+    c, s = np.cos(frame_yaw), np.sin(frame_yaw)
+    for row in range(y0, yn):
+        y = origin_y + (row + 0.5) * resolution
+        for column in range(x0, xn):
+            x = origin_x + (column + 0.5) * resolution
+            u = int(np.floor((frame_x + c * x - s * y - source_x) / source_resolution))
+            v = int(np.floor((frame_y + s * x + c * y - source_y) / source_resolution))
+            if 0 <= u < width and 0 <= v < height:
+                if not maximum or source[v, u] > costs[row, column]:
+                    costs[row, column] = source[v, u]
+
+
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    grid = np.zeros((2, 2), np.uint8)
+    look_up(grid, 0.0, 0.0, 1.0, 0, 0, 2, 2, grid, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, False)

@@ -1,0 +1,44 @@
+"""From what a client sends as a pose to a goal in the global frame, or the sentence that says what is wrong with it."""
+
+import math
+
+from sara_common.planar import Pose2D, yaw_from_quaternion
+
+BAD_QUATERNION = 'Aborting on goal because it was sent with an invalid quaternion'
+"""The peer's words."""
+
+
+class GoalError(ValueError):
+    """A pose that cannot be used; the message says why."""
+
+
+def planar_pose(position, orientation):
+    """Return the Pose2D of a position (x, y, z) and a quaternion (x, y, z, w); raises GoalError."""
+    try:
+        yaw = yaw_from_quaternion(*orientation)
+    except ValueError as error:
+        raise GoalError(f'{BAD_QUATERNION}: {error}') from None
+    if not all(math.isfinite(v) for v in position):
+        raise GoalError('Goal refused: its position holds a NaN or an infinity')
+    return Pose2D(float(position[0]), float(position[1]), yaw)
+
+
+def global_pose(frame, position, orientation, global_frame, find):
+    """Return the Pose2D in ``global_frame`` of a pose given in ``frame``; raises GoalError.
+
+    find: called with another frame than the global one; returns its Pose2D in the global frame, or raises LookupError
+    or ValueError with the reason why there is none.
+    """
+    frame = frame.lstrip('/')
+    if not frame:
+        raise GoalError('Goal refused: its frame_id is empty')
+    pose = planar_pose(position, orientation)
+    if frame == global_frame:
+        return pose
+    try:
+        there = find(frame)
+    except (LookupError, ValueError) as error:
+        raise GoalError(
+            f'Goal refused: Failed to transform the goal pose from {frame} into the {global_frame} frame: {error}'
+        ) from None
+    return there.compose(pose)

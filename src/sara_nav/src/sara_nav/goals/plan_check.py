@@ -1,0 +1,62 @@
+"""Whether a plan that is being driven has been crossed by something new since it was made."""
+
+import numpy as np
+
+from ahead_of_time import kernel
+
+AHEAD = 1.0
+"""The robot is looked for on the next so many metres of its plan."""
+
+
+class PlanWatch:
+    """Remembers how much the robot's footprint touches at each pose of a plan; where it touches more later, the plan is
+    blocked.
+
+    What it touched from the beginning is the planner's business: one that plans for the robot's centre may lead a
+    corner of the footprint through something, and would do so again.
+    """
+
+    def __init__(self):
+        self.forget()
+
+    def forget(self):
+        """There is no plan any more."""
+        self._plan = None
+
+    def take(self, plan, world):
+        """Watch a new plan (n, 3), made on a LocalWorld of the global costmap."""
+        self._plan = np.ascontiguousarray(plan, dtype=np.float64)
+        self._along = np.concatenate([[0.0], np.hypot(*np.diff(self._plan[:, :2], axis=0).T).cumsum()])
+        self._touched, self._at = world.touched(self._plan), 0
+
+    def follow(self, pose):
+        """The robot is at a Pose2D, some way further along the plan."""
+        if self._plan is not None:
+            self._at = nearest(self._plan, self._along, self._at, float(pose.x), float(pose.y))
+
+    def blocked(self, world):
+        """Return how far (m) along the plan from the robot it is blocked now, or None when it is not."""
+        if self._plan is None:
+            return None
+        worse = np.flatnonzero(world.touched(self._plan[self._at :]) > self._touched[self._at :])
+        return float(self._along[self._at + worse[0]] - self._along[self._at]) if len(worse) else None
+
+
+@kernel
+def nearest(plan, along, at, x, y):
+    """Return the index of the pose of a plan (n, 3) that is nearest to (x, y), from ``at`` on and AHEAD further along
+    (n,) m at most.
+    """
+    best, least = at, np.inf
+    for k in range(at, len(plan)):
+        if along[k] > along[at] + AHEAD:
+            break
+        squared = (plan[k, 0] - x) ** 2 + (plan[k, 1] - y) ** 2
+        if squared < least:
+            best, least = k, squared
+    return best
+
+
+def warm():
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    nearest(np.zeros((2, 3)), np.zeros(2), 0, 0.0, 0.0)

@@ -1,0 +1,98 @@
+"""Plans for the goal that is driven to: when another is due, on the global costmap as it is, by whichever global
+planner there is.
+
+Patience and periods are those of the C++ move_base; that a plan is made anew as soon as something new stands on it is
+ours (replan_when_blocked).
+"""
+
+import math
+
+from sara_nav.goals.goal_search import cleared, search_plan
+from sara_nav.goals.move_base_config import PLANNING
+from sara_nav.goals.plan_check import PlanWatch
+from sara_nav.planners.planning import PlanError
+
+REPLAN_PERIOD = 1.0
+"""Seconds between two tries to plan while there is no valid plan or the way is blocked."""
+
+
+class PlanMaker:
+    """Plans with ``planner``, a global planner that may be replaced, on the world of a CostmapPair; counts what it does
+    in the machine's Counters.
+    """
+
+    def __init__(self, planner, costmaps, counters):
+        self.planner = planner
+        self._costmaps, self._counters = costmaps, counters
+        self._watch = PlanWatch()
+        self._watched = None  # which of the global costmap's changes the plan was last looked at on
+
+    @property
+    def unknown_blocks(self):
+        """True when the footprint may not overlap unknown cells: the planner does not plan through them either."""
+        return not getattr(self.planner.config, 'allow_unknown', False)
+
+    def due(self, goal, t, pose, config):
+        """Whether a Goal wants a plan at t (s), because it has none, something blocks the robot at ``pose``, or
+        planner_frequency says so.
+        """
+        waiting = goal.phase == PLANNING
+        period = REPLAN_PERIOD if waiting or not config.planner_frequency else 1.0 / config.planner_frequency
+        blocked = not waiting and (t - goal.valid_control_at >= REPLAN_PERIOD or self._crossed(goal, pose, config))
+        # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
+        return bool(waiting or blocked or config.planner_frequency) and t - goal.last_plan_try >= period - 1e-3
+
+    def make(self, goal, t, pose, config):
+        """Return (plan (n, 3) or None, why) for a Goal from ``pose`` at t (s); why: '', or by what patience is at its
+        end.
+        """
+        waiting, goal.last_plan_try = goal.phase == PLANNING, t
+        if waiting and goal.planning_since is None:
+            goal.planning_since, goal.tries = t, 0
+        try:
+            plan = self.plan(pose, goal.pose)
+        except PlanError as error:
+            self._counters.failed_plans += 1
+            goal.problem = str(error)
+            return None, goal.plan_failed(t, config) if waiting else ''
+        self._counters.plans += 1
+        goal.crossed = None
+        if config.replan_when_blocked:
+            self._watch.take(plan, self._costmaps.to_plan_on(self.unknown_blocks))
+            self._watched = self._costmaps.world_changes
+        return plan, ''
+
+    def plan(self, start, goal):
+        """Return a plan (n, 3) from one Pose2D to another on the global costmap. Raises PlanError."""
+        return self._informed().plan(self._costmaps.world.costmap, start, goal)
+
+    def search(self, start, goal, tolerance, config, give_up):
+        """Return (plan (n, 3) or None, text) for whoever asks: see goal_search. Raises ValueError where no plan can be
+        asked for.
+        """
+        if self._costmaps.missing():
+            raise ValueError(f'move_base cannot make a plan for you because there is {self._costmaps.missing()}')
+        if not (start.is_finite() and goal.is_finite() and math.isfinite(tolerance)):
+            raise ValueError('start, goal or tolerance holds a NaN or an infinity')
+        costmap = self._costmaps.world.costmap
+        if config.make_plan_clear_costmap:
+            costmap = cleared(costmap, start, config.clearing_radius)
+        return search_plan(
+            self._informed(), costmap, start, goal, tolerance, config.make_plan_add_unreachable_goal, give_up
+        )
+
+    def _informed(self):
+        """Return the planner, which has been told the footprint that the global costmap has now, if it asks for one."""
+        if hasattr(self.planner, 'set_footprint'):
+            self.planner.set_footprint(self._costmaps.world.footprint)
+        return self.planner
+
+    def _crossed(self, goal, pose, config):
+        """True while the global costmap shows something new on the plan (replan_when_blocked)."""
+        if not config.replan_when_blocked:
+            return False
+        self._watch.follow(pose)
+        if self._watched != self._costmaps.world_changes:
+            self._watched = self._costmaps.world_changes
+            goal.crossed = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
+        return goal.crossed is not None

@@ -1,0 +1,1 @@
+"""Grids and shapes: cells, footprints, collision, clearance and distances."""

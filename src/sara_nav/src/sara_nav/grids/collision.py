@@ -1,0 +1,227 @@
+"""What a robot's footprint meets on a costmap: the world a local planner looks at, and the peer's footprint cost."""
+
+import functools
+import math
+
+import numpy as np
+
+from ahead_of_time import kernel
+from sara_common.planar import Pose2D
+from sara_nav.grids import outline
+from sara_nav.grids.footprint import cover
+
+LETHAL, UNKNOWN = 254, 255
+
+
+class LocalWorld:
+    """A costmap with a robot's footprint on it.
+
+    footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles. offset: pose of
+    the global frame's origin in the costmap's frame; poses are in the global frame unless a method says otherwise.
+    ``points`` (n, 2): all over the footprint, robot's frame; ``box``: see ``box_of``; ``radius``: of the footprint's
+    farthest corner. ``shift``: the offset as (x, y, yaw).
+    """
+
+    def __init__(self, costmap, footprint, unknown_blocks=True, offset=Pose2D(0.0, 0.0, 0.0)):
+        self.costmap = costmap
+        self.geometry = costmap.geometry
+        self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
+        self.unknown_blocks = bool(unknown_blocks)
+        self.offset = offset
+        self.shift = (float(offset.x), float(offset.y), float(offset.yaw))
+        self.points, self.box, self.radius = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
+
+    def to_local(self, poses):
+        """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
+        return moved(np.array(poses, dtype=np.float64, ndmin=2, order='C'), self.shift)
+
+    def touched(self, poses):
+        """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""
+        g = self.geometry
+        return touched(
+            self.costmap.costs,
+            float(g.origin_x),
+            float(g.origin_y),
+            float(g.resolution),
+            self.points,
+            self.box,
+            self.to_local(poses),
+            self.unknown_blocks,
+        )
+
+    def collides(self, pose):
+        """True when the footprint at a Pose2D overlaps an obstacle or leaves the map."""
+        return bool(self.touched([[pose.x, pose.y, pose.yaw]])[0] > 0)
+
+    def worsens(self, poses):
+        """True when any later pose touches more than the first: so a robot already in contact can only leave."""
+        g = self.geometry
+        return worsens(
+            self.costmap.costs,
+            float(g.origin_x),
+            float(g.origin_y),
+            float(g.resolution),
+            self.points,
+            self.box,
+            self.to_local(poses),
+            self.unknown_blocks,
+        )
+
+    def footprint_cost(self, x, y, yaw):
+        """Return what base_local_planner's CostmapModel says of a pose in the costmap's frame.
+
+        The highest cost on the outline (not inside it), or -1 lethal, -2 unknown, -3 off the map, whichever comes
+        first along the outline.
+        """
+        g = self.geometry
+        return float(
+            outline.outline_cost(
+                self.costmap.costs,
+                float(g.origin_x),
+                float(g.origin_y),
+                float(g.resolution),
+                self.footprint,
+                1.0,
+                float(x),
+                float(y),
+                math.cos(yaw),
+                math.sin(yaw),
+            )
+        )
+
+
+@functools.lru_cache(maxsize=16)
+def _covering(footprint, spacing):
+    """Return ``cover`` of a footprint's bytes, the ``box_of`` that and the outline's radius, remembered, as worlds are
+    made many times a second.
+    """
+    corners = np.frombuffer(footprint).reshape(-1, 2)
+    points = cover(corners, spacing)
+    return points, box_of(points), float(np.hypot(*corners.T).max())
+
+
+def box_of(points):
+    """Return what points (k, 2) are within: the least x and y, the greatest x and y, and the greatest distance from the
+    origin (five floats).
+    """
+    return (
+        *map(float, points.min(axis=0)),
+        *map(float, points.max(axis=0)),
+        math.sqrt(float((points**2).sum(axis=1).max())),
+    )
+
+
+@kernel
+def moved(poses, offset):
+    """Return poses (n, 3) as seen in the frame in which the origin of theirs is at ``offset`` (x, y, yaw)."""
+    if offset[0] == 0.0 and offset[1] == 0.0 and offset[2] == 0.0:
+        return poses
+    c, s = math.cos(offset[2]), math.sin(offset[2])
+    result = np.empty_like(poses)
+    for i in range(len(poses)):
+        result[i, 0] = offset[0] + c * poses[i, 0] - s * poses[i, 1]
+        result[i, 1] = offset[1] + s * poses[i, 0] + c * poses[i, 1]
+        result[i, 2] = offset[2] + poses[i, 2]
+    return result
+
+
+@kernel
+def touched(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks):
+    """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
+
+    points: (k, 2) metres in the robot's frame, within the box (``box_of``); poses: (n, 3) x, y, yaw in the map's frame.
+    Off the map counts as an obstacle, unknown cells do when ``unknown_blocks``.
+    """
+    height, width = costs.shape
+    result = np.zeros(len(poses), np.int64)
+    near = _obstacles(costs, origin_x, origin_y, resolution, poses, box[4], unknown_blocks)
+    for i in range(len(poses)):
+        c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        if _far_off(near, width, height, origin_x, origin_y, resolution, poses[i, 0], poses[i, 1], c, s, box):
+            continue
+        for j in range(len(points)):
+            x = poses[i, 0] + c * points[j, 0] - s * points[j, 1]
+            y = poses[i, 1] + s * points[j, 0] + c * points[j, 1]
+            u, v = (x - origin_x) / resolution, (y - origin_y) / resolution
+            if not (0.0 <= u < width and 0.0 <= v < height):  # true for NaN
+                result[i] += 1
+            else:
+                cost = costs[int(v), int(u)]
+                if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+                    result[i] += 1
+    return result
+
+
+@kernel
+def worsens(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks):
+    """Return whether any later pose touches more than the first; arguments as of ``touched``."""
+    counts = touched(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks)
+    return counts.max() > counts[0]
+
+
+@kernel
+def _obstacles(costs, origin_x, origin_y, resolution, poses, radius, unknown_blocks):
+    """Return the middles (k, 2), m, of the obstacles' cells in a window that holds all that is within a radius of any
+    of the poses.
+    """
+    height, width = costs.shape
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    for i in range(len(poses)):
+        x, y = poses[i, 0], poses[i, 1]
+        low_x, low_y, high_x, high_y = min(low_x, x), min(low_y, y), max(high_x, x), max(high_y, y)
+    margin = radius + resolution
+    x0, xn = (
+        _within((low_x - margin - origin_x) / resolution, width),
+        _within((high_x + margin - origin_x) / resolution + 1.0, width),
+    )
+    y0, yn = (
+        _within((low_y - margin - origin_y) / resolution, height),
+        _within((high_y + margin - origin_y) / resolution + 1.0, height),
+    )
+    found = np.empty((max(xn - x0, 0) * max(yn - y0, 0), 2))
+    count = 0
+    for row in range(y0, yn):
+        for column in range(x0, xn):
+            cost = costs[row, column]
+            if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+                found[count, 0], found[count, 1] = (
+                    origin_x + (column + 0.5) * resolution,
+                    origin_y + (row + 0.5) * resolution,
+                )
+                count += 1
+    return found[:count]
+
+
+@kernel
+def _within(place, cells):
+    """Return the cell (int) of a place that may be anywhere, at infinity too, limited to 0..cells."""
+    return int(min(max(place, 0.0), float(cells)))
+
+
+@kernel
+def _far_off(near, width, height, origin_x, origin_y, resolution, x, y, c, s, box):
+    """True when a footprint within a box surely touches nothing at a pose: all of it is on the map, and the middle of
+    no obstacle near (k, 2) is nearer to the box than half the diagonal of a cell. False says nothing.
+    """
+    low_x, low_y, high_x, high_y, radius = box
+    u0, u1 = (x - radius - origin_x) / resolution - 1.0, (x + radius - origin_x) / resolution + 1.0
+    v0, v1 = (y - radius - origin_y) / resolution - 1.0, (y + radius - origin_y) / resolution + 1.0
+    if not (u0 >= 0.0 and v0 >= 0.0 and u1 < width and v1 < height and abs(c) <= 1.0):  # true for NaN
+        return False
+    edge = 0.7072 * resolution
+    for k in range(len(near)):
+        dx, dy = near[k, 0] - x, near[k, 1] - y
+        along, aside = c * dx + s * dy, c * dy - s * dx
+        if low_x - edge <= along <= high_x + edge and low_y - edge <= aside <= high_y + edge:
+            return False
+    return True
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    costs = np.zeros((3, 3), np.uint8)
+    moved(np.zeros((1, 3)), (0.0, 0.0, 0.0))
+    touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)), True)
+    worsens(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)), True)
+    outline.warm()

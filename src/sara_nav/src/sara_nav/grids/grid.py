@@ -1,0 +1,78 @@
+"""Where the cells of a map are: the geometry of an occupancy grid or costmap.
+
+Arrays are indexed [row, column] = [y, x] with row 0 at the bottom, as nav_msgs/OccupancyGrid has it.
+"""
+
+import math
+from dataclasses import dataclass
+
+
+class GridError(ValueError):
+    """The geometry of a grid makes no sense."""
+
+
+@dataclass(frozen=True)
+class GridGeometry:
+    """Size of a grid in cells, edge of a cell (m), and the world position of its lower left corner (m)."""
+
+    width: int
+    height: int
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+    def __post_init__(self):
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise GridError(f'resolution is {self.resolution!r} but must be a finite number > 0')
+        if self.width < 1 or self.height < 1:
+            raise GridError('the map has %d x %d cells but must have at least one' % (self.width, self.height))
+        if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
+            raise GridError(f'origin is ({self.origin_x!r}, {self.origin_y!r}) but must be finite')
+
+    @property
+    def shape(self):
+        """(rows, columns) of an array over this grid."""
+        return self.height, self.width
+
+    @property
+    def size(self):
+        """(width, height) in metres."""
+        return self.width * self.resolution, self.height * self.resolution
+
+    def to_cell(self, x, y):
+        """Return (column, row) of the cell that holds the point (m), or None when it is off the grid."""
+        column = (x - self.origin_x) / self.resolution
+        row = (y - self.origin_y) / self.resolution
+        if 0.0 <= column < self.width and 0.0 <= row < self.height:  # false for NaN and infinities
+            return int(column), int(row)
+        return None
+
+    def to_cell_unbounded(self, x, y):
+        """Return (column, row) of the cell that would hold the point (m) on a grid without edges."""
+        return math.floor((x - self.origin_x) / self.resolution), math.floor((y - self.origin_y) / self.resolution)
+
+    def to_nearest_cell(self, x, y):
+        """Return (column, row) of the cell of the grid that is nearest to the point (m), which may be infinite."""
+        result = []
+        for value, origin, cells in ((x, self.origin_x, self.width), (y, self.origin_y, self.height)):
+            if value < origin:
+                result.append(0)
+            elif value >= origin + cells * self.resolution:
+                result.append(cells - 1)
+            else:
+                result.append(min(cells - 1, math.floor((value - origin) / self.resolution)))
+        return tuple(result)
+
+    def moved(self, columns, rows):
+        """Return the grid moved by whole cells."""
+        return GridGeometry(
+            self.width,
+            self.height,
+            self.resolution,
+            self.origin_x + columns * self.resolution,
+            self.origin_y + rows * self.resolution,
+        )
+
+    def to_world(self, column, row):
+        """Return (x, y) of the centre of a cell (m)."""
+        return (self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution)

@@ -1,0 +1,269 @@
+"""The cells under a robot's outline, and what they cost: Bresenham's lines (1965) as base_local_planner draws them.
+
+Cells are (column, row). A line is stepped along its longer axis; it moves along the other one when the running sum of
+the shorter length, begun at half the longer, reaches the longer. So lines, and with them footprint costs, are the
+C++ peer's to the cell.
+"""
+
+import math
+
+import numpy as np
+
+from ahead_of_time import kernel
+
+LETHAL, UNKNOWN = 254, 255
+SLACK = 2
+"""Cells by which a drawn outline is off the true one, at the most, once its corners and a point are brought to cells."""
+ALL = -1
+"""Reach of ``outline_above`` with which the outline is drawn wherever it is."""
+HIT_LETHAL, HIT_UNKNOWN, OFF_MAP = -1, -2, -3
+"""What an outline costs where it may not be, as costmap_2d's CostmapModel has it."""
+
+
+@kernel
+def line_cells(x0, y0, x1, y1):
+    """Return the cells int64 (n, 2) of the line from cell (x0, y0) to (x1, y1), both included."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    sx = 1 if x1 >= x0 else -1
+    sy = 1 if y1 >= y0 else -1
+    longer, shorter = max(dx, dy), min(dx, dy)
+    cells = np.empty((longer + 1, 2), np.int64)
+    x, y, rest = x0, y0, longer // 2
+    for i in range(longer + 1):
+        cells[i, 0], cells[i, 1] = x, y
+        rest += shorter
+        aside = rest >= longer
+        if aside:
+            rest -= longer
+        if dx >= dy:
+            x += sx
+            y += sy if aside else 0
+        else:
+            y += sy
+            x += sx if aside else 0
+    return cells
+
+
+@kernel
+def line_cost(costs, x0, y0, x1, y1):
+    """Return the highest cost on the line between two cells of the map, or HIT_LETHAL or HIT_UNKNOWN."""
+    return _line_above(costs, costs, ALL, 0, x0, y0, x1, y1)
+
+
+@kernel
+def _line_above(costs, around, reach, floor, x0, y0, x1, y1):
+    """See ``outline_above``, for the line between two cells of the map."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    sx = 1 if x1 >= x0 else -1
+    sy = 1 if y1 >= y0 else -1
+    if dx >= dy:
+        longer, shorter, ahead_x, ahead_y, aside_x, aside_y = dx, dy, sx, 0, 0, sy
+    else:
+        longer, shorter, ahead_x, ahead_y, aside_x, aside_y = dy, dx, 0, sy, sx, 0
+    per_step = 1.0 / max(longer, 1)
+    first = 0
+    while first <= longer:
+        middle, last = min(first + max(reach, 0), longer), longer if reach == ALL else min(first + 2 * reach, longer)
+        aside = _asides(middle, longer, shorter, per_step)
+        x, y = x0 + middle * ahead_x + aside * aside_x, y0 + middle * ahead_y + aside * aside_y
+        if reach == ALL or around[np.uint64(y), np.uint64(x)] > floor:
+            aside = _asides(first, longer, shorter, per_step)
+            x, y = x0 + first * ahead_x + aside * aside_x, y0 + first * ahead_y + aside * aside_y
+            rest = longer // 2 + first * shorter - aside * longer
+            for _ in range(first, last + 1):
+                cost = np.int64(costs[np.uint64(y), np.uint64(x)])
+                if cost > floor:
+                    if cost >= LETHAL:
+                        return HIT_LETHAL if cost == LETHAL else HIT_UNKNOWN
+                    floor = cost
+                rest += shorter
+                turn = 1 if rest >= longer else 0
+                rest -= turn * longer
+                x += ahead_x + turn * aside_x
+                y += ahead_y + turn * aside_y
+        first = last + 1
+    return floor
+
+
+@kernel
+def _asides(step, longer, shorter, share):
+    """Return how many of the first ``step`` steps of a line also went along its shorter axis; share: 1/longer."""
+    return int((longer // 2 + step * shorter + 0.5) * share)  # half is far from a whole number: no rounding matters
+
+
+@kernel
+def outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, cosine, sine):
+    """Return the highest cost under the outline of a footprint, or HIT_LETHAL, HIT_UNKNOWN, OFF_MAP.
+
+    corners (k, 2) m, robot's frame, multiplied by ``scale``; x, y (m) and cosine, sine of the yaw, costmap's frame.
+    """
+    return outline_above(costs, costs, ALL, 0, (origin_x, origin_y, resolution), corners, scale, x, y, cosine, sine)
+
+
+@kernel
+def outline_above(costs, around, reach, floor, grid, corners, scale, x, y, cosine, sine):
+    """Return what ``outline_cost`` does, but ``floor`` where that is higher.
+
+    around: of ``highest_around`` with this reach, or ALL; where it is no higher than the floor, the outline is not
+    drawn. grid: origin x, y, resolution (m).
+    """
+    origin_x, origin_y, resolution = grid
+    height, width = costs.shape
+    px, py = (x - origin_x) / resolution, (y - origin_y) / resolution
+    if not (px >= 0.0 and py >= 0.0 and px < width and py < height):
+        return OFF_MAP
+    start_x, start_y, x0, y0 = 0, 0, 0, 0
+    for i in range(len(corners)):
+        px = (x + scale * (corners[i, 0] * cosine - corners[i, 1] * sine) - origin_x) / resolution
+        py = (y + scale * (corners[i, 0] * sine + corners[i, 1] * cosine) - origin_y) / resolution
+        if not (px >= 0.0 and py >= 0.0 and px < width and py < height):
+            return OFF_MAP
+        x1, y1 = int(px), int(py)
+        if i == 0:
+            start_x, start_y = x1, y1
+        else:
+            floor = _line_above(costs, around, reach, floor, x0, y0, x1, y1)
+            if floor < 0:
+                return floor
+        x0, y0 = x1, y1
+    return _line_above(costs, around, reach, floor, x0, y0, start_x, start_y)
+
+
+@kernel
+def points_along(corners, gap):
+    """Return points (n, 2) along the outline of corners (k, 2), such that every point of it has one within half of
+    ``gap`` (m).
+    """
+    pieces = np.empty(len(corners), np.int64)
+    for i in range(len(corners)):
+        pieces[i] = max(
+            1, math.ceil(math.hypot(corners[i, 0] - corners[i - 1, 0], corners[i, 1] - corners[i - 1, 1]) / gap)
+        )
+    points = np.empty((pieces.sum(), 2))
+    n = 0
+    for i in range(len(corners)):
+        for j in range(pieces[i]):
+            share = (j + 0.5) / pieces[i]
+            points[n] = corners[i - 1] + share * (corners[i] - corners[i - 1])
+            n += 1
+    return points
+
+
+@kernel
+def is_below(around, floor, grid, points, scale, x, y, cosine, sine):
+    """True when an outline that lies on the map, of points_along, surely costs no more than ``floor``; False says
+    nothing.
+
+    around: of ``highest_around`` with a reach of SLACK cells more than half the gap between points.
+    """
+    origin_x, origin_y, resolution = grid
+    cells = 1.0 / resolution
+    for i in range(len(points)):
+        column = (x + scale * (points[i, 0] * cosine - points[i, 1] * sine) - origin_x) * cells
+        row = (y + scale * (points[i, 0] * sine + points[i, 1] * cosine) - origin_y) * cells
+        if around[np.uint64(row), np.uint64(column)] > floor:
+            return False
+    return True
+
+
+@kernel
+def highest_around(costs, reach):
+    """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns, or more."""
+    height, width = costs.shape
+    edge = reach * (width + 1)
+    padded = np.zeros(2 * edge + costs.size, np.uint8)  # what a row's ends see of the rows beside only makes it more
+    padded[edge : edge + costs.size] = costs.ravel()
+    return _highest(_highest(padded, 2 * reach + 1, 1), 2 * reach + 1, width).reshape(costs.shape)
+
+
+@kernel
+def cost_ceiling(costs, column, row, half, reach):
+    """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns.
+
+    Only cells up to ``half`` from (column, row), whose surroundings lie on the map, are worked out; all others hold
+    255. Where the ceiling is no higher than what a trajectory costs already, its outline need not be drawn.
+    """
+    height, width = costs.shape
+    ceiling = np.full((height, width), np.uint8(255))
+    x0, x1 = max(column - half, reach), min(column + half, width - 1 - reach)
+    y0, y1 = max(row - half, reach), min(row + half, height - 1 - reach)
+    if x1 < x0 or y1 < y0:
+        return ceiling
+    block = costs[y0 - reach : y1 + reach + 1, x0 - reach : x1 + reach + 1].copy()
+    stride = block.shape[1]
+    best = _highest(_highest(block.ravel(), 2 * reach + 1, 1), 2 * reach + 1, stride)
+    for j in range(y1 - y0 + 1):
+        for i in range(x1 - x0 + 1):
+            ceiling[y0 + j, x0 + i] = best[j * stride + i]
+    return ceiling
+
+
+@kernel
+def _highest(values, span, stride):
+    """Return the highest of values[i], values[i + stride], ... (``span`` of them) for every i that has them all, uint8."""
+    wide = 1
+    while 2 * wide <= span:
+        values = _higher(values, values[wide * stride :])
+        wide *= 2
+    return _higher(values, values[(span - wide) * stride :])
+
+
+@kernel
+def _higher(a, b):
+    result = np.empty(len(b), np.uint8)
+    for i in range(len(b)):
+        result[i] = max(a[i], b[i])
+    return result
+
+
+def footprint_cells(pose, footprint, geometry, fill=False):
+    """Return the cells int64 (n, 2) of a footprint's outline, edge after edge, and of its inside when ``fill``.
+
+    pose: Pose2D in the costmap's frame; footprint (k, 2) m. Corners between two edges are there twice; cells of the
+    inside come last, column by column. Empty when a corner lies off the map.
+    """
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    corners = [geometry.to_cell(pose.x + c * x - s * y, pose.y + s * x + c * y) for x, y in footprint.tolist()]
+    if None in corners:
+        return np.empty((0, 2), np.int64)
+    return _polygon_cells(np.array(corners), fill)
+
+
+@kernel
+def _polygon_cells(corners, fill):
+    """Return the cells of a polygon as ``footprint_cells`` does; corners int64 (k, 2)."""
+    k = len(corners)
+    (left, low), (right, high) = corners[0], corners[0]
+    n = k
+    for i in range(k):
+        left, right = min(left, corners[i, 0]), max(right, corners[i, 0])
+        low, high = min(low, corners[i, 1]), max(high, corners[i, 1])
+        n += max(abs(corners[i, 0] - corners[i - 1, 0]), abs(corners[i, 1] - corners[i - 1, 1]))
+    cells = np.empty((n + (right - left + 1) * (high - low + 1), 2), np.int64)
+    at = 0
+    for i in range(k):
+        a, b = corners[i], corners[(i + 1) % k]
+        line = line_cells(a[0], a[1], b[0], b[1])
+        cells[at : at + len(line)] = line
+        at += len(line)
+    if fill:
+        lowest, highest = np.full(right - left + 1, high), np.full(right - left + 1, low)
+        for i in range(at):
+            column = cells[i, 0] - left
+            lowest[column], highest[column] = min(lowest[column], cells[i, 1]), max(highest[column], cells[i, 1])
+        for column in range(right - left + 1):
+            for row in range(lowest[column] + 1, highest[column]):
+                cells[at, 0], cells[at, 1] = left + column, row
+                at += 1
+    return cells[:at].copy()
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    costs = np.zeros((3, 3), np.uint8)
+    line_cells(0, 0, 1, 1)
+    line_cost(costs, 0, 0, 1, 1)
+    outline_cost(costs, 0.0, 0.0, 1.0, np.zeros((4, 2)), 1.0, 1.0, 1.0, 1.0, 0.0)
+    is_below(highest_around(costs, 1), 0, (0.0, 0.0, 1.0), points_along(np.zeros((4, 2)), 1.0), 1.0, 1.0, 1.0, 1.0, 0.0)
+    cost_ceiling(costs, 1, 1, 1, 1)
+    _polygon_cells(np.zeros((3, 2), np.int64), True)

@@ -1,0 +1,1 @@
+"""LatticePlanner: a global planner for the oriented footprint."""

@@ -1,0 +1,112 @@
+"""What the planner of the oriented footprint can be told."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_common.limits import number_faults
+from sara_nav.lattice import body as lb
+
+
+@dataclass(frozen=True)
+class LatticePlannerConfig:
+    """Parameters of LatticePlanner; m, s, rad. Ways are compared by the time they take.
+
+    allow_unknown: plan through unknown cells. default_tolerance: how far a goal that cannot be reached may be moved.
+    path_spacing: between the plan's points. speed, turn_rate: what moves are timed with. reverse_factor: how many times
+    dearer a way astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern.
+    hard_margin: the body comes no nearer to an obstacle, beyond the padding its footprint has. clearance,
+    clearance_weight: nearer than clearance a way takes up to 1 + clearance_weight times as long, by the fourth power of
+    the share that is missing. turning_room, turning_room_weight: the room wanted round the circle that turning in place
+    sweeps, and how many times longer a turn takes, by the square, without any. narrow,
+    run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
+    run_up_cost more at each end, so that doors are come up to straight. smooth: move corners to where the way takes
+    less time, and round them where there is room. greed: how much more the search, whose way is then made straight,
+    minds what is left than what is behind. max_expansions: states looked at before it gives up.
+    """
+
+    allow_unknown: bool = False
+    default_tolerance: float = 0.0
+    path_spacing: float = 0.05
+    speed: float = 0.5
+    turn_rate: float = 0.4
+    reverse_factor: float = 4.0
+    turn_cost: float = 2.0
+    gear_cost: float = 3.0
+    hard_margin: float = 0.02
+    clearance: float = 0.30
+    clearance_weight: float = 22.0
+    turning_room: float = 0.15
+    turning_room_weight: float = 10.0
+    narrow: float = 0.2
+    run_up: float = 0.6
+    run_up_cost: float = 4.0
+    smooth: bool = True
+    greed: float = 6.0
+    max_expansions: int = 30000
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        return number_faults(
+            self,
+            {
+                'default_tolerance': (0.0, 1e6),
+                'path_spacing': (0.005, 1.0),
+                'speed': (0.0, 10.0, True),
+                'turn_rate': (0.0, 10.0, True),
+                'reverse_factor': (1.0, 100.0),
+                'turn_cost': (0.0, 100.0),
+                'gear_cost': (0.0, 100.0),
+                'hard_margin': (0.0, 1.0),
+                'clearance': (0.0, 2.0, True),
+                'clearance_weight': (0.0, 100.0),
+                'turning_room': (0.0, 2.0, True),
+                'turning_room_weight': (0.0, 100.0),
+                'narrow': (0.0, 2.0),
+                'run_up': (0.0, 10.0, True),
+                'run_up_cost': (0.0, 100.0),
+                'greed': (1.0, 10.0),
+                'max_expansions': (1, 2000000),
+            },
+        )
+
+    @property
+    def soft(self):
+        """The greatest gap (m) that need be told apart."""
+        return max(self.clearance, self.turning_room, self.hard_margin, self.narrow)
+
+    def rules(self, geometry, body):
+        """Return the array that the kernels go by."""
+        result = np.zeros(lb.ENTRIES)
+        for name, value in (
+            (lb.SPEED, self.speed),
+            (lb.TURN_RATE, self.turn_rate),
+            (lb.REVERSE, self.reverse_factor),
+            (lb.HARD, self.hard_margin),
+            (lb.CAP, self.soft),
+            (lb.SOFT, self.clearance),
+            (lb.WEIGHT, self.clearance_weight),
+            (lb.ROOM, self.turning_room),
+            (lb.ROOM_WEIGHT, self.turning_room_weight),
+            (lb.TURN_COST, self.turn_cost),
+            (lb.GEAR_COST, self.gear_cost),
+            (lb.ORIGIN_X, geometry.origin_x),
+            (lb.ORIGIN_Y, geometry.origin_y),
+            (lb.RESOLUTION, geometry.resolution),
+            (lb.SPACING, body.spacing),
+            (lb.RADIUS, body.circumscribed),
+            (lb.SENSE, 1.0),
+            (lb.NARROW, self.narrow),
+            (lb.RUN_UP, self.run_up),
+            (lb.RUN_UP_COST, self.run_up_cost),
+        ):
+            result[name] = value
+        return result
+
+    def pace(self, gap):
+        """Return s/m that a way takes at least where the gap (m, array) is no more than that; inf below the hard
+        margin.
+        """
+        missing = (1.0 - np.clip(gap, 0.0, self.clearance) / self.clearance) ** 4
+        return np.where(gap < self.hard_margin, math.inf, (1.0 + self.clearance_weight * missing) / self.speed)

@@ -1,0 +1,1 @@
+"""Maps as files: reading and writing the ROS map format."""

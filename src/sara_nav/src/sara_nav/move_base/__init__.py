@@ -1,0 +1,1 @@
+"""move_base without ROS: the state machine and its settings."""

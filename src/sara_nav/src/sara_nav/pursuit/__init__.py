@@ -1,0 +1,1 @@
+"""RotateThenPursue: a local planner that turns in place and then follows the path."""

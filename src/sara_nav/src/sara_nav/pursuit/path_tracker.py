@@ -1,0 +1,205 @@
+"""A leg of a path as something to steer along: where the robot is on it, how far off, and which way it bends there and
+ahead.
+
+The points are resampled evenly and smoothed, so that the path has a heading and a curvature everywhere: by a Gaussian
+applied twice as 2 G - G^2 (Tukey's twicing, Exploratory Data Analysis, 1977), which leaves straight lines as they are
+and bends of the robot's scale within millimetres; corners become arcs. How far it may leave the points is limited.
+"""
+
+import math
+
+import numpy as np
+
+from ahead_of_time import kernel
+from sara_common.planar import wrap
+
+SPACING = 0.05
+"""Way between two samples (m)."""
+WIDE, FINE, ROUNDS = 0.15, 0.06, 6
+"""Standard deviations (m) of the Gaussian: that which takes out what wavers, so often, and that which makes it smooth
+at last.
+"""
+STEADY_BEND = 0.15
+"""A bend (rad) from one sample to the next that is less than this is that of an arc, not a corner."""
+UNSTEADY = 0.02
+"""Bends of an arc differ by less than this (rad)."""
+
+
+class Leg:
+    """A path the robot drives without stopping, in reverse when ``backward``.
+
+    points (n, 2) m. deviation: how far smoothing may move the path (m). After ``locate``: ``along`` (m from its start,
+    never falling), ``left`` (m to its end, negative beyond), ``offset`` (m, the robot is to the left of the path, as it
+    is driven).
+    ``s``, ``xy``, ``heading``, ``curvature``, ``change``: of its samples; ``direction`` (n - 1, 2): from each to the
+    next.
+    """
+
+    def __init__(self, points, backward=False, deviation=0.02):
+        self.points, self.backward = np.asarray(points, float), bool(backward)
+        even, s = _evenly(self.points)
+        xy = _smooth_within(even, deviation, s[1])
+        steps = np.diff(xy, axis=0)
+        length = np.hypot(*steps.T)
+        self.s = np.append(0.0, length.cumsum())
+        self.xy, self.length = xy, float(self.s[-1])
+        self.direction = steps / length[:, None]
+        heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+        middle = 0.5 * (self.s[1:] + self.s[:-1])
+        self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
+        for end, inner in ((0, 1), (-1, -2)):
+            self.heading[end] += 0.5 * (heading[end] - heading[inner])
+        bend = np.diff(heading) / np.diff(middle) if len(heading) > 1 else np.zeros(0)
+        self.curvature = np.concatenate([bend[:1], bend, bend[-1:]]) if len(bend) else np.zeros(2)
+        if len(bend):
+            self.curvature[[0, -1]] = bend[[0, -1]]
+        self.change = np.gradient(self.curvature, self.s) if len(self.s) > 2 else np.zeros(len(self.s))
+        self.size_of_change = np.abs(self.change)
+        self.along, self.left, self.offset = 0.0, self.length, 0.0
+
+    def locate(self, x, y):
+        """Find the nearest point of the leg within 1 m of where the robot was, from there on."""
+        self.along, self.offset, self.left = self.nearest(x, y, self.along)
+
+    def nearest(self, x, y, start=0.0):
+        """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m further."""
+        return nearest(self.s, self.xy, self.direction, x, y, start)
+
+    def at(self, s):
+        """Return (x, y, heading, curvature) at ``s`` m along (scalar or array); beyond the end it goes straight on."""
+        s = np.asarray(s, float)
+        over = np.maximum(s - self.length, 0.0)
+        heading = np.interp(s, self.s, self.heading)
+        x = np.interp(s, self.s, self.xy[:, 0]) + over * np.cos(heading)
+        y = np.interp(s, self.s, self.xy[:, 1]) + over * np.sin(heading)
+        return x, y, heading, np.where(over > 0.0, 0.0, np.interp(s, self.s, self.curvature))
+
+    def bend(self, s):
+        """Return (curvature 1/m, its change 1/m2) at ``s`` m along."""
+        if s > self.length:
+            return 0.0, 0.0
+        return between(s, self.s, self.curvature), between(s, self.s, self.change)
+
+    def poses(self, s):
+        """Return the robot's poses (n, 3) at s (n,) m along."""
+        x, y, heading, _ = self.at(s)
+        return np.column_stack([x, y, heading + (math.pi if self.backward else 0.0)])
+
+    def motion_heading(self, yaw):
+        """Return which way (rad) a robot of this yaw moves on this leg."""
+        return yaw + math.pi if self.backward else yaw
+
+    def heading_error(self, yaw, s):
+        """Return the robot's heading less the path's at ``s`` (rad, wrapped)."""
+        return wrap(self.motion_heading(yaw) - between(s, self.s, self.heading))
+
+
+def _evenly(points):
+    """Return the polyline (n, 2) sampled about every SPACING (m, 2), and how far along it the samples are."""
+    s = np.append(0.0, np.hypot(*np.diff(points, axis=0).T).cumsum())
+    keep = np.append(True, np.diff(s) > 1e-9)
+    at = np.linspace(0.0, s[-1], max(3, math.ceil(s[-1] / SPACING) + 1))
+    return np.column_stack([np.interp(at, s[keep], points[keep, k]) for k in (0, 1)]), at
+
+
+def _smooth_within(points, deviation, spacing):
+    """Return the points (n, 2) smoothed, each moved by about ``deviation`` (m) at most: smoothed and moved back into
+    that reach in turns.
+    """
+    xy = points
+    for _ in range(ROUNDS if deviation > 0.0 else 0):
+        moved = _smooth(xy, WIDE, spacing) - points
+        size = np.hypot(*moved.T)
+        if size.max() <= deviation:
+            return points + moved
+        xy = points + moved * np.minimum(1.0, deviation / np.maximum(size, 1e-12))[:, None]
+    return _smooth(xy, FINE, spacing) if deviation > 0.0 else points
+
+
+def _smooth(points, sigma, spacing):
+    """Return the points (n, 2) smoothed as if they went on beyond both ends."""
+    reach = min(math.ceil(6.0 * sigma / spacing), len(points) - 1)
+    half = reach // 2
+    if half < 1:
+        return points
+    g = np.exp(-0.5 * (np.arange(-half, half + 1) * (spacing / sigma)) ** 2)
+    g /= g.sum()
+    kernel = -np.convolve(g, g)
+    kernel[half:-half] += 2.0 * g
+    longer = np.vstack([_beyond(points, 2 * half)[::-1], points, _beyond(points[::-1], 2 * half)])
+    return np.column_stack([np.convolve(longer[:, k], kernel, 'valid') for k in (0, 1)])
+
+
+def _beyond(points, n):
+    """Return n points (n, 2) that go on beyond the first of some evenly spaced ones: round the same bend where they
+    begin with an arc, else straight on.
+
+    Mirrored at the normal of the path an arc goes on as an arc; turned about the first point a path goes on in its
+    direction.
+    """
+    steps = points[:4] - points[1:5] if len(points) > 4 else points[:1] - points[1:2]
+    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    bends = -np.diff(heading)
+    off = points[1 : n + 1] - points[0]
+    if not len(bends) or np.abs(bends).max() > STEADY_BEND or np.ptp(bends) > UNSTEADY:
+        return points[0] - off
+    direction = heading[0] + 0.5 * bends[0]
+    along = np.array([math.cos(direction), math.sin(direction)])
+    return points[0] + off - 2.0 * (off @ along)[:, None] * along
+
+
+@kernel
+def _before(s, value):
+    """Return the last index of s (n,), rising, at which it is not above the value; -1 where it is above from the first."""
+    low, high = 0, len(s)
+    while low < high:
+        middle = (low + high) // 2
+        if s[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low - 1
+
+
+@kernel
+def between(value, s, heights):
+    """Return np.interp(value, s, heights) of one value."""
+    k = _before(s, value)
+    if k < 0:
+        return heights[0]
+    if k >= len(s) - 1 or s[k] == value:
+        return heights[min(k, len(s) - 1)]
+    return (heights[k + 1] - heights[k]) / (s[k + 1] - s[k]) * (value - s[k]) + heights[k]
+
+
+@kernel
+def nearest(s, xy, direction, x, y, start):
+    """See Leg.nearest: s (n,) m along the points xy (n, 2), direction (n - 1, 2) from each to the next."""
+    lines = len(direction)
+    first = min(max(_before(s, start), 0), lines - 1)
+    best = first
+    distance, held, free, across, length = math.inf, 0.0, 0.0, 0.0, 0.0
+    for k in range(first, lines):
+        if k > first and s[k - 1] >= start + 1.0:
+            break
+        dx, dy = x - xy[k, 0], y - xy[k, 1]
+        on, off = dx * direction[k, 0] + dy * direction[k, 1], direction[k, 0] * dy - direction[k, 1] * dx
+        line = s[k + 1] - s[k]
+        kept = min(max(on, 0.0), line)
+        away = math.hypot(off, on - kept)
+        if away < distance:
+            best, distance, held, free, across, length = k, away, kept, on, off, line
+    along = max(s[best] + held, start)
+    offset, left = math.copysign(distance, across), s[lines] - along
+    if best == lines - 1 and free > length:  # beyond the end the last line goes on
+        offset, left = across, length - free
+    elif best == 0 and free < 0.0:
+        offset = across
+    return along, offset, left
+
+
+def warm():
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
+    between(0.5, s, s)
+    nearest(s, points, points[1:], 0.5, 0.5, 0.0)

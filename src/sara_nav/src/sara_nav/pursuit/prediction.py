@@ -1,0 +1,96 @@
+"""Where the robot will be when a command given now takes effect: the pose that is known moved on by what was commanded
+since.
+
+A pose is old when it comes, and the drive answers late. A command is taken to act ``latency`` seconds after it was
+given (dead time and lags together), so from a pose of time tp until then the robot drives what was commanded from tp -
+latency to now (Smith, Closer control of loops with dead time, 1957). What it drives differs: it may turn less than it
+is told to, which is learned from the poses, and something behind may slow it, which shows in the speed measured.
+"""
+
+import math
+from collections import deque
+
+from sara_common.planar import Pose2D, advanced, wrap
+
+KEPT = 2.0
+"""Seconds of commands that are remembered."""
+MEMORY = 8.0
+"""Seconds after which what was seen of turns counts 1/e."""
+LEAST, MOST = 0.6, 1.15
+"""A base turns this share of what it is told to; what is seen outside says something else (that it is being held)."""
+SETTLING = 0.3
+"""Seconds in which a difference between what is commanded and what is driven is believed."""
+FARTHEST_OFF = 0.5
+"""More than that (m/s, rad/s) is no difference but a wrong measurement."""
+
+
+class Prediction:
+    """latency: s. ``turn_gain``: turn rate driven over commanded, 1 until turns have been seen."""
+
+    def __init__(self, latency):
+        self.latency = latency
+        self.turn_gain = 1.0
+        self._commands = deque([(-math.inf, 0.0, 0.0)])
+        self._seen = self._told = 0.005  # (rad)^2: what is believed before anything was seen
+        self._pose = None  # (time, yaw) of the last pose
+        self._off_v = self._off_w = 0.0
+
+    def commanded(self, t, v, w):
+        """Take note of a command (m/s, rad/s) given at t (s)."""
+        while self._commands and self._commands[-1][0] >= t:
+            self._commands.pop()
+        if not self._commands or self._commands[-1][1:] != (v, w):
+            self._commands.append((t, v, w))
+        while len(self._commands) > 2 and self._commands[1][0] < t - KEPT:
+            self._commands.popleft()
+
+    def ahead(self, t, pose, age, speed, dt):
+        """Return the Pose2D at t + latency, of a pose that was measured ``age`` s before t with this speed (m/s); dt:
+        since the last call.
+        """
+        measured = t - age
+        self._learn(measured, pose.yaw)
+        began = self._at(measured - self.latency - 0.05)  # a speed measured is the mean over a while
+        self._off_v += min(dt / SETTLING, 1.0) * (speed - began[0] - self._off_v)
+        self._off_v = min(max(self._off_v, -FARTHEST_OFF), FARTHEST_OFF)
+        x, y, yaw = pose.x, pose.y, pose.yaw
+        for start, end, v, w in self._between(measured - self.latency, t):
+            x, y, yaw = advanced(x, y, yaw, v + self._off_v, self.turn_gain * w + self._off_w, end - start)
+        return Pose2D(x, y, yaw)
+
+    def _at(self, t):
+        """Return the command (v, w) in force at t."""
+        for at, v, w in reversed(self._commands):
+            if at <= t:
+                return v, w
+        return self._commands[0][1:]
+
+    def _between(self, start, end):
+        """Return [(start, end, v, w)] of the commands in force between two times, in their order."""
+        found = []
+        for at, v, w in reversed(self._commands):
+            low = max(at, start)
+            if end > low:
+                found.append((low, end, v, w))
+            if at <= start:
+                break
+            end = min(end, at)
+        found.reverse()
+        return found
+
+    def _learn(self, t, yaw):
+        """Compare how much the robot has turned since the last pose with what was commanded for that time."""
+        last, self._pose = self._pose, (t, yaw)
+        if last is None or not 0.0 < t - last[0] < 0.5:
+            if last is not None and t <= last[0]:
+                self._pose = last if t == last[0] else (t, yaw)
+            return
+        elapsed, turned = t - last[0], wrap(yaw - last[1])
+        told = sum(w * (high - low) for low, high, _, w in self._between(last[0] - self.latency, t - self.latency))
+        self._off_w += min(elapsed / SETTLING, 1.0) * ((turned - self.turn_gain * told) / elapsed - self._off_w)
+        self._off_w = min(max(self._off_w, -FARTHEST_OFF), FARTHEST_OFF)
+        if abs(told) > 0.05 * elapsed and LEAST < turned / told < MOST:
+            keep = math.exp(-elapsed / MEMORY)
+            self._seen = keep * self._seen + turned * told
+            self._told = keep * self._told + told * told
+            self.turn_gain = self._seen / self._told

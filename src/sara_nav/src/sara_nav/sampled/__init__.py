@@ -1,0 +1,1 @@
+"""TrajectoryPlannerROS and DWAPlannerROS: local planners that sample velocities."""

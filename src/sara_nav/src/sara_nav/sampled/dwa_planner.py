@@ -1,0 +1,322 @@
+"""dwa_local_planner/DWAPlannerROS: the dynamic window approach for a robot with differential drive.
+
+Every cycle the speeds that can be reached within one period are rolled out at constant speed and judged by seven
+critics (critics.py); the cheapest is driven. Method: Fox, Burgard and Thrun, "The dynamic window approach to collision
+avoidance" (1997); parameters, their defaults and the critics are those of the C++ peer.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sara_common.limits import number_faults
+from sara_nav.planners.local_command import LOCAL_PLANNERS
+from sara_nav.sampled import critics, map_grid
+from sara_nav.sampled.critics import OscillationFlags
+from sara_nav.sampled.goal_stage import GoalLimits
+from sara_nav.sampled.sampling_planner import TRIES, SamplingPlanner, cost_cloud
+from sara_nav.sampled.speed_samples import window_samples
+
+
+@dataclass(frozen=True)
+class DWAPlannerConfig:
+    """Names, units and defaults of DWAPlannerROS, but max_vel_y and min_vel_y, which are 0 here.
+
+    Of no effect on a differential drive, as in the peer: acc_lim_y, vy_samples. Of no effect in the peer nor here:
+    acc_lim_trans, stop_time_buffer. path_distance_bias and goal_distance_bias are per metre.
+    """
+
+    max_vel_trans: float = 0.55
+    min_vel_trans: float = 0.1
+    max_vel_x: float = 0.55
+    min_vel_x: float = 0.0
+    max_vel_y: float = 0.0
+    min_vel_y: float = 0.0
+    max_vel_theta: float = 1.0
+    min_vel_theta: float = 0.4
+    acc_lim_x: float = 2.5
+    acc_lim_y: float = 2.5
+    acc_lim_theta: float = 3.2
+    acc_lim_trans: float = 0.1
+    prune_plan: bool = False
+    xy_goal_tolerance: float = 0.1
+    yaw_goal_tolerance: float = 0.1
+    trans_stopped_vel: float = 0.1
+    theta_stopped_vel: float = 0.1
+    sim_time: float = 1.7
+    sim_granularity: float = 0.025
+    angular_sim_granularity: float = 0.1
+    path_distance_bias: float = 0.6
+    goal_distance_bias: float = 0.8
+    occdist_scale: float = 0.01
+    twirling_scale: float = 0.0
+    stop_time_buffer: float = 0.2
+    oscillation_reset_dist: float = 0.05
+    oscillation_reset_angle: float = 0.2
+    forward_point_distance: float = 0.325
+    scaling_speed: float = 0.25
+    max_scaling_factor: float = 0.2
+    vx_samples: int = 3
+    vy_samples: int = 10
+    vth_samples: int = 20
+    use_dwa: bool = True
+    latch_xy_goal_tolerance: bool = False
+    sum_scores: bool = False
+    publish_cost_grid_pc: bool = False
+    publish_traj_pc: bool = False
+    global_frame_id: str = 'odom'
+    cheat_factor: float = 1.0
+    controller_frequency: float = 20.0
+    odom_topic: str = 'odom'
+
+    LIMITS: ClassVar[dict] = {
+        'max_vel_trans': (-1.0, 20.0),
+        'min_vel_trans': (-1.0, 20.0),
+        'max_vel_x': (0.0, 20.0, True),
+        'min_vel_x': (-20.0, 20.0),
+        'max_vel_theta': (0.0, 20.0, True),
+        'min_vel_theta': (-1.0, 20.0),
+        'acc_lim_x': (0.0, 20.0, True),
+        'acc_lim_y': (0.0, 20.0),
+        'acc_lim_theta': (0.0, 20.0, True),
+        'acc_lim_trans': (0.0, 20.0),
+        'xy_goal_tolerance': (0.0, 10.0, True),
+        'yaw_goal_tolerance': (0.0, math.pi, True),
+        'trans_stopped_vel': (0.0, 10.0, True),
+        'theta_stopped_vel': (0.0, 10.0, True),
+        'sim_time': (0.0, 10.0, True),
+        'sim_granularity': (0.001, 5.0),
+        'angular_sim_granularity': (0.001, math.pi),
+        'path_distance_bias': (0.0, 1000.0),
+        'goal_distance_bias': (0.0, 1000.0),
+        'occdist_scale': (0.0, 1000.0),
+        'twirling_scale': (0.0, 1000.0),
+        'stop_time_buffer': (0.0, 10.0),
+        'oscillation_reset_dist': (0.0, 10.0),
+        'oscillation_reset_angle': (0.0, 2.0 * math.pi),
+        'forward_point_distance': (-10.0, 10.0),
+        'scaling_speed': (0.0, 20.0),
+        'max_scaling_factor': (0.0, 10.0),
+        'vx_samples': (1, 300),
+        'vy_samples': (1, 300),
+        'vth_samples': (1, 300),
+        'cheat_factor': (0.0, 1000.0),
+        'controller_frequency': (0.0, 1000.0, True),
+    }
+    """Limits of the numbers: (low, high, whether low itself is excluded)."""
+    FIXED: ClassVar[tuple] = (
+        'latch_xy_goal_tolerance',
+        'sum_scores',
+        'publish_cost_grid_pc',
+        'publish_traj_pc',
+        'global_frame_id',
+        'cheat_factor',
+        'controller_frequency',
+        'odom_topic',
+    )
+    """What the peer does not let dynamic_reconfigure change."""
+    WITHOUT_EFFECT: ClassVar[dict] = {
+        'stop_time_buffer': 'a trajectory that touches something within sim_time is discarded, however late',
+        'acc_lim_trans': 'acc_lim_x is the limit of a robot that moves along x alone',
+    }
+    """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = number_faults(self, self.LIMITS)
+        for name in ('max_vel_y', 'min_vel_y'):
+            if getattr(self, name) != 0.0:
+                result.append(
+                    f'{name} is {getattr(self, name)!r} but must be 0: this planner drives robots with differential drive, which cannot '
+                    'move sideways'
+                )
+        for low, high in (('min_vel_x', 'max_vel_x'), ('min_vel_theta', 'max_vel_theta')):
+            if getattr(self, low) > getattr(self, high):
+                result.append(
+                    f'{low} is {getattr(self, low)!r} but must be no more than {high} ({getattr(self, high)!r})'
+                )
+        if 0.0 <= self.max_vel_trans < max(self.min_vel_trans, 1e-3):
+            result.append(
+                f'max_vel_trans is {self.max_vel_trans!r} but must be at least min_vel_trans ({self.min_vel_trans!r}), or negative for no limit'
+            )
+        return result
+
+
+@LOCAL_PLANNERS.register('dwa_local_planner/DWAPlannerROS')
+class DWAPlanner(SamplingPlanner):
+    """Drives a plan by the dynamic window; see the module. One object drives one goal after the other."""
+
+    config_class = DWAPlannerConfig
+
+    def __init__(self, config=DWAPlannerConfig()):
+        super().__init__(config)
+        self._flags = OscillationFlags()
+        self._judged = None
+
+    def start(self, plan):
+        """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
+        super().start(plan)
+        self._flags = OscillationFlags()
+
+    @property
+    def _fastest(self):
+        c = self.config
+        return min(c.max_vel_x, c.max_vel_trans) if c.max_vel_trans >= 0.0 else c.max_vel_x
+
+    def _limits(self, blind):
+        c = self.config
+        fast = self._fastest
+        return GoalLimits(
+            c.xy_goal_tolerance,
+            c.yaw_goal_tolerance,
+            c.latch_xy_goal_tolerance,
+            fast,
+            c.max_vel_theta,
+            max(c.min_vel_theta, 0.01),
+            c.acc_lim_x,
+            c.acc_lim_theta,
+            c.trans_stopped_vel,
+            c.theta_stopped_vel,
+            fast * c.sim_time + c.xy_goal_tolerance,
+            blind,
+            min(max(c.min_vel_trans, 0.03), fast),
+        )
+
+    # -- one cycle ---------------------------------------------------------------------------------------------
+
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to
+        look.
+
+        can_stop(v, w): whether the robot could stop from a command without touching anything.
+        """
+        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
+        none = np.empty((0, 2), np.int64)
+        left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
+        weights = self._weights(g.resolution, left)
+        samples = self._speeds(velocity, left)
+        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
+        driven_samples = self._driven(samples)
+        motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
+        fastest = max(self._fastest, 1e-3)
+        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max(initial=0.0)))
+        ceiling = self._ceiling(world, pose, reach, 1.0 + c.max_scaling_factor)
+        window = self._window(world, state, driven_samples, sim_time, c.forward_point_distance)
+        self._waves.over(costs)
+        path, goal, front = (
+            self._waves.spread(seeds, none, window)
+            for seeds in (cells, cells[-1:], self._front_cell(pose, plan, cells, world))
+        )
+        raw, driven = critics.judge(
+            costs,
+            (float(g.origin_x), float(g.origin_y), float(g.resolution)),
+            world.footprint,
+            ceiling,
+            path,
+            goal,
+            front,
+            state,
+            driven_samples,
+            *motion,
+            (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
+            c.forward_point_distance,
+            not c.use_dwa,
+            c.sum_scores,
+            self._grace(world, pose),
+        )
+        raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
+        cost = critics.total(raw, weights)
+        self._scene = world, cells, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale), none
+        self._judged = state, driven_samples, motion, cost
+        possible = cost >= 0.0
+        if not possible.any():
+            self._flags = OscillationFlags()  # to be barred from the only way out is worse than to swing
+            return None, None, _why_none(cost)
+        cheapest = np.flatnonzero(possible)[np.argsort(cost[possible], kind='stable')]
+        for best in cheapest[:TRIES]:
+            v, w = float(driven[best, 0]), float(driven[best, 1]) / self._gain.value
+            if can_stop(v, w):
+                self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
+                return (v, w), critics.drive(state, tuple(driven_samples[best]), *motion, not c.use_dwa), ''
+        return None, None, 'the footprint would touch an obstacle before the robot could stop'
+
+    def _front_cell(self, pose, plan, cells, world):
+        """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""
+        end = map_grid.plan_cells(plan[-1:], world.costmap)
+        if len(end) == 0 or (end[-1] != cells[-1]).any():
+            return cells[-1:]  # the plan leaves the map before
+        ahead = math.atan2(plan[-1, 1] - pose.y, plan[-1, 0] - pose.x)
+        beyond = plan[-1, :2] + self.config.forward_point_distance * np.array([math.cos(ahead), math.sin(ahead)])
+        return map_grid.plan_cells([plan[-1, :2], beyond], world.costmap)[-1:]
+
+    def _weights(self, resolution, left):
+        """Return the weights (7,) of the critics; alignment has no say near the goal (cheat_factor)."""
+        c = self.config
+        path, goal = resolution * c.path_distance_bias, resolution * c.goal_distance_bias
+        aligned = left * left > c.forward_point_distance**2 * c.cheat_factor
+        return np.array([1.0, c.occdist_scale, goal, path if aligned else 0.0, path, goal, c.twirling_scale])
+
+    def _speeds(self, velocity, left):
+        """Return the samples (n, 2) of v, w: a grid over the window, without those slower than both minimums.
+
+        Where the window is too small to reach min_vel_trans or min_vel_theta from rest, those are sampled too: slower
+        speeds are not driven, so nothing else could begin.
+        """
+        c = self.config
+        reach = 1.0 / c.controller_frequency if c.use_dwa else c.sim_time
+        fast = self._fastest if c.use_dwa else max(min(self._fastest, left / c.sim_time), c.min_vel_x)
+        v_high = max(min(fast, velocity[0] + c.acc_lim_x * reach), c.min_vel_x)
+        v_low = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), v_high)
+        w_high = max(min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach), -c.max_vel_theta)
+        w_low = min(max(-c.max_vel_theta, velocity[1] - c.acc_lim_theta * reach), w_high)
+        return window_samples(
+            (float(v_low), float(v_high)),
+            (float(w_low), float(w_high)),
+            (c.vx_samples, c.vth_samples),
+            (float(c.min_vel_trans), float(c.min_vel_theta)),
+            float(self._fastest),
+        )
+
+    # -- for publishing ----------------------------------------------------------------------------------------
+
+    @property
+    def cost_cloud(self):
+        """Points (n, 7) as TrajectoryPlanner.cost_cloud has them; the shell publishes it with publish_cost_grid_pc."""
+        return None if self._scene is None else cost_cloud(*self._scene)
+
+    @property
+    def trajectory_cloud(self):
+        """Points (n, 5) x, y, z (m, costmap's frame), yaw (rad), cost of all samples of the last cycle that were not
+        discarded; None before. The shell publishes it with publish_traj_pc."""
+        if self._judged is None:
+            return None
+        state, samples, motion, cost = self._judged
+        clouds = [np.empty((0, 5))]
+        for sample, value in zip(samples, cost):
+            if value >= 0.0:
+                poses = critics.drive(state, tuple(sample), *motion, not self.config.use_dwa)
+                clouds.append(
+                    np.column_stack([poses[:, :2], np.zeros(len(poses)), poses[:, 2], np.full(len(poses), value)])
+                )
+        return np.vstack(clouds)
+
+
+def _why_none(cost):
+    """Return in words why all samples, with these costs, were discarded."""
+    reasons = {
+        critics.TOUCHES: 'the footprint would touch an obstacle',
+        critics.LEAVES_MAP: 'it leaves the map',
+        critics.IN_OBSTACLE: 'the centre would come too near to an obstacle',
+        critics.UNREACHABLE: 'no way leads to the goal',
+        critics.LOOKS_OFF_MAP: 'the point ahead leaves the map',
+        critics.TURNS_BACK: 'it turns back (oscillation)',
+    }
+    if len(cost) == 0:
+        return 'no speed can be sampled within the limits'
+    codes, counts = np.unique(cost, return_counts=True)
+    return 'all %d trajectories are discarded: %s' % (
+        len(cost),
+        ', '.join('%d because %s' % (n, reasons[code]) for code, n in zip(codes, counts)),
+    )

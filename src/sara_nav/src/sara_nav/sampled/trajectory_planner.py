@@ -1,0 +1,363 @@
+"""base_local_planner/TrajectoryPlannerROS: trajectory rollout for a robot with differential drive.
+
+Every cycle vx_samples x vtheta_samples speeds and vtheta_samples turns in place are rolled out and scored together
+(rollout.py); the cheapest is driven. Turns in place are preferred where they look nearer to the goal; a turn begun is
+not turned back before the robot has moved on; when nothing is possible the robot backs out slowly (escape_vel).
+Method: Gerkey and Konolige, "Planning and control in unstructured terrain" (2008); parameters and their values in force
+are those of the C++ peer.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sara_common.limits import number_faults
+from sara_common.planar import wrap
+from sara_nav.grids import outline
+from sara_nav.planners.local_command import LOCAL_PLANNERS
+from sara_nav.sampled import rollout
+from sara_nav.sampled.goal_stage import GoalLimits
+from sara_nav.sampled.sampling_planner import FACING, TRIES, SamplingPlanner, cost_cloud, to_global, towards_plan
+from sara_nav.sampled.speed_samples import rollout_samples
+
+STOPPED = 0.01
+"""Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
+
+
+@dataclass(frozen=True)
+class TrajectoryPlannerConfig:
+    """Names, units and values in force of TrajectoryPlannerROS, but holonomic_robot, which is false here.
+
+    Of no effect on a differential drive, as in the peer: acc_lim_y, y_vels. Of no effect in the peer nor here:
+    stop_time_buffer. path_distance_bias and goal_distance_bias are per cell, with meter_scoring per metre.
+    """
+
+    acc_lim_x: float = 2.5
+    acc_lim_y: float = 2.5
+    acc_lim_theta: float = 3.2
+    max_vel_x: float = 0.55
+    min_vel_x: float = 0.0
+    max_vel_theta: float = 1.0
+    min_vel_theta: float = -1.0
+    min_in_place_vel_theta: float = 0.4
+    escape_vel: float = -0.1
+    holonomic_robot: bool = False
+    y_vels: str = '-0.3,-0.1,0.1,0.3'
+    xy_goal_tolerance: float = 0.10
+    yaw_goal_tolerance: float = 0.05
+    latch_xy_goal_tolerance: bool = False
+    stop_time_buffer: float = 0.2
+    prune_plan: bool = True
+    sim_time: float = 1.7
+    sim_granularity: float = 0.025
+    angular_sim_granularity: float = 0.025
+    vx_samples: int = 20
+    vtheta_samples: int = 20
+    controller_frequency: float = 20.0
+    meter_scoring: bool = False
+    path_distance_bias: float = 0.6
+    goal_distance_bias: float = 0.8
+    occdist_scale: float = 0.01
+    heading_lookahead: float = 0.325
+    heading_scoring: bool = False
+    heading_scoring_timestep: float = 0.1
+    dwa: bool = False
+    simple_attractor: bool = False
+    oscillation_reset_dist: float = 0.05
+    escape_reset_dist: float = 0.10
+    escape_reset_theta: float = 0.5 * math.pi
+    world_model: str = 'costmap'
+
+    LIMITS: ClassVar[dict] = {
+        'acc_lim_x': (0.0, 20.0, True),
+        'acc_lim_y': (0.0, 20.0),
+        'acc_lim_theta': (0.0, 20.0, True),
+        'max_vel_x': (0.0, 20.0, True),
+        'min_vel_x': (0.0, 20.0),
+        'max_vel_theta': (0.0, 20.0, True),
+        'min_vel_theta': (-20.0, 0.0),
+        'min_in_place_vel_theta': (0.0, 20.0, True),
+        'xy_goal_tolerance': (0.0, 10.0, True),
+        'yaw_goal_tolerance': (0.0, math.pi, True),
+        'stop_time_buffer': (0.0, 10.0),
+        'sim_time': (0.0, 10.0, True),
+        'sim_granularity': (0.001, 5.0),
+        'angular_sim_granularity': (0.001, 0.5 * math.pi),
+        'vx_samples': (1, 300),
+        'vtheta_samples': (1, 300),
+        'controller_frequency': (0.0, 1000.0, True),
+        'path_distance_bias': (0.0, 5.0),
+        'goal_distance_bias': (0.0, 5.0),
+        'occdist_scale': (0.0, 5.0),
+        'heading_lookahead': (0.0, 5.0),
+        'heading_scoring_timestep': (0.0, 1.0),
+        'oscillation_reset_dist': (0.0, 5.0),
+        'escape_reset_dist': (0.0, 5.0),
+        'escape_reset_theta': (0.0, 5.0),
+    }
+    """Limits of the numbers: (low, high, whether low itself is excluded)."""
+    FIXED: ClassVar[tuple] = (
+        'xy_goal_tolerance',
+        'yaw_goal_tolerance',
+        'latch_xy_goal_tolerance',
+        'stop_time_buffer',
+        'prune_plan',
+        'controller_frequency',
+        'meter_scoring',
+        'world_model',
+    )
+    """What the peer does not let dynamic_reconfigure change."""
+    WITHOUT_EFFECT: ClassVar[dict] = {
+        'stop_time_buffer': 'a trajectory that touches something within sim_time is discarded, however late',
+        'point_grid/': 'world_model is costmap, the only one there is',
+    }
+    """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
+
+    def faults(self):
+        """Return a list of sentences, one for each bad value."""
+        result = number_faults(self, self.LIMITS)
+        if not -2.0 <= self.escape_vel < 0.0:
+            result.append(
+                f'escape_vel is {self.escape_vel!r} but must be negative (the robot backs out with it) and >= -2'
+            )
+        if self.holonomic_robot:
+            result.append(
+                'holonomic_robot is true but must be false: this planner drives robots with differential '
+                'drive, which cannot move sideways'
+            )
+        if self.world_model != 'costmap':
+            result.append(f'world_model is {self.world_model!r} but must be costmap')
+        try:
+            [float(v) for v in self.y_vels.strip('[] ').replace(',', ' ').split()]
+        except (ValueError, AttributeError):
+            result.append(f'y_vels is {self.y_vels!r} but must be numbers separated by commas')
+        if self.min_vel_x > self.max_vel_x:
+            result.append(f'min_vel_x is {self.min_vel_x!r} but must be no more than max_vel_x ({self.max_vel_x!r})')
+        if self.heading_scoring and self.heading_scoring_timestep >= self.sim_time:
+            result.append(
+                f'heading_scoring_timestep is {self.heading_scoring_timestep!r} but must be less than sim_time ({self.sim_time!r})'
+            )
+        return result
+
+
+@LOCAL_PLANNERS.register('base_local_planner/TrajectoryPlannerROS')
+class TrajectoryPlanner(SamplingPlanner):
+    """Drives a plan by trajectory rollout; see the module. One object drives one goal after the other."""
+
+    config_class = TrajectoryPlannerConfig
+
+    def __init__(self, config=TrajectoryPlannerConfig()):
+        super().__init__(config)
+        self._forget()
+
+    def start(self, plan):
+        """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
+        super().start(plan)
+        self._forget()
+
+    def _forget(self):
+        self._turned = {-1: False, 1: False}
+        self._only = {-1: False, 1: False}
+        self._turned_at = None
+        self._escape_from = None
+
+    def _limits(self, blind):
+        c = self.config
+        return GoalLimits(
+            c.xy_goal_tolerance,
+            c.yaw_goal_tolerance,
+            c.latch_xy_goal_tolerance,
+            c.max_vel_x,
+            min(c.max_vel_theta, max(-c.min_vel_theta, c.min_in_place_vel_theta)),
+            c.min_in_place_vel_theta,
+            c.acc_lim_x,
+            c.acc_lim_theta,
+            STOPPED,
+            STOPPED,
+            c.max_vel_x * c.sim_time + c.xy_goal_tolerance,
+            blind,
+        )
+
+    # -- one cycle ---------------------------------------------------------------------------------------------
+
+    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
+        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to
+        look.
+
+        can_stop(v, w): whether the robot could stop from a command without touching anything.
+        """
+        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
+        under = outline.footprint_cells(pose, world.footprint, g, True)
+        scale = g.resolution if c.meter_scoring else 1.0
+        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
+        acceleration = c.acc_lim_x, c.acc_lim_theta
+        simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
+        weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
+        self._scene = world, cells, weights, under
+        samples, forward = self._speeds(pose, velocity, plan)
+        if self._escape_from is not None:
+            samples, forward = samples[forward:], 0
+        driven = self._driven(samples)
+        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max()))
+        ceiling = self._ceiling(world, pose, reach)
+        window = self._window(world, state, driven, sim_time, c.heading_lookahead)
+        self._waves.over(costs)
+        path, goal = self._waves.spread(cells, under, window), self._waves.spread(cells[-1:], under[:0], window)
+        cost, ends = rollout.score(
+            costs,
+            (float(g.origin_x), float(g.origin_y), float(g.resolution)),
+            world.footprint,
+            ceiling,
+            path,
+            goal,
+            cells,
+            state,
+            driven,
+            acceleration,
+            simulation,
+            weights,
+            (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
+            (c.heading_scoring, c.heading_scoring_timestep),
+            self._grace(world, pose),
+        )
+        self._update_escape(pose)
+        bearing = towards_plan(plan, pose)
+        for _ in range(TRIES):
+            best = self._best(cost, ends, samples, forward, goal, g, bearing)
+            if best is None:
+                return (
+                    None,
+                    None,
+                    (
+                        'no way leads from here to where the plan leaves the local costmap'
+                        if cost[-1] == rollout.NO_WAY
+                        else 'the footprint would touch an obstacle on every trajectory'
+                        if (cost[:-1] < 0.0).all()
+                        else 'standing still costs no more than any trajectory'
+                    ),
+                )
+            sample = tuple(float(v) for v in samples[best])
+            command = self._within_reach(sample, velocity, dt)
+            if can_stop(*command):
+                self._remember_turn(sample, pose)
+                return (
+                    command,
+                    rollout.roll(state, self._driven_one(*sample), acceleration, simulation, c.heading_scoring),
+                    '',
+                )
+            cost[best] = rollout.COLLIDES
+        return None, None, 'the footprint would touch an obstacle before the robot could stop'
+
+    def _speeds(self, pose, velocity, plan):
+        """Return what speed_samples.rollout_samples does."""
+        c = self.config
+        ahead = min(c.max_vel_x, math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y) / c.sim_time)
+        reach = 1.0 / c.controller_frequency if c.dwa else c.sim_time
+        fast = max(min(ahead, velocity[0] + c.acc_lim_x * reach), c.min_vel_x)
+        slow = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), fast)
+        left = min(c.max_vel_theta, velocity[1] + c.acc_lim_theta * reach)
+        right = min(max(c.min_vel_theta, velocity[1] - c.acc_lim_theta * reach), left)
+        return rollout_samples(
+            (float(slow), float(fast)),
+            (float(right), float(left)),
+            (c.vx_samples, c.vtheta_samples),
+            float(c.min_in_place_vel_theta),
+        )
+
+    def _best(self, cost, ends, samples, forward, goal, geometry, bearing):
+        """Return the index of the sample to drive, None when none is worth it; the last sample is standing still.
+
+        Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
+        after which the point heading_lookahead ahead is nearest to the goal. Where nothing forward is cheaper than
+        standing, the turn that comes nearest to facing the plan (bearing, rad), at any cost: beside a wall turns cost
+        more than standing, and cells count a way askew as longer. A robot that faces its plan already drives on, at
+        whatever cost: where the plan bends away, every way may for a moment cost more than standing.
+        """
+        possible = cost[:forward] >= 0.0
+        best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
+        turns = [
+            i
+            for i in range(forward, len(samples) - 1)
+            if cost[i] >= 0.0 and not self._only[-1 if samples[i, 1] > 0.0 else 1]
+        ]
+        if best is not None and not 0.0 <= cost[-1] <= cost[best]:
+            turns = [i for i in turns if cost[i] <= cost[best]]
+            ahead = [self._ahead(ends[i], goal, geometry) for i in turns]
+            return turns[int(np.argmin(ahead))] if turns and np.isfinite(min(ahead)) else best
+        off = wrap(bearing - ends[-1, 2])
+        if abs(off) <= FACING:
+            return best
+        left = {
+            i: abs(off - wrap(ends[i, 2] - ends[-1, 2])) if samples[i, 1] * off > 0.0 else math.pi + abs(samples[i, 1])
+            for i in turns
+        }
+        return min(left, key=left.get) if left else None
+
+    def _ahead(self, pose, goal, geometry):
+        """Return the distance to the goal (cells) of the point heading_lookahead ahead of pose (3,); infinite off the
+        map.
+        """
+        cell = geometry.to_cell(
+            pose[0] + self.config.heading_lookahead * math.cos(pose[2]),
+            pose[1] + self.config.heading_lookahead * math.sin(pose[2]),
+        )
+        return np.inf if cell is None else goal[cell[1], cell[0]]
+
+    def _within_reach(self, sample, velocity, dt):
+        """Return the command (v, w) that begins a sample as it was rolled out: no faster than the accelerations allow,
+        but a turn in place no slower than its minimum."""
+        c = self.config
+        v = rollout.towards(sample[0], float(velocity[0]), c.acc_lim_x, dt)
+        w = rollout.towards(sample[1], float(velocity[1]), c.acc_lim_theta, dt)
+        if sample[0] == 0.0 and w * sample[1] >= 0.0 and abs(w) < c.min_in_place_vel_theta:
+            w = math.copysign(c.min_in_place_vel_theta, sample[1])
+        return v, w
+
+    def _remember_turn(self, sample, pose):
+        """Bar turning back after two cycles of turning to one side, until the robot has moved on."""
+        if sample[0] <= 0.0 and sample[1] != 0.0:
+            side = 1 if sample[1] > 0.0 else -1
+            self._only[side] |= self._turned[side]
+            self._turned[side] = True
+            self._turned_at = pose
+        if self._turned_at is not None and pose.distance(self._turned_at) > self.config.oscillation_reset_dist:
+            self._turned = {-1: False, 1: False}
+            self._only = {-1: False, 1: False}
+
+    def _update_escape(self, pose):
+        if self._escape_from is not None and (
+            pose.distance(self._escape_from) > self.config.escape_reset_dist
+            or abs(wrap(pose.yaw - self._escape_from.yaw)) > self.config.escape_reset_theta
+        ):
+            self._escape_from = None
+
+    def _last_resort(self, pose, velocity, world, why):
+        """Back out slowly, once the robot stands, where that touches nothing that is not touched already.
+
+        Only when trajectories are blocked: not when standing still is best or no way leads to the goal.
+        """
+        c = self.config
+        if 'footprint' not in why or velocity[0] > abs(c.escape_vel):
+            return None, None, why
+        poses = rollout.roll(
+            (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1])),
+            (c.escape_vel, 0.0),
+            (c.acc_lim_x, c.acc_lim_theta),
+            (c.sim_time, c.sim_granularity, c.angular_sim_granularity),
+            False,
+        )
+        if world.worsens(to_global(poses, world)):
+            return None, None, why
+        if self._escape_from is None:
+            self._escape_from = pose
+        return (c.escape_vel, 0.0), poses, 'backing out with escape_vel: every other trajectory is blocked'
+
+    # -- for publishing ----------------------------------------------------------------------------------------
+
+    @property
+    def cost_cloud(self):
+        """Points (n, 7) x, y, z (m, costmap's frame), path, goal, occupancy and total cost of the cells that can be
+        driven to, from the last cycle that sampled; None before. Worked out when asked for."""
+        return None if self._scene is None else cost_cloud(*self._scene)

@@ -1,0 +1,1 @@
+"""The chair's chips: IMU, ultrasonic rangers, encoders, and the I2C bus they sit on."""

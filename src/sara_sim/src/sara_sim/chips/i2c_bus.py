@@ -1,0 +1,106 @@
+"""The sensor node's I2C bus with simulated chips on it, behind the methods of `smbus2.SMBus`.
+
+Whoever drives the chips on a Raspberry Pi drives these, with the same calls and the same error: OSError where nobody
+acknowledges.
+"""
+
+from __future__ import annotations
+
+import errno
+import time
+from collections import Counter
+
+from sara_sim.chips import mounting
+
+# 7-bit addresses, in the order of the mounting table: SDI, SDD, SLID, SLIT, SLDD, SLDT, STI, STD, SJO.
+SONAR_ADDRESSES = {name: 0x70 + number for number, name in enumerate(mounting.SONARS)}
+BLOCK_MAX = 32
+
+
+class SimulatedI2c:
+    """`chips`: {7-bit address: chip with `read(register, length)`, `write(register, values)`, `silent`}. `counts`:
+    transfers and errors.
+    """
+
+    def __init__(self, chips: dict):
+        self.chips = dict(chips)
+        self.counts: Counter = Counter()
+
+    def __enter__(self) -> SimulatedI2c:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """As a real bus: nothing answers afterwards."""
+        self.chips = {}
+
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
+        """`length` (1..32) bytes from `register` on. Raises OSError."""
+        if not 0 < length <= BLOCK_MAX:
+            raise ValueError(f'length is {length} but must be 1 to {BLOCK_MAX}')
+        chip = self.chips.get(i2c_addr)
+        return (self._chip(i2c_addr) if chip is None or chip.silent else chip).read(register, length)
+
+    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
+        """One byte. Raises OSError."""
+        return self._chip(i2c_addr).read(register, 1)[0]
+
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
+        """One byte. Raises OSError."""
+        if not 0 <= value <= 0xFF:
+            raise ValueError(f'value is {value} but must be a byte')
+        self._chip(i2c_addr).write(register, [value])
+
+    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
+        """At most 32 bytes from `register` on. Raises OSError."""
+        if not 0 < len(data) <= BLOCK_MAX or min(data) < 0 or max(data) > 0xFF:
+            raise ValueError(f'data are {list(data)} but must be 1 to {BLOCK_MAX} bytes')
+        self._chip(i2c_addr).write(register, list(data))
+
+    def _chip(self, address: int):
+        chip = self.chips.get(address)
+        if chip is None or chip.silent:
+            self.counts['no acknowledge'] += 1
+            raise OSError(errno.EREMOTEIO, f'nobody acknowledges at 0x{address:02X}')
+        return chip
+
+
+class _RealTimeI2c(SimulatedI2c):
+    """A bus whose chips live by a clock of their own: they are brought up to now before every transfer."""
+
+    def __init__(self, chips: dict, advance):
+        super().__init__(chips)
+        self._advance = advance
+
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        return super().read_i2c_block_data(i2c_addr, register, length, force)
+
+    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        return super().read_byte_data(i2c_addr, register, force)
+
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_byte_data(i2c_addr, register, value, force)
+
+    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_i2c_block_data(i2c_addr, register, data, force)
+
+
+def demo(seed: int = 0, clock=time.monotonic) -> SimulatedI2c:
+    """The ten chips of chair number `seed`, at rest in the middle of a room of 4 x 4 m, in real time.
+
+    For trying a program of the sensor node without a chair: it needs nothing else. `clock`: s, any steady clock.
+    """
+    from sara_sim.chips.demo import RestingChips
+
+    chips = RestingChips(seed, clock())
+    return _RealTimeI2c(chips.box.i2c.chips, lambda: chips.advance(clock()))

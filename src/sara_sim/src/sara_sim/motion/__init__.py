@@ -1,0 +1,1 @@
+"""How the chair moves: wheels, slip, castors, walls."""

@@ -1,0 +1,231 @@
+"""Two driven wheels on a floor: motor lag, slip in turns, walls and obstacles that stop the body.
+
+Wheel speed follows its target with a first-order lag, integrated exactly over a step:
+    angle = target dt + (w0 - target) tau (1 - exp(-dt / tau)).
+The body moves along the arc the wheels describe, with the turn shortened by the slip:
+    ds = (Rr dr + Rl dl) / 2,    dyaw = slip (Rr dr - Rl dl) / track.
+What else moves it (castors, ramps, a push: `drift.py`) is added to that; docs/simulator.md has all equations.
+"""
+
+from __future__ import annotations
+
+from math import cos, exp, floor, pi, sin
+
+from sara_sim.config import ChairConfig, DrawnChair
+from sara_sim.motion import rolling
+from sara_sim.motion.drift import Drift
+from sara_sim.options import ChairOptions
+from sara_sim.world.rays import wrap
+from sara_sim.world.world import World, WorldError
+
+# A chair that creeps against a wall touches it once: a new contact needs this long without one, s.
+CONTACT_RELEASE_S = 0.5
+# On a ramp the motor's brake holds a wheel that is asked to stand and is this slow, rad/s.
+BRAKE_SPEED = 0.8
+_BISECTIONS = 6
+
+
+class Drive:
+    """True state of the chair. `x`, `y` (m), `yaw` (rad, unwrapped) in the map; `right`, `left` wheel angles (rad).
+
+    `grip`: (right, left) share of a wheel's rolling that moves the body; 1 unless a fault says less. `drift`: what else
+    moves the body.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        config: ChairConfig,
+        chair: DrawnChair,
+        start: tuple[float, float, float],
+        dt: float,
+        options: ChairOptions = ChairOptions(),
+    ):
+        """`start`: (x, y, yaw) m, rad. Raises WorldError where the chair would stand in a wall or an obstacle."""
+        rolling.warm()  # here and not in the middle of a drive
+        self.world, self.config, self.chair, self.dt, self.options = world, config, chair, dt, options
+        self.x, self.y, self.yaw = (float(value) for value in start)
+        where = (self.x, self.y, self.yaw, config.length, config.width)
+        if world.overlaps(*where) or world.meets(*where).any():
+            raise WorldError(f'start is {tuple(start)!r} but the chair would stand in a wall or an obstacle there.')
+        self.right = self.left = 0.0
+        self.right_speed = self.left_speed = 0.0
+        self.speed = self.yaw_rate = 0.0
+        self.acceleration = self.yaw_acceleration = 0.0
+        self.grip = (1.0, 1.0)
+        self.contacts = 0
+        self.touching = False
+        self._since_touch = CONTACT_RELEASE_S
+        self._lag = config.motor_lag * (options.mass + options.payload) / options.mass
+        self._decay = exp(-dt / self._lag)
+        self._edges = config.steps_per_turn / (2.0 * pi)
+        self._motor = (float(config.dead_band), float(config.max_wheel_speed))
+        self._surroundings = world.clear_of(config.length, config.width), (*world.origin, world.resolution)
+        self.drift = Drift(world, config, options, self._lag, self.pose)
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """(x, y, yaw), yaw in (-pi, pi]."""
+        return self.x, self.y, wrap(self.yaw)
+
+    @property
+    def resting(self) -> bool:
+        """True when nothing moves, tilts or shakes the body."""
+        return not (self.speed or self.yaw_rate or self.acceleration or self.yaw_acceleration or self.drift.active)
+
+    def step(self, right_target: float, left_target: float) -> None:
+        """Move on by `dt` towards the given wheel speeds (rad/s)."""
+        if self.drift.active or self.world.obstacles.all or not self._rolled(right_target, left_target):
+            self._pushed_on(right_target, left_target)
+
+    def _rolled(self, right_target: float, left_target: float) -> bool:
+        """The step where nothing but the wheels moves the chair and only walls could stop it; False, and nothing done,
+        where one does.
+        """
+        chair, (grip_right, grip_left) = self.chair, self.grip
+        pose, (right, left), speeds, motion, near = rolling.roll(
+            (self.x, self.y, self.yaw),
+            (self.right_speed, self.left_speed),
+            (float(right_target), float(left_target)),
+            (chair.right_radius * grip_right, chair.left_radius * grip_left),
+            chair.slip,
+            self.config.track,
+            self._motor,
+            self.dt,
+            self._lag,
+            self._decay,
+            (self.speed, self.yaw_rate),
+            *self._surroundings,
+        )
+        if near and self.world.overlaps(*pose, self.config.length, self.config.width):
+            return False
+        self._since_touch += self.dt
+        self.touching = False
+        self.x, self.y, self.yaw = pose
+        self.right += right
+        self.left += left
+        self.right_speed, self.left_speed = speeds
+        self.speed, self.yaw_rate, self.acceleration, self.yaw_acceleration = motion
+        return True
+
+    def _pushed_on(self, right_target: float, left_target: float) -> None:
+        """The step with all that may move or stop the chair."""
+        chair, drift = self.chair, self.drift
+        right, right_speed = self._wheel(right_target, self.right_speed)
+        left, left_speed = self._wheel(left_target, self.left_speed)
+        grip_right, grip_left = self.grip
+        right_radius, left_radius = chair.right_radius * grip_right, chair.left_radius * grip_left
+        distance = 0.5 * (right_radius * right + left_radius * left)
+        turn = chair.slip * (right_radius * right - left_radius * left) / self.config.track
+        side = 0.0
+        if drift.active:
+            distance, side, turn = drift.displaced(distance, turn, self.speed, self.yaw_rate, self.dt)
+        crowded = bool(self.world.obstacles.all)
+        moved = self._moved(distance, side, turn)
+        touched = crowded and bool(self._met(self.x, self.y, self.yaw).any())
+        if (distance or turn or side) and not self._free(*moved):
+            touched = True
+            fraction = self._free_fraction(distance, side, turn)
+            moved = self._moved(fraction * distance, fraction * side, fraction * turn)
+            # The wall stalls the wheels: they turn no further than the body moves.
+            right, left = fraction * right, fraction * left
+            right_speed = left_speed = 0.0
+            drift.stop()
+        if touched:
+            if self._since_touch >= CONTACT_RELEASE_S - 1e-9:
+                self.contacts += 1
+                drift.collide(self.speed)
+            self._since_touch = 0.0
+        else:
+            self._since_touch += self.dt
+        self.touching = touched
+        self.x, self.y, self.yaw = moved
+        self.right += right
+        self.left += left
+        self.right_speed, self.left_speed = right_speed, left_speed
+        speed = 0.5 * (right_radius * right_speed + left_radius * left_speed)
+        rate = chair.slip * (right_radius * right_speed - left_radius * left_speed) / self.config.track
+        if drift.active:
+            speed, rate = drift.velocity(speed, rate)
+            drift.lean(self.x, self.y, self.yaw, self.dt)
+        self.acceleration = (speed - self.speed) / self.dt
+        self.yaw_acceleration = (rate - self.yaw_rate) / self.dt
+        self.speed, self.yaw_rate = speed, rate
+
+    def motion(self) -> tuple:
+        """Arguments of `Imu.moving`."""
+        drift = self.drift
+        if not drift.active:
+            return self.acceleration, self.speed * self.yaw_rate, self.yaw_rate, self.yaw_acceleration
+        # In the chair's own axes: a moving chair that turns is accelerated towards the inside of the turn.
+        shake = drift.shaken
+        return (
+            self.acceleration + shake[0] - drift.side_speed * self.yaw_rate,
+            self.speed * self.yaw_rate + drift.side_acceleration,
+            self.yaw_rate,
+            self.yaw_acceleration,
+            drift.roll,
+            drift.pitch,
+            drift.roll_rate,
+            drift.pitch_rate,
+            shake[1],
+        )
+
+    def _wheel(self, target: float, speed: float) -> tuple[float, float]:
+        """(angle turned in dt, speed after it)."""
+        limit = self.config.max_wheel_speed
+        if abs(target) < self.config.dead_band:
+            if abs(speed) < 1e-6 or self.drift.droop and abs(speed) < BRAKE_SPEED:
+                return 0.0, 0.0
+            target = 0.0
+        elif not -limit <= target <= limit:
+            target = limit if target > 0.0 else -limit
+        target -= self.drift.droop
+        error = speed - target
+        return target * self.dt + error * self._lag * (1.0 - self._decay), target + error * self._decay
+
+    def _moved(self, distance: float, side: float, turn: float) -> tuple[float, float, float]:
+        """The pose after an arc: its chord points along the middle heading and is shorter by sin(turn/2) / (turn/2)."""
+        half = 0.5 * turn
+        middle = self.yaw + half
+        shorter = sin(half) / half if half > 1e-9 or half < -1e-9 else 1.0
+        c, s = shorter * cos(middle), shorter * sin(middle)
+        if not side:
+            return self.x + distance * c, self.y + distance * s, self.yaw + turn
+        return self.x + distance * c - side * s, self.y + distance * s + side * c, self.yaw + turn
+
+    def _free_fraction(self, distance: float, side: float, turn: float) -> float:
+        """How much of a movement that walls or obstacles do not allow as a whole they allow, by bisection."""
+        low, high = 0.0, 1.0
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            if self._free(*self._moved(middle * distance, middle * side, middle * turn)):
+                low = middle
+            else:
+                high = middle
+        return low
+
+    def _free(self, x: float, y: float, yaw: float) -> bool:
+        config, world = self.config, self.world
+        if world.overlaps(x, y, yaw, config.length, config.width):
+            return False
+        if not world.obstacles.all:
+            return True
+        met = self._met(x, y, yaw)
+        if not met.any():
+            return True
+        # Somebody who walked into the chair does not hold it: it may leave, but not press on.
+        if (met & ~self._met(self.x, self.y, self.yaw)).any():
+            return False
+        shapes = world.obstacles.shapes[met]
+        before = (shapes[:, 0] - self.x) ** 2 + (shapes[:, 1] - self.y) ** 2
+        return bool(((shapes[:, 0] - x) ** 2 + (shapes[:, 1] - y) ** 2 >= before).all())
+
+    def _met(self, x: float, y: float, yaw: float):
+        return self.world.meets(x, y, yaw, self.config.length, self.config.width)
+
+    def steps(self) -> tuple[int, int]:
+        """Encoder edges (right, left): whole ones, counted on from the counters at the start."""
+        return floor(self.right * self._edges) + self.options.right_steps, floor(
+            self.left * self._edges
+        ) + self.options.left_steps

@@ -1,0 +1,1 @@
+"""What stands around the chair: map, obstacles, ramps, and rays through them."""

@@ -1,0 +1,215 @@
+"""What the map does not show: discs and boxes that stand, appear, or walk along paths. Where they are is a function of
+time alone.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from math import atan2, cos, hypot, sin
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from sara_common.checks import is_number
+from sara_sim.world.terrain import Ramp, TerrainError
+
+LOOPS = ('once', 'around', 'back')
+
+
+class ObstacleError(ValueError):
+    """Obstacles that cannot be; one sentence for each fault."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A disc (`radius`, m) or a box (`size`: length, width in m), in the map frame.
+
+    It stands at `at` (x, y; m) turned by `yaw` (rad), or walks along `path` (two points or more) with `speed` (m/s)
+    from the time `start` (s) on: `loop` 'once' stays at the last point, 'around' walks from it to the first and on,
+    'back' walks the same way back. A walking box looks where it goes. It is there from `appears` to `disappears` (s).
+    """
+
+    name: str = 'obstacle'
+    radius: float | None = None
+    size: tuple | None = None
+    at: tuple | None = None
+    yaw: float = 0.0
+    path: tuple = ()
+    speed: float = 0.0
+    start: float = 0.0
+    loop: str = 'once'
+    appears: float = -math.inf
+    disappears: float = math.inf
+
+    def __post_init__(self):
+        for name in ('size', 'at'):
+            if isinstance(getattr(self, name), list):
+                object.__setattr__(self, name, tuple(getattr(self, name)))
+        if isinstance(self.path, (list, tuple)):
+            object.__setattr__(
+                self, 'path', tuple(tuple(point) if isinstance(point, (list, tuple)) else point for point in self.path)
+            )
+        faults = self.validate()
+        if faults:
+            raise ObstacleError(' '.join(faults))
+        if self.path:
+            points = (
+                list(self.path) + {'once': [], 'around': [self.path[0]], 'back': list(self.path[-2::-1])}[self.loop]
+            )
+            lengths = [0.0]
+            for (ax, ay), (bx, by) in zip(points, points[1:]):
+                lengths.append(lengths[-1] + hypot(bx - ax, by - ay))
+            object.__setattr__(self, '_points', points)
+            object.__setattr__(self, '_lengths', lengths)
+
+    def validate(self) -> list[str]:
+        """One sentence for every fault found."""
+        faults, who = [], f'obstacle {self.name!r}: '
+        if (self.radius is None) == (self.size is None):
+            faults.append(who + 'give either radius (a disc) or size (a box).')
+        if self.radius is not None and not (is_number(self.radius) and self.radius > 0):
+            faults.append(who + f'radius is {self.radius!r} but must be positive, in m.')
+        if self.size is not None and not (_point(self.size) and min(self.size) > 0):
+            faults.append(who + f'size is {self.size!r} but must be [length, width], positive, in m.')
+        if (self.at is None) == (not self.path):
+            faults.append(who + 'give either at (it stands) or path (it walks).')
+        if self.at is not None and not _point(self.at):
+            faults.append(who + f'at is {self.at!r} but must be [x, y] in m.')
+        if self.path and not (
+            isinstance(self.path, tuple)
+            and len(self.path) > 1
+            and all(map(_point, self.path))
+            and len(set(self.path)) > 1
+        ):
+            faults.append(who + f'path is {self.path!r} but must be two different points [x, y] or more.')
+        if self.path and not (is_number(self.speed) and self.speed > 0):
+            faults.append(who + f'speed is {self.speed!r} but must be positive, in m/s.')
+        if self.loop not in LOOPS:
+            faults.append(who + f'loop is {self.loop!r} but must be one of {", ".join(LOOPS)}.')
+        faults += [
+            who + f'{name} is {getattr(self, name)!r} but must be a finite number.'
+            for name in ('yaw', 'start')
+            if not is_number(getattr(self, name))
+        ]
+        faults += [
+            who + f'{name} is {getattr(self, name)!r} but must be a time in s.'
+            for name in ('appears', 'disappears')
+            if not isinstance(getattr(self, name), (int, float)) or math.isnan(getattr(self, name))
+        ]
+        return faults
+
+    def pose(self, t: float) -> tuple[float, float, float] | None:
+        """(x, y, yaw) at `t` s: m, rad; None when it is not there."""
+        if not self.appears <= t < self.disappears:
+            return None
+        if not self.path:
+            return self.at[0], self.at[1], self.yaw
+        lengths, points = self._lengths, self._points
+        walked = max(t - self.start, 0.0) * self.speed
+        walked = min(walked, lengths[-1]) if self.loop == 'once' else walked % lengths[-1]
+        leg = min(bisect_right(lengths, walked), len(lengths) - 1) - 1
+        while lengths[leg + 1] == lengths[leg]:  # a point given twice
+            leg -= 1
+        (ax, ay), (bx, by) = points[leg], points[leg + 1]
+        share = (walked - lengths[leg]) / (lengths[leg + 1] - lengths[leg])
+        return ax + share * (bx - ax), ay + share * (by - ay), atan2(by - ay, bx - ax) + self.yaw
+
+
+class Obstacles:
+    """A set of obstacles at one time. `shapes`: (n, 6) x, y, cos yaw, sin yaw, half length, half width (-1: a disc of
+    that radius); m.
+    """
+
+    def __init__(self, obstacles=()):
+        self.all: list[Obstacle] = []
+        self.time = 0.0
+        self.shapes = np.empty((0, 6))
+        self._still = True
+        for obstacle in obstacles:
+            self.add(obstacle)
+
+    def __len__(self) -> int:
+        return len(self.all)
+
+    def add(self, obstacle: Obstacle) -> None:
+        """One more. Raises ObstacleError where it is none."""
+        if not isinstance(obstacle, Obstacle):
+            raise ObstacleError(f'{obstacle!r} is no Obstacle.')
+        self.all.append(obstacle)
+        self._place()
+
+    def remove(self, name: str) -> None:
+        """Take away all of that name. Raises ObstacleError where there is none."""
+        left = [obstacle for obstacle in self.all if obstacle.name != name]
+        if len(left) == len(self.all):
+            raise ObstacleError(f'there is no obstacle {name!r}.')
+        self.all = left
+        self._place()
+
+    def move_to(self, t: float) -> None:
+        """Put every obstacle where it is at `t` (s)."""
+        self.time = t
+        if not self._still:
+            self._place()
+
+    def _place(self) -> None:
+        self._still = all(
+            not obstacle.path and obstacle.appears == -math.inf and obstacle.disappears == math.inf
+            for obstacle in self.all
+        )
+        rows = []
+        for obstacle in self.all:
+            pose = obstacle.pose(self.time)
+            if pose is not None:
+                length, width = (
+                    (obstacle.size[0] / 2, obstacle.size[1] / 2) if obstacle.size else (obstacle.radius, -1.0)
+                )
+                rows.append((pose[0], pose[1], cos(pose[2]), sin(pose[2]), length, width))
+        self.shapes = np.array(rows) if rows else np.empty((0, 6))
+
+
+def load(path: str | Path) -> tuple[list[Obstacle], list[Ramp]]:
+    """The obstacles and ramps of a YAML file: {obstacles: [{...}], ramps: [{...}]}, fields as above; angles also as
+    `yaw_deg`, `slope_deg`.
+
+    Raises ObstacleError that names every fault.
+    """
+    try:
+        text = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ObstacleError(f'the obstacles {path} cannot be read: {error}.') from error
+    if not isinstance(text, dict) or not set(text) <= {'obstacles', 'ramps'}:
+        raise ObstacleError(f'the obstacles {path} must be a file with the lists obstacles and ramps.')
+    faults, made = [], {'obstacles': [], 'ramps': []}
+    for kind, build in (('obstacles', Obstacle), ('ramps', Ramp)):
+        entries = text.get(kind) or []
+        if not isinstance(entries, list):
+            faults.append(f'{kind} in {path} must be a list.')
+            continue
+        for number, entry in enumerate(entries, 1):
+            try:
+                made[kind].append(build(**_in_radians(entry)))
+            except (TypeError, ObstacleError, TerrainError) as error:
+                faults.append(f'{kind} entry {number} of {path}: {error}')
+    if faults:
+        raise ObstacleError(' '.join(faults))
+    return made['obstacles'], made['ramps']
+
+
+def _in_radians(entry: dict) -> dict:
+    if not isinstance(entry, dict):
+        raise ObstacleError(f'{entry!r} must be a set of fields.')
+    values = dict(entry)
+    for name in [name for name in values if isinstance(name, str) and name.endswith('_deg')]:
+        value = values.pop(name)
+        if not is_number(value):
+            raise ObstacleError(f'{name} is {value!r} but must be a finite number.')
+        values[name[:-4]] = math.radians(value)
+    return values
+
+
+def _point(value) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value))
