@@ -3,8 +3,8 @@
 
 Works on a copy in build/mutants, so that no mutant is ever in the sources. First every line and branch must be covered;
 then cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md of
-sara_control lists it (the line before and the line after) as one that changes no behaviour. Ends with status 1 if another is left. An interrupted
-run goes on where it was.
+sara_control lists it (the line before and the line after) as one that changes no behaviour. Ends with status 1 if
+another is left. An interrupted run goes on where it was.
 """
 
 import argparse
