@@ -37,8 +37,9 @@ def test_a_bus_of_another_kind(tmp_path):
     path = tmp_path / 'other.dbc'
     path.write_text(BIG_ENDIAN)
     text = markdown(BusDescription.named(str(path)))
-    assert '`0x00000001` (1), 8 bytes, from `A`, every -.' in text
-    assert '| `big` | from 7 (byte 0) | int16, big-endian | 0.5, offset -3 | K | -16387 to 16380.5 |  |' in text
+    assert '| 0x00000001 | [LONG](#long) | `A` | - | - |' in text
+    assert '`0x00000001` (1), 8 bytes.' in text
+    assert '| `big` | from 7 (byte 0) | int16, big-endian | 0.5 K, offset -3 |  |' in text
 
 
 def test_the_command(capsys):

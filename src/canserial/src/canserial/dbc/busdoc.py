@@ -13,6 +13,9 @@ def markdown(bus):
         '',
         'Made from the DBC file by `rosrun canserial bus2md`; change that file, not this one.',
         '',
+        'A value is the raw number times its step, plus its offset if it has one. '
+        'Numbers are little-endian unless stated.',
+        '',
     ]
     if bus.comment:
         lines += [bus.comment, '']
@@ -28,36 +31,26 @@ def markdown(bus):
         lines += [
             '',
             f'## {message.name}',
-            f'`{_identifier(message)}` ({message.frame_id}), {message.length} bytes, '
-            f'from {_names(message.senders)}, every {_period(message)}. {message.comment or ""}'.rstrip(),
+            f'`{_identifier(message)}` ({message.frame_id}), {message.length} bytes. {message.comment or ""}'.rstrip(),
             '',
-            '| signal | bits | type | factor | unit | range | meaning |',
-            '| --- | --- | --- | --- | --- | --- | --- |',
+            '| signal | bits | type | step | meaning |',
+            '| --- | --- | --- | --- | --- |',
         ]
         lines += [_row(signal) for signal in message.signals]
     return '\n'.join(lines) + '\n'
 
 
 def _row(signal):
-    order = '' if signal.length <= 8 else ', little-endian' if signal.byte_order == 'little_endian' else ', big-endian'
+    order = ', big-endian' if signal.length > 8 and signal.byte_order != 'little_endian' else ''
     kind = ('float' if signal.is_float else 'int' if signal.is_signed else 'uint') + str(signal.length)
-    low, high = (
-        (-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed else (0, (1 << signal.length) - 1)
-    )
-    reach = (
-        ''
-        if signal.is_float
-        else f'{_number(low * signal.scale + signal.offset)} to {_number(high * signal.scale + signal.offset)}'
-    )
-    factor = _number(signal.scale) + (f', offset {_number(signal.offset)}' if signal.offset else '')
+    scale = '' if signal.unit and signal.scale == 1 else _number(signal.scale)
+    step = ' '.join(part for part in (scale, signal.unit) if part)
+    step += f', offset {_number(signal.offset)}' if signal.offset else ''
     choices = ', '.join(f'{value} = {text}' for value, text in sorted((signal.choices or {}).items()))
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return (
-        f'| `{signal.name}` | {bits} (byte {signal.start // 8}) | {kind}{order} | {factor} | {signal.unit or ""} '
-        f'| {reach} | {meaning} |'
-    )
+    return f'| `{signal.name}` | {bits} (byte {signal.start // 8}) | {kind}{order} | {step} | {meaning} |'
 
 
 def _identifier(message):
