@@ -1,5 +1,6 @@
 """The documents against the source tree: links, commands, files and make targets that a page names are there."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -16,6 +17,8 @@ HEADING = re.compile(r'^#{1,6}\s+(.*?)\s*#*$', re.MULTILINE)
 RUN = re.compile(r'\b(rosrun|roslaunch)\s+(?:--\S+\s+)*([a-z]\w*)\s+([\w.]+)')
 TARGET = re.compile(r'`make ([a-z]+)\b')
 FILE = re.compile(r'(?<![\w./$~-])((?:src|tools|docs)/[\w./-]*\w)')
+MODULE = re.compile(r'(?<![\w./$-])((?:sara_[a-z]+|canserial|ahead_of_time)(?:\.[a-zA-Z_]\w*)+)(?![\w/])')
+ENDINGS = {'cfg', 'dbc', 'json', 'launch', 'md', 'py', 'yaml'}
 COMMIT = re.compile(r'\b(?=[0-9a-f]*[0-9])(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b')
 
 
@@ -66,6 +69,26 @@ def missing_files(text, root=ROOT):
     return [path for path in FILE.findall(code) if not any(root.glob(path)) and 'PKG' not in path]
 
 
+def missing_modules(text, src=ROOT / 'src'):
+    """Dotted names in a page's code, such as `sara_nav.maps.map_io`, whose package or module is not there."""
+    for name in MODULE.findall(' '.join(re.findall(r'`[^`\n]+`|^ {4}.*$', text, re.MULTILINE))):
+        package, *parts = name.split('.')
+        folder = src / package / 'src' / package
+        if not folder.exists() or parts[-1] in ENDINGS:  # a package of others; a file
+            continue
+        while parts and (folder / parts[0]).is_dir():
+            folder = folder / parts.pop(0)
+        if parts and not (folder / f'{parts[0]}.py').exists() and parts[0] not in imported(folder / '__init__.py'):
+            yield name
+
+
+def imported(module):
+    """Names that a module imports."""
+    tree = ast.parse(module.read_text() if module.exists() else '')
+    froms = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+    return {alias.asname or alias.name for node in froms for alias in node.names}
+
+
 def commits(text):
     """What looks like the hash of a commit."""
     return COMMIT.findall(text)
@@ -84,6 +107,7 @@ def test_every_link_leads_to_a_file_and_heading(page):
 def test_every_command_and_file_named_is_there(page):
     text = page.read_text()
     assert list(missing_commands(text)) == []
+    assert list(missing_modules(text)) == []
     targets = re.search(r'^\.PHONY:(.*)', (ROOT / 'Makefile').read_text(), re.MULTILINE).group(1).split()
     assert [name for name in TARGET.findall(text) if name not in targets] == []
     if page.parent in (ROOT, ROOT / 'docs'):  # a package's pages name files as from the package
@@ -122,6 +146,16 @@ def test_missing_commands_and_files_are_found(tmp_path):
     assert list(missing_commands(text, tmp_path / 'src')) == ['rosrun robot fly', 'roslaunch robot no.launch']
     text = '`src/robot/launch` and `src/robot/gone.py`, src/prose.py\n\n    python3 src/robot/too.py\n'
     assert missing_files(text, tmp_path) == ['src/robot/gone.py', 'src/robot/too.py']
+
+
+def test_missing_modules_are_found(tmp_path):
+    (tmp_path / 'canserial/src/canserial/dbc').mkdir(parents=True)
+    (tmp_path / 'canserial/src/canserial/dbc/bus.py').touch()
+    (tmp_path / 'canserial/src/canserial/__init__.py').write_text('from canserial.dbc.bus import Bus')
+    text = (
+        '`canserial.dbc.bus.Bus(path)` `canserial.Bus` canserial.prose `canserial.bus` `canserial.dbc.gone` `sara_x.y`'
+    )
+    assert list(missing_modules(text, tmp_path)) == ['canserial.bus', 'canserial.dbc.gone']
 
 
 def test_hashes_are_told_from_words_and_numbers():

@@ -1,7 +1,7 @@
 """What a chair can do besides the reference chair: castors that swing, a payload, collisions that shake it, counters
 near their wrap.
 
-All of it is off by default: published figures rest on the reference chair. The equations are in docs/simulator.md.
+All of it is off by default: published figures rest on the reference chair. The model is described in docs/simulator.md.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Wheel speed follows its target with a first-order lag, integrated exactly over a
     angle = target dt + (w0 - target) tau (1 - exp(-dt / tau)).
 The body moves along the arc the wheels describe, with the turn shortened by the slip:
     ds = (Rr dr + Rl dl) / 2,    dyaw = slip (Rr dr - Rl dl) / track.
-What else moves it (castors, ramps, a push: `drift.py`) is added to that; docs/simulator.md has all equations.
+What else moves it (castors, ramps, a push: `drift.py`) is added to that; docs/simulator.md has the rest of the model.
 """
 
 from __future__ import annotations
