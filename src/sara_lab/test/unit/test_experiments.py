@@ -79,7 +79,7 @@ def test_bars_in_a_cell_do_not_make_columns():
 def test_a_ranking_tells_what_is_beyond_chance():
     random = np.random.default_rng(0)
     good = random.normal(1.0, 0.1, 20)
-    text = ranking.ranking({'worse': good + 0.2, 'good': good, 'alike': good + random.normal(0.0, 0.1, 20)}, 'm')
+    text = ranking.ranking({'worse': good + 0.2, 'good': good, 'alike': good + random.normal(0.0, 0.1, 20)})
     assert text.index('good') < text.index('worse') and '< **worse**' in text and not ranking.apart(good, good)
 
 

@@ -112,6 +112,13 @@ def interval(found, digits=3, unit=''):
     return f'{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]' + (f' {unit}' if unit else '')
 
 
+def mean(found, digits=3, unit=''):
+    """A spread's mean as text."""
+    if not found['n']:
+        return '-'
+    return f'{round(found["mean"], digits) + 0.0:.{digits}f}' + (f' {unit}' if unit else '')
+
+
 def rounded(value, digits=6):
     """Plain data with its floats rounded, NaN as None: what a file may hold."""
     if isinstance(value, dict):

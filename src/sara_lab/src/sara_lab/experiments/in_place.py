@@ -20,8 +20,9 @@ SETUPS = {'thesis': SetUp(LONG, XY_VX, turn_rate=RATE), 'ours': SetUp(OURS, DEFA
 OVERSHOOT_DEG = 3.0
 
 SETTING = """
-From 0 deg the chair is sent to 90, 180, 270 and 360 deg where it stands, waits 2 s at each, to the left and to the right; turns in place are limited to 0.2 rad/s. Once with the thesis's set-up (trajectory rollout,
-its fusion of x, y, vx with yaw and its rate, k = 1.08), once with SARA's own (default planner and fusion, the chair's own k). A rate of 0.2 rad/s commanded is 0.2/1.27 turned: the wheels slip.
+Navigation turns the chair from 0 to 90, 180, 270 and 360 deg in place, with 2 s at each, to the left and to the right, at 0.2 rad/s at most. Set-ups: the
+thesis's (trajectory rollout; x, y, vx fused with yaw and its rate; k = 1.08) and SARA's (default planner and fusion, the chair's own k). The wheels slip:
+0.2 rad/s commanded is 0.2/1.27 turned.
 """
 
 

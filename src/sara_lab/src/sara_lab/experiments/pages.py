@@ -38,7 +38,7 @@ def page(experiment, report, seeds):
     lines = [
         f'# {experiment.name}: {experiment.title}',
         '',
-        f'`rosrun sara_lab experiment {experiment.name} --seeds {seeds}` writes this page; {_chairs(seeds)}.',
+        f'Written by `rosrun sara_lab experiment {experiment.name} --seeds {seeds}`: {_chairs(seeds)}.',
         '',
         experiment.setting.strip(),
         '',
@@ -51,10 +51,7 @@ def page(experiment, report, seeds):
         '',
         '## Thesis / ours / what explains the difference',
         '',
-        table(
-            ('', 'thesis', 'ours', 'what explains the difference'),
-            [(row.what, row.thesis, row.ours, row.why) for row in report.rows],
-        ),
+        table(('', 'thesis', 'ours', 'what explains the difference'), _compared(report.rows)),
         '',
     ]
     for heading, text in report.sections:
@@ -68,8 +65,16 @@ def page(experiment, report, seeds):
     return '\n'.join(lines)
 
 
+def _compared(rows):
+    """The cells of the rows; an explanation that a row above gave is a ditto mark."""
+    given = set()
+    for row in rows:
+        yield row.what, row.thesis, row.ours, '″' if row.why in given else row.why
+        given |= {row.why} - {''}
+
+
 def _chairs(seeds):
-    return f'{seeds} chairs, drawn by the seeds 0 to {seeds - 1}' if seeds > 1 else 'one chair, drawn by the seed 0'
+    return f'{seeds} chairs' if seeds > 1 else 'one chair'
 
 
 def summary(experiments, folder):
@@ -94,8 +99,8 @@ def summary(experiments, folder):
         [
             "# The thesis's experiments, repeated",
             '',
-            '`make experiments SEEDS=50` runs all of them in lockstep, on chairs drawn by seeds, and writes these pages; `rosrun sara_lab experiment E4` one of them.',
-            'The thesis measured one chair once; what it could not know, the true pose, decides here.',
+            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep. The thesis measured one chair once; here the true pose is known, too.',
+            'Brackets hold 95 % intervals of the mean. All figures of a page are in the JSON file beside it; how to run one: [experiments](../../src/sara_lab/docs/experiments.md).',
             '',
             table(('', 'what', 'verdict', 'chairs', 'in short'), rows),
             '',

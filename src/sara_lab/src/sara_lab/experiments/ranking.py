@@ -7,15 +7,15 @@ import numpy as np
 DRAWS = 4000
 
 
-def ranking(values, unit):
-    """A sentence: the names of {name: one value a chair} in the order of their means, `<` where the mean of the paired
-    differences is above zero with 97.5 % of the bootstrap's draws, `~` where it may be chance. Less is better.
+def ranking(values):
+    """The names of {name: one value a chair} in the order of their means, `<` where the mean of the paired differences
+    is above zero with 97.5 % of the bootstrap's draws, `~` where it may be chance. Less is better.
     """
     order = sorted(values, key=lambda name: np.mean(values[name]))
-    text = f'Ranking by how far off it truly ends ({unit}): **{order[0]}**'
+    text = f'**{order[0]}**'
     for better, worse in zip(order, order[1:]):
         text += f' {"<" if apart(values[better], values[worse]) else "~"} **{worse}**'
-    return text + '. (`<`: better beyond chance, over the same chairs; `~`: it may be chance.)'
+    return text
 
 
 def apart(better, worse):

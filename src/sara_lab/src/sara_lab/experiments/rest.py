@@ -82,8 +82,8 @@ def _rest_report(results, which, tables, unit, ideal):
                 (
                     'before',
                     'accel',
-                ): "the offset of the thesis's chip, on a mounting that is tilted a little otherwise in each chair",
-                ('before', 'gyro'): 'a bias of its own for each chair, drifting',
+                ): "the offset of the thesis's chip; each chair's mounting is tilted a little",
+                ('before', 'gyro'): 'each chair has its own drifting bias',
                 ('after', 'accel'): f"the register's step is 0.0096 {unit}; noise drawn between tables 4.1 and 4.2",
                 ('after', 'gyro'): f"the register's step is 0.0305 {unit}: up to half of it stays",
             }[when, which]
@@ -132,8 +132,8 @@ def accelerometer(results):
         )
     section = (
         'One thing changed',
-        'The same chips before and after: nothing but the offset registers differs between the two minutes, and sigma stays as it was '
-        f'(after / before: {ratio.min():.2f} to {ratio.max():.2f} over all chairs and axes). So the calibration is not what raised it.',
+        'Only the offset registers differ between the two minutes, and sigma stays '
+        f'(after / before: {ratio.min():.2f} to {ratio.max():.2f} over all chairs and axes). So the calibration did not raise it.',
     )
     return Report(
         _rest_findings('accel', 'm/s2', off, kurtosis, thesis.ACCEL_AFTER, extra),
@@ -254,9 +254,9 @@ def yaw(results):
     )
     section = (
         "One thing changed: the chip's noise",
-        'A rate below half a tenth is sent as 0, so that a small offset disappears, if nothing else moves the rate. The 200 ms means of this gyroscope have a sigma of 0.073 deg/s '
-        f'(table 4.5), more than half a tenth: they dither, and the mean comes through the rounding. With the noise cut to {QUIET:g} of it and all else the same, the last firmware drifts '
-        f'{ends["quiet"].mean():.3f} deg in a minute instead of {ends["tenths"].mean():.3f} deg: zero where the offset left over is below half a tenth, as in the thesis. A slow turn below 0.05 deg/s is then lost as well, so this is no cure.',
+        'A rate below half a tenth is sent as 0, which hides a small offset if nothing else moves the rate. But the 200 ms means of this gyroscope have a sigma of 0.073 deg/s '
+        f'(table 4.5): they dither, and the mean survives the rounding. With {QUIET:g} of the noise the last firmware drifts '
+        f'{ends["quiet"].mean():.3f} deg in a minute instead of {ends["tenths"].mean():.3f} deg, as in the thesis. Turns below 0.05 deg/s are then lost as well, so this is no cure.',
     )
     return Report(
         findings,
@@ -297,7 +297,7 @@ def _rest_cases(seeds):
     return [Case(('rest', seed), rest_case, seed) for seed in range(seeds)]
 
 
-REST = 'The chair stands for a minute; what the frames say is read on the PC, before its sensor node has calibrated the chip and after (offset registers of the MPU6050).'
+REST = 'The chair stands for a minute; frames are read on the PC before and after its sensor node calibrates the chip (offset registers of the MPU6050).'
 EXPERIMENTS = (
     Experiment(
         'E1',
@@ -322,8 +322,8 @@ EXPERIMENTS = (
     Experiment(
         'E3',
         'yaw at rest',
-        "A minute at rest; yaw is the integral of the rate, with the calibration in the sensor node, on the PC (four times, each before a minute of its own), with the thesis's fixed offset, "
-        "and with the last firmware, which sends tenths of a degree per second (thesis 4.2.3.1). The error of the PC's calibration is taken against the chip's true bias, which the simulator knows.",
+        "A minute at rest; yaw is the integral of the rate: calibrated in the sensor node, on the PC (four times), with the thesis's fixed offset, "
+        "and with the last firmware, which sends tenths of deg/s (thesis 4.2.3.1). The PC's calibration is compared with the chip's true bias.",
         10,
         lambda seeds: [Case(('yaw', seed), yaw_case, seed) for seed in range(seeds)],
         yaw,

@@ -16,6 +16,7 @@ from sara_lab.experiments.core import (
     Report,
     Row,
     interval,
+    mean,
     spread,
     table,
 )
@@ -71,13 +72,15 @@ CHANGED = {STEERED: SetUp(LONG, VX, steer_by_wheels=True), STEPS: SetUp(LONG, XY
 ON_SECOND = {MIDDLE: SetUp(MIDDLE, XY_VX), LONG: SetUp(LONG, XY_VX), OURS: SetUp(OURS, DEFAULT, own_gain=True)}
 
 SETTING_8 = """
-The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0), navigation going by the wheels' odometry alone; the IMU is recorded beside it (thesis 4.3.2). Driven in an open hall, with the thesis's planner
-(trajectory rollout, `config/thesis_planner.yaml`, with the longer `sim_time`, which does not turn the long way round) and with SARA's own; and with SARA's own once more after `calibrate_odometry`, whose multipliers are then those of the chair; and with those of the radii alone.
+The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0) in an open hall, localized by wheel odometry alone, with the IMU recorded (thesis 4.3.2).
+Set-ups: the thesis's planner (trajectory rollout, `config/thesis_planner.yaml`, the longer `sim_time`); SARA's planner; SARA's planner with the
+chair's own wheel radii, and with all multipliers that `calibrate_odometry` finds.
 """
 SETTING_9 = """
-The same square with what the thesis fuses beside the IMU's yaw and turn rate: vx; x and y; x, y and vx (`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`); its planner with `sim_time` 1.0 s, raised to 1.5 s and to 2.5 s (the thesis raises it
-twice and gives no values); then its second course (thesis 4.3.3). The thesis's set-up has k = 1.08 for every chair. SARA's own: default planner, default fusion, the chair's own k. `true pose` is fake_localization. Corners are judged by the true pose,
-which the thesis did not have: its figures show what the filter took for the path (`as seen`).
+The same square with the wheel inputs that the thesis fuses with the IMU's yaw and turn rate: vx; x and y; x, y and vx (`ekf_thesis_vx.yaml`,
+`ekf_thesis_xy.yaml`, `ekf_thesis.yaml`). Its planner runs with `sim_time` 1.0, 1.5 and 2.5 s (the thesis raises it twice and gives no values); then its
+second course follows (thesis 4.3.3). The thesis's set-up has k = 1.08 for every chair; SARA's has the default planner, the default fusion and the chair's
+own k. `true pose` is fake_localization. Corners are judged by the true pose; the thesis's figures show the filter's estimate ("as seen").
 """
 
 
@@ -229,13 +232,13 @@ def odometry_alone(results):
     )
     radii = (
         "One thing changed: the wheels' radii",
-        f"Both wheels are taken for 0.155 m, and each chair's differ by half a percent or so (drawn by the seed): over 4 m that is a degree or more, which slip has no part in. With this chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one on "
-        f"every chair and at every corner; without them {low:.3f} to {high:.3f}. What is left is the slip, which the simulator draws from 1.25 to 1.30 (the thesis's own words for its table).",
+        f"The odometry assumes 0.155 m for both wheels; each chair's differ by about half a percent, a degree or more over 4 m. With the chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one; "
+        f"without them {low:.3f} to {high:.3f}. The rest is the slip, which the simulator draws from 1.25 to 1.30 (the thesis's range).",
     )
     section = (
         "One thing changed: the wheels' geometry",
-        f"With the multipliers of `wheel_separation` and of both radii that are this chair's own (`rosrun sara_control calibrate_odometry` finds them), the odometry alone ends {interval(ends['ours, calibrated'], 2, 'm')} "
-        'off the last corner. So it is the geometry, not the integration, that fails; on a real floor the slip is not so constant.',
+        f"With the chair's own multipliers of `wheel_separation` and both radii (`rosrun sara_control calibrate_odometry` finds them), odometry alone ends {mean(ends['ours, calibrated'], 2, 'm')} "
+        'off the last corner. So the geometry fails, not the integration. On a real floor the slip is less constant.',
     )
     return Report(
         findings,
@@ -273,13 +276,12 @@ def judged(drives):
 HEAD = (
     '',
     'corners reached',
-    'corner off, true',
-    'corner off, as seen',
-    'off the straight legs as seen, p95',
+    'corner off, true, m',
+    'as seen, m',
+    'off the legs as seen, p95, m',
     'turned the long way',
-    'last leg: turned beyond the shortest',
-    'time',
-    'speed while it drives',
+    'last leg: turned too far, deg',
+    'time, s',
 )
 
 
@@ -287,13 +289,12 @@ def _line(name, of):
     return (
         name,
         f'{of["reached"]:.0%}',
-        interval(of['corner_m'], 2, 'm'),
-        interval(of['seen_m'], 2, 'm'),
-        interval(of['straight_m'], 3, 'm'),
+        mean(of['corner_m'], 2),
+        mean(of['seen_m'], 2),
+        mean(of['straight_m'], 3),
         f'{of["long_way"]:.0%}',
-        interval(of['last_leg'], 0, 'deg'),
-        interval(of['seconds'], 0, 's'),
-        interval(of['pace'], 3, 'm/s'),
+        mean(of['last_leg'], 0),
+        mean(of['seconds'], 0),
     )
 
 
@@ -305,29 +306,23 @@ def fusions(results):
         for planner, fusions_ in FUSIONS.items()
     }
     steered, steps = found['square', 'changed', STEERED], found['square', 'changed', STEPS]
+    lines = [_line(f'{planner}: {fusion}', of) for planner in FUSIONS for fusion, of in square[planner].items()]
+    lines += [
+        _line(f'second course {name}, {planner}: {setup.fusion}', found[name, planner, setup.fusion])
+        for name in SECOND
+        for planner, setup in ON_SECOND.items()
+    ]
+    ranks = '; '.join(
+        f'{planner}: {ranking({name: of["values"] for name, of in square[planner].items()})}' for planner in COMPARED
+    )
     sections = [
         (
-            f'The square, planner: {planner}',
-            table(HEAD, [_line(fusion, of) for fusion, of in square[planner].items()])
-            + '\n\n'
-            + ranking({name: of['values'] for name, of in square[planner].items()}, 'm') * (len(square[planner]) > 1),
-        )
-        for planner in FUSIONS
+            'All set-ups',
+            f'Means over the chairs.\n\n{table(HEAD, lines)}\n\n'
+            f'Ranking by the true corners (`<`: better beyond chance over the same chairs, `~`: perhaps chance). {ranks}.',
+        ),
+        *_explained(results, square, steered, steps),
     ]
-    sections += _explained(results, square, steered, steps)
-    sections.append(
-        (
-            'The second course',
-            table(
-                ('course', *HEAD),
-                [
-                    (name, *_line(f'{planner}: {setup.fusion}', found[name, planner, setup.fusion]))
-                    for name in SECOND
-                    for planner, setup in ON_SECOND.items()
-                ],
-            ),
-        )
-    )
     faults = (
         [f'ours, {DEFAULT}: {100 * (1 - square[OURS][DEFAULT]["reached"]):.0f} % of the corners were not reached']
         if square[OURS][DEFAULT]['reached'] < 1.0
@@ -359,28 +354,28 @@ def _findings(square, found, steered, steps):
     return (
         (
             'vx alone loses the square',
-            f"it does not: corners are {interval(short[VX]['corner_m'], 2, 'm')} off. What figure 4.24 shows is a chair that is steered by its wheels: then the odometry draws a square, the filter's path is lost with the chair "
-            f'({interval(steered["corner_m"], 1, "m")}) and is right about it',
+            f'it does not: corners are {interval(short[VX]["corner_m"], 2, "m")} off. Figure 4.24 shows a chair steered by its wheels: the odometry draws a square, the chair is lost '
+            f"({interval(steered['corner_m'], 1, 'm')}), and the filter's path rightly shows it",
             CONFIRMED if lost else CONTRADICTED,
         ),
         (
             'x, y alone turns the long way round',
-            f'in {short[XY]["long_way"]:.0%} of the drives with sim_time 1.0 s, and the square is lost: {interval(short[XY]["corner_m"], 1, "m")}. So short a horizon does it with vx alone too ({short[VX]["long_way"]:.0%} of the drives); with 2.5 s x, y does ({long_[XY]["long_way"]:.0%}) and vx does not ({long_[VX]["long_way"]:.0%})',
+            f'in {short[XY]["long_way"]:.0%} of the drives with sim_time 1.0 s, and the square is lost ({interval(short[XY]["corner_m"], 1, "m")}). With so short a horizon vx alone does it too ({short[VX]["long_way"]:.0%}); with 2.5 s x, y does ({long_[XY]["long_way"]:.0%}), vx does not ({long_[VX]["long_way"]:.0%})',
             CONFIRMED if short[XY]['long_way'] > 0.5 else PARTLY,
         ),
         (
             'x, y and vx is better than x, y alone',
-            f'{interval(short[XY_VX]["corner_m"], 2, "m")} instead of {interval(short[XY]["corner_m"], 1, "m")}; as seen by the filter it even ends {interval(short[XY_VX]["seen_m"], 2, "m")} off, which is what the thesis could look at',
+            f'{interval(short[XY_VX]["corner_m"], 2, "m")} instead of {interval(short[XY]["corner_m"], 1, "m")}; as seen by the filter, which is what the thesis had, {interval(short[XY_VX]["seen_m"], 2, "m")}',
             CONFIRMED if cured else CONTRADICTED,
         ),
         (
             'x, y and vx is the best of the three',
-            f'by the true pose vx alone is ({", ".join(f"{planner}: {name}" for planner, name in zip(COMPARED, rank))}): x, y counts part of each step twice, so that legs come out too short',
+            f'by the true pose vx alone is ({"; ".join(f"{planner}: {name}" for planner, name in zip(COMPARED, rank))}): x, y counts part of each step twice, so true legs are too short',
             CONTRADICTED if set(rank) == {VX} else PARTLY,
         ),
         (
             'with the longer sim_time legs are straight and every turn goes the short way',
-            f'with x, y, vx the long way is turned in {long_[XY_VX]["long_way"]:.0%} instead of {short[XY_VX]["long_way"]:.0%} of the drives, legs are straight within {interval(long_[XY_VX]["straight_m"], 3, "m")} instead of '
+            f'with x, y, vx {long_[XY_VX]["long_way"]:.0%} instead of {short[XY_VX]["long_way"]:.0%} of the drives turn the long way, and legs are straight within {interval(long_[XY_VX]["straight_m"], 3, "m")} instead of '
             f'{interval(short[XY_VX]["straight_m"], 3, "m")}',
             CONFIRMED
             if long_[XY_VX]['straight_m']['mean'] < short[XY_VX]['straight_m']['mean']
@@ -389,21 +384,21 @@ def _findings(square, found, steered, steps):
         ),
         (
             'and it is slower',
-            f'while it drives, {interval(long_[VX]["pace"], 3, "m/s")} instead of {interval(short[VX]["pace"], 3, "m/s")} with vx, {interval(long_[XY_VX]["pace"], 3, "m/s")} instead of {interval(short[XY_VX]["pace"], 3, "m/s")} with x, y, vx; '
-            f'round the square {interval(long_[VX]["seconds"], 0, "s")} instead of {interval(short[VX]["seconds"], 0, "s")}, and {interval(long_[XY_VX]["seconds"], 0, "s")} instead of {interval(short[XY_VX]["seconds"], 0, "s")}, where the long turns are saved',
+            f'speed while driving {mean(long_[VX]["pace"], 3)} instead of {interval(short[VX]["pace"], 3, "m/s")} with vx, {mean(long_[XY_VX]["pace"], 3)} instead of {interval(short[XY_VX]["pace"], 3, "m/s")} with x, y, vx. '
+            f'The square takes {mean(long_[VX]["seconds"], 0)} instead of {interval(short[VX]["seconds"], 0, "s")} with vx, but {mean(long_[XY_VX]["seconds"], 0)} instead of {interval(short[XY_VX]["seconds"], 0, "s")} with x, y, vx, because the long turns are gone',
             CONFIRMED
             if all(long_[fusion]['pace']['high'] < short[fusion]['pace']['low'] for fusion in (VX, XY_VX))
             else PARTLY,
         ),
         (
             'the second course: in leg 4 the chair turns half a turn too many',
-            f'as printed, {interval(printed["last_leg"], 0, "deg")} too many with sim_time 1.5 s; with (0, -3) instead of (1, -3), the one thing changed, {interval(meant["last_leg"], 0, "deg")}: the leg is then straight ahead. '
-            f"SARA's own: {interval(second[0]['last_leg'], 0, 'deg')}, 18 to face the slanting leg and 18 back, and {interval(second[1]['last_leg'], 0, 'deg')}",
+            f'as printed, {interval(printed["last_leg"], 0, "deg")} too many with sim_time 1.5 s; with (0, -3) instead of (1, -3) {interval(meant["last_leg"], 0, "deg")}, because the leg is then straight ahead. '
+            f"SARA's planner: {mean(second[0]['last_leg'], 0, 'deg')} (18 to face the slanting leg and 18 back), and {mean(second[1]['last_leg'], 0, 'deg')}",
             CONFIRMED if printed['last_leg']['mean'] > 90.0 else PARTLY,
         ),
         (
             '(ours) a planner that turns the short way and drives straight',
-            f'the long way in {ours[DEFAULT]["long_way"]:.0%} of the drives, off the legs by {interval(ours[DEFAULT]["straight_m"], 3, "m")} as seen, corners {interval(ours[DEFAULT]["corner_m"], 3, "m")} off; on the second course {", ".join(interval(of["corner_m"], 3, "m") for of in second)}',
+            f'the long way in {ours[DEFAULT]["long_way"]:.0%} of the drives, off the legs by {interval(ours[DEFAULT]["straight_m"], 3, "m")} as seen, corners {interval(ours[DEFAULT]["corner_m"], 3, "m")} off; on the second course {", ".join(mean(of["corner_m"], 3, "m") for of in second)}',
             CONFIRMED if ours[DEFAULT]['long_way'] == 0.0 else PARTLY,
         ),
     )
@@ -419,13 +414,13 @@ def _rows(square, found):
             'vx (figures 4.24 to 4.26)',
             'the square is lost',
             f'corners {interval(short[VX]["corner_m"], 2, "m")} off',
-            "the thesis's chair was steered by its wheels (below)",
+            "the thesis's chair was steered by its wheels",
         ),
         Row(
             'x, y (4.27 to 4.29)',
             'squarer; turns back by almost 90 deg and the long way',
             f'corners {interval(short[XY]["corner_m"], 1, "m")} off, {short[XY]["long_way"]:.0%} the long way',
-            'the filter measures itself; its speed is not measured at all (below)',
+            'the filter measures its own output; nothing measures the speed',
         ),
         Row(
             'x, y, vx (4.30 to 4.32)',
@@ -449,7 +444,7 @@ def _rows(square, found):
             'ours',
             '-',
             f'corners {interval(ours[DEFAULT]["corner_m"], 3, "m")} off; with the true pose {interval(ours[TRUTH]["corner_m"], 3, "m")}',
-            'what the fused pose is off grows with the way',
+            'the fused pose drifts with distance',
         ),
     ]
     rows += [
@@ -457,7 +452,7 @@ def _rows(square, found):
             f'second course {name} (4.35, 4.36)',
             'deviates in leg 3; in leg 4 half a turn too many',
             f'{short_["long_way"]:.0%} the long way with sim_time 1.5 s, {longer["long_way"]:.0%} with 2.5 s; ours {own["long_way"]:.0%}',
-            'as printed, leg 4 leaves the heading of point 3 at 18 deg to the left, and the chair arrives with 108 deg to turn'
+            'as printed, leg 4 begins 18 deg to the left of point 3, and the chair arrives with 108 deg to turn'
             if name == 'as printed'
             else '',
         )
@@ -473,13 +468,13 @@ def _explained(results, square, steered, steps):
     return [
         (
             'One thing changed: who steers',
-            f"vx is fused as before, but navigation drives by the wheels' odometry. By its own account the chair then reaches every corner ({interval(wheels, 2, 'm')} off by the odometry), in truth it is {interval(steered['corner_m'], 1, 'm')} off; and the filter's path, "
-            f'which looks lost, is within {interval(right, 2, "m")} of the true one. This is figure 4.24, and the thesis says of its red path that it is "the one the system really drove" without fusion. So it is no fault of vx.',
+            f"vx is fused as before, but navigation follows the wheels' odometry. By the odometry the chair reaches every corner ({mean(wheels, 2, 'm')} off); in truth it is {mean(steered['corner_m'], 1, 'm')} off. The filter's path, "
+            f'which looks lost, is within {mean(right, 2, "m")} of the true one. This is figure 4.24: the thesis calls its red path "the one the system really drove". vx is not at fault.',
         ),
         (
-            'One thing changed: steps instead of places',
-            f"x, y alone, with `odom0_differential: true`: the filter takes the wheels' steps, instead of places that it has itself put into the map. Corners are {interval(steps['corner_m'], 2, 'm')} off instead of "
-            f'{interval(square[LONG][XY]["corner_m"], 1, "m")}, and {steps["long_way"]:.0%} instead of {square[LONG][XY]["long_way"]:.0%} of the drives turn the long way. So it is not the position that turns the chair the long way, but a filter that measures itself.',
+            'One thing changed: steps instead of positions',
+            f"x, y alone, with `odom0_differential: true`: the filter fuses the wheels' steps instead of positions that it transformed itself. Corners are {mean(steps['corner_m'], 2, 'm')} off instead of "
+            f'{mean(square[LONG][XY]["corner_m"], 1, "m")}, and {steps["long_way"]:.0%} instead of {square[LONG][XY]["long_way"]:.0%} of the drives turn the long way. So the cause is a filter that measures its own output, not the use of positions.',
         ),
     ]
 
