@@ -1,6 +1,7 @@
 """`make bench`: what a row means, what the table says, what the check finds, and that every cheap bench gives figures."""
 
 import json
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -91,7 +92,26 @@ def test_the_table_has_a_line_for_each_figure_and_says_what_is_not_met_or_not_th
     assert all(line.count('|') == lines[0].count('|') for line in lines[:4])
     assert 'not measured: no map' in table.line(rows[2]) and 'NO' in table.line(rows[1])
     written = page.page(rows, 'images/growth.png')
-    assert 'Not met: slow.' in written and '(images/growth.png)' in written
+    assert (
+        'Not met: slow.' in written and '(images/growth.png)' in written and '- absent: not measured: no map' in written
+    )
+
+
+def test_the_page_is_short_and_is_that_of_the_kept_figures():
+    docs = Path(__file__).parents[4] / 'docs'
+    rows = [Row.from_json(entry) for entry in json.loads((docs / 'bench.json').read_text())['rows']]
+    assert len(page.summary(rows)) <= 25
+    assert page.page(rows, 'images/bench_growth.png') == (docs / 'bench.md').read_text()
+
+
+def test_a_line_of_several_cases_gives_their_range_and_says_how_many_a_limit_is_for():
+    rows = [
+        row('plan on a: GridPlanner', 2.0),
+        row('plan on b: GridPlanner', 4.0, limit=Limit('median', 3.0)),
+        row('planning by P, 2 x 2 cells'),
+    ]
+    (line,) = [line for line in page.page(rows, None).splitlines() if 'GridPlanner' in line and line.startswith('|')]
+    assert line == '| plan: GridPlanner (2 cases) | 2 to 4 ms | 4 | 2 to 4 |  |  | ≤ 3 ms (1 of 2) | NO |'
 
 
 def test_the_check_names_what_got_slower_in_yardsticks_and_nothing_else():

@@ -1,26 +1,98 @@
-"""docs/bench.md, made of the rows."""
+"""docs/bench.md, made of the rows: a summary of at most 25 lines; every figure is in the JSON file beside it."""
 
-from sara_lab.benches.table import markdown
+import re
+from collections import Counter
+
+from sara_lab.benches import growth
+from sara_lab.benches.table import number, wanted
 from sara_lab.benches.timed import PEERS_YARDSTICK_MS
 
 HEAD = f"""# How fast SARA is
 
-Written by `rosrun sara_lab bench --save-baseline` (`make bench` measures the same and leaves this page alone; `--check` names what got slower).
+Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every figure: all cases,
+runs, percentiles, yardsticks and memory. `make bench` measures the same into out/; with `CHECK=1` it fails on what got
+slower.
 
-Every figure stands between two runs of the yardstick, a fixed piece of work, because the speed of a machine swings, by a factor of two here. "At the
-peers' speed" is the median on a machine whose yardstick takes {PEERS_YARDSTICK_MS:.0f} ms, as where the C++ peers were timed; the ratio is that by the peer's figure
-(for rates the other way round), so that less than 1 is faster than the peer. Limits on times and shares of a core are judged at the peers' speed, those
-on seconds from launch to motion, on latencies of goals and on memory as they are. Times are CPU times of the process; of nodes, their share of one core. p99: for
-rates the slowest hundredth. MB: the most memory that the measured process held.
+The speed of a machine varies, here by a factor of two. So a yardstick, a fixed piece of work, is timed before and after
+each figure. "At the peers' speed" is the median scaled to a machine whose yardstick takes {PEERS_YARDSTICK_MS:.0f} ms,
+on which the C++ peers were timed. The ratio is that divided by the peer's figure (inverse for rates): less than 1 is
+faster than the peer. Times are CPU times; nodes are shares of one core. Limits on times and shares hold at the peers'
+speed, limits on latencies, start-up and memory as measured. A line of several cases gives the range.
 
 """
+COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'peer', 'ratio', 'wanted', 'met')
+LINES = {  # what a line is called: the names of its rows
+    'EKF predict + correct, compiled loop': r'EKF predict.* in the compiled loop',
+    'EKF predict + correct, called from Python': r'EKF predict.* called from Python',
+    'UKF predict + correct': r'UKF predict',
+    'live EKF and UKF node, 50 Hz out, 50 + 100 Hz in': r'[eu]kf_localization_node',
+    'memory of a live filter node': r'memory of [eu]kf_localization_node',
+    'offline filters over a recorded drive': r'offline [EU]KF over test1',
+    'inflation of 1000 x 1000 cells': r'inflation',
+    'costmap update with ranges or a scan': r'update with',
+    'plan: NavfnROS': r'plan on \w+: NavfnROS$',
+    'plan: NavfnROS, A*': r'plan on \w+: NavfnROS, A\*',
+    'plan: GlobalPlanner': r'plan on \w+: GlobalPlanner',
+    'plan: GridPlanner': r'plan on \w+: GridPlanner',
+    'plan: LatticePlanner': r'plan on \w+: LatticePlanner',
+    'cycle of TrajectoryPlannerROS, DWAPlannerROS': r'cycle of (Trajectory|DWA)Planner',
+    'trajectories scored by them': r'trajectories scored',
+}
+JSON_ONLY = r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up'
 
 
 def page(rows, image):
     """The page; image: path of the figure of growth, or None."""
     missed = [row.name for row in rows if row.met is False]
-    text = HEAD + markdown(rows)
+    lines = summary(rows)
+    text = HEAD + '\n'.join([_row(COLUMNS), '|' + ' --- |' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
+    notes = [f'- {row.name}: {row.text}' for _, of in lines if len(of) < 3 for row in of if row.text]
+    notes += [f'- {row.name}: not measured: {row.text}' for row in rows if row.skipped]
+    text += '\n\n' + ''.join(note + '\n' for note in notes)
     text += '\nNot met: ' + ('; '.join(missed) if missed else 'nothing') + '.\n'
     if image:
-        text += f'\n## How cost grows\n\n![time over size]({image})\n\nThe exponents are slopes of straight lines through all points: n^1 costs twice as much for twice as many.\n'
+        text += f'\n## How cost grows\n\n![time over size]({image})\n\n'
+        text += (
+            'Exponents are slopes of straight lines through all points: n^1 costs twice as much for twice as many.\n'
+        )
     return text
+
+
+def summary(rows):
+    """[(name, rows)] of the table: rows of a line of LINES together, others by themselves; growth has its figure."""
+    found = {}
+    for row in rows:
+        if row.skipped or row.name.startswith(tuple(growth.FAMILIES)) or re.match(JSON_ONLY, row.name):
+            continue
+        name = next((name for name, pattern in LINES.items() if re.match(pattern, row.name)), row.name)
+        found.setdefault(name, []).append(row)
+    return list(found.items())
+
+
+def _cells(name, rows):
+    unit = f' {rows[0].unit}' if rows[0].unit else ''
+    p99 = [row.p99 for row in rows if row.p99 is not None]
+    limits = Counter(wanted(row) for row in rows if row.limit)
+    judged = [row.met for row in rows if row.met is not None]
+    return (
+        name + (f' ({len(rows)} cases)' if len(rows) > 1 else ''),
+        _range([row.median for row in rows]) + unit,
+        number((min if rows[0].rate else max)(p99)) if p99 else '',
+        _range([row.at_peers_speed(row.median) for row in rows if row.scaled]) or '-',
+        _range([row.peer for row in rows if row.peer]),
+        _range([row.ratio for row in rows if row.ratio]),
+        ', '.join(limit + (f' ({of} of {len(rows)})' if of < len(rows) else '') for limit, of in limits.items()),
+        '' if not judged else 'yes' if all(judged) else 'NO',
+    )
+
+
+def _range(values):
+    """The least and the greatest as text; one where they are written alike."""
+    if not values:
+        return ''
+    least, most = number(min(values)), number(max(values))
+    return least if least == most else f'{least} to {most}'
+
+
+def _row(cells):
+    return '| ' + ' | '.join(cells) + ' |'

@@ -1,4 +1,4 @@
-"""The one table of `make bench`: as text while it is measured, as Markdown for docs/bench.md."""
+"""The one table of `make bench`: as text while it is measured, and as Markdown."""
 
 COLUMNS = ('', 'median', 'p99', 'runs', 'yardstick ms', "at the peers' speed", 'peer', 'ratio', 'wanted', 'met', 'MB')
 
