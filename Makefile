@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign experiments mutants lint format clean help setup apt venv build install
+.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -37,6 +37,9 @@ mutants: build ## mutation testing of the safety gate
 
 lint: venv ## manifests, CMake files and Python sources
 	@tools/lint.sh
+
+house: venv ## packages, rooms, lines and imports as text, and as a picture in out/; fails on a circle
+	@$(VENV)/bin/python3 tools/house.py
 
 format: venv ## format the Python sources
 	@.venv/bin/ruff check -q --fix --select I .; .venv/bin/ruff format .
