@@ -234,7 +234,7 @@ def table(house: House) -> str:
 
 
 def picture(house: House, path: Path) -> None:
-    """Draw the packages as boxes with their rooms inside, importers above what they import, and a line for each import."""
+    """Draw the packages as boxes with their rooms, importers above what they import, and a line for each import."""
     import matplotlib
 
     matplotlib.use('Agg')

@@ -11,7 +11,7 @@ from sara_bringup.missions.mission import load_mission
 from sara_bringup.paths import config_file, share
 from sara_common.planar import Pose2D
 from sara_lab.campaign.hazards import run
-from sara_lab.experiments.experiment import EXPERIMENTS
+from sara_lab.experiments.missions import EXPERIMENTS
 from sara_sim.world.obstacles import Obstacle
 
 ACCELERATION, BRAKING, JERK = 0.4, 0.8, 0.8  # the standard profile, m/s2 and m/s3

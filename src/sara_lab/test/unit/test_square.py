@@ -10,7 +10,7 @@ from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import MissionError, load_mission
 from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file, share
-from sara_lab.experiments.experiment import run
+from sara_lab.experiments.missions import run
 
 GOALS = len(load_mission(config_file('square.yaml')).goals)
 

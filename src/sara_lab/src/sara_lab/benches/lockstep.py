@@ -3,7 +3,7 @@
 import time
 
 from sara_lab.benches.timed import Limit, timed
-from sara_lab.experiments.experiment import run
+from sara_lab.experiments.missions import run
 
 DRIVES = 2
 

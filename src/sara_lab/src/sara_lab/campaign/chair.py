@@ -12,8 +12,8 @@ from sara_bringup.paths import config_file
 from sara_lab.campaign import hazards, odometry_trial
 from sara_lab.campaign.part import Part, lines_of, spread
 from sara_lab.experiments import sensor_report
-from sara_lab.experiments.experiment import EXPERIMENTS, run
 from sara_lab.experiments.gains import gain_of
+from sara_lab.experiments.missions import EXPERIMENTS, run
 
 
 def square(seeds, folder):

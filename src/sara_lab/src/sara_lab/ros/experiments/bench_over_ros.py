@@ -11,7 +11,7 @@ from canserial.calibration.gain import GainProcedure
 from canserial.dbc.bus import BusDescription
 from sara_lab.experiments import orientation, rest, sensor_experiments, turns
 from sara_lab.experiments.sensor_experiments import CALIBRATION_S, AtRest, Turns, integrated
-from sara_lab.ros.experiments.course_over_ros import beside
+from sara_lab.ros.experiments.beside import beside
 
 LONGEST_S = {
     'before': 75.0,

@@ -8,23 +8,12 @@ import sys
 import time
 from pathlib import Path
 
-from sara_bringup.lockstep.lockstep import Lockstep, drive
-from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file, share
+from sara_lab.experiments.missions import EXPERIMENTS, run
 
-EXPERIMENTS = {'square': 'square.yaml'}
 SPEED = 2.0  # simulated seconds per second, over ROS
-
-
-def run(name, seed, ekf='default', progress=None, gain=None):
-    """Drive the experiment `name` on the chair `seed`, whose gyro has been calibrated to `gain`, or not; return its
-    Drive and the Lockstep it ran on.
-    """
-    mission = load_mission(config_file(EXPERIMENTS[name]))
-    lockstep = Lockstep(share() / 'maps' / 'room.yaml', mission.start, seed, ekf, gain, ranges=False)
-    return drive(lockstep, mission, Drive(name, seed, mission.start, ekf), progress), lockstep
 
 
 def _process_age_s():
@@ -150,7 +139,9 @@ def _over_ros(arguments, chosen, folder):
     from tqdm import tqdm
 
     from sara_lab.experiments import agreement, runner, turns
-    from sara_lab.ros.experiments.course_over_ros import BUSY, OverRosError, run_case
+    from sara_lab.ros.experiments.beside import OverRosError
+    from sara_lab.ros.experiments.course_over_ros import BUSY
+    from sara_lab.ros.experiments.run_case import run_case
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what was started is ended
     speed = arguments.speed or SPEED
