@@ -452,7 +452,7 @@ def test_verdicts_of_the_differential_settings_follow_the_results(tmp_path):
 
 
 def test_the_command_writes_its_page_and_the_summary(tmp_path, monkeypatch, capsys):
-    from sara_lab.experiments import experiment
+    from sara_lab.commands import experiment
 
     monkeypatch.setattr('sys.argv', ['experiment', 'E6', '--seeds', '1', '--processes', '1', '--out', str(tmp_path)])
     with pytest.raises(SystemExit) as ended:
