@@ -51,7 +51,8 @@ def odometry(t, row):
     return message
 
 
-def write(path, truth=True, goals=True):
+def write(path, truth=True, goals=True, clock=0.0, received=0.0):
+    """The drive as a bag; goals are stamped `clock` s and received `received` s after they were given."""
     t, pose = drive()
     with rosbag.Bag(str(path), 'w') as bag:
 
@@ -80,9 +81,10 @@ def write(path, truth=True, goals=True):
         put('/move_base/GridPlanner/plan', plan, T0)
         for name, end in (('one', 26.0), ('open', None)) if goals else ():
             goal = MoveBaseActionGoal()
-            goal.goal_id.id, goal.goal_id.stamp = name, rospy.Time.from_sec(T0 if end else T0 + 27.0)
+            at = T0 if end else T0 + 27.0
+            goal.goal_id.id, goal.goal_id.stamp = name, rospy.Time.from_sec(at + clock)
             fill(goal.goal.target_pose.pose, (4.0, 0.05, math.pi / 2))
-            put('/move_base/goal', goal, goal.goal_id.stamp.to_sec())
+            put('/move_base/goal', goal, at + received)
             if end:
                 result = MoveBaseActionResult()
                 result.header.stamp = rospy.Time.from_sec(T0 + end)
@@ -91,7 +93,7 @@ def write(path, truth=True, goals=True):
                     GoalStatus.SUCCEEDED,
                     'Goal reached.',
                 )
-                put('/move_base/result', result, T0 + end)
+                put('/move_base/result', result, T0 + end + received)
 
 
 class JudgeTest(unittest.TestCase):
@@ -116,6 +118,24 @@ class JudgeTest(unittest.TestCase):
         self.assertAlmostEqual(found.off_plan_p95, 0.02, 6)
         self.assertGreater(found.commanded_reversals_per_m, 1.0)
         self.assertEqual(sorted(dropped.values()), [1, 1])
+
+    def test_goals_stamped_by_another_clock_count_from_when_they_were_received(self):
+        write(self.path)
+        plain, _ = read_track(self.path)
+        write(self.path, clock=1.7e9)
+        track, _ = read_track(self.path)
+        self.assertEqual(track.goals, plain.goals)
+        self.assertEqual(len(track.goals), 1)
+
+    def test_goals_of_no_time_of_the_drive_are_refused(self):
+        write(self.path, clock=1.7e9, received=1e6)
+        with self.assertRaisesRegex(BagError, 'goals that ended'):
+            read_track(self.path)
+        told = subprocess.run(
+            ['rosrun', 'sara_lab', 'judge', str(self.path)], capture_output=True, text=True, check=False
+        )
+        self.assertNotEqual(told.returncode, 0)
+        self.assertIn('goals that ended', told.stderr)
 
     def test_without_the_truth_the_fused_pose_is_judged_and_it_says_so(self):
         write(self.path, truth=False, goals=False)

@@ -269,3 +269,20 @@ def test_a_judgement_is_printed_and_stored():
 def test_few_poses_are_judged_too():
     found = judge(Track(np.array([0.0, 0.1]), np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])))
     assert found.length == pytest.approx(0.01) and found.turns == ()
+
+
+def test_what_is_printed_does_not_depend_on_where_the_numbers_lie_in_memory():
+    t, pose = circle(0.4, 0.3)
+
+    def placed(array, offset):
+        """A copy of the array that begins `offset` numbers behind where numpy puts one."""
+        room = np.empty(array.size + offset)
+        found = room[offset:].reshape(array.shape)
+        found[:] = array
+        return found
+
+    printed = {json.dumps(judge(Track(placed(t, k), placed(pose, k))).to_json()) for k in range(8)}
+    assert len(printed) == 1
+    exact = judge(Track(t, pose))
+    numbers = [value for value in exact.to_json().values() if isinstance(value, float)]
+    assert numbers and all(value == round(value, 9) for value in numbers)

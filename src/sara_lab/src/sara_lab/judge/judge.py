@@ -23,6 +23,7 @@ from sara_lab.judge import gaps
 from sara_lab.judge.motion import Motion, reversals
 
 BODY = (1.08, 0.58)  # m, length and width of the chair
+DECIMALS = 9  # of what is printed
 WEIGHTS = (1.0, 9.75 / 1.28, 9.75 / 1.28)  # of a second (-), of tangential and of normal jerk squared (s6/m2)
 TURNING = 0.05  # rad/s: a rate from which on the heading goes to one side
 STANDING = 0.05  # m/s: slower than this is no driving: standing, or turning in place
@@ -153,11 +154,13 @@ class Judgement:
         return max((turn.beyond for turn in self.turns), default=math.nan)
 
     def to_json(self):
-        """All as plain data; None for what is not known."""
+        """All as plain data; None for what is not known. Numbers have nine decimals: the last bits of a sum depend on
+        where in memory its terms lie, and differ from process to process.
+        """
 
         def plain(value):
             if isinstance(value, float):
-                return None if math.isnan(value) else value
+                return None if math.isnan(value) else round(value, DECIMALS)
             if isinstance(value, dict):
                 return {key: plain(entry) for key, entry in value.items()}
             return [plain(entry) for entry in value] if isinstance(value, (list, tuple)) else value

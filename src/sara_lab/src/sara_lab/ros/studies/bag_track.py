@@ -52,8 +52,16 @@ class _Poses:
 
 
 def _stamp(stamp, received):
-    """s of a stamp, of its reception where nobody set it."""
+    """s of a stamp; of its reception where it is not set."""
     return stamp.to_sec() if stamp.to_nsec() else received.to_sec()
+
+
+def _time_of(stamp, received, first, last):
+    """When a goal was given or ended (s): its stamp where that is among the poses' times `first` to `last`, else its
+    reception, for a client may stamp by another clock (the wall clock beside /clock); None where neither is.
+    """
+    times = (_stamp(stamp, received), received.to_sec())
+    return next((time for time in times if first - 1.0 <= time <= last + 1.0), None)
 
 
 def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, commands=COMMANDS):
@@ -74,10 +82,11 @@ def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, comma
             if topic in poses:
                 poses[topic].add(message)
             elif topic == goals:
-                given[message.goal_id.id] = (_stamp(message.goal_id.stamp, received), message.goal.target_pose.pose)
+                given[message.goal_id.id] = (message.goal_id.stamp, received, message.goal.target_pose.pose)
             elif topic == results:
                 ended[message.status.goal_id.id] = (
-                    _stamp(message.header.stamp, received),
+                    message.header.stamp,
+                    received,
                     message.status.status == GoalStatus.SUCCEEDED,
                     message.status.text,
                 )
@@ -105,6 +114,11 @@ def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, comma
         raise BagError(f'{path} holds no drive: neither {true} nor {fused} has two poses or more')
     t, pose = np.array(chosen.t), np.array(chosen.rows)
     found = tuple(_goals(given, ended, t, dropped))
+    if ended and not found:
+        raise BagError(
+            f'{path} has {len(ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none of the goals '
+            'at that time, neither by its stamps nor by when it was received'
+        )
     return Track(
         t,
         pose,
@@ -117,23 +131,27 @@ def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, comma
 
 
 def _goals(given, ended, t, dropped):
-    for name, (since, wanted) in sorted(given.items(), key=lambda entry: entry[1][0]):
-        q, place = wanted.orientation, wanted.position
+    """Each goal that ended while there were poses, in the order in which they were given. `given`: {id: (stamp,
+    reception, pose)}; `ended`: {id: (stamp, reception, reached, text)}.
+    """
+    since = {name: _time_of(stamp, received, t[0], t[-1]) for name, (stamp, received, _) in given.items()}
+    times = [time for time in since.values() if time is not None]
+    for name in sorted(given, key=lambda name: (since[name] is None, since[name])):
+        wanted = given[name][2]
         if name not in ended:
             dropped['goals that had not ended when the bag was closed'] += 1
-        elif not (since >= t[0] - 1.0 and ended[name][0] <= t[-1] + 1.0):
+            continue
+        stamp, received, reached, text = ended[name]
+        end = _time_of(stamp, received, t[0], t[-1])
+        if since[name] is None or end is None:
             dropped['goals at times without poses'] += 1
+        elif end < since[name]:
+            dropped['goals that ended before they were given, by their stamps'] += 1
         else:
-            end, reached, text = ended[name]
-            next_given = min((other for other, _ in given.values() if other > since), default=math.inf)
-            yield Goal(
-                (place.x, place.y, yaw_of(q)),
-                since,
-                end,
-                reached,
-                text,
-                max(end, min(end + SETTLED_S, next_given, t[-1])),
-            )
+            next_given = min((other for other in times if other > since[name]), default=math.inf)
+            judged = max(end, min(end + SETTLED_S, next_given, t[-1]))
+            place = wanted.position.x, wanted.position.y, yaw_of(wanted.orientation)
+            yield Goal(place, since[name], end, reached, text, judged)
 
 
 def _held(commanded, t):
