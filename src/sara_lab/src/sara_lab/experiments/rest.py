@@ -87,8 +87,9 @@ def _rest_report(results, which, tables, unit, ideal):
                 ('after', 'accel'): f"the register's step is 0.0096 {unit}; noise drawn between tables 4.1 and 4.2",
                 ('after', 'gyro'): f"the register's step is 0.0305 {unit}: up to half of it stays",
             }[when, which]
-            rows.append(Row(f'{axis}, mean {when}', f'{tables[when][0][k]:g} {unit}', interval(mean, 4, unit), why))
-            rows.append(Row(f'{axis}, sigma {when}', f'{tables[when][1][k]:g} {unit}', interval(sigma, 4, unit), ''))
+            thesis = f'{tables[when][0][k]:g}, {tables[when][1][k]:g} {unit}'
+            ours = f'{interval(mean, 4)}, {interval(sigma, 4, unit)}'
+            rows.append(Row(f'{axis} {when}: mean, sigma', thesis, ours, why))
     off = {
         when: np.array([np.abs(np.array(result[f'{which}_{when}']['mean']) - ideal) for result in found])
         for when in ('before', 'after')

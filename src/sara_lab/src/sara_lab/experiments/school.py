@@ -163,25 +163,25 @@ def report(results):
         Row(
             'differential true (figures 4.40, 4.41)',
             'small oscillations, jumps of the heading',
-            f'heading wrong by {interval(true["heading_deg"], 0, "deg")}, {interval(true["end_m"], 1, "m")} off the goal',
+            f'heading wrong by {mean(true["heading_deg"], 0, "deg")}, {mean(true["end_m"], 1, "m")} off the goal',
             "nothing holds the heading; x, y turn it. How much depends on the odometry's variances, which the thesis does not give",
         ),
         Row(
             'differential false, offset by /set_pose (4.42, 4.43)',
             'straight, ends more exactly',
-            f'heading wrong by {interval(false["heading_deg"], 1, "deg")}, {interval(false["end_m"], 2, "m")} off',
+            f'heading wrong by {mean(false["heading_deg"], 1, "deg")}, {mean(false["end_m"], 2, "m")} off',
             'the rest is the effect of x, y, vx (E9)',
         ),
         Row(
             'how often the pose had to be given',
             '-',
-            interval(false['clicks'], 1),
+            mean(false['clicks'], 1),
             'the next odometry may still be transformed with the old pose',
         ),
         Row(
             "SARA's own",
             '-',
-            f'{interval(own["end_m"], 2, "m")} off, off the line by {interval(own["straight_m"], 3, "m")}',
+            f'{mean(own["end_m"], 2, "m")} off, off the line by {mean(own["straight_m"], 3, "m")}',
             'default planner and fusion, own k',
         ),
     )

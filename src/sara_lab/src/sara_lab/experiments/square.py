@@ -413,37 +413,37 @@ def _rows(square, found):
         Row(
             'vx (figures 4.24 to 4.26)',
             'the square is lost',
-            f'corners {interval(short[VX]["corner_m"], 2, "m")} off',
+            f'corners {mean(short[VX]["corner_m"], 2, "m")} off',
             "the thesis's chair was steered by its wheels",
         ),
         Row(
             'x, y (4.27 to 4.29)',
             'squarer; turns back by almost 90 deg and the long way',
-            f'corners {interval(short[XY]["corner_m"], 1, "m")} off, {short[XY]["long_way"]:.0%} the long way',
+            f'corners {mean(short[XY]["corner_m"], 1, "m")} off, {short[XY]["long_way"]:.0%} the long way',
             'the filter measures its own output; nothing measures the speed',
         ),
         Row(
             'x, y, vx (4.30 to 4.32)',
             'smoother; almost a whole turn at 180 deg',
-            f'corners {interval(short[XY_VX]["corner_m"], 2, "m")} off, {interval(short[XY_VX]["seen_m"], 2, "m")} as seen; {short[XY_VX]["long_way"]:.0%} the long way',
+            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off, {mean(short[XY_VX]["seen_m"], 2, "m")} as seen; {short[XY_VX]["long_way"]:.0%} the long way',
             'part of each step is counted twice ([why](../../src/sara_localization/docs/thesis_set.md))',
         ),
         Row(
             'x, y, vx, sim_time raised (4.33, 4.34)',
             'smoother; still deviates at 180 deg',
-            f'off the legs as seen {interval(square[MIDDLE][XY_VX]["straight_m"], 3, "m")} instead of {interval(short[XY_VX]["straight_m"], 3, "m")}, {square[MIDDLE][XY_VX]["long_way"]:.0%} the long way',
+            f'off the legs as seen {mean(square[MIDDLE][XY_VX]["straight_m"], 3, "m")} instead of {mean(short[XY_VX]["straight_m"], 3, "m")}, {square[MIDDLE][XY_VX]["long_way"]:.0%} the long way',
             '',
         ),
         Row(
             'x, y, vx, sim_time raised again (4.37 to 4.39)',
             'straight, turns always the short way, slower',
-            f'off the legs as seen {interval(long_[XY_VX]["straight_m"], 3, "m")}, {long_[XY_VX]["long_way"]:.0%} the long way',
+            f'off the legs as seen {mean(long_[XY_VX]["straight_m"], 3, "m")}, {long_[XY_VX]["long_way"]:.0%} the long way',
             '',
         ),
         Row(
             'ours',
             '-',
-            f'corners {interval(ours[DEFAULT]["corner_m"], 3, "m")} off; with the true pose {interval(ours[TRUTH]["corner_m"], 3, "m")}',
+            f'corners {mean(ours[DEFAULT]["corner_m"], 3, "m")} off; with the true pose {mean(ours[TRUTH]["corner_m"], 3, "m")}',
             'the fused pose drifts with distance',
         ),
     ]
