@@ -72,7 +72,7 @@ def report(results):
                 else 'yaw tolerance 2 deg, and what the gyro drifts',
             ),
             Row(
-                f'{name}: turned to and fro',
+                f'{name}: turned back and forth',
                 'smooth',
                 interval(beyond, 2, 'deg') + f', at most {beyond["max"]:.2f}',
                 'corrections',
@@ -97,7 +97,7 @@ def report(results):
         ),
         (
             'the turns are smooth',
-            f"turned to and fro are {both['to_and_fro_deg']['mean']:.1f} deg a step with the thesis's set-up (at most {both['to_and_fro_deg']['max']:.1f}), "
+            f"turning back and forth: {both['to_and_fro_deg']['mean']:.1f} deg a step with the thesis's set-up (at most {both['to_and_fro_deg']['max']:.1f}), "
             f'{ours["to_and_fro_deg"]["mean"]:.2f} with ours (at most {ours["to_and_fro_deg"]["max"]:.2f})',
             CONFIRMED
             if both['to_and_fro_deg']['p95'] < 3 * OVERSHOOT_DEG and ours['to_and_fro_deg']['p95'] < OVERSHOOT_DEG
@@ -121,7 +121,7 @@ def report(results):
         tuple(sections),
         data,
         tuple(faults),
-        f"Every step is reached; off it are {both['yaw_off_deg']['mean']:.1f} deg with the thesis's set-up, {ours['yaw_off_deg']['mean']:.1f} with ours.",
+        f"Every step is reached; the true yaw is {both['yaw_off_deg']['mean']:.1f} deg off with the thesis's set-up, {ours['yaw_off_deg']['mean']:.1f} with ours.",
     )
 
 

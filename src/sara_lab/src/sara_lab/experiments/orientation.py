@@ -363,8 +363,8 @@ def covariances(results):
             CONFIRMED if inside else PARTLY,
         ),
         (
-            'they are what the filter is to be told',
-            "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter all but ignores the measured turn rate. `thesis_covariances:=true` publishes the listing's",
+            'they are the variances to give the filter',
+            "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter almost ignores the measured turn rate. `thesis_covariances:=true` publishes the listing's",
             PARTLY,
         ),
     )

@@ -108,7 +108,7 @@ def _rest_findings(which, unit, off, kurtosis, limit, extra=()):
             CONFIRMED if worst <= limit else PARTLY,
         ),
         (
-            'what is left is normally distributed',
+            'the rest is normally distributed',
             f"skewness and excess kurtosis are within {normal:.2f} of a normal distribution's (95 % of the histograms)",
             CONFIRMED if normal < 0.8 else PARTLY,
         ),

@@ -186,7 +186,7 @@ def odometry_alone(results):
     findings = (
         (
             'by odometry alone the square fails',
-            f'it ends {interval(ends["thesis"], 1, "m")} beside the last corner, and takes itself to be there within {seen["max"]:.2f} m',
+            f'it ends {interval(ends["thesis"], 1, "m")} beside the last corner, while its odometry claims to be there within {seen["max"]:.2f} m',
             CONFIRMED if ends['thesis']['low'] > LOST_M else CONTRADICTED,
         ),
         (
@@ -247,7 +247,7 @@ def odometry_alone(results):
         (radii, section),
         data,
         tuple(faults),
-        f"It ends {ends['thesis']['mean']:.1f} m off and does not know it; the odometry's yaw is {low:.2f} to {high:.2f} times the true one. With the wheels' geometry calibrated: {ends['ours, calibrated']['mean']:.2f} m.",
+        f"It ends {ends['thesis']['mean']:.1f} m off without noticing; the odometry's yaw is {low:.2f} to {high:.2f} times the true one. With the wheels' geometry calibrated: {ends['ours, calibrated']['mean']:.2f} m.",
     )
 
 

@@ -103,7 +103,7 @@ def report(results):
             'k', '1.08 (table 4.11), 1.09 (listing)', interval(gain, 4), 'a mean over chairs; every chair keeps its own'
         ),
         Row(
-            'what is left of a full turn after k',
+            'error of a full turn after k',
             '-',
             f'at most {max(check):.2f} deg',
             "the offset's error and the noise, integrated",
