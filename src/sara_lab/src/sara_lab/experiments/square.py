@@ -485,20 +485,20 @@ def _figures(results, square):
 
     def drawn(numbers, key, what, course=SQUARE):
         kinds = {
-            'path': ('Path', lambda path: drive_figures.path(path, {what: trace(*key)}, course.goals, course.start)),
+            'path': (
+                f'Path: {what} (chair 0).',
+                lambda path: drive_figures.path(path, {what: trace(*key)}, course.goals, course.start),
+            ),
             'rates': (
-                'Angular velocity of IMU and wheel odometry',
+                'Angular velocity of IMU and wheel odometry in that drive.',
                 lambda path: drive_figures.rates(path, trace(*key)),
             ),
             'angles': (
-                'Yaw of IMU and wheel odometry, and the fused x and y',
+                'Yaw of IMU and wheel odometry, fused x and y in that drive.',
                 lambda path: drive_figures.angles(path, trace(*key)),
             ),
         }
-        return [
-            Figure(sensor_figures.name(number), f'{kinds[kind][0]}: {what} (chair 0).', kinds[kind][1])
-            for kind, number in numbers.items()
-        ]
+        return [Figure(sensor_figures.name(number), *kinds[kind]) for kind, number in numbers.items()]
 
     figures = [
         *drawn(
