@@ -53,6 +53,7 @@ THREE_EACH = {
 }
 SIZE = {'wheel_separation': 0.4, 'wheel_radius': 0.11}
 BOT = {'base': 'diffbot:Diffbot', **DIAGONALS}
+HAS_LIMITS = {f'has_{kind}_limits': True for kind in ('velocity', 'acceleration', 'jerk')}
 CONTROLLERS = {
     'plain': ({**BOT, **ONE_EACH, 'first_position': 1000.0}, SPHERE),
     'options': (
@@ -74,6 +75,21 @@ CONTROLLERS = {
                     'max_velocity': 0.6,
                 }
             },
+        },
+        None,
+    ),
+    # 150 cycles a second of a clock that goes on 100 times a second: every third cycle comes at the time of the second.
+    'limited': (
+        {
+            **BOT,
+            **ONE_EACH,
+            **SIZE,
+            'command_rate': 150.0,
+            'velocity_rolling_window_size': 1,
+            'odom_frame_id': 'limited_odom',
+            'base_frame_id': 'limited_base',
+            'linear': {'x': {'max_velocity': 1.0, 'max_acceleration': 1.0, 'max_jerk': 5.0, **HAS_LIMITS}},
+            'angular': {'z': {'max_velocity': 2.0, 'max_acceleration': 2.0, 'max_jerk': 1e3, **HAS_LIMITS}},
         },
         None,
     ),
@@ -307,6 +323,24 @@ class ControllersTest(unittest.TestCase):
             self.assertAlmostEqual(state.desired.velocities[k], 0.6 / 0.11, delta=1e-6)
             self.assertAlmostEqual(state.actual.velocities[k], 0.6 / 0.11, delta=0.1)
             self.assertAlmostEqual(state.error.velocities[k], state.desired.velocities[k] - state.actual.velocities[k])
+
+    def test_from_rest_a_step_is_limited_in_jerk_then_acceleration_then_speed(self):
+        """Half a second after a command of 10 m/s the robot drives at 0.4 m/s (5 m/s3 for 0.2 s, then 1 m/s2), less what
+        the command needs to arrive; after five seconds at the limit. The same holds for the turn, at 2 rad/s2.
+        """
+        for axis, command, half, limit in ((1, twist(0.0, 10.0), 0.92, 2.0), (0, twist(10.0), 0.37, 1.0)):
+            self.assertEqual(self.speeds('limited'), (0.0, 0.0))
+            self.clock.commands['limited'] = command
+            self.wait(0.5)
+            self.assertAlmostEqual(self.speeds('limited')[axis], half, delta=0.1)
+            self.wait(4.5)
+            self.assertAlmostEqual(self.speeds('limited')[axis], limit, delta=0.02)
+            self.assertAlmostEqual(self.speeds('limited')[1 - axis], 0.0, delta=1e-6)
+            self.rest()
+
+    def speeds(self, name):
+        twist = self.odometry[name][-1].twist.twist
+        return twist.linear.x, twist.angular.z
 
     def test_odometry_comes_at_its_rate(self):
         self.wait(2.0)

@@ -1,13 +1,15 @@
 """The controller: kinematics there and back, and everything that must stop the wheels."""
 
+import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from sara_control.wheels.config import ConfigError, ControllerConfig
 from sara_control.wheels.controller import DiffDriveController
+from sara_control.wheels.limiter import KINDS
 
 PARAMS = {
     'wheel_separation': 0.525,
@@ -257,6 +259,38 @@ def test_a_late_cycle_does_not_leap():
     robot.controller.on_command(5.0, 0.0, robot.t)
     robot.controller.update(robot.t)
     assert robot.controller.command[0] == pytest.approx(0.1)  # five periods of 20 ms
+
+
+def stopping_distance(cycles):
+    """Metres from 1 m/s to rest at 0.5 m/s2 with a jerk of 5 m/s3, cycles (s) as given, over and over."""
+    limits = {f'has_{kind}_limits': True for kind in KINDS}
+    limits |= {'max_velocity': 1.0, 'max_acceleration': 0.5, 'max_jerk': 5.0}
+    controller = DiffDriveController(config(open_loop=True, linear={'x': limits}))
+    t = distance = 0.0
+    for dt in itertools.cycle(cycles):
+        controller.on_command(1.0 if t < 4.0 else 0.0, 0.0, t)
+        controller.update(t)
+        if t < 4.0:
+            assert t < 3.0 or controller.command[0] == pytest.approx(1.0, abs=0.02)
+        else:
+            distance += controller.command[0] * dt
+            if controller.command[0] < 1e-3:
+                return distance
+        t += dt
+        assert t < 12.0, 'it never stops'
+
+
+@given(st.lists(st.sampled_from([0.0, 1e-7]) | st.floats(0.001, 0.04), min_size=1, max_size=6))
+@example([0.02])
+@example([0.02, 0.02, 0.0])
+@example([0.02, 0.04, 0.0])
+@example([0.028, 0.012])
+@example([0.039, 0.001])
+@settings(max_examples=100, deadline=None)
+def test_a_stop_is_as_long_whatever_the_cycles(cycles):
+    """Two cycles at one time, or a long one after a short one, must not make it forget its deceleration."""
+    assume(max(cycles) > 0.001)
+    assert stopping_distance(cycles) == pytest.approx(1.03, abs=0.03)
 
 
 def test_one_metre_a_second_said_once_moves_less_than_the_timeout_allows():

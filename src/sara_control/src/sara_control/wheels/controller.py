@@ -11,14 +11,13 @@ import math
 from collections import Counter
 from dataclasses import replace
 
-from sara_control.wheels.limiter import SpeedLimiter
+from sara_control.wheels.limiter import Motion, SpeedLimiter
 from sara_control.wheels.odometry import Odometry, OdometryState
 from sara_control.wheels.uncertainty import LossUncertainty
 from sara_control.wheels.wheel_watch import WheelWatch
 
-LONGEST_PERIODS = (
-    5.0  # a cycle that comes later than this many periods may not make up for it with a leap of the command
-)
+LONGEST_PERIODS = 5.0  # a cycle that comes later than so many periods may not make up for it with a leap of the command
+SHORTEST_CYCLE = 1e-6  # s: the time of a shorter cycle is counted in the next one, it is too short to divide by
 
 
 class DiffDriveController:
@@ -35,7 +34,7 @@ class DiffDriveController:
         self.command = (0.0, 0.0)
         self.stopped_by = None
         self.state = None
-        self._before = (0.0, 0.0)  # the command of the cycle before
+        self._motions = (Motion(), Motion())  # linear and angular, of the last cycle
         self._limiters = SpeedLimiter(config.linear_limits), SpeedLimiter(config.angular_limits)
         self._uncertainty = LossUncertainty(
             config.separation, config.wheel_acceleration, config.velocity_rolling_window_size
@@ -114,12 +113,7 @@ class DiffDriveController:
         driving: whether the wheels obey; while somebody else drives commands are forgotten, and a fresh one is needed
         after.
         """
-        dt = (
-            0.0
-            if self._updated_at is None
-            else min(max(t - self._updated_at, 0.0), LONGEST_PERIODS / self.config.command_rate)
-        )
-        self._updated_at = t
+        dt = self._cycle(t)
         if self.config.open_loop and self.odometry.update_open_loop(*self.command, t):
             self._renew(t)
         if not driving:
@@ -128,14 +122,12 @@ class DiffDriveController:
         if wanted is None and self.config.stop_deceleration is not None:
             command = self._brake(dt)
         else:
-            (v, w), (v0, w0), (v1, w1), (linear, angular) = (
-                wanted or (0.0, 0.0),
-                self.command,
-                self._before,
-                self._limiters,
+            command = tuple(
+                limiter.limit(speed, motion, dt)
+                for limiter, speed, motion in zip(self._limiters, wanted or (0.0, 0.0), self._motions)
             )
-            command = linear.limit(v, v0, v1, dt), angular.limit(w, w0, w1, dt)
-        self._before, self.command = self.command, command
+        self._motions = tuple(motion.after(speed, dt) for motion, speed in zip(self._motions, command))
+        self.command = command
         wheels = self._wheel_speeds(*command)
         if not self.config.open_loop:
             self._watch.on_command(*wheels, dt)
@@ -146,6 +138,14 @@ class DiffDriveController:
         if self._positions_at is None:
             return self.config.open_loop
         return abs(t - self._positions_at) <= self.config.encoder_timeout
+
+    def _cycle(self, t):
+        """The length of the cycle that begins at t, s; 0 in the first, and where time stood still or went back."""
+        dt = 0.0 if self._updated_at is None else t - self._updated_at
+        if 0.0 < dt < SHORTEST_CYCLE:
+            return 0.0
+        self._updated_at = t
+        return min(max(dt, 0.0), LONGEST_PERIODS / self.config.command_rate)
 
     def _target(self, t):
         """(v, w) that is asked for now, or None for a stop; says why in `stopped_by`."""
@@ -173,7 +173,8 @@ class DiffDriveController:
 
     def _idle(self):
         self.stopped_by = self._wanted = self._release = None
-        self.command = self._before = (0.0, 0.0)
+        self.command = (0.0, 0.0)
+        self._motions = tuple(Motion(dt=motion.dt) for motion in self._motions)
         self._watch.reset()
         return 0.0, 0.0
 

@@ -1,13 +1,15 @@
 """Limits of speed, acceleration and jerk of one axis, as the C++ diff_drive_controller's SpeedLimiter applies them.
 
-A command v is limited against the two commands before it, v0 (the last) and v1, one period dt apart: first the jerk,
-    v - v0 within (v0 - v1) + [min_jerk, max_jerk] dt^2,
-then the acceleration, v - v0 within [min_acceleration, max_acceleration] dt, then the speed itself. The C++ controller
-has 2 dt^2 in the place of dt^2 and so lets through twice the jerk that was asked for; here the limit is what it says.
+A cycle of dt seconds takes the speed from v0 to v, a mean acceleration of (v - v0) / dt. First the jerk is limited: the
+acceleration may differ from that of the last cycle by [min_jerk, max_jerk] times the time between the cycles' middles.
+Then the acceleration is limited, then the speed. In cycles of equal length this is the C++ controller's rule, with one
+correction: it has 2 dt^2 in the place of dt^2 and so lets through twice the jerk that was asked for. It remembers
+differences of speed; this one remembers accelerations, so cycles may be of any length.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 KINDS = ('velocity', 'acceleration', 'jerk')
 
@@ -28,20 +30,38 @@ class Limits:
         return cls(**{kind: _pair(flat, axis, kind, faults) for kind in KINDS})
 
 
-class SpeedLimiter:
-    """limits: Limits. Stateless: who asks remembers the commands before."""
+class Motion(NamedTuple):
+    """The last cycle: its speed (m/s or rad/s), its mean acceleration (per s) and its length dt (s)."""
 
-    def __init__(self, limits=Limits()):
+    speed: float = 0.0
+    acceleration: float = 0.0
+    dt: float = 0.0
+
+    def after(self, speed: float, dt: float) -> 'Motion':
+        """The cycle of dt seconds that leads to `speed`. One that takes no time keeps the acceleration."""
+        if dt <= 0.0:
+            return self._replace(speed=speed)
+        return Motion(speed, (speed - self.speed) / dt, dt)
+
+
+class SpeedLimiter:
+    """limits: Limits. Stateless: the caller keeps the Motion of the last cycle."""
+
+    def __init__(self, limits: Limits = Limits()) -> None:
         self.limits = limits
 
-    def limit(self, v, v0, v1, dt):
-        """The allowed command nearest to v after v0 and v1, each dt (s) apart."""
-        limits = self.limits
+    def limit(self, v: float, last: Motion, dt: float) -> float:
+        """The allowed speed nearest to v after a cycle of dt seconds that follows `last`.
+
+        Where dt is not above 0, a limit of acceleration or jerk keeps the speed as it is.
+        """
+        limits, dt = self.limits, max(dt, 0.0)
         if limits.jerk is not None:
-            before = v0 - v1
-            v = v0 + before + _clamp(v - v0 - before, limits.jerk, dt * dt)
+            change = last.acceleration * dt
+            between_middles = 0.5 * (last.dt + dt)
+            v = last.speed + change + _clamp(v - last.speed - change, limits.jerk, between_middles * dt)
         if limits.acceleration is not None:
-            v = v0 + _clamp(v - v0, limits.acceleration, dt)
+            v = last.speed + _clamp(v - last.speed, limits.acceleration, dt)
         if limits.velocity is not None:
             v = _clamp(v, limits.velocity, 1.0)
         return v
