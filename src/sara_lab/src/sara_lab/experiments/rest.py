@@ -187,13 +187,13 @@ def yaw(results):
             'mean |error|, calibrated in the sensor node (table 4.8)',
             f'{thesis.ERROR_NODE} deg/s',
             interval(spread(node), 4, 'deg/s'),
-            "what the register's step of 0.0305 deg/s leaves",
+            "the register's step of 0.0305 deg/s",
         ),
         Row(
             'mean |error|, calibrated on the PC',
             f'{thesis.ERROR_PC} deg/s',
             interval(spread(pc.ravel()), 4, 'deg/s'),
-            "what the calibration leaves of the chip's true bias; noise and drift of the bias",
+            "noise and drift of the bias during the calibration",
         ),
         Row('less by', '75 %', f'{100 * less:.0f} %', ''),
         Row(
@@ -218,16 +218,16 @@ def yaw(results):
                 'node',
                 'calibrated in the sensor node',
                 'over 1 deg',
-                'grows with the error, which is another in each chair',
+                'grows with the error, which differs between chairs',
             ),
             ('pc', 'calibrated on the PC', 'well under 1 deg', ''),
             (
                 'fixed',
                 'fixed offset of -0.645 deg/s',
                 '(figure 4.11)',
-                'it fits the one chip it was measured on, on that day',
+                'it fits one chip on one day',
             ),
-            ('tenths', 'last firmware, in tenths', 'no drift', 'noise lets some of it through, below'),
+            ('tenths', 'last firmware, in tenths', 'no drift', 'noise carries the mean through the rounding'),
         )
     ]
     faults = (
