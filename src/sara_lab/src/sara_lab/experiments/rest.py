@@ -193,7 +193,7 @@ def yaw(results):
             'mean |error|, calibrated on the PC',
             f'{thesis.ERROR_PC} deg/s',
             interval(spread(pc.ravel()), 4, 'deg/s'),
-            "noise and drift of the bias during the calibration",
+            'noise and drift of the bias during the calibration',
         ),
         Row('less by', '75 %', f'{100 * less:.0f} %', ''),
         Row(
