@@ -67,6 +67,36 @@ def scaled_difference(P, expected):
     return np.abs((P - expected) / np.outer(sigma, sigma)).max()
 
 
+def almost_singular(rng, n):
+    """A covariance whose correlations have eigenvalues down to about round-off, on either side of zero."""
+    vectors, _ = np.linalg.qr(rng.normal(size=(n, n)))
+    values = 10.0 ** rng.uniform(-4, 0, n)
+    values[: min(n - 1, rng.integers(1, 4))] = rng.choice([-1.0, 0.0, 1.0]) * 10.0 ** rng.uniform(-17, -11)
+    C = (vectors * values) @ vectors.T
+    sigma = 10.0 ** rng.uniform(-4, 10, n)
+    scale = sigma / np.sqrt(C.diagonal())
+    return 0.5 * (C + C.T) * np.outer(scale, scale)
+
+
+def smallest_correlation(P):
+    sigma = np.sqrt(P.diagonal())
+    return np.linalg.eigvalsh(P / np.outer(sigma, sigma))[0]
+
+
+@settings(max_examples=300)
+@given(SEEDS, st.integers(2, 20))
+def test_what_is_called_positive_definite_has_positive_eigenvalues_and_so_have_its_leading_blocks(seed, n):
+    P = almost_singular(np.random.default_rng(seed), n)
+    if covariance.positive_definite(P):
+        assert smallest_correlation(P) > 0.0
+        for k in range(1, n):
+            assert covariance.positive_definite(P[:k, :k].copy())
+    else:
+        assert smallest_correlation(P) < 2.0 * covariance.MARGIN
+        covariance.repair(P)
+        assert (P == P.T).all() and covariance.positive_definite(P)
+
+
 @given(SEEDS, STEPS, st.sampled_from([15, 16, 18]))
 def test_prediction_is_f_p_f_transposed(seed, dt, n):
     rng = np.random.default_rng(seed)

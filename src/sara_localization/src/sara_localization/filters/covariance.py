@@ -15,8 +15,9 @@ SMALLEST_VARIANCE = 1e-9
 LARGEST_VARIANCE = 1e20
 WIDTH = 16
 """Rows of matrices that are padded to this length: see narrow.py."""
-# A pivot of the correlation matrix below this is taken for round-off.
-_SMALLEST_PIVOT = 1e-13
+# A covariance counts as positive definite if the smallest eigenvalue of its correlations is above this, which is some
+# ten times the round-off of the decomposition that finds out.
+MARGIN = 1e-13
 
 
 @kernel
@@ -28,7 +29,7 @@ def cholesky(A, L):
             for k in range(j):
                 total -= L[i, k] * L[j, k]
             if i == j:
-                if not total > _SMALLEST_PIVOT * A[i, i]:
+                if not total > MARGIN * A[i, i]:
                     return False
                 L[i, i] = sqrt(total)
             else:
@@ -38,41 +39,33 @@ def cholesky(A, L):
 
 @kernel
 def pivots(U, P):
-    """Whether P (n, n) is finite and positive definite by a margin of round-off, n <= WIDTH, by Gauss's pivots: without
-    square roots.
+    """Whether P (n, n) is finite and positive definite by a margin above round-off, by the pivots of P - MARGIN diag(P).
 
-    U: n rows of WIDTH or more, of which the upper half holds P's, padded with numbers; it is overwritten.
+    With Gauss's elimination, which needs no square roots, a leading block is judged as the whole is: what it says of P
+    it says of the block of the first variables too.
+
+    U: n rows of n or more, of which the upper half holds P's, padded with numbers; it is overwritten.
     """
     n = P.shape[0]
     for i in range(n):
-        pivot = U[i, i]
-        if not (isfinite(P[i, i]) and P[i, i] > 0.0 and pivot > _SMALLEST_PIVOT * P[i, i]):
+        pivot = U[i, i] - MARGIN * P[i, i]
+        if not (isfinite(P[i, i]) and P[i, i] > 0.0 and pivot > 0.0):
             return False
         scale = 1.0 / pivot
         for k in range(i + 1, n):
             f = U[i, k] * scale
             if f != 0.0:
-                for j in range(WIDTH):
+                for j in range(U.shape[1]):
                     U[k, j] -= f * U[i, j]
     return True
 
 
 @kernel
 def positive_definite(P):
-    """Whether P (n, n), symmetric, is finite and positive definite by a margin of round-off, whatever the units of its
-    rows.
+    """Whether P (n, n), symmetric, is finite and positive definite by a margin above round-off, whatever the units of
+    its rows.
     """
-    n = P.shape[0]
-    if n <= WIDTH:
-        U = np.zeros((n, WIDTH))
-        for i in range(n):
-            for j in range(n):
-                U[i, j] = P[i, j]
-        return pivots(U, P)
-    for i in range(n):
-        if not (isfinite(P[i, i]) and P[i, i] > 0.0):
-            return False
-    return cholesky(P, np.empty(P.shape))
+    return pivots(P.copy(), P)
 
 
 @kernel
