@@ -15,25 +15,35 @@ import sys
 import tempfile
 import traceback
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 from . import library
 
+MOST_CLASSES = 64  # of NamedTuples in one signature: each is one ASCII character from "0" on
 
-class Untold(Exception):
+
+class UnknownType(Exception):
     """A type that dispatch.c has no letter for."""
 
 
-def types_of(signature):
-    """The types of a numba signature's arguments as dispatch.c reads them. Raises Untold."""
-    return ''.join(map(_letter, signature.args))
+def types_of(signature) -> tuple[str, tuple[str, ...]]:
+    """The types of a numba signature's arguments as dispatch.c reads them: their text and the classes of NamedTuples.
+    Raises UnknownType.
+    """
+    classes = []
+    text = ''.join(_letter(type_, classes) for type_ in signature.args)
+    return text, tuple(classes)
 
 
-def _letter(type_):
+def _letter(type_, classes):
+    """The text of one type. The classes of NamedTuples are appended to `classes` where they are not there yet."""
     from numba.core import types
 
-    if isinstance(type_, types.BaseTuple) and not isinstance(type_, types.BaseNamedTuple):
-        return '(' + ''.join(map(_letter, type_)) + ')'
+    if isinstance(type_, types.BaseNamedTuple):
+        return '{' + _number(type_.instance_class, classes) + ''.join(_letter(t, classes) for t in type_) + '}'
+    if isinstance(type_, types.BaseTuple):
+        return '(' + ''.join(_letter(t, classes) for t in type_) + ')'
     if isinstance(type_, types.Array) and type_.layout in 'CA' and type_.aligned and type_.ndim < 10:
         from numba.np.numpy_support import as_dtype
 
@@ -42,8 +52,18 @@ def _letter(type_):
             return f'a{dtype.kind}{dtype.itemsize}{type_.ndim}{type_.layout}{"w" if type_.mutable else "r"}'
     letters = {types.float64: 'f', types.int64: 'i', types.boolean: 'b', types.none: 'n'}
     if type_ not in letters:
-        raise Untold(str(type_))
+        raise UnknownType(str(type_))
     return letters[type_]
+
+
+def _number(class_, classes):
+    """The place of a NamedTuple's class among the signature's, as one character."""
+    name = f'{class_.__module__}.{class_.__qualname__}:{",".join(class_._fields)}'
+    if name not in classes:
+        classes.append(name)
+    if len(classes) > MOST_CLASSES:
+        raise UnknownType(f'more than {MOST_CLASSES} classes of NamedTuples')
+    return chr(ord('0') + classes.index(name))
 
 
 class Recorder:
@@ -52,7 +72,7 @@ class Recorder:
     def __init__(self):
         self.kernels = []
 
-    def record(self, function, options):
+    def record(self, function: Callable, options: dict) -> 'Recorded':
         """A kernel that remembers its calls."""
         self.kernels.append(Recorded(function, options))
         return self.kernels[-1]
@@ -61,7 +81,7 @@ class Recorder:
 class Recorded:
     """numba's dispatcher; `called`: the signatures that Python called it with."""
 
-    def __init__(self, function, options):
+    def __init__(self, function: Callable, options: dict):
         from numba import njit
 
         self.function, self.dispatcher, self.called = (
@@ -80,7 +100,7 @@ class Recorded:
         return result
 
 
-def kernel_modules(package):
+def kernel_modules(package: str) -> dict[str, Path]:
     """{name: path} of the package's modules that say `from ahead_of_time import kernel`."""
     found = {}
     for root in map(Path, importlib.import_module(package).__path__):
@@ -100,7 +120,7 @@ def _imports(path):
             yield {base} | {f'{base}{"" if base.endswith(".") else "."}{alias.name}' for alias in node.names}
 
 
-def sources_of(name):
+def sources_of(name: str) -> list[str]:
     """Paths of a module and of all that it imports from its own package, directly or not: what its machine code may
     depend on.
     """
@@ -125,7 +145,7 @@ def _spec(name):
         return None
 
 
-def record(modules):
+def record(modules: dict) -> list[Recorded]:
     """Import the modules and warm them; returns what became of their kernels, a list of Recorded."""
     loaded = [importlib.import_module(name) for name in modules]
     for module in loaded:
@@ -134,7 +154,7 @@ def record(modules):
     return [kernel for kernel in library.recorder.kernels if kernel.function.__module__ in modules]
 
 
-def teach_numba():
+def teach_numba() -> None:
     """Tell numba's typing what a Recorded is where one kernel calls another."""
     from numba.core import types
     from numba.extending import typeof_impl
@@ -144,7 +164,7 @@ def teach_numba():
         return types.Dispatcher(value.dispatcher)
 
 
-def mend_pycc():
+def mend_pycc() -> None:
     """Give each function that pycc compiles flags of its own: inlining turns some off, for all that are compiled after
     it.
     """
@@ -158,7 +178,7 @@ def mend_pycc():
     compiler.compile_extra = compile_extra
 
 
-def compile_package(folder, package, modules):
+def compile_package(folder: Path, package: str, modules: dict) -> dict:
     """Compile a package's kernels into an object in the folder; returns the package's entry of the index."""
     from numba.pycc import CC
 
@@ -174,10 +194,10 @@ def compile_package(folder, package, modules):
         variants = entry['modules'][name]['kernels'][
             kernel.function.__name__
         ] = []  # stays empty for what compiled code alone calls
-        for number, (types, signature) in enumerate(sorted(kernel.called.items())):
+        for number, ((types, classes), signature) in enumerate(sorted(kernel.called.items())):
             symbol = f'{name.replace(".", "_")}__{kernel.function.__name__}__{number}'
             object_code.export(symbol, signature)(kernel.function)
-            variants.append([types, symbol])
+            variants.append([types, symbol, *classes])
     with tempfile.TemporaryDirectory(dir=folder) as scratch:  # what runs keeps the file that it has open
         object_code.output_dir = scratch
         object_code.compile()
@@ -185,7 +205,7 @@ def compile_package(folder, package, modules):
     return entry
 
 
-def compile_dispatch(folder):
+def compile_dispatch(folder: Path) -> None:
     """Compile dispatch.c into the folder, unless it is there and newer."""
     from numba.pycc.platform import Toolchain
 
@@ -201,7 +221,7 @@ def compile_dispatch(folder):
         os.replace(os.path.join(scratch, target.name), target)
 
 
-def main():
+def main() -> None:
     """Compile what is not fresh."""
     folder, packages = Path(sys.argv[1]).resolve(), sys.argv[2:]
     path = folder / library.INDEX

@@ -1,5 +1,6 @@
 """The decorator `kernel`: machine code made at build time where it is there and fresh, numba where it is not."""
 
+from collections.abc import Callable
 from functools import lru_cache
 
 from . import library
@@ -7,8 +8,8 @@ from . import library
 _kernels = []  # those that run machine code made at build time
 
 
-def kernel(function=None, **options):
-    """Like numba.njit(cache=True, **options), with the machine code that build.py made of the function, if it is fresh."""
+def kernel(function: Callable | None = None, **options) -> Callable:
+    """Like numba.njit(cache=True, **options), with the machine code made by build.py where it is fresh."""
     if function is None:
         return lambda function: kernel(function, **options)
     if library.recorder is not None:
@@ -23,7 +24,7 @@ def kernel(function=None, **options):
     return result
 
 
-def compiled(function, options):
+def compiled(function: Callable, options: dict) -> Callable:
     """numba's own dispatcher of the function."""
     from numba import njit
 
@@ -33,11 +34,11 @@ def compiled(function, options):
 class Late:
     """numba's dispatcher, made when it is first needed: for types that nothing was compiled for at build time."""
 
-    def __init__(self, function, options):
+    def __init__(self, function: Callable, options: dict):
         self._function, self._options, self._dispatcher = function, options, None
 
     @property
-    def dispatcher(self):
+    def dispatcher(self) -> Callable:
         """numba's dispatcher of the function. Kernels that it calls may have been compiled at build time themselves."""
         if self._dispatcher is None:
             teach_numba()
@@ -45,7 +46,7 @@ class Late:
         return self._dispatcher
 
     @property
-    def signatures(self):
+    def signatures(self) -> list:
         """Those that numba compiled here."""
         return self._dispatcher.signatures if self._dispatcher else []
 
@@ -54,7 +55,7 @@ class Late:
 
 
 @lru_cache(None)
-def teach_numba():
+def teach_numba() -> None:
     """Tell numba's typing what a Kernel is where one compiled function calls another."""
     from numba.core import types
     from numba.extending import typeof_impl
@@ -64,13 +65,13 @@ def teach_numba():
         return types.Dispatcher(value.late.dispatcher)
 
 
-def misses():
+def misses() -> dict[str, int]:
     """{name of a kernel: how often it was called with types that nothing was compiled for at build time}, where there
     were any.
     """
     return {f'{k.__wrapped__.__module__}.{k.__wrapped__.__name__}': k.missed for k in _kernels if k.missed}
 
 
-def compilations(function):
+def compilations(function: Callable) -> int:
     """For how many sets of types numba compiled a kernel in this process, or loaded it from its own cache."""
     return len(getattr(function, 'late', function).signatures)

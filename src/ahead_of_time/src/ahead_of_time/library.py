@@ -1,7 +1,8 @@
 """Where the machine code is: an index beside it, looked for along sys.path, says what was compiled of which sources.
 
 The index is JSON: {"machine": ..., "packages": {name: {"object": file, "modules": {name: {"sources": {path: [mtime_ns,
-size]}, "kernels": {function: [[types, symbol], ...]}}}}}}. `types` is a letter per argument, as dispatch.c reads them.
+size]}, "kernels": {function: [[types, symbol, class, ...], ...]}}}}}}. `types` is a letter per argument, as dispatch.c
+reads them; the classes are those of NamedTuples among them, "module.Name:field,field".
 """
 
 import importlib.machinery
@@ -9,8 +10,10 @@ import importlib.util
 import json
 import os
 import sys
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
+from types import ModuleType
 
 INDEX = 'ahead_of_time.index.json'
 DISPATCH = '_ahead_of_time'  # the extension module made of dispatch.c
@@ -18,7 +21,7 @@ DISPATCH = '_ahead_of_time'  # the extension module made of dispatch.c
 recorder = None  # set by build.py: takes every kernel in
 
 
-def machine():
+def machine() -> list[str]:
     """What machine code depends on: the interpreter, and the processor with all it can do."""
     try:
         lines = Path('/proc/cpuinfo').read_text().split('\n\n', 1)[0].splitlines()
@@ -30,7 +33,7 @@ def machine():
     return [sys.implementation.cache_tag, os.uname().machine, *abilities]
 
 
-def stamp(path):
+def stamp(path: str) -> list[int] | None:
     """[mtime_ns, size] of a file, as the index holds it; None where it is not there."""
     try:
         status = os.stat(path)
@@ -51,8 +54,8 @@ def _index():
     return None, {}
 
 
-def fresh(module, stamp=stamp):
-    """Whether a module's entry in the index belongs to the sources as they are. `stamp`: what tells a source's stamp."""
+def fresh(module: dict, stamp: Callable = stamp) -> bool:
+    """Whether a module's entry in the index belongs to the sources as they are. `stamp` gives a source's stamp."""
     return all(stamp(path) == was for path, was in module['sources'].items())
 
 
@@ -60,8 +63,8 @@ _stamp_at_import = lru_cache(None)(stamp)  # modules have most of their sources 
 _place = lru_cache(None)(os.path.realpath)
 
 
-def variants(function):
-    """[(types, machine code)] of a function; None where it is not known, or its sources have changed since."""
+def variants(function: Callable) -> list[tuple] | None:
+    """[(types, machine code, class, ...)] of a function; None where it is not known or its sources have changed."""
     name = function.__module__
     package = name.split('.')[0]
     known = _kernels_of(package, name, _place(function.__code__.co_filename)).get(function.__name__)
@@ -69,7 +72,7 @@ def variants(function):
         return None
     folder, packages = _index()
     code = load(object_name(package), os.path.join(folder, packages[package]['object']))
-    return [(types, getattr(code, symbol)) for types, symbol in known]
+    return [(types, getattr(code, symbol), *classes) for types, symbol, *classes in known]
 
 
 @lru_cache(None)
@@ -80,7 +83,7 @@ def _kernels_of(package, name, path):
 
 
 @lru_cache(None)
-def load(name, path):
+def load(name: str, path: str) -> ModuleType:
     """The extension module in a file."""
     spec = importlib.util.spec_from_file_location(
         name, path, loader=importlib.machinery.ExtensionFileLoader(name, path)
@@ -90,17 +93,17 @@ def load(name, path):
     return module
 
 
-def object_name(package):
+def object_name(package: str) -> str:
     """Name of the extension module with a package's machine code."""
     return f'_ahead_of_{package}'
 
 
 @lru_cache(None)
-def has_index():
+def has_index() -> bool:
     """Whether anything was compiled at build time for this machine."""
     return _index()[0] is not None
 
 
-def dispatch():
+def dispatch() -> ModuleType:
     """The extension module of dispatch.c."""
     return load(DISPATCH, os.path.join(_index()[0], DISPATCH + importlib.machinery.EXTENSION_SUFFIXES[0]))

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 SOURCE = """
+from typing import NamedTuple
 import numpy as np
 from ahead_of_time import kernel
 from toys import numbers
@@ -33,8 +34,32 @@ def summed(a, k, scale, flag, pair):
     return total, np.full(2, pair[1])
 
 
+class Place(NamedTuple):
+    x: float
+    y: float
+
+
+class Line(NamedTuple):
+    count: int
+    closed: bool
+    values: np.ndarray
+    begin: Place
+
+
+@kernel
+def moved(line, by, factors):
+    # values and the ends of where it begins, each by its factor; and the place where it begins, moved
+    total = line.begin.x * factors[0] + line.begin.y * factors[1]
+    for i in range(line.count):
+        total += line.values[i]
+    if line.closed:
+        total = -total
+    return total, Place(line.begin.x + by.x, line.begin.y + by.y)
+
+
 def warm():
     summed(np.zeros(2), 2, 1.0, False, (0.0, 1.0))
+    moved(Line(2, False, np.zeros(2), Place(0.0, 0.0)), Place(0.0, 0.0), (1.0, 1.0))
 """
 PROBE = """
 import json, sys
@@ -44,6 +69,21 @@ from toys import sums
 values = %s
 total, full = sums.summed(*values)
 print(json.dumps([total, full.tolist(), 'numba' in sys.modules, misses()]))
+"""
+PROBE_OF_TUPLES = """
+import json, sys
+from collections import namedtuple
+import numpy as np
+from ahead_of_time import misses
+from toys import sums
+from toys.sums import Line, Place
+class Other(Place):
+    pass
+Same = namedtuple('Place', 'x y', module='toys.sums')
+Swapped = namedtuple('Place', 'y x', module='toys.sums')
+total, place = sums.moved(%s)
+assert type(place) is Place or type(place) is Other, type(place)
+print(json.dumps([total, list(place), 'numba' in sys.modules, misses()]))
 """
 ARRAY, REST = 'np.array([1.0, 2.0, 3.0])', '3, 2.0, True, (10.0, 5.0)'
 
@@ -112,6 +152,53 @@ def test_numpys_scalars_are_what_numba_takes_them_for(workshop, rest):
     assert probe(workshop, rest=rest) == (22.0, False, {})
 
 
+def probe_tuples(
+    folder, line='Line(3, True, np.array([1.0, 2.0, 3.0]), Place(1.0, 2.0))', by='Place(10.0, 0.5)', **more
+):
+    done = python(folder, '-c', PROBE_OF_TUPLES % f'{line}, {by}, (1.0, 10.0)', **more)
+    assert done.returncode == 0, done.stderr
+    total, place, numba, missed = json.loads(done.stdout)
+    return total, place, numba, missed
+
+
+def test_named_tuples_are_read_by_field_and_returned_without_numba(workshop):
+    assert probe_tuples(workshop) == (-27.0, [11.0, 2.5], False, {})
+    assert probe_tuples(workshop, AHEAD_OF_TIME='off') == (-27.0, [11.0, 2.5], True, {})
+
+
+def test_a_class_of_the_same_name_and_fields_is_the_class(workshop):
+    """As after a module is loaded again."""
+    assert probe_tuples(workshop, by='Same(10.0, 0.5)') == (-27.0, [11.0, 2.5], False, {})
+
+
+@pytest.mark.parametrize(
+    'line, by',
+    [
+        ('Line(3, True, np.array([1.0, 2.0, 3.0]), Place(1.0, 2.0))', 'Swapped(0.5, 10.0)'),  # other fields
+        ('Line(3, True, np.array([1.0, 2.0, 3.0]), Place(1.0, 2.0))', 'Other(10.0, 0.5)'),  # another class
+        ('Line(3, True, np.array([1.0, 2.0, 3.0]), Place(1, 2.0))', 'Place(10.0, 0.5)'),  # an int for a float
+        ('Line(3, True, np.array([1.0, 2.0, 3.0], np.float32), Place(1.0, 2.0))', 'Place(10.0, 0.5)'),
+    ],
+)
+def test_other_named_tuples_are_left_to_numba(workshop, line, by):
+    assert probe_tuples(workshop, line, by) == (-27.0, [11.0, 2.5], True, {'toys.sums.moved': 1})
+
+
+@pytest.mark.parametrize('by', ['(10.0, 0.5)', 'Line(3, True, np.zeros(3), Place(1.0, 2.0))', 'None', 'Bad((10.0,))'])
+def test_a_tuple_without_the_fields_is_refused(workshop, by):
+    """`Bad` is shorter than its fields: nothing is read that is not there."""
+    code = f"""
+import numpy as np
+from toys import sums
+from toys.sums import Line, Place
+def Bad(values):
+    return tuple.__new__(Place, values)
+sums.moved(Line(3, True, np.zeros(3), Place(1.0, 2.0)), {by}, (1.0, 10.0))
+"""
+    done = python(workshop, '-c', code)
+    assert done.returncode == 1 and 'Traceback' in done.stderr
+
+
 def test_an_array_that_may_not_be_written_is_not_written(workshop):
     assert (
         python(
@@ -177,5 +264,6 @@ def test_the_extension_takes_what_it_is_given():
     made = kernel_type([('af82Cw', np.linalg.norm)], lambda *values, **named: (len(values), sorted(named)), len)
     assert made(np.eye(2)) == np.sqrt(2.0) and made.missed == 0
     assert made(np.eye(2).T[:1], 2) == (2, []) and made(a=1) == (0, ['a']) and made.missed == 2
-    with pytest.raises(TypeError):
-        kernel_type([(1, 2)], None, None)
+    for variant in (1, 2), (), 'af', ('f', len, 1), ('{0f}', len), ('{1f}', len, 'a.B:c'):
+        with pytest.raises((TypeError, ValueError)):
+            kernel_type([variant], None, None)
