@@ -182,8 +182,11 @@ def with_ros(report, name, lockstep, ros):
         else 'One chair in lockstep tells nothing of the spread: more `--seeds` do'
     )
     text = (
-        f'`rosrun sara_lab experiment {name} --ros`: the same descriptions through the launch files, the simulated chair behind its adapter under all nodes; chair{"s" * (len(chairs) > 1)} {", ".join(map(str, chairs))}. '
-        f"Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over {max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than {LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {told}.\n\n"
+        f'`rosrun sara_lab experiment {name} --ros`: the same descriptions through the launch files, the simulated '
+        f'chair behind its adapter under all nodes; chair{"s" * (len(chairs) > 1)} {", ".join(map(str, chairs))}. '
+        'Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over '
+        f'{max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than '
+        f"{LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {told}.\n\n"
     )
     names = list(dict.fromkeys(figure for _, figure, _ in known))
     if len(compared) > 1:
@@ -197,7 +200,8 @@ def with_ros(report, name, lockstep, ros):
     else:
         head, rows = ('', *map(_called, compared)), [(figure.name, _cell(figure, of)) for _, figure, of in known]
     faults = tuple(
-        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± {of.deviation:.{figure.digits}f}{_range(figure, of)}'
+        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± '
+        f'{of.deviation:.{figure.digits}f}{_range(figure, of)}'
         for set_up, figure, of in out
     )
     data = {

@@ -20,9 +20,10 @@ SETUPS = {'thesis': SetUp(LONG, XY_VX, turn_rate=RATE), 'ours': SetUp(OURS, DEFA
 OVERSHOOT_DEG = 3.0
 
 SETTING = """
-Navigation turns the chair from 0 to 90, 180, 270 and 360 deg in place, with 2 s at each, to the left and to the right, at 0.2 rad/s at most. Set-ups: the
-thesis's (trajectory rollout; x, y, vx fused with yaw and its rate; k = 1.08) and SARA's (default planner and fusion, the chair's own k). The wheels slip:
-0.2 rad/s commanded is 0.2/1.27 turned.
+Navigation turns the chair from 0 to 90, 180, 270 and 360 deg in place, with 2 s at each, to the left and to the
+right, at 0.2 rad/s at most. Set-ups: the thesis's (trajectory rollout; x, y, vx fused with yaw and its rate; k =
+1.08) and SARA's (default planner and fusion, the chair's own k). The wheels slip: 0.2 rad/s commanded is 0.2/1.27
+turned.
 """
 
 
@@ -92,12 +93,14 @@ def report(results):
     findings = (
         (
             'every step is reached, both ways',
-            f"{both['reached']} of {both['steps']} with the thesis's set-up, {ours['reached']} of {ours['steps']} with ours",
+            f"{both['reached']} of {both['steps']} with the thesis's set-up, {ours['reached']} of {ours['steps']} "
+            'with ours',
             CONFIRMED if both['reached'] == both['steps'] and not faults else PARTLY,
         ),
         (
             'the turns are smooth',
-            f"turning back and forth: {both['to_and_fro_deg']['mean']:.1f} deg a step with the thesis's set-up (at most {both['to_and_fro_deg']['max']:.1f}), "
+            f"turning back and forth: {both['to_and_fro_deg']['mean']:.1f} deg a step with the thesis's set-up (at "
+            f'most {both["to_and_fro_deg"]["max"]:.1f}), '
             f'{ours["to_and_fro_deg"]["mean"]:.2f} with ours (at most {ours["to_and_fro_deg"]["max"]:.2f})',
             CONFIRMED
             if both['to_and_fro_deg']['p95'] < 3 * OVERSHOOT_DEG and ours['to_and_fro_deg']['p95'] < OVERSHOOT_DEG
@@ -121,7 +124,8 @@ def report(results):
         tuple(sections),
         data,
         tuple(faults),
-        f"Every step is reached; the true yaw is {both['yaw_off_deg']['mean']:.1f} deg off with the thesis's set-up, {ours['yaw_off_deg']['mean']:.1f} with ours.",
+        f"Every step is reached; the true yaw is {both['yaw_off_deg']['mean']:.1f} deg off with the thesis's set-up, "
+        f'{ours["yaw_off_deg"]["mean"]:.1f} with ours.',
     )
 
 

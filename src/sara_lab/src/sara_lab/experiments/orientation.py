@@ -229,18 +229,23 @@ def filters(results):
     findings = (
         (
             'the yaw of both drifts alike',
-            f'after a minute they are {apart.mean():.3f} deg apart on average, having drifted {np.abs(drift["complementary"]).mean():.2f} and {np.abs(drift["madgwick"]).mean():.2f} deg',
+            f'after a minute they are {apart.mean():.3f} deg apart on average, having drifted '
+            f'{np.abs(drift["complementary"]).mean():.2f} and {np.abs(drift["madgwick"]).mean():.2f} deg',
             CONFIRMED if apart.max() < 0.5 * np.abs(drift['complementary']).mean() else PARTLY,
         ),
         (
             "Madgwick's needs the factor k as well",
-            f'it turns {share["madgwick"].mean():.3f} of the true angle, the complementary filter {share["complementary"].mean():.3f}',
+            f'it turns {share["madgwick"].mean():.3f} of the true angle, the complementary filter '
+            f'{share["complementary"].mean():.3f}',
             CONFIRMED if abs(share['madgwick'].mean() - share['complementary'].mean()) < 0.01 else PARTLY,
         ),
         (
             "Madgwick's costs more and gains nothing",
-            f'{cost["madgwick"][0]} operations instead of {cost["complementary"][0]}, and no less drift; its roll and pitch are steadier '
-            f'({np.mean([result["madgwick"]["sigma"] for result in found]):.3f} instead of {np.mean([result["complementary"]["sigma"] for result in found]):.3f} deg), which navigation in the plane does not use',
+            f'{cost["madgwick"][0]} operations instead of {cost["complementary"][0]}, and no less drift; its roll and '
+            'pitch are steadier '
+            f'({np.mean([result["madgwick"]["sigma"] for result in found]):.3f} instead of '
+            f'{np.mean([result["complementary"]["sigma"] for result in found]):.3f} deg), which navigation in the '
+            'plane does not use',
             CONFIRMED if cost['madgwick'][0] > cost['complementary'][0] else PARTLY,
         ),
     )
@@ -253,7 +258,8 @@ def filters(results):
         ),
         core.Figure(
             sensor_figures.name(13),
-            "Angles at rest with the last firmware (rates in tenths), calibrated, Madgwick's filter (chair 0). The mean of a minute is taken off roll and pitch, which show the mounting's tilt.",
+            "Angles at rest with the last firmware (rates in tenths), calibrated, Madgwick's filter (chair 0). The "
+            "mean of a minute is taken off roll and pitch, which show the mounting's tilt.",
             lambda path: _angles(path, trace['last'], 'madgwick'),
         ),
         core.Figure(
@@ -268,7 +274,8 @@ def filters(results):
         ),
         core.Figure(
             sensor_figures.name(18),
-            "Angular velocity and turned angle of a full turn each way by Madgwick's filter, as measured and times k (chair 0).",
+            "Angular velocity and turned angle of a full turn each way by Madgwick's filter, as measured and times k "
+            '(chair 0).',
             lambda path: sensor_figures.turn_both_ways(
                 path, [_turn(turn) for turn in trace['turns']], 'Madgwick', 'times k ='
             ),
@@ -330,7 +337,7 @@ def covariances(results):
                 reason = (
                     "the noise of one sample's gravity angle, a tenth of which goes through the filter"
                     if k < 2
-                    else 'yaw has no reference: over a minute this is drift, not noise, and grows with the minute squared'
+                    else 'yaw has no reference: over a minute this is drift, not noise, and grows with its square'
                 )
             rows.append(
                 Row(
@@ -359,12 +366,14 @@ def covariances(results):
     findings = (
         (
             "table 4.10's variances of accelerometer and gyroscope",
-            f'ours are {min(within["accel"] + within["gyro"]):.2f} to {max(within["accel"] + within["gyro"]):.2f} times those',
+            f'ours are {min(within["accel"] + within["gyro"]):.2f} to {max(within["accel"] + within["gyro"]):.2f} '
+            'times those',
             CONFIRMED if inside else PARTLY,
         ),
         (
             'they are the variances to give the filter',
-            "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter almost ignores the measured turn rate. `thesis_covariances:=true` publishes the listing's",
+            "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter almost ignores the measured "
+            "turn rate. `thesis_covariances:=true` publishes the listing's",
             PARTLY,
         ),
     )
@@ -409,7 +418,8 @@ EXPERIMENTS = (
     Experiment(
         'E4',
         "complementary filter against Madgwick's",
-        'Both filters run in the sensor node on the same samples (A = 0.9; beta as configured): a minute at rest, and a full turn each way (thesis 4.2.3.1 b, figures 4.12 to 4.18).',
+        'Both filters run in the sensor node on the same samples (A = 0.9; beta as configured): a minute at rest, and '
+        'a full turn each way (thesis 4.2.3.1 b, figures 4.12 to 4.18).',
         10,
         _cases,
         filters,

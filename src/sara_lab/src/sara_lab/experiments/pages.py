@@ -99,8 +99,10 @@ def summary(experiments, folder):
         [
             "# The thesis's experiments, repeated",
             '',
-            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep. The thesis measured one chair once; here the true pose is known, too.',
-            'Brackets hold 95 % intervals of the mean. All figures of a page are in the JSON file beside it; how to run one: [experiments](../../src/sara_lab/docs/experiments.md).',
+            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep. The thesis '
+            'measured one chair once; here the true pose is known, too.',
+            'Brackets hold 95 % intervals of the mean. All figures of a page are in the JSON file beside it; how to '
+            'run one: [experiments](../../src/sara_lab/docs/experiments.md).',
             '',
             table(('', 'what', 'verdict', 'chairs', 'in short'), rows),
             '',

@@ -123,18 +123,21 @@ def accelerometer(results):
     extra = (
         (
             'sigma rises with the calibration (table 4.1 to 4.2: x 0.0576 to 0.1097)',
-            f"it does not: after / before is {ratio.mean():.2f} on average. An offset register adds a constant, which changes no spread; the thesis's two recordings must have differed in something else",
+            f'it does not: after / before is {ratio.mean():.2f} on average. An offset register adds a constant, which '
+            "changes no spread; the thesis's two recordings must have differed in something else",
             CONTRADICTED,
         ),
     )
     if off['after'].max() > thesis.ACCEL_AFTER:
         faults.append(
-            f"an accelerometer's mean is {off['after'].max():.4f} m/s2 off after its calibration (at most {thesis.ACCEL_AFTER})"
+            f"an accelerometer's mean is {off['after'].max():.4f} m/s2 off after its calibration (at most "
+            f'{thesis.ACCEL_AFTER})'
         )
     section = (
         'One thing changed',
         'Only the offset registers differ between the two minutes, and sigma stays '
-        f'(after / before: {ratio.min():.2f} to {ratio.max():.2f} over all chairs and axes). So the calibration did not raise it.',
+        f'(after / before: {ratio.min():.2f} to {ratio.max():.2f} over all chairs and axes). So the calibration did '
+        'not raise it.',
     )
     return Report(
         _rest_findings('accel', 'm/s2', off, kurtosis, thesis.ACCEL_AFTER, extra),
@@ -152,7 +155,8 @@ def gyroscope(results):
     found, rows, data, faults, off, kurtosis = _rest_report(results, 'gyro', thesis.RATE, 'deg/s', (0.0, 0.0, 0.0))
     if off['after'].max() > thesis.RATE_AFTER_NODE:
         faults.append(
-            f"a gyroscope's mean is {off['after'].max():.4f} deg/s after its calibration in the node (at most {thesis.RATE_AFTER_NODE:.4f})"
+            f"a gyroscope's mean is {off['after'].max():.4f} deg/s after its calibration in the node (at most "
+            f'{thesis.RATE_AFTER_NODE:.4f})'
         )
     return Report(
         _rest_findings('gyro', 'deg/s', off, kurtosis, thesis.RATE_AFTER_NODE),
@@ -243,21 +247,27 @@ def yaw(results):
         ),
         (
             'calibrated in the sensor node, yaw is over 1 deg off after a minute; on the PC well under it',
-            f"{np.mean(ends['node'] > 1.0):.0%} of the chairs are over 1 deg with the node's calibration (mean {ends['node'].mean():.2f} deg), {np.mean(ends['pc'] > 1.0):.0%} with the PC's ({ends['pc'].mean():.2f} deg)",
+            f"{np.mean(ends['node'] > 1.0):.0%} of the chairs are over 1 deg with the node's calibration (mean "
+            f"{ends['node'].mean():.2f} deg), {np.mean(ends['pc'] > 1.0):.0%} with the PC's ({ends['pc'].mean():.2f} "
+            'deg)',
             CONFIRMED if ends['pc'].mean() < 0.5 * ends['node'].mean() else PARTLY,
         ),
         (
             'sent in tenths of a degree per second, yaw does not drift any more',
-            f'it does: {ends["tenths"].mean():.2f} deg in a minute. The rounding hides a small mean only where there is no noise: with '
+            f'it does: {ends["tenths"].mean():.2f} deg in a minute. The rounding hides a small mean only where there '
+            'is no noise: with '
             f'a tenth of the noise {ends["quiet"].mean():.2f} deg are left',
             CONTRADICTED if ends['tenths'].mean() > 0.3 else CONFIRMED,
         ),
     )
     section = (
         "One thing changed: the chip's noise",
-        'A rate below half a tenth is sent as 0, which hides a small offset if nothing else moves the rate. But the 200 ms means of this gyroscope have a sigma of 0.073 deg/s '
-        f'(table 4.5): they dither, and the mean survives the rounding. With {QUIET:g} of the noise the last firmware drifts '
-        f'{ends["quiet"].mean():.3f} deg in a minute instead of {ends["tenths"].mean():.3f} deg, as in the thesis. Turns below 0.05 deg/s are then lost as well, so this is no cure.',
+        'A rate below half a tenth is sent as 0, which hides a small offset if nothing else moves the rate. But the '
+        '200 ms means of this gyroscope have a sigma of 0.073 deg/s '
+        f'(table 4.5): they dither, and the mean survives the rounding. With {QUIET:g} of the noise the last firmware '
+        'drifts '
+        f'{ends["quiet"].mean():.3f} deg in a minute instead of {ends["tenths"].mean():.3f} deg, as in the thesis. '
+        'Turns below 0.05 deg/s are then lost as well, so this is no cure.',
     )
     return Report(
         findings,
@@ -266,7 +276,8 @@ def yaw(results):
         (section,),
         data,
         tuple(faults),
-        f"Calibrating on the PC leaves {100 * less:.0f} % less; sent in tenths yaw drifts all the same, for the gyroscope's noise is not small beside a tenth.",
+        f'Calibrating on the PC leaves {100 * less:.0f} % less; sent in tenths yaw drifts all the same, for the '
+        "gyroscope's noise is not small beside a tenth.",
     )
 
 
@@ -298,7 +309,10 @@ def _rest_cases(seeds):
     return [Case(('rest', seed), rest_case, seed) for seed in range(seeds)]
 
 
-REST = 'The chair stands for a minute; frames are read on the PC before and after its sensor node calibrates the chip (offset registers of the MPU6050).'
+REST = (
+    'The chair stands for a minute; frames are read on the PC before and after its sensor node calibrates the chip '
+    '(offset registers of the MPU6050).'
+)
 EXPERIMENTS = (
     Experiment(
         'E1',
@@ -323,8 +337,10 @@ EXPERIMENTS = (
     Experiment(
         'E3',
         'yaw at rest',
-        "A minute at rest; yaw is the integral of the rate: calibrated in the sensor node, on the PC (four times), with the thesis's fixed offset, "
-        "and with the last firmware, which sends tenths of deg/s (thesis 4.2.3.1). The PC's calibration is compared with the chip's true bias.",
+        'A minute at rest; yaw is the integral of the rate: calibrated in the sensor node, on the PC (four times), '
+        "with the thesis's fixed offset, "
+        "and with the last firmware, which sends tenths of deg/s (thesis 4.2.3.1). The PC's calibration is compared "
+        "with the chip's true bias.",
         10,
         lambda seeds: [Case(('yaw', seed), yaw_case, seed) for seed in range(seeds)],
         yaw,

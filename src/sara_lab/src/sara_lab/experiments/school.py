@@ -54,10 +54,12 @@ SETUPS = {
 }
 
 SETTING = """
-The chair stands in the school's corridor at (1.2, 7.1, 90 deg); filter and IMU have started at zero. RViz's "2D Pose Estimate" gives its pose,
-"2D Nav Goal" sends it 12.8 m along the corridor, to (14, 7.1, 0 deg). Method 1 of the thesis: `imu0_differential: true`, the IMU keeps its own zero.
-Method 2: false, and `/set_pose` also sets read.py's yaw. Both run with the thesis's fusion (x, y, vx, yaw, vyaw), with the thesis's planner (longer
-`sim_time`) and SARA's; then with SARA's fusion, and with the true pose. If the next odometry pulls the filter back, the pose is given again.
+The chair stands in the school's corridor at (1.2, 7.1, 90 deg); filter and IMU have started at zero. RViz's "2D Pose
+Estimate" gives its pose, "2D Nav Goal" sends it 12.8 m along the corridor, to (14, 7.1, 0 deg). Method 1 of the
+thesis: `imu0_differential: true`, the IMU keeps its own zero. Method 2: false, and `/set_pose` also sets read.py's
+yaw. Both run with the thesis's fusion (x, y, vx, yaw, vyaw), with the thesis's planner (longer `sim_time`) and
+SARA's; then with SARA's fusion, and with the true pose. If the next odometry pulls the filter back, the pose is given
+again.
 """
 
 
@@ -132,30 +134,41 @@ def report(results):
         ('All set-ups', table(head, lines) + '\n\n' + ranks),
         (
             'One thing changed: vx instead of x, y and vx',
-            "With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the wheels, transformed by the filter's own last output, then turn it. "
-            f'Without them, with the same IMU, the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead of {mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off instead of {mean(true["end_m"], 1, "m")}; '
-            f'with false {mean(vx_false["end_m"], 2, "m")}. So the cause is not the jump between IMU and RViz, as the thesis assumes, but a heading without a reference in a filter that measures its own output.',
+            'With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the '
+            "wheels, transformed by the filter's own last output, then turn it. "
+            f'Without them, with the same IMU, the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead '
+            f'of {mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off '
+            f'instead of {mean(true["end_m"], 1, "m")}; '
+            f'with false {mean(vx_false["end_m"], 2, "m")}. So the cause is not the jump between IMU and RViz, as the '
+            'thesis assumes, but a heading without a reference in a filter that measures its own output.',
         ),
         (
             'Why false still ends beside the goal',
-            f"x, y, vx counts part of each step twice (E9): the chair believes it has arrived {mean(false['end_m'], 1, 'm')} early. With vx alone the error is {mean(vx_false['end_m'], 2, 'm')}, with SARA's fusion {mean(own['end_m'], 2, 'm')}, with the true pose {mean(fake['end_m'], 2, 'm')}.",
+            'x, y, vx counts part of each step twice (E9): the chair believes it has arrived '
+            f'{mean(false["end_m"], 1, "m")} early. With vx alone the error is {mean(vx_false["end_m"], 2, "m")}, '
+            f"with SARA's fusion {mean(own['end_m'], 2, 'm')}, with the true pose {mean(fake['end_m'], 2, 'm')}.",
         ),
     )
     weaves = true['straight_m']['mean'] > 2.0 * false['straight_m']['mean']
     findings = (
         (
             'true: the path weaves',
-            f'off the straight line by {interval(true["straight_m"], 2, "m")} (false: {interval(false["straight_m"], 2, "m")}); the heading error grows to {interval(true["heading_deg"], 0, "deg")}, and {true["reached"]:.0%} of the drives report their goal as reached',
+            f'off the straight line by {interval(true["straight_m"], 2, "m")} (false: '
+            f'{interval(false["straight_m"], 2, "m")}); the heading error grows to '
+            f'{interval(true["heading_deg"], 0, "deg")}, and {true["reached"]:.0%} of the drives report their goal as '
+            'reached',
             CONFIRMED if weaves else PARTLY,
         ),
         (
             'false: straight, and ends closer',
-            f'{interval(false["end_m"], 2, "m")} instead of {interval(true["end_m"], 1, "m")} off the goal; {false["reached"]:.0%} reached',
+            f'{interval(false["end_m"], 2, "m")} instead of {interval(true["end_m"], 1, "m")} off the goal; '
+            f'{false["reached"]:.0%} reached',
             CONFIRMED if false['end_m']['high'] < true['end_m']['low'] else CONTRADICTED,
         ),
         (
             "(the same with SARA's planner)",
-            f"{interval(ours_false['end_m'], 2, 'm')} instead of {interval(ours_true['end_m'], 1, 'm')}; with SARA's own fusion {interval(own['end_m'], 2, 'm')}",
+            f"{interval(ours_false['end_m'], 2, 'm')} instead of {interval(ours_true['end_m'], 1, 'm')}; with SARA's "
+            f'own fusion {interval(own["end_m"], 2, "m")}',
             CONFIRMED if ours_false['end_m']['high'] < ours_true['end_m']['low'] else PARTLY,
         ),
     )
@@ -164,7 +177,8 @@ def report(results):
             'differential true (figures 4.40, 4.41)',
             'small oscillations, jumps of the heading',
             f'heading wrong by {mean(true["heading_deg"], 0, "deg")}, {mean(true["end_m"], 1, "m")} off the goal',
-            "nothing holds the heading; x, y turn it. How much depends on the odometry's variances, which the thesis does not give",
+            "nothing holds the heading; x, y turn it. How much depends on the odometry's variances, which the thesis "
+            'does not give',
         ),
         Row(
             'differential false, offset by /set_pose (4.42, 4.43)',
@@ -194,7 +208,8 @@ def report(results):
         sections,
         {'set_ups': {' / '.join(key): of for key, of in found.items()}},
         tuple(faults),
-        f"Off the goal: true {true['end_m']['mean']:.1f} m, false {false['end_m']['mean']:.1f} m, SARA's own {own['end_m']['mean']:.2f} m. With true nothing holds the heading, and x, y turn it.",
+        f"Off the goal: true {true['end_m']['mean']:.1f} m, false {false['end_m']['mean']:.1f} m, SARA's own "
+        f'{own["end_m"]["mean"]:.2f} m. With true nothing holds the heading, and x, y turn it.',
     )
 
 
@@ -239,7 +254,8 @@ def _figures(results, found):
     figures.append(
         Figure(
             'e10_ends',
-            'How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %, a point is a chair.',
+            'How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %, a point is a '
+            'chair.',
             lambda path: drive_figures.boxes(
                 path,
                 {

@@ -24,14 +24,16 @@ def at_rest(rest, which, seed):
         found.append(
             Figure(
                 name(first + offset),
-                f'{label.capitalize()} of the resting chair {when} calibration (chair {seed}): a minute of frames, and their mean.',
+                f'{label.capitalize()} of the resting chair {when} calibration (chair {seed}): a minute of frames, '
+                'and their mean.',
                 lambda path, s=samples: _over_a_minute(path, s, which),
             )
         )
         found.append(
             Figure(
                 name(first + offset + 1),
-                f'The same {when} calibration, less the mean: histograms beside the normal distribution of the same sigma (chair {seed}).',
+                f'The same {when} calibration, less the mean: histograms beside the normal distribution of the same '
+                f'sigma (chair {seed}).',
                 lambda path, s=samples: histograms(path, s - s.mean(axis=0), AXES, QUANTITIES[which][1]),
             )
         )

@@ -76,7 +76,8 @@ def table(chairs):
         'm/s2',
     )
     lines += [
-        "The thesis's sigma rises with the calibration (x 0.058 to 0.110). Not reproduced: writing an offset register adds a constant and cannot",
+        "The thesis's sigma rises with the calibration (x 0.058 to 0.110). Not reproduced: writing an offset register "
+        'adds a constant and cannot',
         'change a spread; its two recordings must have differed in something else (the chair, the motors, the floor).',
         '',
     ]
@@ -97,13 +98,18 @@ def table(chairs):
         '',
         f'E3, tables 4.7 and 4.8: error of the yaw rate at rest; {len(chairs)} chairs',
         f'{"calibrated":34} {"thesis":>9} {"ours":>9}   deg/s           yaw after a minute',
-        f'{"in the sensor node":34} {ERROR_NODE:9.4f} {node.mean():9.4f}   mean |error|    {drift["node"].mean():6.2f} deg (worst {drift["node"].max():.2f})',
+        f'{"in the sensor node":34} {ERROR_NODE:9.4f} {node.mean():9.4f}   mean |error|    '
+        f'{drift["node"].mean():6.2f} deg (worst {drift["node"].max():.2f})',
         f'{"on the PC, what it left":34} {ERROR_PC:9.4f} {np.abs(pc).mean():9.4f}   mean |error|    '
-        f'{np.mean([abs(t.yaw[-1]) for chair in chairs for t in chair["pc"]]):6.2f} deg (worst {max(abs(t.yaw[-1]) for chair in chairs for t in chair["pc"]):.2f})',
+        f'{np.mean([abs(t.yaw[-1]) for chair in chairs for t in chair["pc"]]):6.2f} deg (worst '
+        f'{max(abs(t.yaw[-1]) for chair in chairs for t in chair["pc"]):.2f})',
         f'{"on the PC, as its minute measures":34} {"":9} {np.abs(measured).mean():9.4f}   mean |error|',
-        f'{"fixed offset of -0.645 deg/s":34} {"":9} {"":9}                   {drift["fixed"].mean():6.2f} deg (worst {drift["fixed"].max():.2f})',
-        f'{"sensor node, sent in tenths":34} {"none":>9} {"":9}                   {drift["tenths"].mean():6.2f} deg (worst {drift["tenths"].max():.2f})',
-        '  in tenths: a mean rate below half a tenth goes out as 0, noise of the 200 ms means (0.07 deg/s) lets some of it through',
+        f'{"fixed offset of -0.645 deg/s":34} {"":9} {"":9}                   {drift["fixed"].mean():6.2f} deg (worst '
+        f'{drift["fixed"].max():.2f})',
+        f'{"sensor node, sent in tenths":34} {"none":>9} {"":9}                   {drift["tenths"].mean():6.2f} deg '
+        f'(worst {drift["tenths"].max():.2f})',
+        '  in tenths: a mean rate below half a tenth goes out as 0, noise of the 200 ms means (0.07 deg/s) lets some '
+        'of it through',
         '',
     ]
     lines += [
@@ -116,7 +122,8 @@ def table(chairs):
     gain = np.array([chair['turns'].gain.gain for chair in chairs])
     after = np.array([[measured - true for true, measured in chair['turns'].check] for chair in chairs])
     lines.append(
-        f'{"k":>6} {1.08:8.2f} {gain.mean():10.4f} ({gain.min():.4f} .. {gain.max():.4f}); another full turn with it: at most {np.abs(after).max():.2f} deg off'
+        f'{"k":>6} {1.08:8.2f} {gain.mean():10.4f} ({gain.min():.4f} .. {gain.max():.4f}); another full turn with it: '
+        f'at most {np.abs(after).max():.2f} deg off'
     )
     return '\n'.join(lines)
 
@@ -149,7 +156,8 @@ def verdict(chairs):
             off = abs(mean[:, k].mean() / thesis['before'][0][k] - 1.0)
             if off > MEAN_BEFORE:
                 faults.append(
-                    f"{which} {axis} before calibration: {mean[:, k].mean():.4f} {unit}, {100 * off:.1f} % from the thesis's {thesis['before'][0][k]}"
+                    f'{which} {axis} before calibration: {mean[:, k].mean():.4f} {unit}, {100 * off:.1f} % from the '
+                    f"thesis's {thesis['before'][0][k]}"
                 )
     faults += [f'chair {chair["seed"]}: {fault}' for chair in chairs for fault in chair_faults(chair)]
     for mark, theirs in TURNS.items():

@@ -72,15 +72,17 @@ CHANGED = {STEERED: SetUp(LONG, VX, steer_by_wheels=True), STEPS: SetUp(LONG, XY
 ON_SECOND = {MIDDLE: SetUp(MIDDLE, XY_VX), LONG: SetUp(LONG, XY_VX), OURS: SetUp(OURS, DEFAULT, own_gain=True)}
 
 SETTING_8 = """
-The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0) in an open hall, localized by wheel odometry alone, with the IMU recorded (thesis 4.3.2).
-Set-ups: the thesis's planner (trajectory rollout, `config/thesis_planner.yaml`, the longer `sim_time`); SARA's planner; SARA's planner with the
-chair's own wheel radii, and with all multipliers that `calibrate_odometry` finds.
+The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0) in an open hall, localized by wheel odometry
+alone, with the IMU recorded (thesis 4.3.2). Set-ups: the thesis's planner (trajectory rollout,
+`config/thesis_planner.yaml`, the longer `sim_time`); SARA's planner; SARA's planner with the chair's own wheel radii,
+and with all multipliers that `calibrate_odometry` finds.
 """
 SETTING_9 = """
-The same square with the wheel inputs that the thesis fuses with the IMU's yaw and turn rate: vx; x and y; x, y and vx (`ekf_thesis_vx.yaml`,
-`ekf_thesis_xy.yaml`, `ekf_thesis.yaml`). Its planner runs with `sim_time` 1.0, 1.5 and 2.5 s (the thesis raises it twice and gives no values); then its
-second course follows (thesis 4.3.3). The thesis's set-up has k = 1.08 for every chair; SARA's has the default planner, the default fusion and the chair's
-own k. `true pose` is fake_localization. Corners are judged by the true pose; the thesis's figures show the filter's estimate ("as seen").
+The same square with the wheel inputs that the thesis fuses with the IMU's yaw and turn rate: vx; x and y; x, y and vx
+(`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`). Its planner runs with `sim_time` 1.0, 1.5 and 2.5 s
+(the thesis raises it twice and gives no values); then its second course follows (thesis 4.3.3). The thesis's set-up
+has k = 1.08 for every chair; SARA's has the default planner, the default fusion and the chair's own k. `true pose` is
+fake_localization. Corners are judged by the true pose; the thesis's figures show the filter's estimate ("as seen").
 """
 
 
@@ -149,7 +151,8 @@ def odometry_alone(results):
                 f'corner {k + 1}: odometry says {wheels} deg; turned',
                 f'IMU {imu} deg ({wheels / imu:.2f})',
                 f'{interval(true, 1, "deg")} true, {interval(measured, 1)} by the IMU ({ratios[:, k].mean():.2f})',
-                "the text before figure 4.22 says the opposite of its table; the chair's wheels say 1.25 to 1.30 times what it turns"
+                "the text before figure 4.22 says the opposite of its table; the chair's wheels say 1.25 to 1.30 "
+                'times what it turns'
                 if k == 0
                 else '',
             )
@@ -181,17 +184,20 @@ def odometry_alone(results):
     for what, found in (('on average over all chairs', (ratios.mean(),)), ('of the slip alone', (least, most))):
         if not (GAIN_ERROR[0] <= min(found) and max(found) <= GAIN_ERROR[1]):
             faults.append(
-                f"the odometry's gain error {what} is {' to '.join(f'{value:.3f}' for value in found)}, table 4.13 has {GAIN_ERROR[0]} to {GAIN_ERROR[1]}"
+                f"the odometry's gain error {what} is {' to '.join(f'{value:.3f}' for value in found)}, table 4.13 "
+                f'has {GAIN_ERROR[0]} to {GAIN_ERROR[1]}'
             )
     findings = (
         (
             'by odometry alone the square fails',
-            f'it ends {interval(ends["thesis"], 1, "m")} beside the last corner, while its odometry claims to be there within {seen["max"]:.2f} m',
+            f'it ends {interval(ends["thesis"], 1, "m")} beside the last corner, while its odometry claims to be '
+            f'there within {seen["max"]:.2f} m',
             CONFIRMED if ends['thesis']['low'] > LOST_M else CONTRADICTED,
         ),
         (
             "the odometry's yaw has a gain error of 1.25 to 1.30 (table 4.13: 1.25 to 1.33)",
-            f"{ratios.mean():.3f} on average, {low:.2f} to {high:.2f} over all chairs; {least:.3f} to {most:.3f} where the odometry knows the wheels' radii",
+            f'{ratios.mean():.3f} on average, {low:.2f} to {high:.2f} over all chairs; {least:.3f} to {most:.3f} '
+            "where the odometry knows the wheels' radii",
             CONTRADICTED if faults else CONFIRMED if GAIN_ERROR[0] <= low and high <= GAIN_ERROR[1] else PARTLY,
         ),
     )
@@ -214,7 +220,8 @@ def odometry_alone(results):
         ),
         Figure(
             'e8_paths',
-            "Driven by wheel odometry alone: the odometry draws a square, the chair does not. With the wheels' geometry calibrated it does (chair 0).",
+            "Driven by wheel odometry alone: the odometry draws a square, the chair does not. With the wheels' "
+            'geometry calibrated it does (chair 0).',
             lambda path: drive_figures.path(
                 path,
                 {
@@ -232,12 +239,15 @@ def odometry_alone(results):
     )
     radii = (
         "One thing changed: the wheels' radii",
-        f"The odometry assumes 0.155 m for both wheels; each chair's differ by about half a percent, a degree or more over 4 m. With the chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one; "
-        f"without them {low:.3f} to {high:.3f}. The rest is the slip, which the simulator draws from 1.25 to 1.30 (the thesis's range).",
+        "The odometry assumes 0.155 m for both wheels; each chair's differ by about half a percent, a degree or more "
+        f"over 4 m. With the chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one; "
+        f'without them {low:.3f} to {high:.3f}. The rest is the slip, which the simulator draws from 1.25 to 1.30 '
+        "(the thesis's range).",
     )
     section = (
         "One thing changed: the wheels' geometry",
-        f"With the chair's own multipliers of `wheel_separation` and both radii (`rosrun sara_control calibrate_odometry` finds them), odometry alone ends {mean(ends['ours, calibrated'], 2, 'm')} "
+        "With the chair's own multipliers of `wheel_separation` and both radii (`rosrun sara_control "
+        f'calibrate_odometry` finds them), odometry alone ends {mean(ends["ours, calibrated"], 2, "m")} '
         'off the last corner. So the geometry fails, not the integration. On a real floor the slip is less constant.',
     )
     return Report(
@@ -247,7 +257,8 @@ def odometry_alone(results):
         (radii, section),
         data,
         tuple(faults),
-        f"It ends {ends['thesis']['mean']:.1f} m off without noticing; the odometry's yaw is {low:.2f} to {high:.2f} times the true one. With the wheels' geometry calibrated: {ends['ours, calibrated']['mean']:.2f} m.",
+        f"It ends {ends['thesis']['mean']:.1f} m off without noticing; the odometry's yaw is {low:.2f} to {high:.2f} "
+        f"times the true one. With the wheels' geometry calibrated: {ends['ours, calibrated']['mean']:.2f} m.",
     )
 
 
@@ -319,7 +330,8 @@ def fusions(results):
         (
             'All set-ups',
             f'Means over the chairs.\n\n{table(HEAD, lines)}\n\n'
-            f'Ranking by the true corners (`<`: better beyond chance over the same chairs, `~`: perhaps chance). {ranks}.',
+            'Ranking by the true corners (`<`: better beyond chance over the same chairs, `~`: perhaps chance). '
+            f'{ranks}.',
         ),
         *_explained(results, square, steered, steps),
     ]
@@ -336,8 +348,11 @@ def fusions(results):
         tuple(sections),
         data,
         tuple(faults),
-        f"True corners off, thesis's planner (2.5 s): vx {square[LONG][VX]['corner_m']['mean']:.2f} m, x, y, vx {square[LONG][XY_VX]['corner_m']['mean']:.2f} m, x, y {square[LONG][XY]['corner_m']['mean']:.1f} m; ours {square[OURS][DEFAULT]['corner_m']['mean']:.3f} m. "
-        'The longer sim_time drives straighter, slower and turns the short way. vx loses the square only where the wheels steer.',
+        f"True corners off, thesis's planner (2.5 s): vx {square[LONG][VX]['corner_m']['mean']:.2f} m, x, y, vx "
+        f'{square[LONG][XY_VX]["corner_m"]["mean"]:.2f} m, x, y {square[LONG][XY]["corner_m"]["mean"]:.1f} m; ours '
+        f'{square[OURS][DEFAULT]["corner_m"]["mean"]:.3f} m. '
+        'The longer sim_time drives straighter, slower and turns the short way. vx loses the square only where the '
+        'wheels steer.',
     )
 
 
@@ -354,28 +369,37 @@ def _findings(square, found, steered, steps):
     return (
         (
             'vx alone loses the square',
-            f'it does not: corners are {interval(short[VX]["corner_m"], 2, "m")} off. Figure 4.24 shows a chair steered by its wheels: the odometry draws a square, the chair is lost '
+            f'it does not: corners are {interval(short[VX]["corner_m"], 2, "m")} off. Figure 4.24 shows a chair '
+            'steered by its wheels: the odometry draws a square, the chair is lost '
             f"({interval(steered['corner_m'], 1, 'm')}), and the filter's path rightly shows it",
             CONFIRMED if lost else CONTRADICTED,
         ),
         (
             'x, y alone turns the long way round',
-            f'in {short[XY]["long_way"]:.0%} of the drives with sim_time 1.0 s, and the square is lost ({interval(short[XY]["corner_m"], 1, "m")}). With so short a horizon vx alone does it too ({short[VX]["long_way"]:.0%}); with 2.5 s x, y does ({long_[XY]["long_way"]:.0%}), vx does not ({long_[VX]["long_way"]:.0%})',
+            f'in {short[XY]["long_way"]:.0%} of the drives with sim_time 1.0 s, and the square is lost '
+            f'({interval(short[XY]["corner_m"], 1, "m")}). With so short a horizon vx alone does it too '
+            f'({short[VX]["long_way"]:.0%}); with 2.5 s x, y does ({long_[XY]["long_way"]:.0%}), vx does not '
+            f'({long_[VX]["long_way"]:.0%})',
             CONFIRMED if short[XY]['long_way'] > 0.5 else PARTLY,
         ),
         (
             'x, y and vx is better than x, y alone',
-            f'{interval(short[XY_VX]["corner_m"], 2, "m")} instead of {interval(short[XY]["corner_m"], 1, "m")}; as seen by the filter, which is what the thesis had, {interval(short[XY_VX]["seen_m"], 2, "m")}',
+            f'{interval(short[XY_VX]["corner_m"], 2, "m")} instead of {interval(short[XY]["corner_m"], 1, "m")}; as '
+            f'seen by the filter, which is what the thesis had, {interval(short[XY_VX]["seen_m"], 2, "m")}',
             CONFIRMED if cured else CONTRADICTED,
         ),
         (
             'x, y and vx is the best of the three',
-            f'by the true pose vx alone is ({"; ".join(f"{planner}: {name}" for planner, name in zip(COMPARED, rank))}): x, y counts part of each step twice, so true legs are too short',
+            'by the true pose vx alone is '
+            f'({"; ".join(f"{planner}: {name}" for planner, name in zip(COMPARED, rank))}): x, y counts part of each '
+            'step twice, so true legs are too short',
             CONTRADICTED if set(rank) == {VX} else PARTLY,
         ),
         (
             'with the longer sim_time legs are straight and every turn goes the short way',
-            f'with x, y, vx {long_[XY_VX]["long_way"]:.0%} instead of {short[XY_VX]["long_way"]:.0%} of the drives turn the long way, and legs are straight within {interval(long_[XY_VX]["straight_m"], 3, "m")} instead of '
+            f'with x, y, vx {long_[XY_VX]["long_way"]:.0%} instead of {short[XY_VX]["long_way"]:.0%} of the drives '
+            f'turn the long way, and legs are straight within {interval(long_[XY_VX]["straight_m"], 3, "m")} instead '
+            'of '
             f'{interval(short[XY_VX]["straight_m"], 3, "m")}',
             CONFIRMED
             if long_[XY_VX]['straight_m']['mean'] < short[XY_VX]['straight_m']['mean']
@@ -384,21 +408,30 @@ def _findings(square, found, steered, steps):
         ),
         (
             'and it is slower',
-            f'speed while driving {mean(long_[VX]["pace"], 3)} instead of {interval(short[VX]["pace"], 3, "m/s")} with vx, {mean(long_[XY_VX]["pace"], 3)} instead of {interval(short[XY_VX]["pace"], 3, "m/s")} with x, y, vx. '
-            f'The square takes {mean(long_[VX]["seconds"], 0)} instead of {interval(short[VX]["seconds"], 0, "s")} with vx, but {mean(long_[XY_VX]["seconds"], 0)} instead of {interval(short[XY_VX]["seconds"], 0, "s")} with x, y, vx, because the long turns are gone',
+            f'speed while driving {mean(long_[VX]["pace"], 3)} instead of {interval(short[VX]["pace"], 3, "m/s")} '
+            f'with vx, {mean(long_[XY_VX]["pace"], 3)} instead of {interval(short[XY_VX]["pace"], 3, "m/s")} with x, '
+            'y, vx. '
+            f'The square takes {mean(long_[VX]["seconds"], 0)} instead of {interval(short[VX]["seconds"], 0, "s")} '
+            f'with vx, but {mean(long_[XY_VX]["seconds"], 0)} instead of {interval(short[XY_VX]["seconds"], 0, "s")} '
+            'with x, y, vx, because the long turns are gone',
             CONFIRMED
             if all(long_[fusion]['pace']['high'] < short[fusion]['pace']['low'] for fusion in (VX, XY_VX))
             else PARTLY,
         ),
         (
             'the second course: in leg 4 the chair turns half a turn too many',
-            f'as printed, {interval(printed["last_leg"], 0, "deg")} too many with sim_time 1.5 s; with (0, -3) instead of (1, -3) {interval(meant["last_leg"], 0, "deg")}, because the leg is then straight ahead. '
-            f"SARA's planner: {mean(second[0]['last_leg'], 0, 'deg')} (18 to face the slanting leg and 18 back), and {mean(second[1]['last_leg'], 0, 'deg')}",
+            f'as printed, {interval(printed["last_leg"], 0, "deg")} too many with sim_time 1.5 s; with (0, -3) '
+            f'instead of (1, -3) {interval(meant["last_leg"], 0, "deg")}, because the leg is then straight ahead. '
+            f"SARA's planner: {mean(second[0]['last_leg'], 0, 'deg')} (18 to face the slanting leg and 18 back), and "
+            f'{mean(second[1]["last_leg"], 0, "deg")}',
             CONFIRMED if printed['last_leg']['mean'] > 90.0 else PARTLY,
         ),
         (
             '(ours) a planner that turns the short way and drives straight',
-            f'the long way in {ours[DEFAULT]["long_way"]:.0%} of the drives, off the legs by {interval(ours[DEFAULT]["straight_m"], 3, "m")} as seen, corners {interval(ours[DEFAULT]["corner_m"], 3, "m")} off; on the second course {", ".join(mean(of["corner_m"], 3, "m") for of in second)}',
+            f'the long way in {ours[DEFAULT]["long_way"]:.0%} of the drives, off the legs by '
+            f'{interval(ours[DEFAULT]["straight_m"], 3, "m")} as seen, corners '
+            f'{interval(ours[DEFAULT]["corner_m"], 3, "m")} off; on the second course '
+            f'{", ".join(mean(of["corner_m"], 3, "m") for of in second)}',
             CONFIRMED if ours[DEFAULT]['long_way'] == 0.0 else PARTLY,
         ),
     )
@@ -425,25 +458,29 @@ def _rows(square, found):
         Row(
             'x, y, vx (4.30 to 4.32)',
             'smoother; almost a whole turn at 180 deg',
-            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off, {mean(short[XY_VX]["seen_m"], 2, "m")} as seen; {short[XY_VX]["long_way"]:.0%} the long way',
+            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off, {mean(short[XY_VX]["seen_m"], 2, "m")} as seen; '
+            f'{short[XY_VX]["long_way"]:.0%} the long way',
             'part of each step is counted twice ([why](../../src/sara_localization/docs/thesis_set.md))',
         ),
         Row(
             'x, y, vx, sim_time raised (4.33, 4.34)',
             'smoother; still deviates at 180 deg',
-            f'off the legs as seen {mean(square[MIDDLE][XY_VX]["straight_m"], 3, "m")} instead of {mean(short[XY_VX]["straight_m"], 3, "m")}, {square[MIDDLE][XY_VX]["long_way"]:.0%} the long way',
+            f'off the legs as seen {mean(square[MIDDLE][XY_VX]["straight_m"], 3, "m")} instead of '
+            f'{mean(short[XY_VX]["straight_m"], 3, "m")}, {square[MIDDLE][XY_VX]["long_way"]:.0%} the long way',
             '',
         ),
         Row(
             'x, y, vx, sim_time raised again (4.37 to 4.39)',
             'straight, turns always the short way, slower',
-            f'off the legs as seen {mean(long_[XY_VX]["straight_m"], 3, "m")}, {long_[XY_VX]["long_way"]:.0%} the long way',
+            f'off the legs as seen {mean(long_[XY_VX]["straight_m"], 3, "m")}, {long_[XY_VX]["long_way"]:.0%} the '
+            'long way',
             '',
         ),
         Row(
             'ours',
             '-',
-            f'corners {mean(ours[DEFAULT]["corner_m"], 3, "m")} off; with the true pose {mean(ours[TRUTH]["corner_m"], 3, "m")}',
+            f'corners {mean(ours[DEFAULT]["corner_m"], 3, "m")} off; with the true pose '
+            f'{mean(ours[TRUTH]["corner_m"], 3, "m")}',
             'the fused pose drifts with distance',
         ),
     ]
@@ -451,7 +488,8 @@ def _rows(square, found):
         Row(
             f'second course {name} (4.35, 4.36)',
             'deviates in leg 3; in leg 4 half a turn too many',
-            f'{short_["long_way"]:.0%} the long way with sim_time 1.5 s, {longer["long_way"]:.0%} with 2.5 s; ours {own["long_way"]:.0%}',
+            f'{short_["long_way"]:.0%} the long way with sim_time 1.5 s, {longer["long_way"]:.0%} with 2.5 s; ours '
+            f'{own["long_way"]:.0%}',
             'as printed, leg 4 begins 18 deg to the left of point 3, and the chair arrives with 108 deg to turn'
             if name == 'as printed'
             else '',
@@ -468,13 +506,19 @@ def _explained(results, square, steered, steps):
     return [
         (
             'One thing changed: who steers',
-            f"vx is fused as before, but navigation follows the wheels' odometry. By the odometry the chair reaches every corner ({mean(wheels, 2, 'm')} off); in truth it is {mean(steered['corner_m'], 1, 'm')} off. The filter's path, "
-            f'which looks lost, is within {mean(right, 2, "m")} of the true one. This is figure 4.24: the thesis calls its red path "the one the system really drove". vx is not at fault.',
+            "vx is fused as before, but navigation follows the wheels' odometry. By the odometry the chair reaches "
+            f'every corner ({mean(wheels, 2, "m")} off); in truth it is {mean(steered["corner_m"], 1, "m")} off. The '
+            "filter's path, "
+            f'which looks lost, is within {mean(right, 2, "m")} of the true one. This is figure 4.24: the thesis '
+            'calls its red path "the one the system really drove". vx is not at fault.',
         ),
         (
             'One thing changed: steps instead of positions',
-            f"x, y alone, with `odom0_differential: true`: the filter fuses the wheels' steps instead of positions that it transformed itself. Corners are {mean(steps['corner_m'], 2, 'm')} off instead of "
-            f'{mean(square[LONG][XY]["corner_m"], 1, "m")}, and {steps["long_way"]:.0%} instead of {square[LONG][XY]["long_way"]:.0%} of the drives turn the long way. So the cause is a filter that measures its own output, not the use of positions.',
+            "x, y alone, with `odom0_differential: true`: the filter fuses the wheels' steps instead of positions "
+            f'that it transformed itself. Corners are {mean(steps["corner_m"], 2, "m")} off instead of '
+            f'{mean(square[LONG][XY]["corner_m"], 1, "m")}, and {steps["long_way"]:.0%} instead of '
+            f'{square[LONG][XY]["long_way"]:.0%} of the drives turn the long way. So the cause is a filter that '
+            'measures its own output, not the use of positions.',
         ),
     ]
 
@@ -542,7 +586,8 @@ def _figures(results, square):
     figures.append(
         Figure(
             'e9_corners',
-            "How far off a corner the chair truly ends, mean of a drive's four; boxes hold half the chairs, whiskers 5 to 95 %, a point is a chair.",
+            "How far off a corner the chair truly ends, mean of a drive's four; boxes hold half the chairs, whiskers "
+            '5 to 95 %, a point is a chair.',
             lambda path: drive_figures.boxes(
                 path,
                 {

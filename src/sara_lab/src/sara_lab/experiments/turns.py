@@ -9,9 +9,10 @@ from sara_lab.experiments.agreement import Figure, every_case
 from sara_lab.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Report, Row, interval, spread
 
 SETTING = """
-The chair turns in place to 90, 180, 270 and 360 deg, both ways, by its joystick. read.py integrates the gyroscope's rate (offset calibrated at rest), and
-the angle is compared with the true one (thesis 4.2.3.3). The factor k is the slope of a line through all angles (`canserial.calibration.gain`); one more
-turn each way tests it. The same runs give every chair of E7 to E10 its own gain.
+The chair turns in place to 90, 180, 270 and 360 deg, both ways, by its joystick. read.py integrates the gyroscope's
+rate (offset calibrated at rest), and the angle is compared with the true one (thesis 4.2.3.3). The factor k is the
+slope of a line through all angles (`canserial.calibration.gain`); one more turn each way tests it. The same runs give
+every chair of E7 to E10 its own gain.
 """
 
 
