@@ -120,11 +120,11 @@ def _imports(path):
             yield {base} | {f'{base}{"" if base.endswith(".") else "."}{alias.name}' for alias in node.names}
 
 
-def sources_of(name: str) -> list[str]:
-    """Paths of a module and of all that it imports from its own package, directly or not: what its machine code may
+def sources_of(name: str, packages: list[str]) -> list[str]:
+    """Paths of a module and of all that it imports from the packages, directly or not: what its machine code may
     depend on.
     """
-    package, found, waiting = name.split('.')[0], {}, [name]
+    found, waiting = {}, [name]
     while waiting:
         name = waiting.pop()
         spec = _spec(name)
@@ -134,7 +134,7 @@ def sources_of(name: str) -> list[str]:
         parent = name if spec.submodule_search_locations else name.rpartition('.')[0]
         for names in _imports(Path(spec.origin)):
             names = {importlib.util.resolve_name(n, parent) if n.startswith('.') else n for n in names}
-            waiting += [n for n in names if n.split('.')[0] == package]
+            waiting += [n for n in names if n.split('.')[0] in packages]
     return sorted(found.values())
 
 
@@ -178,11 +178,13 @@ def mend_pycc() -> None:
     compiler.compile_extra = compile_extra
 
 
-def compile_package(folder: Path, package: str, modules: dict) -> dict:
-    """Compile a package's kernels into an object in the folder; returns the package's entry of the index."""
+def compile_package(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
+    """Compile a package's kernels into an object in the folder; returns the package's entry of the index. `packages`:
+    names of all packages whose sources its machine code may depend on.
+    """
     from numba.pycc import CC
 
-    stamps = {name: {path: library.stamp(path) for path in sources_of(name)} for name in modules}
+    stamps = {name: {path: library.stamp(path) for path in sources_of(name, packages)} for name in modules}
     object_code = CC(library.object_name(package))
     object_code.target_cpu, object_code.output_dir = 'host', str(folder)
     entry = {
@@ -247,7 +249,7 @@ def main() -> None:
     for package in stale:
         print(f'compiling the kernels of {package}', flush=True)
         try:
-            known[package] = compile_package(folder, package, modules[package])
+            known[package] = compile_package(folder, package, modules[package], packages)
         except Exception:  # whatever is wrong with one package's source, the others' are compiled
             traceback.print_exc()
             failed.append(package)

@@ -233,6 +233,25 @@ def test_changed_sources_are_not_run_as_they_were(workshop):
     assert probe(workshop) == (130.0, False, {})
 
 
+def test_a_kernel_of_another_package_is_called_and_its_changes_are_seen(tmp_path):
+    for name, lines in (
+        ('lower', 'def f(a):\n    return a + 1.0\nf = kernel(f)\ndef warm(): f(1.0)\n'),
+        ('upper', 'from lower.one import f\n@kernel\ndef g(a):\n    return f(a)\ndef warm(): g(1.0)\n'),
+    ):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / '__init__.py').write_text('')
+        (tmp_path / name / 'one.py').write_text('from ahead_of_time import kernel\n' + lines)
+    called = 'import sys\nfrom upper import one\nprint(one.g(1.0), "numba" in sys.modules)'
+    compile_both = ('-m', 'ahead_of_time.build', str(tmp_path), 'lower', 'upper')
+    assert python(tmp_path, *compile_both).returncode == 0
+    assert python(tmp_path, '-c', called).stdout.split() == ['2.0', 'False']
+    changed = tmp_path / 'lower' / 'one.py'
+    changed.write_text(changed.read_text().replace('1.0', '10.0'))
+    assert python(tmp_path, '-c', called).stdout.split() == ['11.0', 'True']  # numba compiles it anew
+    assert python(tmp_path, *compile_both).stdout.count('compiling') == 2
+    assert python(tmp_path, '-c', called).stdout.split() == ['11.0', 'False']
+
+
 def test_another_machines_code_is_not_run(workshop):
     path = workshop / 'ahead_of_time.index.json'
     was = path.read_text()

@@ -23,8 +23,7 @@ from PIL import ImageGrab
 from sensor_msgs.msg import Imu
 
 from sara_bringup.paths import share
-from sara_bringup.planar import yaw_of
-from sara_common.planar import wrap
+from sara_common.planar import wrap, yaw_of
 
 SCREEN = 1300, 900
 SCALE, FOCUS = 85.0, (3.0, 3.0)  # of the view in rviz/sara.rviz: pixels per metre, and what is in its middle

@@ -14,9 +14,8 @@ from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_bringup.planar import yaw_of
 from sara_bringup.ros.goals import goal_at
-from sara_common.planar import wrap
+from sara_common.planar import wrap, yaw_of
 
 YAW = 1.0
 

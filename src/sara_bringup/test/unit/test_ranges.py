@@ -7,7 +7,7 @@ import pytest
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import share
-from sara_bringup.planar import compose, inverse
+from sara_common.planar import compose, inverse
 from sara_sim.world.obstacles import Obstacle
 
 HALL = share() / 'maps' / 'hall.yaml'

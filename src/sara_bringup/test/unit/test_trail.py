@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_bringup.missions.trail import Trail, WheelsAlone
-from sara_bringup.planar import compose
+from sara_common.planar import compose
 
 POSES = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-math.pi, math.pi))
 

@@ -1,52 +1,54 @@
-"""Planar geometry shared by the navigation modules: angles, poses, quaternions of a planar robot.
+"""Planar geometry that every package shares: angles, poses, quaternions of a planar robot.
 
-Frames follow REP-103: x forward, y left, yaw counter-clockwise, metres and radians.
+Frames follow REP-103: x forward, y left, yaw counter-clockwise, metres and radians. A pose is a tuple (x, y, yaw), with
+names where it is a Pose2D. `sara_common.kernels` has the two wraps for compiled functions to call.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 TWO_PI = 2.0 * math.pi
 
 
 def wrap(angle):
-    """Return ``angle`` (rad) brought into [-pi, pi)."""
+    """Return an angle (rad), a number or a numpy array of any shape, brought into [-pi, pi).
+
+    pi itself becomes -pi, so that equal headings are equal numbers. An angle that lies within already may change in its
+    last digits, for pi is added and taken away: see `wrap_exact`.
+    """
     return (angle + math.pi) % TWO_PI - math.pi
 
 
-class Pose2D(NamedTuple):
-    """A planar pose: x, y in metres and yaw in radians, in a frame the context names."""
+def wrap_exact(angle: float) -> float:
+    """Return an angle (rad) brought into [-pi, pi] without any rounding; NaN and infinity are given back.
 
-    x: float
-    y: float
-    yaw: float
-
-    def is_finite(self):
-        """True when no component is NaN or infinite."""
-        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
-
-    def compose(self, other):
-        """Return the pose ``other``, given in this pose's frame, in the frame of this pose."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return Pose2D(
-            self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y, wrap(self.yaw + other.yaw)
-        )
-
-    def inverse(self):
-        """Return the pose that undoes this one: ``p.compose(p.inverse())`` is the origin."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.yaw))
-
-    def distance(self, other):
-        """Return the distance between the two positions (m)."""
-        return math.hypot(other.x - self.x, other.y - self.y)
-
-    def advance(self, v, w, dt):
-        """Return the pose after driving at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
-        return Pose2D(*advanced(self.x, self.y, self.yaw, v, w, dt))
+    What lies within already keeps every bit; beyond, it is math.remainder(angle, 2 pi). For sums that are carried on
+    from step to step (filters, integrators), where rounding would build up.
+    """
+    if -math.pi <= angle <= math.pi or not math.isfinite(angle):
+        return angle
+    rest = abs(angle) % TWO_PI  # not rounded, as it is where signs differ
+    if rest > math.pi:
+        rest -= TWO_PI
+    return rest if angle > 0.0 else -rest
 
 
-def advanced(x, y, yaw, v, w, dt):
+def compose(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
+    """Return the pose (x, y, yaw) `b`, given in the frame `a`, in the frame in which `a` is given."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])
+
+
+def inverse(a: Sequence[float]) -> tuple[float, float, float]:
+    """Return the pose (x, y, yaw) of a's parent frame in the frame `a`: compose(a, inverse(a)) is the origin."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
+
+
+def advanced(x: float, y: float, yaw: float, v: float, w: float, dt: float) -> tuple[float, float, float]:
     """Return (x, y, yaw) after driving from there at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
     dyaw = w * dt
     if abs(dyaw) < 1e-9:
@@ -56,7 +58,35 @@ def advanced(x, y, yaw, v, w, dt):
     return x + chord * math.cos(heading), y + chord * math.sin(heading), wrap(yaw + dyaw)
 
 
-def yaw_from_quaternion(x, y, z, w):
+class Pose2D(NamedTuple):
+    """A planar pose: x, y in metres and yaw in radians, in a frame the context names."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def is_finite(self) -> bool:
+        """True when no component is NaN or infinite."""
+        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
+
+    def compose(self, other: Sequence[float]) -> Pose2D:
+        """Return the pose ``other``, given in this pose's frame, in the frame of this pose."""
+        return Pose2D(*compose(self, other))
+
+    def inverse(self) -> Pose2D:
+        """Return the pose that undoes this one: ``p.compose(p.inverse())`` is the origin."""
+        return Pose2D(*inverse(self))
+
+    def distance(self, other: Pose2D) -> float:
+        """Return the distance between the two positions (m)."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def advance(self, v: float, w: float, dt: float) -> Pose2D:
+        """Return the pose after driving at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
+        return Pose2D(*advanced(self.x, self.y, self.yaw, v, w, dt))
+
+
+def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     """Return the yaw (rad) of a quaternion that stands for a planar rotation.
 
     Raises ValueError with the reason when the quaternion holds a NaN or infinity, is far from unit
@@ -73,6 +103,11 @@ def yaw_from_quaternion(x, y, z, w):
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def quaternion_from_yaw(yaw):
+def yaw_of(q) -> float:
+    """Return the yaw (rad) of a unit quaternion with fields x, y, z, w, unchecked."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
     """Return (x, y, z, w) of the rotation by ``yaw`` (rad) about the vertical."""
     return 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)

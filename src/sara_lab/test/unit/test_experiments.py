@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.paths import config_file
-from sara_bringup.planar import compose
+from sara_common.planar import compose
 from sara_lab.experiments import (
     core,
     drives,

@@ -9,10 +9,10 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent))
 from peer_ukf import PeerUkf  # noqa: E402
 
+from sara_common.planar import TWO_PI  # noqa: E402
 from sara_localization.filters.control import Control, ControlConfig  # noqa: E402
 from sara_localization.filters.ekf import Ekf  # noqa: E402
 from sara_localization.filters.ukf import Ukf  # noqa: E402
-from sara_localization.geometry.rigid import TAU  # noqa: E402
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
 EKF, UKF = dict(np.load(DATA / 'rl_core_ekf.npz')), dict(np.load(DATA / 'rl_core_ukf.npz'))
@@ -68,7 +68,7 @@ def agree(kf, reference, s, k, least):
     tolerance = np.maximum(least, 100.0 * reference['sensitivity'][s][k])
     expected = reference['state'][s][k]
     difference = kf.x - expected
-    difference[3:6] -= TAU * np.round(difference[3:6] / TAU)
+    difference[3:6] -= TWO_PI * np.round(difference[3:6] / TWO_PI)
     assert (np.abs(difference) <= tolerance[0] * np.maximum(1.0, np.abs(expected))).all(), k
     assert kf.last_measurement_time == reference['last_measurement_time'][s][k]
     steps = list(reference['cov_steps'])

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.planar import wrap_exact
 from sara_localization.config.filter_config import DEFAULT_PROCESS_NOISE
 from sara_localization.filters import motion_model
 from sara_localization.filters.ekf import Ekf
 from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import VX, VYAW, YAW
-from sara_localization.geometry.rigid import wrap
 
 Q = np.diag(DEFAULT_PROCESS_NOISE)
 
@@ -31,20 +31,20 @@ def test_a_whole_turn_in_the_measured_yaw_changes_nothing(yaw, k):
     a, b = a_filter(), a_filter()
     a.process(0.1, (YAW,), [yaw], [[0.01]])
     b.process(0.1, (YAW,), [yaw + 2 * math.pi * k], [[0.01]])
-    np.testing.assert_allclose(wrap(a.x[YAW] - b.x[YAW]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(wrap_exact(a.x[YAW] - b.x[YAW]), 0.0, atol=1e-9)
     np.testing.assert_allclose(a.P, b.P, atol=1e-12)
 
 
 @settings(deadline=None, max_examples=50)
 @given(st.floats(-math.pi, math.pi), st.lists(st.floats(-0.5, 0.5), min_size=5, max_size=5))
 def test_turning_the_world_turns_the_estimate(turn, rates):
-    a, b = a_filter(0.3), a_filter(wrap(0.3 + turn))
+    a, b = a_filter(0.3), a_filter(wrap_exact(0.3 + turn))
     for k, rate in enumerate(rates, 1):
         for ekf in (a, b):
             ekf.process(0.1 * k, (VX, VYAW), [0.5, rate], np.eye(2) * 0.01)
     c, s = math.cos(turn), math.sin(turn)
     np.testing.assert_allclose(b.x[:2], (c * a.x[0] - s * a.x[1], s * a.x[0] + c * a.x[1]), atol=1e-9)
-    np.testing.assert_allclose(wrap(b.x[YAW] - a.x[YAW] - turn), 0.0, atol=1e-9)
+    np.testing.assert_allclose(wrap_exact(b.x[YAW] - a.x[YAW] - turn), 0.0, atol=1e-9)
 
 
 def test_exact_data_give_the_exact_path():
@@ -54,9 +54,9 @@ def test_exact_data_give_the_exact_path():
     ekf.initialised = True
     for k in range(1, 200):
         truth, _ = motion_model.predict(truth, 0.05)
-        ekf.process(0.05 * k, (YAW, VX, VYAW), [wrap(truth[YAW]), 0.5, 0.3], np.eye(3) * 1e-4)
+        ekf.process(0.05 * k, (YAW, VX, VYAW), [wrap_exact(truth[YAW]), 0.5, 0.3], np.eye(3) * 1e-4)
     np.testing.assert_allclose(ekf.x[:2], truth[:2], atol=1e-9)
-    np.testing.assert_allclose(wrap(ekf.x[YAW] - truth[YAW]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(wrap_exact(ekf.x[YAW] - truth[YAW]), 0.0, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=50)

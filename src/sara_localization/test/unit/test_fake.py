@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_common.planar import wrap_exact
 from sara_localization.config.parameters import ConfigError
 from sara_localization.fake import FakeConfig, FakeLocalization, true_pose
-from sara_localization.geometry.rigid import Transform, quaternion_from_rpy, wrap
+from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.inputs.data import PoseData
 
 metres, angle = st.floats(-100.0, 100.0), st.floats(-math.pi, math.pi)
@@ -17,7 +18,7 @@ poses = st.builds(lambda x, y, yaw: Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, 
 
 def near(a: Transform, b: Transform):
     assert a.translation == pytest.approx(b.translation, abs=1e-6)
-    assert abs(wrap(a.rpy[2] - b.rpy[2])) < 1e-6
+    assert abs(wrap_exact(a.rpy[2] - b.rpy[2])) < 1e-6
 
 
 @given(poses, poses)

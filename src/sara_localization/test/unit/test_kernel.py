@@ -9,11 +9,11 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.planar import wrap_exact
 from sara_localization.filters import covariance, kernel
 from sara_localization.filters.ekf import Ekf
 from sara_localization.filters.motion_model import advance, jacobian
 from sara_localization.filters.ukf import Ukf
-from sara_localization.geometry.rigid import wrap
 
 Q = np.diag([0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015])
 SEEDS = st.integers(0, 2**32 - 1)
@@ -53,12 +53,12 @@ def joseph(x, P, indices, extra, z, R):
     y = z - H @ x
     for k, i in enumerate(indices):
         if 3 <= i <= 5:
-            y[k] = wrap(y[k])
+            y[k] = wrap_exact(y[k])
     S = H @ P @ H.T + R
     K = P @ H.T @ np.linalg.inv(S)
     G = np.eye(len(x)) - K @ H
     x = x + K @ y
-    x[3:6] = [wrap(a) for a in x[3:6]]
+    x[3:6] = [wrap_exact(a) for a in x[3:6]]
     return x, G @ P @ G.T + K @ R @ K.T, float(y @ np.linalg.solve(S, y))
 
 
@@ -109,7 +109,7 @@ def test_prediction_is_f_p_f_transposed(seed, dt, n):
     assert (P == P.T).all() and scaled_difference(P, expected) < 1e-12
     advance(at, dt)
     difference = x - at
-    difference[3:6] = [wrap(a) for a in difference[3:6]]
+    difference[3:6] = [wrap_exact(a) for a in difference[3:6]]
     np.testing.assert_allclose(difference, 0.0, atol=1e-12)
 
 
@@ -123,7 +123,7 @@ def test_scalars_one_at_a_time_are_josephs_form(seed, n):
     result, distance, positive = kernel.correct(x, P, indices, extra, z, R, math.inf)
     assert result == kernel.TAKEN and positive and (P == P.T).all()
     difference = x - expected_x
-    difference[3:6] = [wrap(a) for a in difference[3:6]]
+    difference[3:6] = [wrap_exact(a) for a in difference[3:6]]
     np.testing.assert_allclose(difference, 0.0, atol=1e-10)
     assert scaled_difference(P, expected_P) < 1e-9
     assert distance == pytest.approx(nis, rel=1e-8)
@@ -190,7 +190,7 @@ class FilterpyEkf(ExtendedKalmanFilter):
 
 def _wrapped(a, b, angles):
     y = np.subtract(a, b)
-    y[angles] = [wrap(v) for v in y[angles]]
+    y[angles] = [wrap_exact(v) for v in y[angles]]
     return y
 
 

@@ -12,12 +12,9 @@ is exact.
 import math
 from collections import deque
 
+from sara_common.planar import wrap_exact
+
 HISTORY = 512  # knots kept so that a yaw given for a past moment can be carried to now: 25 s of the fastest frames
-
-
-def wrap(angle):
-    """The angle in [-pi, pi], rad."""
-    return math.remainder(angle, math.tau)
 
 
 class YawIntegrator:
@@ -40,14 +37,14 @@ class YawIntegrator:
         self._rate = 0.0
         self._angle = 0.0  # with the gain, not wrapped
         self._knots = deque(maxlen=HISTORY)  # (stamp, angle); linear in between
-        self._given = wrap(yaw)  # the yaw when the angle was _zero
+        self._given = wrap_exact(yaw)  # the yaw when the angle was _zero
         self._zero = 0.0  # None while the moment of the given yaw is still to come
         self._given_at = -math.inf
 
     @property
     def yaw(self):
         """The yaw at the newest frame (or, where that is later, at the last set()), rad."""
-        return self._given if self._zero is None else wrap(self._given + self._angle - self._zero)
+        return self._given if self._zero is None else wrap_exact(self._given + self._angle - self._zero)
 
     @property
     def pending(self):
@@ -78,7 +75,7 @@ class YawIntegrator:
 
     def set(self, yaw, stamp):
         """The yaw was `yaw` (rad) at `stamp` (s): what was turned since then is kept, and older frames are ignored."""
-        self._given, self._given_at = wrap(yaw), stamp
+        self._given, self._given_at = wrap_exact(yaw), stamp
         newest = self._stamp
         self._zero = None if newest is None or stamp > newest else self._angle_at(stamp)
 

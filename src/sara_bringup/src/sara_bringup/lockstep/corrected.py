@@ -6,7 +6,7 @@ from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import parameters
-from sara_bringup.planar import compose
+from sara_common.planar import compose
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from sara_bringup.paths import parameters
-from sara_bringup.planar import compose, inverse
+from sara_common.planar import compose, inverse
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy

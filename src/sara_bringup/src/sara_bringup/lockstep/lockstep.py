@@ -16,8 +16,7 @@ from sara_bringup.lockstep.command_chain import CommandChain
 from sara_bringup.lockstep.localization import Filter, Truth
 from sara_bringup.lockstep.ranges import RangeFeeds
 from sara_bringup.paths import parameters
-from sara_bringup.planar import compose
-from sara_common.planar import Pose2D
+from sara_common.planar import Pose2D, compose
 from sara_control.gate.reasons import sentence
 from sara_nav.config.parameters import Parameters
 from sara_nav.maps import map_io

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.paths import share
-from sara_bringup.planar import compose
+from sara_common.planar import compose
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 
 

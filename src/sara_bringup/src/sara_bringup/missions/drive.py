@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sara_bringup.planar import compose
-from sara_common.planar import wrap
+from sara_common.planar import compose, wrap
 
 
 @dataclass(frozen=True)

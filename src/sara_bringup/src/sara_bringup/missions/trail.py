@@ -3,7 +3,7 @@
 import math
 from collections import deque
 
-from sara_bringup.planar import compose, inverse
+from sara_common.planar import compose, inverse
 
 
 class Trail:

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from sara_bringup.missions import places
 from sara_bringup.missions.patrol import Progress, ended
-from sara_bringup.planar import yaw_of
+from sara_common.planar import yaw_of
 from sara_control.gate.reasons import Reason, State, sentence
 
 REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses

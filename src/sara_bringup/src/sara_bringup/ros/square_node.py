@@ -22,8 +22,8 @@ from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import table
 from sara_bringup.paths import config_file
-from sara_bringup.planar import yaw_of
 from sara_bringup.ros import goals
+from sara_common.planar import yaw_of
 
 LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
 SETTLE_S = 1.0  # the chair comes to rest before a corner is judged

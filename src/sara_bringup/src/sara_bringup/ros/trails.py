@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry, Path
 
 from sara_bringup.missions.trail import Trail, WheelsAlone
-from sara_bringup.planar import yaw_of
+from sara_common.planar import yaw_of
 
 PERIOD_S = 0.5
 

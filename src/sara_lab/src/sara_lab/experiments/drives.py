@@ -15,8 +15,7 @@ from canserial.reader.readings import ImuReading
 from sara_bringup.lockstep.localization import Estimate, Filter
 from sara_bringup.lockstep.lockstep import Lockstep, merged
 from sara_bringup.paths import parameters, share
-from sara_bringup.planar import compose
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, compose, wrap
 from sara_lab.judge.judge import Goal, Track, judge
 from sara_lab.judge.motion import Motion
 from sara_nav.move_base import state_machine as move_base

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from sara_common.planar import wrap_exact
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.filters.motion_model import advance
 from sara_localization.filters.state import SIZE, VX, VYAW, YAW, X, Y
-from sara_localization.geometry.rigid import wrap
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import TwistData
 
@@ -70,7 +70,7 @@ def nees_trial(seed: int, filter: str = 'ekf', seconds: float = 30.0, rate: floa
         engine.add_twist('twist0', TwistData(now, 'base_link', tuple(z[:3]), tuple(z[3:]), R))
         output = engine.tick(now)
     error = truth[list(PLANAR_POSE)] - output.state[list(PLANAR_POSE)]
-    error[2] = wrap(error[2])
+    error[2] = wrap_exact(error[2])
     return nees(error, output.covariance[np.ix_(PLANAR_POSE, PLANAR_POSE)])
 
 

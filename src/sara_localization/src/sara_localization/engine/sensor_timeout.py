@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
+from sara_common.planar import wrap_exact
 from sara_localization.filters.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
-from sara_localization.geometry.rigid import wrap
 
 
 class Silence:
@@ -62,7 +62,7 @@ class Silence:
         if self.moving:
             x[POSITION] = pose.translation
         if self.turning:
-            x[YAW] = wrap(pose.yaw)
+            x[YAW] = wrap_exact(pose.yaw)
         kf.set_state(x, kf.P.copy())
 
     def hold(self, kf, now):

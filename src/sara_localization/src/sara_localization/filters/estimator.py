@@ -17,10 +17,10 @@ import math
 
 import numpy as np
 
+from sara_common.planar import wrap_exact
 from sara_localization.filters import covariance, kernel
 from sara_localization.filters.control import Control
 from sara_localization.filters.state import POSE, ROLL, SIZE, TWIST, YAW
-from sara_localization.geometry.rigid import wrap
 
 # A time step above this is no time step but a clock that was set (a bag played without simulated time).
 LONGEST_STEP = 100000.0
@@ -226,7 +226,7 @@ class Estimator:
         self.x[measured] = z[keep]
         self.P[measured[:, None], measured] = R[keep[:, None], keep]
         for i in range(ROLL, YAW + 1):
-            self.x[i] = wrap(self.x[i])
+            self.x[i] = wrap_exact(self.x[i])
         self.initialised = True
         # What the initial covariance said about the measured variables and the others together need not fit the new
         # block: then it is dropped, and the filter does not start with a covariance that is none.

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from math import isfinite, pi
+from math import isfinite
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap_exact
 
-TAU = 2.0 * pi
 TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 """What becomes of a measurement."""
-
-
-@kernel
-def wrapped(angle):
-    """The finite angle (rad) brought to [-pi, pi]."""
-    if -pi <= angle <= pi:
-        return angle
-    rest = np.fmod(angle, TAU)
-    if rest > pi:
-        return rest - TAU
-    return rest + TAU if rest < -pi else rest
 
 
 @kernel
@@ -29,7 +18,7 @@ def wrap_angles(x):
     """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
     for i in range(3, 6):
         if isfinite(x[i]):
-            x[i] = wrapped(x[i])
+            x[i] = wrap_exact(x[i])
 
 
 @kernel
@@ -39,7 +28,7 @@ def residual(x, i, b, z):
     if b >= 0:
         y -= x[b]
     if 3 <= i <= 5 and isfinite(y):
-        y = wrapped(y)
+        y = wrap_exact(y)
     return y
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_localization.geometry.rigid import wrap
+from sara_common.planar import wrap_exact
 
 # A bias is the mean of this many seconds at the most; later ones are averaged with exponential forgetting.
 MEMORY = 60.0
@@ -91,7 +91,7 @@ class Gyro:
             self._last_out = None
         if window and yaw is not None and window[-1].yaw is not None:
             turned = (rates[2] - self.bias[2]) * (stamp - window[-1].stamp)
-            if abs(wrap(yaw - window[-1].yaw - turned)) > YAW_JUMP:
+            if abs(wrap_exact(yaw - window[-1].yaw - turned)) > YAW_JUMP:
                 self.forget_yaw()
         window.append(_Sample(stamp, rates, acceleration, yaw, sigma))
         while stamp - window[0].stamp > self.config.time:
@@ -125,9 +125,9 @@ class Gyro:
         weight = min(1.0, dt / self.seconds)
         self.bias = self.bias + (sample.rates - self.bias) * weight
         if sample.yaw is not None and before.yaw is not None:
-            step = wrap(sample.yaw - before.yaw)
+            step = wrap_exact(sample.yaw - before.yaw)
             self.yaw_drift += (step / dt - self.yaw_drift) * weight
-            self._offset, self._offset_stamp = wrap(self._offset + step), sample.stamp
+            self._offset, self._offset_stamp = wrap_exact(self._offset + step), sample.stamp
 
     def moved(self):
         """The robot is not parked: the next parking starts anew."""

@@ -16,15 +16,6 @@ import numpy as np
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-TAU = 2.0 * math.pi
-
-
-def wrap(angle: float) -> float:
-    """The angle (rad) brought to [-pi, pi]; one that is not finite is given back."""
-    if -math.pi <= angle <= math.pi or not math.isfinite(angle):
-        return angle
-    return math.remainder(angle, TAU)
-
 
 def cross(a, b) -> Vector:
     """a x b of two 3-vectors."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sara_common.planar import wrap_exact
 from sara_localization.filters.state import ANGLES, AX, POSITION, RATES, ROLL, TWIST, X
 from sara_localization.geometry.rigid import (
     IDENTITY,
@@ -24,7 +25,6 @@ from sara_localization.geometry.rigid import (
     quaternion_from_rpy,
     rotate,
     rpy_from_quaternion,
-    wrap,
 )
 from sara_localization.inputs.data import ImuData, PoseData, TwistData
 from sara_localization.inputs.sheets import Measurement, Memory, Problem, Sheet
@@ -163,7 +163,7 @@ def imu_orientation(
         offsets = trans.rpy
         turn = trans.turn_of_yaw
         a = rpy_from_quaternion(rotation)
-        angles = wrap(a[0] - offsets[0]), wrap(a[1] - offsets[1]), wrap(a[2] - offsets[2])
+        angles = wrap_exact(a[0] - offsets[0]), wrap_exact(a[1] - offsets[1]), wrap_exact(a[2] - offsets[2])
         rotation = quaternion_from_rpy(*rotate(turn, angles))
     if options.differential:
         measured = Transform(rotation=rotation) if q else None

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_localization.geometry.rigid import wrap
+from sara_common.planar import compose, wrap_exact
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_config import RangeConfig
 
@@ -94,7 +94,7 @@ class RangeCorrection:
     @property
     def pose(self):
         """The pose estimated, (x, y, yaw) in the map; None before there is any."""
-        return _compose(self._wanted, self._trail[-1][1]) if self._trail else None
+        return compose(self._wanted, self._trail[-1][1]) if self._trail else None
 
     @property
     def sigma(self):
@@ -114,7 +114,7 @@ class RangeCorrection:
             return
         if self._trail:
             last, before = self._trail[-1]
-            dt, way, turn = stamp - last, math.dist(pose[:2], before[:2]), abs(wrap(pose[2] - before[2]))
+            dt, way, turn = stamp - last, math.dist(pose[:2], before[:2]), abs(wrap_exact(pose[2] - before[2]))
             if dt <= 0.0 and dt > -1.0:
                 return
             if (
@@ -155,8 +155,8 @@ class RangeCorrection:
         if self.offset == self._wanted:
             return
         c, here = self.config, self._trail[-1][1]
-        shown, wanted = _compose(self.offset, here), _compose(self._wanted, here)
-        dx, dy, turn = wanted[0] - shown[0], wanted[1] - shown[1], wrap(wanted[2] - shown[2])
+        shown, wanted = compose(self.offset, here), compose(self._wanted, here)
+        dx, dy, turn = wanted[0] - shown[0], wanted[1] - shown[1], wrap_exact(wanted[2] - shown[2])
         share = min(
             1.0,
             c.max_correction_rate * dt / max(math.hypot(dx, dy), 1e-12),
@@ -165,7 +165,9 @@ class RangeCorrection:
         if share == 1.0:
             self.offset = self._wanted
         else:
-            self.offset = _offset((shown[0] + share * dx, shown[1] + share * dy, wrap(shown[2] + share * turn)), here)
+            self.offset = _offset(
+                (shown[0] + share * dx, shown[1] + share * dy, wrap_exact(shown[2] + share * turn)), here
+            )
 
     # Ranges
 
@@ -206,7 +208,7 @@ class RangeCorrection:
         if (
             last is not None
             and math.dist(last[:2], here[:2]) < c.update_min_d
-            and abs(wrap(last[2] - here[2])) < c.update_min_a
+            and abs(wrap_exact(last[2] - here[2])) < c.update_min_a
         ):
             return 'same_place'
         self._used[r.name] = here
@@ -231,12 +233,16 @@ class RangeCorrection:
             return a
         t1, b = trail[later + 1]
         share = (stamp - t0) / (t1 - t0)
-        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), wrap(a[2] + share * wrap(b[2] - a[2]))
+        return (
+            a[0] + share * (b[0] - a[0]),
+            a[1] + share * (b[1] - a[1]),
+            wrap_exact(a[2] + share * wrap_exact(b[2] - a[2])),
+        )
 
     def _in_grid(self, r, here):
         """Robot now and sensor then, (x, y, yaw) in the map's grid, and (cos, sin) of the grid's yaw."""
-        base = _compose(self._wanted, self._trail[-1][1])
-        sensor = _compose(_compose(self._wanted, here), r.mount)
+        base = compose(self._wanted, self._trail[-1][1])
+        sensor = compose(compose(self._wanted, here), r.mount)
         ox, oy, turned = self.map.origin
         back = (math.cos(turned), math.sin(turned))
         return (
@@ -279,22 +285,17 @@ class RangeCorrection:
         P = G @ self.P @ G.T + self.config.range_sigma_hit**2 * np.outer(K, K)
         self.P = 0.5 * (P + P.T)
         here = self._trail[-1][1]
-        x, y_, yaw = _compose(self._wanted, here)
+        x, y_, yaw = compose(self._wanted, here)
         moved = K * y
-        self._wanted = _offset((x + float(moved[0]), y_ + float(moved[1]), wrap(yaw + float(moved[2]))), here)
+        self._wanted = _offset((x + float(moved[0]), y_ + float(moved[1]), wrap_exact(yaw + float(moved[2]))), here)
 
 
 def _turned_back(x, y, back):
     return back[0] * x + back[1] * y, back[0] * y - back[1] * x
 
 
-def _compose(a, b):
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])
-
-
 def _offset(pose, here):
     """The frame in which `here` is `pose`."""
-    yaw = wrap(pose[2] - here[2])
+    yaw = wrap_exact(pose[2] - here[2])
     c, s = math.cos(yaw), math.sin(yaw)
     return pose[0] - c * here[0] + s * here[1], pose[1] - s * here[0] - c * here[1], yaw

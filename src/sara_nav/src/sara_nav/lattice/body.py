@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.grids.footprint import cover, radii
 from sara_nav.lattice.field import distance_at
 
@@ -224,7 +225,7 @@ def turn_to(field, rules, outline, inside, x, y, yaw, target, limit):
     """Return (seconds, turn, limit) of turning in place to ``target`` (rad): the short way, the long one where that is
     blocked.
     """
-    turn = (target - yaw + math.pi) % (2.0 * math.pi) - math.pi
+    turn = wrap(target - yaw)
     if abs(turn) < 1e-6:
         return 0.0, 0.0, limit
     seconds, after = move(field, rules, outline, inside, x, y, yaw, 0.0, turn, limit)

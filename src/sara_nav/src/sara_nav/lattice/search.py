@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.lattice.body import (
     CAP,
     ENTRIES,
@@ -243,7 +244,7 @@ def search(field, wave, rules, outline, inside, start, limit, ends, radius, gree
             if count >= room:
                 return GAVE_UP, expanded, none, final[0]
             keys[at], best[at] = key, total
-            x[count], y[count], yaw[count] = nx, ny, (nyaw + math.pi) % (2.0 * math.pi) - math.pi
+            x[count], y[count], yaw[count] = nx, ny, wrap(nyaw)
             spent[count], limits[count], parent[count], index[count], kind[count] = total, after, n, heading, what
             length[count], turned[count] = run, turn
             heapq.heappush(heap, (total + greed * min(left, FAR), count))

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.lattice.body import BEND, ENTRIES, HARD, SPEED, TURN_RATE, move, place, turn_to
 
 STEPS = (0.32, 0.16, 0.08, 0.04)
@@ -135,7 +136,7 @@ def rounded(field, rules, outline, inside, moves):
         count += 1
         if k == n - 1 or moves[k, 4] != 0.0 or moves[k + 1, 4] != 0.0 or moves[k, 3] * moves[k + 1, 3] <= 0.0:
             continue
-        turn = (moves[k + 1, 2] - moves[k, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        turn = wrap(moves[k + 1, 2] - moves[k, 2])
         if abs(turn) < LEAST_TURN or abs(turn) > 2.6:
             continue
         way = math.copysign(1.0, moves[k, 3])

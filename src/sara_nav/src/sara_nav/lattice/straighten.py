@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.lattice.body import (
     BEND,
     ENTRIES,
@@ -127,7 +128,7 @@ def straighten(
                 for own in range(2):
                     if cost[i, own] == np.inf:
                         continue
-                    about = abs((heading - yaw[i, own] + math.pi) % (2.0 * math.pi) - math.pi)
+                    about = abs(wrap(heading - yaw[i, own]))
                     least = (
                         cost[i, own]
                         + about / rules[TURN_RATE]

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from PIL import Image, ImageDraw
 
+from sara_common.planar import wrap
+
 LEAST_SIDE = 600
 """Pixels; smaller maps are drawn with several pixels a cell."""
 PLAN, START, GOAL, BODY = (220, 30, 30), (20, 150, 40), (220, 30, 30), (110, 150, 235)
@@ -55,7 +57,7 @@ def _spread(plan):
     """Yield the rows of a plan (n, 3) at which the footprint is drawn."""
     last = plan[0]
     for row in plan[1:-1]:
-        turned = abs((row[2] - last[2] + math.pi) % (2.0 * math.pi) - math.pi)
+        turned = abs(wrap(row[2] - last[2]))
         if math.hypot(row[0] - last[0], row[1] - last[1]) >= BODY_EVERY or turned >= BODY_TURN:
             last = row
             yield row

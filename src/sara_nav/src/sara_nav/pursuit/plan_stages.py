@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sara_common.planar import wrap
+
 SAME_PLACE = 0.005
 """Rows nearer to each other than this (m) are at one place."""
 SHORTEST_LEG = 0.01
@@ -46,7 +48,7 @@ def stages(plan, corner_angle):
     xy, yaw = plan[:, :2], plan[:, 2]
     steps = np.diff(xy, axis=0)
     length, direction = np.hypot(*steps.T), np.arctan2(steps[:, 1], steps[:, 0])
-    off = _wrap(direction - yaw[:-1])
+    off = wrap(direction - yaw[:-1])
     turning = (length < SAME_PLACE) & ~((length > 1e-6) & (np.abs(off) < 1e-3))
     moves = ~turning
     planned = bool(np.all(np.minimum(np.abs(off[moves]), np.pi - np.abs(off[moves])) < 0.6))
@@ -60,7 +62,7 @@ def stages(plan, corner_angle):
         while j < n and turning[j] == turning[i] and (turning[i] or backward[j] == backward[i]):
             j += 1
         if turning[i]:
-            angle = float(_wrap(np.diff(yaw[i : j + 1])).sum())
+            angle = float(wrap(np.diff(yaw[i : j + 1])).sum())
             if planned and j < n and abs(angle) > SMALLEST_TURN:
                 result.append(Turn(float(yaw[j]), angle))
         elif length[i:j].sum() > SHORTEST_LEG:
@@ -84,7 +86,7 @@ def _without_small_turns(turning, backward, yaw, corner_angle):
             and i > 0
             and j < n
             and backward[i - 1] == backward[j]
-            and abs(_wrap(np.diff(yaw[i : j + 1])).sum()) <= corner_angle
+            and abs(wrap(np.diff(yaw[i : j + 1])).sum()) <= corner_angle
         ):
             turning[i:j], backward[i:j] = False, backward[j]
         i = j
@@ -97,7 +99,7 @@ def final_angle(plan):
     i = len(plan) - 1
     while i > 0 and math.dist(plan[i - 1, :2], plan[i, :2]) < SAME_PLACE:
         i -= 1
-    return float(_wrap(np.diff(plan[i:, 2])).sum())
+    return float(wrap(np.diff(plan[i:, 2])).sum())
 
 
 def _split(points, corner_angle):
@@ -135,7 +137,3 @@ def _straight_ends(points, along, first, last):
     if last:
         keep[1:-1] &= along[1:-1] < along[-1] - 0.5 * CORNER_REACH
     return points[keep]
-
-
-def _wrap(angle):
-    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi

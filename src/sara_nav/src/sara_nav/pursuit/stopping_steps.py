@@ -9,17 +9,12 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.pursuit import path_tracker
 from sara_nav.pursuit.curvature_law import next_curvature
 
 STEP = 0.04
 """Way (m) of a step."""
-
-
-@kernel
-def wrap(angle):
-    """Return the angle (rad) brought into [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @kernel

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 from sara_nav.grids.outline import (
     SLACK,
     UNKNOWN,
@@ -44,8 +45,7 @@ def heading_error(costs, cells, column, row, x, y, yaw, origin_x, origin_y, reso
         if 0 <= cost < 253:
             to_x = origin_x + (cells[i, 0] + 0.5) * resolution - x
             to_y = origin_y + (cells[i, 1] + 0.5) * resolution - y
-            error = math.atan2(to_y, to_x) - yaw
-            return abs((error + math.pi) % (2.0 * math.pi) - math.pi)
+            return abs(wrap(math.atan2(to_y, to_x) - yaw))
     return np.inf
 
 

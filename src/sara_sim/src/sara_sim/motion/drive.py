@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from math import cos, exp, floor, pi, sin
 
+from sara_common.planar import wrap
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion import rolling
 from sara_sim.motion.drift import Drift
 from sara_sim.options import ChairOptions
-from sara_sim.world.rays import wrap
 from sara_sim.world.world import World, WorldError
 
 # A chair that creeps against a wall touches it once: a new contact needs this long without one, s.
@@ -65,7 +65,7 @@ class Drive:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """(x, y, yaw), yaw in (-pi, pi]."""
+        """(x, y, yaw), yaw in [-pi, pi)."""
         return self.x, self.y, wrap(self.yaw)
 
     @property

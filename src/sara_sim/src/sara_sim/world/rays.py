@@ -5,7 +5,7 @@ Rays walk the grid cell by cell (Amanatides and Woo, "A fast voxel traversal alg
 overlap of the rectangle with a square cell is the separating axis test.
 """
 
-from math import ceil, cos, floor, inf, pi, sin
+from math import ceil, cos, floor, inf, sin
 
 import numpy as np
 
@@ -189,13 +189,6 @@ def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
     return count
 
 
-@kernel
-def wrap(angle):
-    """The same angle in (-pi, pi]."""
-    wrapped = (angle + pi) % (2.0 * pi) - pi
-    return pi if wrapped == -pi else wrapped
-
-
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     occupied, normals, shapes = np.zeros((2, 2), np.bool_), np.zeros((2, 2), np.float32), np.ones((1, 6))
@@ -204,4 +197,3 @@ def warm():
     is_clear(occupied, 0.0, 0.0)
     rectangle_overlaps(occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
     rectangle_meets_shapes(shapes, 0.0, 0.0, 0.0, 1.0, 1.0, np.zeros(1, np.bool_))
-    wrap(0.0)

@@ -20,9 +20,9 @@ from std_srvs.srv import Trigger
 from canserial.calibration.gain import ANGLES, GainProcedure
 from canserial.msg import CAN
 from canserial.ros.conversions import msg_to_frame
-from sara_bringup.planar import yaw_of
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
+from sara_common.planar import yaw_of
 from sara_lab.experiments.sensor_experiments import MINUTE_S, PAUSE_S, TURN_AXIS
 from sara_lowlevel.config import SensorConfig
 from sara_sim.srv import Fault

@@ -22,9 +22,9 @@ from sensor_msgs.msg import Imu
 
 from sara_bringup.lockstep.localization import RVIZ_COVARIANCE
 from sara_bringup.missions.places import pose as place
-from sara_bringup.planar import compose, yaw_of
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
+from sara_common.planar import compose, yaw_of
 from sara_lab.experiments.drives import BOTH, CLICK_TICKS, CLICKS, SHOWN_M, TRUTH, WHEELS
 from sara_lab.judge.judge import Goal
 from sara_sim.chair import STEP_S

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import rosbag
 
-from sara_bringup.planar import compose, inverse, yaw_of
+from sara_common.planar import compose, inverse, yaw_of
 from sara_lab.experiments import drive_figures
 from sara_lab.judge.judge import judge
 from sara_lab.ros.studies.bag_track import FUSED, TRUE, BagError, read_track

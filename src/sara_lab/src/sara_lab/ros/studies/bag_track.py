@@ -17,7 +17,7 @@ import numpy as np
 import rosbag
 from actionlib_msgs.msg import GoalStatus
 
-from sara_bringup.planar import yaw_of
+from sara_common.planar import yaw_of
 from sara_lab.judge.judge import Goal, Track, judge
 
 TRUE, FUSED, GOALS, RESULTS = '/ground_truth', '/odometry/filtered', '/move_base/goal', '/move_base/result'

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.kernels import wrap
 
 AXIS = 233.0 / 254.0
 """Least probability that the cell on the axis at the measured range has before the rule is applied."""
@@ -276,7 +277,7 @@ def sector_window(x, y, yaw, length, half, origin_x, origin_y, resolution):
             angle = yaw - half if k == 0 else yaw + half
         else:
             angle = (k - 2) * 0.5 * math.pi
-            off = abs((angle - yaw + math.pi) % (2.0 * math.pi) - math.pi)
+            off = abs(wrap(angle - yaw))
             if off > half:
                 continue
         px, py = x + length * math.cos(angle), y + length * math.sin(angle)
