@@ -4,7 +4,7 @@ import can
 import pytest
 
 from canserial.adapter.adapter_config import LISTEN_ONLY, NO_BITRATE, AdapterConfig, Filter
-from canserial.reader.config import ConfigError
+from sara_common.config import ConfigError
 
 
 def refused(sentence, **settings):

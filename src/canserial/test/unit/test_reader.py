@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
-from canserial.reader.config import ConfigError, ReaderConfig
+from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
 from canserial.reader.reader import Reader
 from canserial.reader.readings import (
@@ -23,6 +23,7 @@ from canserial.reader.readings import (
     ModeReading,
     RangeReading,
 )
+from sara_common.config import ConfigError
 
 BUS = BusDescription.default()
 OFFSET = (-0.49, -0.91, -0.65)

@@ -11,12 +11,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import GateConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
 from sara_control.gate.safety import Command, Inputs, SafetyGate
-from sara_control.wheels.config import ConfigError
 from sara_control.zones.caution import BETWEEN, Caution, CautionConfig
 from sara_control.zones.moving_obstacles import PAUSE, Mover
 from sara_control.zones.zones import Zones

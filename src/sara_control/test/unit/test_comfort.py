@@ -6,8 +6,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_control.gate.comfort import AxisLimiter, Comfort, Profile, read_profiles
-from sara_control.wheels.config import ConfigError
 
 STEPS = st.lists(
     st.tuples(st.floats(-1.5, 1.5), st.integers(1, 40), st.sampled_from([0.01, 0.02, 0.05])), min_size=1, max_size=12

@@ -2,7 +2,8 @@
 
 import pytest
 
-from sara_control.wheels.config import ConfigError, ControllerConfig, unknown
+from sara_common.config import ConfigError
+from sara_control.wheels.config import ControllerConfig, unknown
 from sara_control.wheels.urdf import UrdfError, WheelGeometry
 
 PARAMS = {

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from sara_control.wheels.config import ConfigError, ControllerConfig
+from sara_common.config import ConfigError
+from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.controller import DiffDriveController
 from sara_control.wheels.limiter import KINDS
 

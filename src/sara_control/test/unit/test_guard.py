@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import yaml
 
+from sara_common.config import ConfigError
 from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import State
-from sara_control.wheels.config import ConfigError
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
 STEPS = 64000 / math.tau

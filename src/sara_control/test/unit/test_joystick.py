@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_control.mux.joystick import Joystick, JoystickConfig
-from sara_control.wheels.config import ConfigError
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2))

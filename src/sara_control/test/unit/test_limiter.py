@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_control.wheels.config import ConfigError, ControllerConfig
+from sara_common.config import ConfigError
+from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.limiter import KINDS, Limits, Motion, SpeedLimiter
 
 REFERENCE = np.load(Path(__file__).resolve().parents[1] / 'data' / 'diff_drive.npz')

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig, Said, Source
-from sara_control.wheels.config import ConfigError
 
 TOPICS = [
     {'name': 'joystick', 'topic': '/cmd_vel/joystick', 'timeout': 0.5, 'priority': 100},

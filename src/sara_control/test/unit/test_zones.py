@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zones import Zones
 

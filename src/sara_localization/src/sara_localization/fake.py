@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sara_localization.config.parameters import ConfigError, ParameterReader
+from sara_common.config import ConfigError
+from sara_localization.config.parameters import ParameterReader
 from sara_localization.geometry.rigid import Transform, normalised
 from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import PoseData, StampedTransform

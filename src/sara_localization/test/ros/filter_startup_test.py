@@ -58,8 +58,8 @@ class FilterStartupTest(unittest.TestCase):
             self.assertEqual(run.returncode, 1)
             told = run.stdout + run.stderr
             for words in (
-                'frequency is -1; it must be greater than 0',
-                'odom0_config must be a list of 15',
+                'frequency is -1, allowed are numbers above 0',
+                'allowed is a list of 15',
                 'world_frame is earth',
             ):
                 self.assertIn(words, told)

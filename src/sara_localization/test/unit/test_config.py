@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
-from sara_localization.config.filter_config import ConfigError, FilterConfig
+from sara_common.config import ConfigError
+from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import VX, VYAW, YAW
 
 VX_ONLY = [i == VX for i in range(15)]

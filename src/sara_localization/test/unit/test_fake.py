@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_common.planar import wrap_exact
-from sara_localization.config.parameters import ConfigError
 from sara_localization.fake import FakeConfig, FakeLocalization, true_pose
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.inputs.data import PoseData

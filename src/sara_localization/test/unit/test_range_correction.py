@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_localization.config.filter_config import ConfigError
+from sara_common.config import ConfigError
 from sara_localization.engine.diagnostics import ERROR, OK, WARN
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_config import RangeConfig

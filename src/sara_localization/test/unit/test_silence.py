@@ -5,7 +5,8 @@ afterwards.
 import numpy as np
 import pytest
 
-from sara_localization.config.filter_config import ConfigError, FilterConfig
+from sara_common.config import ConfigError
+from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.filters.state import VX, VYAW, YAW, X, Y
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy

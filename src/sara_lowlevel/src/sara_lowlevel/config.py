@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.checks import is_number
-
-
-class ConfigError(ValueError):
-    """One or more settings hold a value that is not allowed; the text names each."""
+from sara_common.config import ConfigError, is_number
 
 
 @dataclass(frozen=True)
@@ -18,7 +14,7 @@ class _Checked:
     def __post_init__(self):
         faults = self.validate()
         if faults:
-            raise ConfigError(' '.join(faults))
+            raise ConfigError(faults)
 
     def validate(self) -> list[str]:
         """One sentence for every fault found; empty when all is well."""
@@ -27,17 +23,17 @@ class _Checked:
             value = getattr(self, field.name)
             if isinstance(field.default, bool):
                 if not isinstance(value, bool):
-                    faults.append(f'{field.name} is {value!r} but must be True or False.')
+                    faults.append(f'{field.name} is {value!r}, allowed are true and false')
             elif isinstance(field.default, (int, float)):
                 if not is_number(value) or value <= 0:
-                    faults.append(f'{field.name} is {value!r} but must be a positive number.')
+                    faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
         return faults
 
     def _whole(self, name: str, low: int, high: int) -> list[str]:
         value = getattr(self, name)
         if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
             return []
-        return [f'{name} is {value!r} but must be a whole number from {low} to {high}.']
+        return [f'{name} is {value!r}, allowed are whole numbers from {low} to {high}']
 
 
 @dataclass(frozen=True)
@@ -161,11 +157,11 @@ class SensorConfig(_Checked):
             or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)
         ):
             faults.append(
-                f'sonar_addresses is {addresses!r} but must be nine different I2C addresses (0x08 to 0x7f), none of them imu_address.'
+                f'sonar_addresses is {addresses!r}, allowed are nine different I2C addresses (0x08 to 0x7f), none of them imu_address'
             )
         if self.imu_period not in (0.2, 0.05):
-            faults.append(f'imu_period is {self.imu_period!r} but must be 0.2 or 0.05.')
+            faults.append(f'imu_period is {self.imu_period!r}, allowed are 0.2 and 0.05')
         weight = self.complementary_weight
         if isinstance(weight, (int, float)) and weight >= 1.0:
-            faults.append(f'complementary_weight is {weight!r} but must be between 0 and 1.')
+            faults.append(f'complementary_weight is {weight!r}, allowed are numbers from 0 to 1')
         return faults

@@ -19,8 +19,7 @@ from canserial.adapter.adapter import Adapter, AdapterConfig
 from canserial.adapter.link import Link
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.frame import Frame
-from canserial.reader.config import ConfigError as CanConfigError
-from sara_lowlevel.config import ConfigError
+from sara_common.config import ConfigError
 from sara_lowlevel.hardware import HardwareError
 
 PERIOD_S = 0.01
@@ -29,11 +28,11 @@ _MAX_INCOMING = 1000
 
 
 def adapter_config(text: str) -> AdapterConfig:
-    """Of INTERFACE:CHANNEL or INTERFACE:CHANNEL@BITRATE, as python-can names them. Raises canserial's ConfigError."""
+    """Of INTERFACE:CHANNEL or INTERFACE:CHANNEL@BITRATE, as python-can names them. Raises ConfigError."""
     interface, colon, channel = text.partition(':')
     channel, at, rate = channel.rpartition('@') if '@' in channel else (channel, '', '')
     if not colon or not channel or (at and not rate.isdigit()):
-        raise CanConfigError(
+        raise ConfigError(
             f'--can is {text!r}, allowed is INTERFACE:CHANNEL[@BITRATE], such as socketcan:can0, slcan:/dev/ttyUSB0@500000 '
             'or udp_multicast:239.74.163.2'
         )
@@ -217,7 +216,7 @@ def main_of(run: Callable[[list[str] | None], int], arguments: list[str] | None 
     """Runs a command and turns what its user can mend into one line and status 2."""
     try:
         status = run(arguments)
-    except (HardwareError, ConfigError, CanConfigError, BusError) as error:
+    except (HardwareError, ConfigError, BusError) as error:
         print(f'error: {error}', file=sys.stderr)
         status = 2
     sys.exit(status)

@@ -19,7 +19,7 @@ import pytest
 
 from canserial.adapter.adapter import Adapter, AdapterConfig
 from canserial.dbc.bus import BusDescription
-from canserial.reader.config import ConfigError as CanConfigError
+from sara_common.config import ConfigError
 from sara_lowlevel.hardware import HardwareError, open_i2c
 from sara_lowlevel.joystick.joystick_device import JoystickState
 from sara_lowlevel.runner import Recorder, Runner, adapter_config
@@ -319,7 +319,7 @@ def test_adapters_by_name():
         adapter_config('socketcan:can0').port == 'can0' and adapter_config('slcan:/dev/canusb@250000').bitrate == 250000
     )
     for wrong in ('can0', 'slcan:', 'slcan:/dev/canusb@fast', ':x', 'slcan:/dev/canusb@123'):
-        with pytest.raises(CanConfigError):
+        with pytest.raises(ConfigError):
             adapter_config(wrong)
 
 

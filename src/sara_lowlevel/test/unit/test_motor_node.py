@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
-from sara_lowlevel.config import ConfigError, MotorConfig
+from sara_common.config import ConfigError
+from sara_lowlevel.config import MotorConfig
 from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 
 BUS = BusDescription.default()

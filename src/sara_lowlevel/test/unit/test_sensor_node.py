@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
-from sara_lowlevel.config import ConfigError, SensorConfig
+from sara_common.config import ConfigError
+from sara_lowlevel.config import SensorConfig
 from sara_lowlevel.schedule import SENSORS, SLOTS, TURN_1, TURN_2, frame_slots
 from sara_lowlevel.sensor.sensor_node import SensorNode
 

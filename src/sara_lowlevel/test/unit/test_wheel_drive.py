@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_lowlevel.config import AmplifierConfig, ConfigError, SpeedLoopConfig
+from sara_common.config import ConfigError
+from sara_lowlevel.config import AmplifierConfig, SpeedLoopConfig
 from sara_lowlevel.motor import ax3500
 from sara_lowlevel.motor.speed_loop import SpeedLoop
 from sara_lowlevel.motor.wheel_drive import WheelDrive

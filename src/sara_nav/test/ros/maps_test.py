@@ -127,7 +127,9 @@ class Maps(unittest.TestCase):
     def test_bad_options_end_it_with_a_sentence(self):
         run = saver('--occ', '101', '--free', '70', '--fmt', 'gif')
         self.assertEqual(
-            (run.returncode, '--occ is 101 but must be in 1..100; --fmt is' in run.stderr), (1, True), run.stderr
+            (run.returncode, '--occ is 101, allowed are numbers from 1 to 100; --fmt is' in run.stderr),
+            (1, True),
+            run.stderr,
         )
         run = saver('-f', self.path('no/such/folder/m'))
         self.assertEqual(

@@ -307,12 +307,12 @@ def test_defaults_are_the_peers():
 @pytest.mark.parametrize(
     'config, text',
     [
-        ({'max_vel_y': 0.1}, 'max_vel_y is 0.1 but must be 0'),
-        ({'min_vel_y': -0.1}, 'min_vel_y is -0.1 but must be 0'),
+        ({'max_vel_y': 0.1}, 'max_vel_y is 0.1, allowed is 0'),
+        ({'min_vel_y': -0.1}, 'min_vel_y is -0.1, allowed is 0'),
         ({'sim_time': -1.0}, 'sim_time is -1.0'),
         ({'vth_samples': 0}, 'vth_samples is 0'),
-        ({'max_vel_trans': 0.05}, 'max_vel_trans is 0.05 but must be at least min_vel_trans'),
-        ({'min_vel_theta': 1.5}, 'min_vel_theta is 1.5 but must be no more than max_vel_theta'),
+        ({'max_vel_trans': 0.05}, 'max_vel_trans is 0.05, allowed is at least min_vel_trans'),
+        ({'min_vel_theta': 1.5}, 'min_vel_theta is 1.5, allowed is no more than max_vel_theta'),
         ({'path_distance_bias': math.nan}, 'path_distance_bias is nan'),
     ],
 )

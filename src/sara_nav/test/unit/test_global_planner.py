@@ -99,7 +99,7 @@ def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(
 def test_it_is_found_by_its_name_and_its_a_star_is_refused():
     assert GLOBAL_PLANNERS.find('global_planner/GlobalPlanner') is GlobalPlanner
     assert GlobalPlannerConfig(use_dijkstra=False).faults() == [
-        'use_dijkstra is False but must be True: for A*, use navfn/NavfnROS with use_astar'
+        'use_dijkstra is False, allowed is True: for A*, use navfn/NavfnROS with use_astar'
     ]
 
 

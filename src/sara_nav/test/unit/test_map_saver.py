@@ -96,7 +96,7 @@ def test_what_cannot_be_written_is_said_and_leaves_nothing(tmp_path):
         ({'occupied': 0}, '--occ is 0'),
         ({'occupied': 101}, '--occ is 101'),
         ({'free': -1}, '--free is -1'),
-        ({'free': 65}, '--free is 65 but must be smaller than --occ'),
+        ({'free': 65}, '--free is 65, allowed is smaller than --occ'),
         ({'name': 'folder/'}, '-f is'),
         ({'image_format': 'gif'}, '--fmt is'),
         ({'mode': 'scale'}, '--mode is'),

@@ -197,7 +197,9 @@ def test_a_map_that_has_not_come_explains_nothing():
 
 
 def test_parameters_are_checked_and_one_without_a_map_is_said():
-    assert RangeSensorConfig(mapped_tolerance=-0.1).faults() == ['mapped_tolerance is -0.1 but must be in 0..10']
+    assert RangeSensorConfig(mapped_tolerance=-0.1).faults() == [
+        'mapped_tolerance is -0.1, allowed are numbers from 0 to 10'
+    ]
     assert 'mapped_steepest' in RangeSensorConfig(mapped_steepest=2.0).faults()[0]
     tree = Parameters(
         {

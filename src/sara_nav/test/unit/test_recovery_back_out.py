@@ -189,7 +189,7 @@ def test_one_that_still_drives_comes_to_rest_first():
     [
         (dict(distance=0.0), 'distance'),
         (dict(speed=math.nan), 'speed'),
-        (dict(distance=1.0, farthest=0.5), 'farthest is 0.5 but must be at least distance (1)'),
+        (dict(distance=1.0, farthest=0.5), 'farthest is 0.5, allowed is at least distance (1)'),
     ],
 )
 def test_parameters_are_checked(values, fault):

@@ -9,12 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from sara_common.checks import is_number
-
-
-class ConfigError(ValueError):
-    """Numbers that no chair can have; the text names each."""
-
+from sara_common.config import ConfigError, is_number
 
 _NOT_ZERO = frozenset(
     (
@@ -40,7 +35,7 @@ class Checked:
     def __post_init__(self):
         faults = self.validate()
         if faults:
-            raise ConfigError(' '.join(faults))
+            raise ConfigError(faults)
 
     def changes(self) -> dict[str, tuple]:
         """{name: (value, default)} of everything that is not the default."""
@@ -100,14 +95,14 @@ class ChairConfig(Checked):
             numbers = value if isinstance(value, tuple) else (value,)
             if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
                 faults.append(
-                    f'{field.name} is {value!r} but must be {f"{wanted} finite numbers" if wanted else "a finite number"}.'
+                    f'{field.name} is {value!r}, allowed {f"are {wanted} finite numbers" if wanted else "is a finite number"}.'
                 )
             elif pair and not 0 < value[0] <= value[1]:
-                faults.append(f'{field.name} is {value!r} but must be (lowest, highest), both positive.')
+                faults.append(f'{field.name} is {value!r}, allowed is (lowest, highest), both positive')
             elif field.name in _NOT_ZERO and value <= 0:
-                faults.append(f'{field.name} is {value!r} but must be positive.')
+                faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
             elif field.name not in ('gyro_bias', 'accel_offset') and min(numbers) < 0:
-                faults.append(f'{field.name} is {value!r} but must not be negative.')
+                faults.append(f'{field.name} is {value!r}, allowed are numbers of 0 or more')
         return faults
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.checks import is_number
+from sara_common.config import is_number
 from sara_sim.config import Checked
 
 
@@ -38,18 +38,18 @@ class ChairOptions(Checked):
             value = getattr(self, field.name)
             if isinstance(field.default, bool):
                 if not isinstance(value, bool):
-                    faults.append(f'{field.name} is {value!r} but must be true or false.')
+                    faults.append(f'{field.name} is {value!r}, allowed are true and false')
             elif isinstance(field.default, int):
                 if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**32:
-                    faults.append(f'{field.name} is {value!r} but must be a whole number from 0 to 2^32 - 1.')
+                    faults.append(f'{field.name} is {value!r}, allowed are whole numbers from 0 to 2^32 - 1')
             elif not is_number(value):
-                faults.append(f'{field.name} is {value!r} but must be a finite number.')
+                faults.append(f'{field.name} is {value!r}, allowed is a finite number')
             elif field.name == 'castor_swing' and not 0.0 <= value <= 0.2:
-                faults.append(f'castor_swing is {value!r} but must be from 0 to 0.2.')
+                faults.append(f'castor_swing is {value!r}, allowed are numbers from 0 to 0.2')
             elif field.name == 'payload' and value < 0.0:
-                faults.append(f'payload is {value!r} but must not be negative.')
+                faults.append(f'payload is {value!r}, allowed are numbers of 0 or more')
             elif field.name not in ('castor_swing', 'payload', 'payload_x', 'payload_y', 'castor_x') and value <= 0.0:
-                faults.append(f'{field.name} is {value!r} but must be positive.')
+                faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
             elif field.name == 'castor_x' and value == 0.0:
                 faults.append('castor_x is 0 but castors under the drive axle cannot swing the chair.')
         return faults

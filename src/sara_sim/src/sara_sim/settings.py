@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.checks import is_number
+from sara_common.config import ConfigError, is_number
 from sara_sim.bus.lawicel import RATES
-from sara_sim.config import ConfigError
 from sara_sim.options import ChairOptions
 
 
@@ -60,7 +59,7 @@ class SimulatorSettings:
         settings = cls(**values)
         faults += settings.validate()
         if faults:
-            raise SettingsError(' '.join(faults))
+            raise SettingsError('; '.join(faults))
         return settings
 
     def validate(self) -> list[str]:
@@ -72,21 +71,21 @@ class SimulatorSettings:
             ('log', "a file for the log, or '' for none"),
         ):
             if not isinstance(getattr(self, name), str):
-                faults.append(f'{name} is {getattr(self, name)!r} but must be the path of {what}.')
+                faults.append(f'{name} is {getattr(self, name)!r}, allowed is the path of {what}')
         if not isinstance(self.dbc, str) or not self.dbc:
-            faults.append(f"dbc is {self.dbc!r} but must be 'sara', 'sara_tenths' or the path of a DBC file.")
+            faults.append(f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths' or the path of a DBC file")
         if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(is_number, self.start))):
-            faults.append(f'start is {self.start!r} but must be [x, y, yaw], finite numbers in m and rad.')
+            faults.append(f'start is {self.start!r}, allowed is [x, y, yaw], finite numbers in m and rad')
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            faults.append(f'seed is {self.seed!r} but must be a whole number, 0 or more.')
+            faults.append(f'seed is {self.seed!r}, allowed are whole numbers of 0 or more')
         if not is_number(self.speed) or not 0 < self.speed <= 100:
-            faults.append(f'speed is {self.speed!r} but must be above 0 and at most 100 times real time.')
+            faults.append(f'speed is {self.speed!r}, allowed are numbers above 0 to 100, times real time')
         if not isinstance(self.port, str) or not self.port.startswith('/'):
-            faults.append(f'port is {self.port!r} but must be an absolute path.')
+            faults.append(f'port is {self.port!r}, allowed is an absolute path')
         if isinstance(self.bitrate, bool) or self.bitrate not in RATES:
-            faults.append(f'bitrate is {self.bitrate!r} but must be one of {", ".join(map(str, RATES))}.')
+            faults.append(f'bitrate is {self.bitrate!r}, allowed are {", ".join(map(str, RATES))}')
         faults += [
-            f'{name} is {getattr(self, name)!r} but must be true or false.'
+            f'{name} is {getattr(self, name)!r}, allowed are true and false'
             for name in ('power_up', 'calibrate', 'fast', 'madgwick')
             if not isinstance(getattr(self, name), bool)
         ]

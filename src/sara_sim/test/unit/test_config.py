@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
+from sara_common.config import ConfigError
 from sara_sim.chips.mounting import IMU, SONARS
-from sara_sim.config import ChairConfig, ConfigError, DrawnChair
+from sara_sim.config import ChairConfig, DrawnChair
 
 REFERENCE = {
     'length': 1.08,

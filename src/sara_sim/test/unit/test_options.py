@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from sara_common.config import ConfigError
 from sara_sim.chair import SimulatedChair
-from sara_sim.config import ChairConfig, ConfigError
+from sara_sim.config import ChairConfig
 from sara_sim.options import ChairOptions
 from sara_sim.world.terrain import Ramp, TerrainError, attitude
 from sara_sim.world.world import World

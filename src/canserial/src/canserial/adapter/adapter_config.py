@@ -11,7 +11,7 @@ import can
 from can.interfaces import BACKENDS
 
 from canserial.frame import EXTENDED_ID_MAX, STANDARD_ID_MAX
-from canserial.reader.config import ConfigError
+from sara_common.config import ConfigError
 
 # Lawicel's S0..S8. python-can calls S7 750 kbit/s, the CANUSB's manual 800 kbit/s: both names give S7.
 LAWICEL_RATES = (10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000, 1000000)
@@ -103,7 +103,7 @@ class AdapterConfig:
         if not faults:
             faults = self._of_the_interface()
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def _of_the_interface(self):
         faults = []

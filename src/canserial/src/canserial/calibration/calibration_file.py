@@ -14,7 +14,7 @@ from pathlib import Path
 import yaml
 
 from canserial.calibration.calibration import MAX_OFFSET
-from sara_common.checks import is_number
+from sara_common.config import is_number
 
 GAIN_LIMITS = 0.5, 2.0  # beyond: no scale error of a gyroscope but a wrong measurement
 HEAD = """\

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sara_common.checks import is_number, number_faults
+from sara_common.config import ConfigError, is_number, number_faults
 
 DEFAULT_GAIN = 1.08  # table 4.11 of the thesis
 AUTO = 'auto'
@@ -14,10 +14,6 @@ ANGLE_VARIANCES = (0.01, 0.01, 0.0098)
 # What the thesis's listing publishes, units unconverted: for comparison only.
 THESIS_GYRO_VARIANCES = (0.0084, 0.0091, 0.0051)
 THESIS_ANGLE_VARIANCES = (0.001, 0.001, 0.0098)
-
-
-class ConfigError(ValueError):
-    """One sentence per faulty parameter: its name, what it held, what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +97,7 @@ class ReaderConfig:
         if not faults:
             faults += self._contradictions()
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def _contradictions(self):
         faults = []

@@ -18,10 +18,11 @@ from canserial.calibration.calibration_file import CalibrationFileError
 from canserial.calibration.gain import ANGLES, GainError, GainProcedure
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.msg import CAN
-from canserial.reader.config import ConfigError, ReaderConfig
+from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
 from canserial.reader.status import status_of
 from canserial.ros import calibration_store, conversions
+from sara_common.config import ConfigError
 
 SIGNS = {'left': (1.0,), 'right': (-1.0,), 'both': (1.0, -1.0)}
 WAYS = {1.0: 'left', -1.0: 'right'}

@@ -8,7 +8,7 @@ release, but repeats a key that is held, the first time after half a second or s
 import math
 from dataclasses import dataclass
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 
 MOVES = {
     'i': (1, 0),

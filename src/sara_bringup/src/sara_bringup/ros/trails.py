@@ -32,7 +32,7 @@ def main():
         if len(start) != 3:
             raise ValueError
     except (TypeError, ValueError):
-        rospy.logfatal('~start is %r but must be [x, y, yaw], m and rad', start)
+        rospy.logfatal('~start is %r, allowed is [x, y, yaw], m and rad', start)
         raise SystemExit(1) from None
     trails = {
         name: (Trail(), rospy.Publisher(f'~{name}', Path, queue_size=1, latch=True))

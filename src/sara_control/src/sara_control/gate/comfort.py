@@ -12,8 +12,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 
 from ahead_of_time import kernel
-from sara_common.checks import number_faults
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError, number_faults
 
 SHORTEST_STEP = 1e-6  # s
 RATE_TIME = 0.3  # s over which the rate of a target is averaged
@@ -37,7 +36,7 @@ class Profile:
     def __post_init__(self):
         faults = number_faults(self, above_0=[field.name for field in fields(self)])
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def shape(self, v, w):
         """The command (m/s, rad/s) within the limits of speed, on the same curve."""
@@ -73,7 +72,7 @@ def read_profiles(params):
         except ConfigError as error:
             faults += [f'profiles/{name}/{fault}' for fault in str(error).split('; ')]
     if faults:
-        raise ConfigError('; '.join(faults))
+        raise ConfigError(faults)
     return profiles
 
 

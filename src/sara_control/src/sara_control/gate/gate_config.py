@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from sara_common.checks import is_number, number_faults
+from sara_common.config import ConfigError, is_number, number_faults
 from sara_control.gate.comfort import read_profiles
-from sara_control.wheels.config import ConfigError
 from sara_control.zones.caution import CautionConfig
 from sara_control.zones.zone_config import ZoneConfig
 
@@ -59,7 +58,7 @@ class GateConfig:
                 f'({self.command_timeout!r}) and fresh_silence ({self.fresh_silence!r})'
             )
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ class PlausibilityConfig:
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 faults.append(f'{name} is {value!r}, allowed are whole numbers of 1 or more')
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,7 @@ class SafetyConfig:
         if not isinstance(cancel, (list, tuple)) or not all(isinstance(topic, str) and topic for topic in cancel):
             faults.append(f'cancel_topics is {cancel!r}, allowed is a list of names of topics')
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
         return cls(**parts, profile=profile, rate=float(rate), handshake=handshake, cancel_topics=tuple(cancel))
 
 

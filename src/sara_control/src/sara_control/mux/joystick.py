@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from sara_common.checks import is_number, number_faults
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError, is_number, number_faults
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class JoystickConfig:
         if not isinstance(self.enabled, bool):
             faults.append(f'joystick/enabled is {self.enabled!r}, allowed are true and false')
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     @classmethod
     def from_params(cls, params):

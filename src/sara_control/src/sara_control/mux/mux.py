@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError
 
 NOBODY = 'nobody'
 ROBOT = 'the joystick of the chair'
@@ -60,7 +60,7 @@ class MuxConfig:
                     if held.count(value) > 1
                 ]
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
         return cls(tuple(topics), tuple(locks))
 
 

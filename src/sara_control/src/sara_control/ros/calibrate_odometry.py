@@ -9,10 +9,11 @@ import rosbag
 import rospkg
 import yaml
 
+from sara_common.config import ConfigError
 from sara_control.calibration.calibration import Geometry, calibrate, end_errors
 from sara_control.calibration.calibration_report import report, yaml_text
 from sara_control.calibration.drive_log import DriveLog, LogError
-from sara_control.wheels.config import ConfigError, ControllerConfig
+from sara_control.wheels.config import ControllerConfig
 
 
 def read_log(path, config, joint_states, imu, truth=None):

@@ -11,10 +11,11 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
 from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from sara_common.config import ConfigError
 from sara_control.cfg import DiffDriveControllerConfig
 from sara_control.ros.wheel_states import WheelStates
 from sara_control.wheels.base import BaseError, load_base
-from sara_control.wheels.config import ConfigError, ControllerConfig, unknown
+from sara_control.wheels.config import ControllerConfig, unknown
 from sara_control.wheels.controller import DiffDriveController
 from sara_control.wheels.pacer import Pacer
 

@@ -12,10 +12,10 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String, UInt8
 
 from canserial.ros.node import OK, WARN, Diagnostics, stop
+from sara_common.config import ConfigError
 from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig
-from sara_control.wheels.config import ConfigError
 
 RATE = 50.0  # Hz, at which silence is noticed
 KNOWN = ('topics', 'locks', 'joystick', 'handshake', 'cancel')

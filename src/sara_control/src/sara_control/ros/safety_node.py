@@ -13,10 +13,10 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from canserial.msg import Encoder
 from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from sara_common.config import ConfigError
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
-from sara_control.wheels.config import ConfigError
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
 LONGEST_PAUSE = 0.1  # s

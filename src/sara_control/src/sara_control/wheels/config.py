@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from sara_common.checks import is_number, number_faults
+from sara_common.config import ConfigError, is_number, number_faults
 from sara_control.wheels.limiter import Limits
 from sara_control.wheels.urdf import UrdfError, WheelGeometry
 
@@ -36,10 +36,6 @@ REQUIRED = (
     'left_wheel',
     'right_wheel',
 )
-
-
-class ConfigError(ValueError):
-    """One sentence per faulty parameter: its name, what it held, what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +86,7 @@ class ControllerConfig:
     def __post_init__(self):
         faults = self._faults()
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def _faults(self):
         faults = number_faults(self, above_0=POSITIVE, from_0=('publish_rate',))
@@ -193,7 +189,7 @@ class ControllerConfig:
         except ConfigError as error:
             faults.append(str(error))
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
         return config
 
 

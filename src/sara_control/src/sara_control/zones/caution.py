@@ -17,8 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.checks import number_faults
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError, number_faults
 
 STANDS = 1e-3, 0.04  # m/s commanded, rad/s measured: no more is rest
 SETTLED = 0.8  # s of rest until echoes are compared
@@ -69,7 +68,7 @@ class CautionConfig:
         elif self.expected and not faults and not self.memory:
             faults.append('expected is True, allowed is false where memory is 0: nothing is kept in mind then')
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def allowed(self, heard):
         """m/s towards what is heard so far away (m), from which the chair stands before who comes out from behind it is

@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from sara_common.checks import is_number, number_faults
-from sara_control.wheels.config import ConfigError
+from sara_common.config import ConfigError, is_number, number_faults
 
 SLACK = 1.25  # creeping may be this much faster before it is braked hard: v and w are limited each by itself
 
@@ -81,7 +80,7 @@ class ZoneConfig:
                 f'({self.stop_distance!r} m)'
             )
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
 
     def way_to_rest(self, u):
         """How far the chair goes from speed u (m/s) to rest, m."""
@@ -109,7 +108,7 @@ class ZoneConfig:
         except ConfigError as error:
             faults.append(str(error))
         if faults:
-            raise ConfigError('; '.join(faults))
+            raise ConfigError(faults)
         return config
 
 

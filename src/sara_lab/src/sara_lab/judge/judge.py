@@ -71,15 +71,15 @@ class Track:
     def __post_init__(self):
         faults = []
         if self.t.ndim != 1 or self.pose.shape != (len(self.t), 3):
-            faults.append(f't is {self.t.shape} and pose {self.pose.shape}, but must be (n,) and (n, 3)')
+            faults.append(f't is {self.t.shape} and pose {self.pose.shape}, allowed are (n,) and (n, 3)')
         elif len(self.t) < 2 or not (
             np.isfinite(self.t).all() and (np.diff(self.t) > 0.0).all() and np.isfinite(self.pose).all()
         ):
             faults.append('a track needs two poses or more, all finite, at growing times')
         elif self.commanded is not None and self.commanded.shape != (len(self.t), 2):
-            faults.append(f'commanded is {self.commanded.shape} but must be (n, 2)')
+            faults.append(f'commanded is {self.commanded.shape}, allowed is (n, 2)')
         if self.source not in ('true', 'fused'):
-            faults.append(f"source is {self.source!r} but must be 'true' or 'fused'")
+            faults.append(f"source is {self.source!r}, allowed are 'true' and 'fused'")
         if faults:
             raise ValueError('; '.join(faults))
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sara_localization.config.filter_config import ConfigError, FilterConfig
+from sara_common.config import ConfigError
+from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.diagnostics import ERROR, WARN
 from sara_localization.filters.state import ANGLES, AX, AY, AZ, NAMES, OFF_PLANE, POSE, RATES, SIZE, VX, YAW, X, Y
 
@@ -35,7 +36,7 @@ def check(params: dict[str, object], filter: str = 'ekf') -> tuple[FilterConfig 
     try:
         config = FilterConfig.from_params(params, filter)
     except ConfigError as error:
-        return None, [Finding(ERROR, 'configuration', sentence) for sentence in error.faults] + _doubtful(
+        return None, [Finding(ERROR, 'configuration', sentence.rstrip('.') + '.') for sentence in error.faults] + _doubtful(
             error.warnings
         )
     return config, _doubtful(config.warnings) + check_settings(config)

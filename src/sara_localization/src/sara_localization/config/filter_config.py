@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sara_common.config import ConfigError
 from sara_localization.config.input_config import INPUT, InputConfig, InputReader
-from sara_localization.config.parameters import ConfigError
 from sara_localization.filters.control import ControlConfig
 from sara_localization.filters.standstill import StandstillConfig
 from sara_localization.filters.state import SIZE
@@ -98,7 +98,7 @@ class FilterConfig:
         found.
         """
         if filter not in FILTERS:
-            raise ConfigError(['the filter is {!r}; it must be one of {}.'.format(filter, ', '.join(FILTERS))])
+            raise ConfigError(f'the filter is {filter!r}, allowed are {", ".join(FILTERS)}')
         return _Reader(params).config(cls, filter)
 
 
@@ -174,7 +174,7 @@ class _Reader(InputReader):
     def frames(self):
         prefix = self.take('tf_prefix', '')
         if not isinstance(prefix, str):
-            self.faults.append(f'tf_prefix must be a word, not {prefix!r}.')
+            self.faults.append(f'tf_prefix is {prefix!r}, allowed is a word')
             prefix = ''
         prefix = prefix.strip('/')
         frames = {
@@ -188,14 +188,14 @@ class _Reader(InputReader):
         world = frames['world_frame'] = self.frame('world_frame', frames['odom_frame'], prefix)
         if world not in (frames['map_frame'], frames['odom_frame']):
             self.faults.append(
-                'world_frame is {}; it must be map_frame ({}) or odom_frame ({}).'.format(
+                'world_frame is {}, allowed are map_frame ({}) and odom_frame ({})'.format(
                     world, frames['map_frame'], frames['odom_frame']
                 )
             )
         frames['base_link_frame_output'] = self.frame('base_link_frame_output', frames['base_link_frame'], prefix)
         if frames['base_link_frame_output'] in (frames['map_frame'], frames['odom_frame']):
             self.faults.append(
-                'base_link_frame_output is {}; it must be a frame of the robot, not map_frame or odom_frame.'.format(
+                'base_link_frame_output is {}, allowed is a frame of the robot, not map_frame or odom_frame'.format(
                     frames['base_link_frame_output']
                 )
             )

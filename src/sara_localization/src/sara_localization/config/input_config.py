@@ -79,14 +79,14 @@ class InputReader(ParameterReader):
         name = '%s%d' % (kind, index)
         topic = self.take(name)
         if not isinstance(topic, str) or not topic:
-            self.faults.append(f'{name} must be the name of a topic, not {topic!r}.')
+            self.faults.append(f'{name} is {topic!r}, allowed is the name of a topic')
         # Without a list nothing is doubtful about what is taken: then everything counts as taken that no other setting
         # minds.
         mask = self.mask(name + '_config', kind) or tuple(i in MEASURES[kind] and i < AX for i in range(SIZE))
         values = {}
         queue_size = values['queue_size'] = self.take(name + '_queue_size', 1)
         if isinstance(queue_size, bool) or not isinstance(queue_size, int) or queue_size < 0:
-            self.faults.append(f'{name}_queue_size must be a whole number of messages, not {queue_size!r}.')
+            self.faults.append(f'{name}_queue_size is {queue_size!r}, allowed is a whole number of messages')
         values['nodelay'] = self.boolean(name + '_nodelay', False)
         if kind != 'twist':
             self.pose_options(name, mask, values)

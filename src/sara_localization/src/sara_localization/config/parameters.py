@@ -11,16 +11,6 @@ import numpy as np
 from sara_localization.filters.state import NAMES, SIZE
 
 
-class ConfigError(ValueError):
-    """The configuration cannot be used; `faults` holds one sentence for each reason, `warnings` what is doubtful
-    besides.
-    """
-
-    def __init__(self, faults, warnings=()):
-        super().__init__('\n'.join(faults))
-        self.faults, self.warnings = tuple(faults), tuple(warnings)
-
-
 def as_number(value):
     """A float from a number or from a string such as '1e-9' (YAML 1.1 takes 1e-9 for a string), else None."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
@@ -63,11 +53,11 @@ class ParameterReader:
         value = self.take(name, default)
         result = as_number(value)
         if result is None or not math.isfinite(result):
-            self.faults.append(f'{name} must be a number, not {value!r}.')
+            self.faults.append(f'{name} is {value!r}, allowed is a number')
             return default
         if (low is not None and result < low) or (above is not None and result <= above):
-            allowed = f'at least {low:g}' if low is not None else f'greater than {above:g}'
-            self.faults.append(f'{name} is {result:g}; it must be {allowed}.')
+            allowed = f'of {low:g} or more' if low is not None else f'above {above:g}'
+            self.faults.append(f'{name} is {result:g}, allowed are numbers {allowed}')
             return default
         return result
 
@@ -75,7 +65,7 @@ class ParameterReader:
         value = self.take(name, default)
         result = as_bool(value)
         if result is None:
-            self.faults.append(f'{name} must be true or false, not {value!r}.')
+            self.faults.append(f'{name} is {value!r}, allowed are true and false')
             return default
         return result
 
@@ -84,14 +74,14 @@ class ParameterReader:
         value = self.take(name, allowed[0])
         value = 'off' if value is False and 'off' in allowed else value
         if value not in allowed:
-            self.faults.append('{} is {!r}; it must be one of {}.'.format(name, value, ', '.join(allowed)))
+            self.faults.append('{} is {!r}, allowed are {}'.format(name, value, ', '.join(allowed)))
             return allowed[0]
         return value
 
     def frame(self, name, default, prefix=''):
         value = self.take(name, default)
         if not isinstance(value, str) or not value.strip('/'):
-            self.faults.append(f'{name} must be the name of a frame, not {value!r}.')
+            self.faults.append(f'{name} is {value!r}, allowed is the name of a frame')
             return default
         value = value.lstrip('/')
         return value if not prefix or value.startswith(prefix + '/') else f'{prefix}/{value}'
@@ -100,7 +90,7 @@ class ParameterReader:
         """The name of a file."""
         value = self.take(name, default)
         if not isinstance(value, str) or not value:
-            self.faults.append(f'{name} must be the name of a file, not {value!r}.')
+            self.faults.append(f'{name} is {value!r}, allowed is the name of a file')
             return default
         return value
 
@@ -111,8 +101,8 @@ class ParameterReader:
             return default
         result = as_numbers(value)
         if result is None or len(result) != size or (low is not None and min(result) < low):
-            allowed = '' if low is None else f' of at least {low:g}'
-            self.faults.append('%s must be a list of %d finite numbers%s, not %r.' % (name, size, allowed, value))
+            allowed = '' if low is None else f' of {low:g} or more'
+            self.faults.append(f'{name} is {value!r}, allowed is a list of {size} finite numbers{allowed}')
             return default
         return tuple(result)
 
@@ -122,10 +112,8 @@ class ParameterReader:
             return np.array(default, dtype=float)
         numbers = as_numbers(value)
         if numbers is None or len(numbers) != SIZE:
-            held = '%d values' % len(value) if isinstance(value, (list, tuple)) else repr(value)
-            self.faults.append(
-                '{} must be a list of 15 finite numbers ({}); it holds {}.'.format(name, ' '.join(NAMES), held)
-            )
+            held = f'a list of {len(value)}' if isinstance(value, (list, tuple)) else repr(value)
+            self.faults.append(f'{name} is {held}, allowed is a list of 15 finite numbers ({" ".join(NAMES)})')
             return np.array(default, dtype=float)
         return np.array(numbers)
 
@@ -136,34 +124,31 @@ class ParameterReader:
             return default
         numbers = as_numbers(value)
         if numbers is None or len(numbers) not in (size, size * size):
-            held = len(value) if isinstance(value, (list, tuple)) else 1
+            held = f'a list of {len(value)}' if isinstance(value, (list, tuple)) else repr(value)
             self.faults.append(
-                '%s must be a list of %d finite numbers, row by row, or of %d, its diagonal; it holds %d.'
-                % (name, size * size, size, held)
+                f'{name} is {held}, allowed is a list of {size * size} finite numbers, row by row, or of {size}, its '
+                'diagonal'
             )
             return default
         matrix = np.diag(numbers) if len(numbers) == size else np.reshape(numbers, (size, size))
         if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
-            self.faults.append(f'{name} is not symmetric.')
+            self.faults.append(f'{name} is not symmetric')
         elif np.linalg.eigvalsh(matrix).min() < -1e-12 * max(1.0, np.abs(matrix).max()):
-            self.faults.append(f'{name} is not positive semidefinite: no noise has such a covariance.')
+            self.faults.append(f'{name} is not positive semidefinite: no noise has such a covariance')
         elif positive and matrix.diagonal().min() <= 0.0:
-            self.faults.append(f'{name} holds a variance of {matrix.diagonal().min():g}; it must be greater than 0.')
+            self.faults.append(f'{name} holds a variance of {matrix.diagonal().min():g}, allowed are variances above 0')
         return matrix
 
     def flags(self, name, size, names):
         """A tuple of `size` booleans, None where there is none (and that is a fault)."""
         value = self.take(name)
         if value is None:
-            self.faults.append(
-                '%s is missing: list for the %d variables (%s) which of them to use.' % (name, size, names)
-            )
+            self.faults.append(f'{name} is missing: list for the {size} variables ({names}) which of them to use')
             return None
         flags = [as_bool(v) for v in value] if isinstance(value, (list, tuple)) else [None]
         if len(flags) != size or None in flags:
             self.faults.append(
-                '%s must be a list of %d times true or false (%s); it holds %d values.'
-                % (name, size, names, len(flags))
+                f'{name} is a list of {len(flags)}, allowed is a list of {size} times true or false ({names})'
             )
             return None
         return tuple(flags)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from sara_localization.config.parameters import ConfigError, ParameterReader
+from sara_common.config import ConfigError
+from sara_localization.config.parameters import ParameterReader
 
 _FRAMES = ('base_frame_id', 'odom_frame_id', 'global_frame_id')
 _ABOVE_ZERO = (
@@ -86,26 +87,26 @@ class RangeConfig:
     def faults(self):
         """Sentences, one for each bad value."""
         found = [
-            f'{name} is {getattr(self, name):g}; it must be greater than 0.'
+            f'{name} is {getattr(self, name):g}, allowed are numbers above 0'
             for name in _ABOVE_ZERO
             if not getattr(self, name) > 0.0
         ]
         found += [
-            f'{f.name} is {getattr(self, f.name):g}; it must be at least 0.'
+            f'{f.name} is {getattr(self, f.name):g}, allowed are numbers of 0 or more'
             for f in fields(self)
             if isinstance(f.default, float) and f.name not in _ABOVE_ZERO and not getattr(self, f.name) >= 0.0
         ]
         found += [
-            f'{f.name} is {getattr(self, f.name)!r}; it must be a finite number.'
+            f'{f.name} is {getattr(self, f.name)!r}, allowed is a finite number'
             for f in fields(self)
             if isinstance(f.default, float) and not math.isfinite(getattr(self, f.name))
         ]
         if not self.range_min_range < self.range_max_range:
             found.append(
-                f'range_min_range is {self.range_min_range:g}; it must be less than range_max_range ({self.range_max_range:g}).'
+                f'range_min_range is {self.range_min_range:g}, allowed is less than range_max_range ({self.range_max_range:g})'
             )
         if not self.map_occupied_above < 100.0:
-            found.append(f'map_occupied_above is {self.map_occupied_above:g}; it must be less than 100.')
+            found.append(f'map_occupied_above is {self.map_occupied_above:g}, allowed are numbers below 100')
         names = [getattr(self, name) for name in _FRAMES]
         if len(set(names)) < 3:
             found.append(
@@ -130,7 +131,7 @@ class RangeConfig:
             or not topics
             or not all(isinstance(topic, str) and topic for topic in topics)
         ):
-            reader.faults.append(f'range_topics must be a list of at least one topic, not {topics!r}.')
+            reader.faults.append(f'range_topics is {topics!r}, allowed is a list of one topic or more')
             topics = ()
         elif len(set(topics)) < len(topics):
             reader.faults.append(

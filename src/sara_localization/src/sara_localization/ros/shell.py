@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from sara_localization.config.filter_config import ConfigError
+from sara_common.config import ConfigError
 from sara_localization.engine.diagnostics import Status
 
 

@@ -7,6 +7,8 @@ too, either as a parameter of the C++ peer that is not built here yet, or as unk
 import dataclasses
 import difflib
 
+from sara_common.config import ConfigError
+
 VOXELS = 'the voxel layer (costmap_2d::ObstacleLayer is here)'
 NOT_BUILT = {
     # name, or group ending in '/': (value at which it makes no difference, what it belongs to that is not here)
@@ -18,10 +20,6 @@ NOT_BUILT = {
     'CarrotPlanner/': (None, 'carrot_planner/CarrotPlanner'),
 }
 """Parameters of the C++ stack for what is not here, on purpose."""
-
-
-class ParameterError(ValueError):
-    """Parameters that cannot be used; one sentence for each."""
 
 
 class Parameters:
@@ -125,7 +123,7 @@ class Parameters:
             return tuple(value)
         if type(value) is not kind:
             self.faults.append(
-                '{} is {!r} but must be {}'.format(
+                '{} is {!r}, allowed is {}'.format(
                     path,
                     value,
                     {
@@ -159,9 +157,9 @@ class Parameters:
         return result
 
     def check(self):
-        """Raise ParameterError with all faults, if there are any."""
+        """Raise ConfigError with all faults, if there are any."""
         if self.faults:
-            raise ParameterError('; '.join(self.faults))
+            raise ConfigError(self.faults)
 
     def left_over(self):
         """Return sentences about what was set but not read: not built, or not known."""

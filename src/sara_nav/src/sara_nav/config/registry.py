@@ -50,4 +50,4 @@ class Registry:
             pass
         if isinstance(name, str) and name in self.refused:
             raise UnknownPlanner(f'{self.parameter} is {name!r}, which is not here: use {self.refused[name]}')
-        raise UnknownPlanner('{} is {!r} but must be one of: {}'.format(self.parameter, name, ', '.join(names)))
+        raise UnknownPlanner('{} is {!r}, allowed are {}'.format(self.parameter, name, ', '.join(names)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_nav.grids import distances
 from sara_nav.grids.grid import GridGeometry
 
@@ -35,9 +35,9 @@ class StaticLayerConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 1 <= self.lethal_cost_threshold <= 100:
-            result.append(f'lethal_cost_threshold is {self.lethal_cost_threshold!r} but must be in 1..100')
+            result.append(f'lethal_cost_threshold is {self.lethal_cost_threshold!r}, allowed are numbers from 1 to 100')
         if not self.map_topic:
-            result.append('map_topic is empty but must be the name of a topic')
+            result.append('map_topic is empty, allowed is the name of a topic')
         return result
 
 

@@ -210,12 +210,12 @@ def _footprint(parameters, prefix, footprint, robot_radius):
             footprint, robot_radius = [parameters.search('', name, None) for name in ('footprint', 'robot_radius')]
     try:
         if not np.isfinite(padding) or abs(padding) > 10.0:
-            raise FootprintError(f'{prefix}footprint_padding is {padding!r} but must be in -10..10')
+            raise FootprintError(f'{prefix}footprint_padding is {padding!r}, allowed are numbers from -10 to 10')
         if footprint not in UNSET:
             return parse_footprint(footprint), None, padding
         radius = 0.46 if robot_radius is None else robot_radius
         if isinstance(radius, bool) or not isinstance(radius, (int, float)):
-            raise FootprintError(f'robot_radius is {radius!r} but must be a number > 0')
+            raise FootprintError(f'robot_radius is {radius!r}, allowed are numbers above 0')
         return circle_footprint(float(radius)), float(radius), padding
     except FootprintError as error:
         if str(error) not in parameters.faults:

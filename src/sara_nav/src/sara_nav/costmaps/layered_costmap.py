@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_nav.costmaps.costmap import FREE, UNKNOWN, Costmap
 from sara_nav.costmaps.layers import obstacle, range_sensor, static
 from sara_nav.grids import collision, distances
@@ -53,13 +53,13 @@ class CostmapConfig:
             },
         )
         if not 1e-4 <= self.resolution <= 50.0:
-            result.append(f'resolution is {self.resolution!r} but must be in 0.0001..50')
+            result.append(f'resolution is {self.resolution!r}, allowed are numbers from 0.0001 to 50')
         else:
             cells = [side / self.resolution for side in (self.width, self.height)]
             for name, count in zip(('width', 'height'), cells):
                 if not (math.isfinite(count) and count > 1.0 - 1e-9):
                     result.append(
-                        f'{name} is {getattr(self, name)!r} but must be a finite number, at least resolution ({self.resolution:g})'
+                        f'{name} is {getattr(self, name)!r}, allowed is a finite number, at least resolution ({self.resolution:g})'
                     )
             if not result and cells[0] * cells[1] > 1e8:
                 result.append(
@@ -67,7 +67,7 @@ class CostmapConfig:
                 )
         for name in ('global_frame', 'robot_base_frame'):
             if not getattr(self, name).strip('/'):
-                result.append(f'{name} is {getattr(self, name)!r} but must be the name of a frame')
+                result.append(f'{name} is {getattr(self, name)!r}, allowed is the name of a frame')
         return result
 
     def geometry(self):

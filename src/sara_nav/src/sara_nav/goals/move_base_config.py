@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 
 IDLE, ACTIVE, SUCCEEDED, PREEMPTED, ABORTED = 'idle', 'active', 'succeeded', 'preempted', 'aborted'
 PLANNING, CONTROLLING, CLEARING = 'planning', 'controlling', 'clearing'

@@ -19,7 +19,7 @@ def parse_footprint(value):
     try:
         corners = np.array([[float(x), float(y)] for x, y in corners], dtype=float)
     except (TypeError, ValueError):
-        raise FootprintError(f'footprint is {value!r} but must be a list of [x, y] pairs') from None
+        raise FootprintError(f'footprint is {value!r}, allowed is a list of [x, y] pairs') from None
     if len(corners) < 3:
         raise FootprintError('footprint has %d corners but must have at least 3' % len(corners))
     if not np.isfinite(corners).all():
@@ -54,7 +54,7 @@ def _parse_array(text):
 def circle_footprint(radius, corners=16):
     """Return a regular polygon (corners, 2) on a circle of ``radius`` (m); raises FootprintError."""
     if not (math.isfinite(radius) and radius > 0.0):
-        raise FootprintError(f'robot_radius is {radius!r} but must be a finite number > 0')
+        raise FootprintError(f'robot_radius is {radius!r}, allowed are numbers above 0')
     angles = np.arange(corners) * (2.0 * math.pi / corners)
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 

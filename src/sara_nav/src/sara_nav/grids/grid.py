@@ -23,11 +23,11 @@ class GridGeometry:
 
     def __post_init__(self):
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
-            raise GridError(f'resolution is {self.resolution!r} but must be a finite number > 0')
+            raise GridError(f'resolution is {self.resolution!r}, allowed are numbers above 0')
         if self.width < 1 or self.height < 1:
             raise GridError('the map has %d x %d cells but must have at least one' % (self.width, self.height))
         if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
-            raise GridError(f'origin is ({self.origin_x!r}, {self.origin_y!r}) but must be finite')
+            raise GridError(f'origin is ({self.origin_x!r}, {self.origin_y!r}), allowed are finite numbers')
 
     @property
     def shape(self):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import number_faults
+from sara_common.config import range_faults
 from sara_nav.lattice import body as lb
 
 
@@ -48,7 +48,7 @@ class LatticePlannerConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        return number_faults(
+        return range_faults(
             self,
             {
                 'default_tolerance': (0.0, 1e6),

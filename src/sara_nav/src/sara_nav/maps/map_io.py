@@ -63,18 +63,18 @@ class MapDescription:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
-            result.append(f'resolution is {self.resolution!r} but must be a number > 0 (m per cell)')
+            result.append(f'resolution is {self.resolution!r}, allowed are numbers above 0 (m per cell)')
         if not all(math.isfinite(value) for value in self.origin):
-            result.append(f'origin is {list(self.origin)!r} but must be finite')
+            result.append(f'origin is {list(self.origin)!r}, allowed are finite numbers')
         for name in ('occupied_thresh', 'free_thresh'):
             if not 0.0 <= getattr(self, name) <= 1.0:
-                result.append(f'{name} is {getattr(self, name)!r} but must be in 0..1')
+                result.append(f'{name} is {getattr(self, name)!r}, allowed are numbers from 0 to 1')
         if not result and self.mode != 'raw' and self.free_thresh > self.occupied_thresh:
             result.append(
                 f'free_thresh is {self.free_thresh!r} but must not be above occupied_thresh ({self.occupied_thresh!r})'
             )
         if self.mode not in MODES:
-            result.append('mode is {!r} but must be one of {}'.format(self.mode, ', '.join(MODES)))
+            result.append('mode is {!r}, allowed are {}'.format(self.mode, ', '.join(MODES)))
         return result
 
 
@@ -130,20 +130,20 @@ def load_description(path):
         if name in entries:
             values[name] = _number(entries[name])
             if values[name] is None:
-                faults.append(f'{name} is {entries[name]!r} but must be a number')
+                faults.append(f'{name} is {entries[name]!r}, allowed is a number')
     if 'origin' in entries:
         origin = entries['origin']
         numbers = [_number(v) for v in origin] if isinstance(origin, list) and len(origin) == 3 else [None]
         if None in numbers:
-            faults.append(f'origin is {origin!r} but must be [x, y, yaw]')
+            faults.append(f'origin is {origin!r}, allowed is [x, y, yaw]')
         else:
             values['origin'] = tuple(numbers)
     if 'negate' in entries:
         values['negate'] = entries['negate']
         if values['negate'] not in (0, 1, True, False):
-            faults.append('negate is {!r} but must be 0 or 1'.format(values['negate']))
+            faults.append('negate is {!r}, allowed are 0 and 1'.format(values['negate']))
     if 'image' in entries and (not isinstance(entries['image'], str) or not entries['image']):
-        faults.append('image is {!r} but must be a file name'.format(entries['image']))
+        faults.append('image is {!r}, allowed is a file name'.format(entries['image']))
     sound = {name: value for name, value in values.items() if value is not None}
     image = os.path.join(os.path.dirname(os.path.abspath(path)), str(entries.get('image')))
     description = MapDescription(

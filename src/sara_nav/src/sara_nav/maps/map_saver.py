@@ -38,16 +38,16 @@ class SaverConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 1 <= self.occupied <= 100:
-            result.append(f'--occ is {self.occupied!r} but must be in 1..100')
+            result.append(f'--occ is {self.occupied!r}, allowed are numbers from 1 to 100')
         if not 0 <= self.free <= 100:
-            result.append(f'--free is {self.free!r} but must be in 0..100')
+            result.append(f'--free is {self.free!r}, allowed are numbers from 0 to 100')
         if not result and self.free >= self.occupied:
-            result.append(f'--free is {self.free!r} but must be smaller than --occ ({self.occupied!r})')
+            result.append(f'--free is {self.free!r}, allowed is smaller than --occ ({self.occupied!r})')
         if not os.path.basename(self.name):
-            result.append(f'-f is {self.name!r} but must be a file name without its ending')
+            result.append(f'-f is {self.name!r}, allowed is a file name without its ending')
         for option, value, allowed in (('--fmt', self.image_format, FORMATS), ('--mode', self.mode, SAVED_MODES)):
             if value not in allowed:
-                result.append('{} is {!r} but must be one of {}'.format(option, value, ', '.join(allowed)))
+                result.append('{} is {!r}, allowed are {}'.format(option, value, ', '.join(allowed)))
         return result
 
 

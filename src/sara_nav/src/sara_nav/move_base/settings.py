@@ -103,7 +103,7 @@ class Settings:
 
 
 def read_settings(parameters):
-    """Return the Settings of a Parameters tree; raises ParameterError naming everything that is wrong."""
+    """Return the Settings of a Parameters tree; raises ConfigError naming everything that is wrong."""
     config = _move_base(parameters)
     above = {name: parameters.above.get(name) for name in ('footprint', 'robot_radius')}
     for name in above:
@@ -224,7 +224,7 @@ def _recoveries(parameters, config):
 def _chosen(parameters, entries, config):
     """Yield (name, class, config) of each entry of recovery_behaviors; what is wrong with the list becomes a fault."""
     if not isinstance(entries, list):
-        parameters.faults.append(f'recovery_behaviors is {entries!r} but must be a list of {{name: ..., type: ...}}')
+        parameters.faults.append(f'recovery_behaviors is {entries!r}, allowed is a list of {{name: ..., type: ...}}')
         return
     names = set()
     for entry in entries:

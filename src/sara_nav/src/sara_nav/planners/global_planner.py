@@ -59,11 +59,11 @@ class GlobalPlannerConfig:
         ):
             value = getattr(self, name)
             if not low <= value <= high:
-                result.append('%s is %r but must be in %d..%d' % (name, value, low, high))
+                result.append('%s is %r, allowed are whole numbers from %d to %d' % (name, value, low, high))
         if not 0.01 <= self.cost_factor <= 5.0:
-            result.append(f'cost_factor is {self.cost_factor!r} but must be in 0.01..5')
+            result.append(f'cost_factor is {self.cost_factor!r}, allowed are numbers from 0.01 to 5')
         if not self.use_dijkstra:
-            result.append('use_dijkstra is False but must be True: for A*, use navfn/NavfnROS with use_astar')
+            result.append('use_dijkstra is False, allowed is True: for A*, use navfn/NavfnROS with use_astar')
         return result
 
     def warnings(self):

@@ -30,11 +30,11 @@ class GridPlannerConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 0.0 <= self.straighten_slack <= 1.0:
-            result.append(f'straighten_slack is {self.straighten_slack!r} but must be in 0..1')
+            result.append(f'straighten_slack is {self.straighten_slack!r}, allowed are numbers from 0 to 1')
         if not 0.005 <= self.path_spacing <= 1.0:
-            result.append(f'path_spacing is {self.path_spacing!r} but must be in 0.005..1')
+            result.append(f'path_spacing is {self.path_spacing!r}, allowed are numbers from 0.005 to 1')
         if not 0.0 <= self.default_tolerance < math.inf:
-            result.append(f'default_tolerance is {self.default_tolerance!r} but must be a finite number >= 0')
+            result.append(f'default_tolerance is {self.default_tolerance!r}, allowed are numbers of 0 or more')
         return result
 
 

@@ -64,7 +64,7 @@ def window_warnings(config):
 def tolerance_faults(config):
     """Return the faults of the numbers that both classic planners have."""
     return [
-        f'{name} is {getattr(config, name)!r} but must be a finite number >= 0'
+        f'{name} is {getattr(config, name)!r}, allowed are numbers of 0 or more'
         for name in ('default_tolerance', 'planner_window_x', 'planner_window_y')
         if not (math.isfinite(getattr(config, name)) and getattr(config, name) >= 0.0)
     ]

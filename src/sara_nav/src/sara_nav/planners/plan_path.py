@@ -17,8 +17,9 @@ from dataclasses import replace
 
 import yaml
 
+from sara_common.config import ConfigError
 from sara_common.planar import Pose2D
-from sara_nav.config.parameters import ParameterError, Parameters
+from sara_nav.config.parameters import Parameters
 from sara_nav.config.registry import UnknownPlanner
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.grids.footprint import FootprintError, parse_footprint, radii
@@ -81,7 +82,7 @@ def _spaced(argument):
 def answer(question, clock=time.perf_counter):
     """Return (plan (n, 3) or None, seconds it took, what to say, Costmap, footprint (k, 2)).
 
-    Raises MapError, FootprintError, ParameterError or UnknownPlanner for a question that makes no sense.
+    Raises MapError, FootprintError, ConfigError or UnknownPlanner for a question that makes no sense.
     """
     cls = GLOBAL_PLANNERS.find(question.planner)
     parameters = Parameters(dict(_parameter(text) for text in question.param))
@@ -97,8 +98,8 @@ def answer(question, clock=time.perf_counter):
     if not given:
         inflation = replace(inflation, inflation_radius=max(inflation.inflation_radius, inscribed))
     elif inflation.inflation_radius < inscribed:
-        raise ParameterError(
-            f'inflation_radius is {inflation.inflation_radius:g} m but must be at least the inscribed radius of the footprint, {inscribed:g} m: '
+        raise ConfigError(
+            f'inflation_radius is {inflation.inflation_radius:g} m, allowed is at least the inscribed radius of the footprint, {inscribed:g} m: '
             'plans would touch obstacles'
         )
     grid_map = load_map(question.map)
@@ -122,7 +123,7 @@ def _parameter(text):
     try:
         return name, yaml.safe_load(value if equals else '')
     except yaml.YAMLError:
-        raise ParameterError(f'--param {text} cannot be read: it must be NAME=VALUE') from None
+        raise ConfigError(f'--param {text} cannot be read: it must be NAME=VALUE') from None
 
 
 def as_json(plan, seconds):
@@ -144,7 +145,7 @@ def main(arguments=None):
         plan, seconds, text, costmap, footprint = answer(question)
         if question.png:
             draw_plan(question.png, costmap, plan, question.start, question.goal, footprint)
-    except (MapError, FootprintError, ParameterError, UnknownPlanner, OSError, ValueError) as error:
+    except (MapError, FootprintError, ConfigError, UnknownPlanner, OSError, ValueError) as error:
         if question.json:
             print(as_json(None, 0.0))
         print(f'plan_path: {error}', file=sys.stderr)

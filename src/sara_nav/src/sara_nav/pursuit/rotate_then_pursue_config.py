@@ -5,7 +5,7 @@ obstacles.
 import math
 from dataclasses import dataclass, fields
 
-from sara_common.limits import number_faults
+from sara_common.config import range_faults
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class RotateThenPursueConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = number_faults(self, LIMITS)
+        result = range_faults(self, LIMITS)
         if not result and self.narrow_vel > self.max_vel_x:
-            result.append(f'narrow_vel is {self.narrow_vel!r} but must be at most max_vel_x ({self.max_vel_x!r})')
+            result.append(f'narrow_vel is {self.narrow_vel!r}, allowed is at most max_vel_x ({self.max_vel_x!r})')
         if not result and self.comfort_dec_x > self.dec_lim_x:
-            result.append(f'comfort_dec_x is {self.comfort_dec_x!r} but must be at most dec_lim_x ({self.dec_lim_x!r})')
+            result.append(f'comfort_dec_x is {self.comfort_dec_x!r}, allowed is at most dec_lim_x ({self.dec_lim_x!r})')
         return result
 
 

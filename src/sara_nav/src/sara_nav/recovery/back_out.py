@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_common.planar import wrap
 from sara_nav.grids.free_motions import arc
 from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, next_speed
@@ -74,7 +74,7 @@ class BackOutConfig:
             },
         )
         if not result and self.farthest < self.distance:
-            result.append(f'farthest is {self.farthest:g} but must be at least distance ({self.distance:g})')
+            result.append(f'farthest is {self.farthest:g}, allowed is at least distance ({self.distance:g})')
         return result
 
 

@@ -88,12 +88,12 @@ class ClearCostmapConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not (math.isfinite(self.reset_distance) and self.reset_distance >= 0.0):
-            result.append(f'reset_distance is {self.reset_distance!r} but must be a number >= 0')
+            result.append(f'reset_distance is {self.reset_distance!r}, allowed are numbers of 0 or more')
         if self.affected_maps not in ('both', 'global', 'local'):
-            result.append(f'affected_maps is {self.affected_maps!r} but must be both, global or local')
+            result.append(f'affected_maps is {self.affected_maps!r}, allowed are both, global and local')
         names = self.layer_names
         if names is not None and not (isinstance(names, (list, tuple)) and all(isinstance(n, str) for n in names)):
-            result.append(f'layer_names is {names!r} but must be a list of names')
+            result.append(f'layer_names is {names!r}, allowed is a list of names')
         return result
 
 
@@ -174,7 +174,7 @@ class RotateRecoveryConfig:
     def faults(self):
         """Return a list of sentences, one for each bad value."""
         return [
-            f'{name} is {getattr(self, name)!r} but must be a finite number > 0'
+            f'{name} is {getattr(self, name)!r}, allowed are numbers above 0'
             for name in self.__dataclass_fields__
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0)
         ]

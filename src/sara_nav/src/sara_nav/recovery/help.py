@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_nav.planners.planning import PlanError
 from sara_nav.recovery.behaviours import RECOVERIES, ClearCostmapConfig, ClearCostmapRecovery, RecoveryStep
 

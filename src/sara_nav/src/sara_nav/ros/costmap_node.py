@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import rospy
 import tf2_ros
 
-from sara_nav.config.parameters import ParameterError, Parameters
+from sara_common.config import ConfigError
+from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap_settings import read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
@@ -230,7 +231,7 @@ def main():
     settings = read_costmap(parameters, 'costmap/')
     try:
         parameters.check()
-    except ParameterError as error:
+    except ConfigError as error:
         rospy.logfatal('costmap_2d_node cannot start: %s', error)
         sys.exit(1)
     for warning in parameters.warnings + parameters.left_over():

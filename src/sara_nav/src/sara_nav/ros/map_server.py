@@ -89,11 +89,11 @@ def described(arguments):
     for name, default in values.items():
         values[name] = rospy.get_param('~' + name, default)
         if isinstance(values[name], bool) and name != 'negate' or not isinstance(values[name], (int, float)):
-            raise MapError(f'~{name} is {values[name]!r} but must be a number')
+            raise MapError(f'~{name} is {values[name]!r}, allowed is a number')
     try:
         return MapDescription(image=image, resolution=float(resolution), **{**values, 'negate': bool(values['negate'])})
     except ValueError:
-        raise MapError(f'the resolution is {resolution!r} but must be a number > 0 (m per cell)') from None
+        raise MapError(f'the resolution is {resolution!r}, allowed are numbers above 0 (m per cell)') from None
 
 
 def wait_for_time():

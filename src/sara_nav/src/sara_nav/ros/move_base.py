@@ -18,7 +18,8 @@ from move_base_msgs.msg import (
 )
 from std_msgs.msg import Bool, String
 
-from sara_nav.config.parameters import ParameterError, Parameters
+from sara_common.config import ConfigError
+from sara_nav.config.parameters import Parameters
 from sara_nav.goals.goal_input import GoalError
 from sara_nav.goals.move_base_config import StepResult
 from sara_nav.move_base import state_machine as mb
@@ -316,7 +317,7 @@ def main():
     rospy.init_node('move_base')
     try:
         settings = read_settings(read_parameters())
-    except ParameterError as error:
+    except ConfigError as error:
         rospy.logfatal('move_base cannot start: %s', error)
         sys.exit(1)
     for warning in settings.warnings:

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sara_common.limits import number_faults
+from sara_common.config import range_faults
 from sara_nav.planners.local_command import LOCAL_PLANNERS
 from sara_nav.sampled import critics, map_grid
 from sara_nav.sampled.critics import OscillationFlags
@@ -125,21 +125,21 @@ class DWAPlannerConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = number_faults(self, self.LIMITS)
+        result = range_faults(self, self.LIMITS)
         for name in ('max_vel_y', 'min_vel_y'):
             if getattr(self, name) != 0.0:
                 result.append(
-                    f'{name} is {getattr(self, name)!r} but must be 0: this planner drives robots with differential drive, which cannot '
+                    f'{name} is {getattr(self, name)!r}, allowed is 0: this planner drives robots with differential drive, which cannot '
                     'move sideways'
                 )
         for low, high in (('min_vel_x', 'max_vel_x'), ('min_vel_theta', 'max_vel_theta')):
             if getattr(self, low) > getattr(self, high):
                 result.append(
-                    f'{low} is {getattr(self, low)!r} but must be no more than {high} ({getattr(self, high)!r})'
+                    f'{low} is {getattr(self, low)!r}, allowed is no more than {high} ({getattr(self, high)!r})'
                 )
         if 0.0 <= self.max_vel_trans < max(self.min_vel_trans, 1e-3):
             result.append(
-                f'max_vel_trans is {self.max_vel_trans!r} but must be at least min_vel_trans ({self.min_vel_trans!r}), or negative for no limit'
+                f'max_vel_trans is {self.max_vel_trans!r}, allowed is at least min_vel_trans ({self.min_vel_trans!r}), or negative for no limit'
             )
         return result
 

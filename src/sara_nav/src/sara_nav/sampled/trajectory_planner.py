@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sara_common.limits import number_faults
+from sara_common.config import range_faults
 from sara_common.planar import wrap
 from sara_nav.grids import outline
 from sara_nav.planners.local_command import LOCAL_PLANNERS
@@ -117,27 +117,27 @@ class TrajectoryPlannerConfig:
 
     def faults(self):
         """Return a list of sentences, one for each bad value."""
-        result = number_faults(self, self.LIMITS)
+        result = range_faults(self, self.LIMITS)
         if not -2.0 <= self.escape_vel < 0.0:
             result.append(
-                f'escape_vel is {self.escape_vel!r} but must be negative (the robot backs out with it) and >= -2'
+                f'escape_vel is {self.escape_vel!r}, allowed are numbers from -2 to below 0 (the robot backs out with it)'
             )
         if self.holonomic_robot:
             result.append(
-                'holonomic_robot is true but must be false: this planner drives robots with differential '
+                'holonomic_robot is true, allowed is false: this planner drives robots with differential '
                 'drive, which cannot move sideways'
             )
         if self.world_model != 'costmap':
-            result.append(f'world_model is {self.world_model!r} but must be costmap')
+            result.append(f'world_model is {self.world_model!r}, allowed is costmap')
         try:
             [float(v) for v in self.y_vels.strip('[] ').replace(',', ' ').split()]
         except (ValueError, AttributeError):
-            result.append(f'y_vels is {self.y_vels!r} but must be numbers separated by commas')
+            result.append(f'y_vels is {self.y_vels!r}, allowed are numbers separated by commas')
         if self.min_vel_x > self.max_vel_x:
-            result.append(f'min_vel_x is {self.min_vel_x!r} but must be no more than max_vel_x ({self.max_vel_x!r})')
+            result.append(f'min_vel_x is {self.min_vel_x!r}, allowed is no more than max_vel_x ({self.max_vel_x!r})')
         if self.heading_scoring and self.heading_scoring_timestep >= self.sim_time:
             result.append(
-                f'heading_scoring_timestep is {self.heading_scoring_timestep!r} but must be less than sim_time ({self.sim_time!r})'
+                f'heading_scoring_timestep is {self.heading_scoring_timestep!r}, allowed is less than sim_time ({self.sim_time!r})'
             )
         return result
 

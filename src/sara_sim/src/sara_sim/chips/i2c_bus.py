@@ -39,7 +39,7 @@ class SimulatedI2c:
     def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
         """`length` (1..32) bytes from `register` on. Raises OSError."""
         if not 0 < length <= BLOCK_MAX:
-            raise ValueError(f'length is {length} but must be 1 to {BLOCK_MAX}')
+            raise ValueError(f'length is {length}, allowed is 1 to {BLOCK_MAX}')
         chip = self.chips.get(i2c_addr)
         return (self._chip(i2c_addr) if chip is None or chip.silent else chip).read(register, length)
 
@@ -50,13 +50,13 @@ class SimulatedI2c:
     def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
         """One byte. Raises OSError."""
         if not 0 <= value <= 0xFF:
-            raise ValueError(f'value is {value} but must be a byte')
+            raise ValueError(f'value is {value}, allowed is a byte')
         self._chip(i2c_addr).write(register, [value])
 
     def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
         """At most 32 bytes from `register` on. Raises OSError."""
         if not 0 < len(data) <= BLOCK_MAX or min(data) < 0 or max(data) > 0xFF:
-            raise ValueError(f'data are {list(data)} but must be 1 to {BLOCK_MAX} bytes')
+            raise ValueError(f'data are {list(data)}, allowed is 1 to {BLOCK_MAX} bytes')
         self._chip(i2c_addr).write(register, list(data))
 
     def _chip(self, address: int):

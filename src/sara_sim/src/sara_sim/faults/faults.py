@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import MISSING, dataclass, field, fields
 
-from sara_common.checks import is_number
+from sara_common.config import is_number
 from sara_sim.chips import mounting
 
 DIRECTIONS = ('to_pc', 'from_pc', 'both')
@@ -59,12 +59,12 @@ class Fault:
 
     def __post_init__(self):
         faults = [
-            f'{self.name}: {each.name} is {getattr(self, each.name)!r} but must be {each.metadata["allowed"]}.'
+            f'{self.name}: {each.name} is {getattr(self, each.name)!r}, allowed is {each.metadata["allowed"]}'
             for each in fields(self)
             if not each.metadata['check'](getattr(self, each.name))
         ]
         if faults:
-            raise FaultError(' '.join(faults))
+            raise FaultError('; '.join(faults))
 
     @property
     def name(self) -> str:
@@ -281,7 +281,7 @@ def build(name: str, arguments: dict) -> Fault:
         elif each == 'ids' and isinstance(value, (int, str)) and not isinstance(value, bool):
             values[each] = (value,)
     if faults:
-        raise FaultError(' '.join(faults))
+        raise FaultError('; '.join(faults))
     return kind(**values)
 
 

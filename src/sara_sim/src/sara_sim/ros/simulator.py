@@ -88,7 +88,7 @@ class SimulatorNode:
         try:
             arguments = yaml.safe_load(request.arguments) if request.arguments.strip() else {}
             if not isinstance(arguments, dict) or not all(isinstance(name, str) for name in arguments):
-                raise FaultError(f'arguments is {request.arguments!r} but must be a YAML set of names and values.')
+                raise FaultError(f'arguments is {request.arguments!r}, allowed is a YAML set of names and values')
             with self._lock:
                 text = str(self._chair.faults.add(request.name, **arguments))
         except (FaultError, yaml.YAMLError) as error:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from sara_common.checks import is_number
+from sara_common.config import is_number
 from sara_sim.world.terrain import Ramp, TerrainError
 
 LOOPS = ('once', 'around', 'back')
@@ -54,7 +54,7 @@ class Obstacle:
             )
         faults = self.validate()
         if faults:
-            raise ObstacleError(' '.join(faults))
+            raise ObstacleError('; '.join(faults))
         if self.path:
             points = (
                 list(self.path) + {'once': [], 'around': [self.path[0]], 'back': list(self.path[-2::-1])}[self.loop]
@@ -69,33 +69,33 @@ class Obstacle:
         """One sentence for every fault found."""
         faults, who = [], f'obstacle {self.name!r}: '
         if (self.radius is None) == (self.size is None):
-            faults.append(who + 'give either radius (a disc) or size (a box).')
+            faults.append(who + 'give either radius (a disc) or size (a box)')
         if self.radius is not None and not (is_number(self.radius) and self.radius > 0):
-            faults.append(who + f'radius is {self.radius!r} but must be positive, in m.')
+            faults.append(who + f'radius is {self.radius!r}, allowed are lengths above 0 m')
         if self.size is not None and not (_point(self.size) and min(self.size) > 0):
-            faults.append(who + f'size is {self.size!r} but must be [length, width], positive, in m.')
+            faults.append(who + f'size is {self.size!r}, allowed is [length, width], positive, in m')
         if (self.at is None) == (not self.path):
-            faults.append(who + 'give either at (it stands) or path (it walks).')
+            faults.append(who + 'give either at (it stands) or path (it walks)')
         if self.at is not None and not _point(self.at):
-            faults.append(who + f'at is {self.at!r} but must be [x, y] in m.')
+            faults.append(who + f'at is {self.at!r}, allowed is [x, y] in m')
         if self.path and not (
             isinstance(self.path, tuple)
             and len(self.path) > 1
             and all(map(_point, self.path))
             and len(set(self.path)) > 1
         ):
-            faults.append(who + f'path is {self.path!r} but must be two different points [x, y] or more.')
+            faults.append(who + f'path is {self.path!r}, allowed are two different points [x, y] or more')
         if self.path and not (is_number(self.speed) and self.speed > 0):
-            faults.append(who + f'speed is {self.speed!r} but must be positive, in m/s.')
+            faults.append(who + f'speed is {self.speed!r}, allowed are speeds above 0 m/s')
         if self.loop not in LOOPS:
-            faults.append(who + f'loop is {self.loop!r} but must be one of {", ".join(LOOPS)}.')
+            faults.append(who + f'loop is {self.loop!r}, allowed are {", ".join(LOOPS)}')
         faults += [
-            who + f'{name} is {getattr(self, name)!r} but must be a finite number.'
+            who + f'{name} is {getattr(self, name)!r}, allowed is a finite number'
             for name in ('yaw', 'start')
             if not is_number(getattr(self, name))
         ]
         faults += [
-            who + f'{name} is {getattr(self, name)!r} but must be a time in s.'
+            who + f'{name} is {getattr(self, name)!r}, allowed is a time in s'
             for name in ('appears', 'disappears')
             if not isinstance(getattr(self, name), (int, float)) or math.isnan(getattr(self, name))
         ]
@@ -187,7 +187,7 @@ def load(path: str | Path) -> tuple[list[Obstacle], list[Ramp]]:
     for kind, build in (('obstacles', Obstacle), ('ramps', Ramp)):
         entries = text.get(kind) or []
         if not isinstance(entries, list):
-            faults.append(f'{kind} in {path} must be a list.')
+            faults.append(f'{kind} in {path} must be a list')
             continue
         for number, entry in enumerate(entries, 1):
             try:
@@ -195,7 +195,7 @@ def load(path: str | Path) -> tuple[list[Obstacle], list[Ramp]]:
             except (TypeError, ObstacleError, TerrainError) as error:
                 faults.append(f'{kind} entry {number} of {path}: {error}')
     if faults:
-        raise ObstacleError(' '.join(faults))
+        raise ObstacleError('; '.join(faults))
     return made['obstacles'], made['ramps']
 
 
@@ -206,7 +206,7 @@ def _in_radians(entry: dict) -> dict:
     for name in [name for name in values if isinstance(name, str) and name.endswith('_deg')]:
         value = values.pop(name)
         if not is_number(value):
-            raise ObstacleError(f'{name} is {value!r} but must be a finite number.')
+            raise ObstacleError(f'{name} is {value!r}, allowed is a finite number')
         values[name[:-4]] = math.radians(value)
     return values
 

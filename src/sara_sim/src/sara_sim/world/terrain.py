@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, fields
 from math import atan, cos, sin, tan
 
-from sara_common.checks import is_number
+from sara_common.config import is_number
 
 
 class TerrainError(ValueError):
@@ -33,20 +33,20 @@ class Ramp:
 
     def __post_init__(self):
         faults = [
-            f'{field.name} is {getattr(self, field.name)!r} but must be a finite number.'
+            f'{field.name} is {getattr(self, field.name)!r}, allowed is a finite number'
             for field in fields(self)
             if not is_number(getattr(self, field.name))
         ]
         if not faults:
             faults += [
-                f'{name} is {getattr(self, name)!r} but must be positive.'
+                f'{name} is {getattr(self, name)!r}, allowed are numbers above 0'
                 for name in ('length', 'width')
                 if getattr(self, name) <= 0
             ]
             if abs(self.slope) > math.radians(20.0):
-                faults.append(f'slope is {self.slope!r} but must be within 20 degrees (0.349 rad).')
+                faults.append(f'slope is {self.slope!r}, allowed are slopes within 20 degrees (0.349 rad)')
         if faults:
-            raise TerrainError(' '.join(faults))
+            raise TerrainError('; '.join(faults))
 
     def share(self, x: float, y: float, dx: float, dy: float) -> float:
         """Share of the line from (x, y) - (dx, dy) to (x, y) + (dx, dy) that lies on the ramp."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from sara_common.checks import is_number
+from sara_common.config import is_number
 from sara_sim.world import rays, smooth
 from sara_sim.world.map_image import read_grey
 from sara_sim.world.obstacles import Obstacles
@@ -44,9 +44,11 @@ class World:
     ):
         self.occupied = np.ascontiguousarray(occupied, dtype=np.bool_)
         if self.occupied.ndim != 2 or self.occupied.size == 0:
-            raise WorldError(f'the map has shape {self.occupied.shape} but must be two-dimensional and not empty.')
+            raise WorldError(
+                f'the map has shape {self.occupied.shape}, allowed is one of two dimensions that is not empty'
+            )
         if not (math.isfinite(resolution) and resolution > 0):
-            raise WorldError(f'resolution is {resolution!r} but must be a positive number of metres per cell.')
+            raise WorldError(f'resolution is {resolution!r}, allowed are numbers above 0 (m per cell)')
         self.resolution = float(resolution)
         self.origin = (float(origin[0]), float(origin[1]))
         self.obstacles = Obstacles(obstacles)
@@ -70,7 +72,7 @@ class World:
             raise WorldError(f'the map {path} cannot be read: {error}.') from error
         faults, values = _checked(text, path)
         if faults:
-            raise WorldError(' '.join(faults))
+            raise WorldError('; '.join(faults))
         image, resolution, origin, negate, threshold = values
         pixels = read_grey(path.parent / image)
         if pixels is None:
@@ -166,15 +168,15 @@ def _checked(text, path: Path) -> tuple[list[str], tuple | None]:
     image, resolution, origin = text.get('image'), text.get('resolution'), text.get('origin')
     negate, threshold = text.get('negate', 0), text.get('occupied_thresh', 0.65)
     if not isinstance(image, str):
-        faults.append(f'image is {image!r} but must be the name of a file.')
+        faults.append(f'image is {image!r}, allowed is the name of a file')
     if not is_number(resolution) or resolution <= 0:
-        faults.append(f'resolution is {resolution!r} but must be a positive number of metres per cell.')
+        faults.append(f'resolution is {resolution!r}, allowed are numbers above 0 (m per cell)')
     if not (isinstance(origin, (list, tuple)) and len(origin) == 3 and all(map(is_number, origin)) and origin[2] == 0):
-        faults.append(f'origin is {origin!r} but must be [x, y, 0] (turned maps are not simulated).')
+        faults.append(f'origin is {origin!r}, allowed is [x, y, 0] (turned maps are not simulated)')
     if negate not in (0, 1, True, False):
-        faults.append(f'negate is {negate!r} but must be 0 or 1.')
+        faults.append(f'negate is {negate!r}, allowed are 0 and 1')
     if not is_number(threshold) or not 0 <= threshold <= 1:
-        faults.append(f'occupied_thresh is {threshold!r} but must be between 0 and 1.')
+        faults.append(f'occupied_thresh is {threshold!r}, allowed are numbers from 0 to 1')
     return faults, None if faults else (
         image,
         float(resolution),

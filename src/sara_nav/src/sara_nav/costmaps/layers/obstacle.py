@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_nav.costmaps.costmap import FREE, UNKNOWN
 from sara_nav.costmaps.layers import rays
 from sara_nav.costmaps.layers.base import GridLayer, combine
@@ -42,14 +42,14 @@ class SourceConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if self.data_type not in DATA_TYPES:
-            result.append('data_type is {!r} but must be one of {}'.format(self.data_type, ', '.join(DATA_TYPES)))
+            result.append('data_type is {!r}, allowed are {}'.format(self.data_type, ', '.join(DATA_TYPES)))
         for name in ('observation_persistence', 'expected_update_rate', 'obstacle_range', 'raytrace_range'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
-                result.append(f'{name} is {value!r} but must be a finite number, at least 0')
+                result.append(f'{name} is {value!r}, allowed are numbers of 0 or more')
         for name in ('min_obstacle_height', 'max_obstacle_height'):
             if math.isnan(getattr(self, name)):
-                result.append(f'{name} is nan but must be a number')
+                result.append(f'{name} is nan, allowed is a number')
         return result
 
 
@@ -70,7 +70,7 @@ class ObstacleConfig:
         result = [f'{source.name}/{fault}' for source in self.sources for fault in source.faults()]
         if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
             result.append(
-                f'combination_method is {self.combination_method!r} but must be 0 (overwrite), 1 (maximum) or 99 (nothing)'
+                f'combination_method is {self.combination_method!r}, allowed are 0 (overwrite), 1 (maximum) and 99 (nothing)'
             )
         result += range_faults(self, {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0)})
         if len({source.name for source in self.sources}) < len(self.sources):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.limits import range_faults
+from sara_common.config import range_faults
 from sara_nav.costmaps.layers import cone, mapped_echo
 from sara_nav.costmaps.layers.base import Layer, outside, shifted
 
@@ -72,12 +72,10 @@ class RangeSensorConfig:
         """Return a list of sentences, one for each bad value."""
         result = []
         if isinstance(self.topics, str) or not all(isinstance(topic, str) and topic for topic in self.topics):
-            result.append(f'topics is {self.topics!r} but must be a list of names')
+            result.append(f'topics is {self.topics!r}, allowed is a list of names')
         if self.input_sensor_type.upper() not in SENSOR_TYPES:
             result.append(
-                'input_sensor_type is {!r} but must be one of {}'.format(
-                    self.input_sensor_type, ', '.join(SENSOR_TYPES)
-                )
+                'input_sensor_type is {!r}, allowed are {}'.format(self.input_sensor_type, ', '.join(SENSOR_TYPES))
             )
         result += range_faults(
             self,

@@ -69,7 +69,7 @@ class StaticLayer(GridLayer):
         if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
             self.drop('bad_maps', 'a map of no sensible resolution or origin')
             raise MapError(
-                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}) but they must be in {FINEST:g}..{COARSEST:g} and within {FARTHEST:g}"
+                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}), allowed are {FINEST:g} to {COARSEST:g} and within {FARTHEST:g}"
             )
         if grid_map.data.shape != grid_map.geometry.shape:
             self.drop('bad_maps', 'a map whose size is not what it says')
