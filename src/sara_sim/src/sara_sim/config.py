@@ -95,7 +95,7 @@ class ChairConfig(Checked):
             numbers = value if isinstance(value, tuple) else (value,)
             if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
                 faults.append(
-                    f'{field.name} is {value!r}, allowed {f"are {wanted} finite numbers" if wanted else "is a finite number"}.'
+                    f'{field.name} is {value!r}, allowed {f"are {wanted} finite numbers" if wanted else "is a finite number"}'
                 )
             elif pair and not 0 < value[0] <= value[1]:
                 faults.append(f'{field.name} is {value!r}, allowed is (lowest, highest), both positive')

@@ -51,5 +51,7 @@ class ChairOptions(Checked):
             elif field.name not in ('castor_swing', 'payload', 'payload_x', 'payload_y', 'castor_x') and value <= 0.0:
                 faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
             elif field.name == 'castor_x' and value == 0.0:
-                faults.append('castor_x is 0 but castors under the drive axle cannot swing the chair.')
+                faults.append(
+                    'castor_x is 0, allowed are numbers above 0: castors under the drive axle cannot swing the chair'
+                )
         return faults

@@ -36,9 +36,9 @@ def check(params: dict[str, object], filter: str = 'ekf') -> tuple[FilterConfig 
     try:
         config = FilterConfig.from_params(params, filter)
     except ConfigError as error:
-        return None, [Finding(ERROR, 'configuration', sentence.rstrip('.') + '.') for sentence in error.faults] + _doubtful(
-            error.warnings
-        )
+        return None, [
+            Finding(ERROR, 'configuration', sentence.rstrip('.') + '.') for sentence in error.faults
+        ] + _doubtful(error.warnings)
     return config, _doubtful(config.warnings) + check_settings(config)
 
 

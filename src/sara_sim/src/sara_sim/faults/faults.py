@@ -267,10 +267,10 @@ def build(name: str, arguments: dict) -> Fault:
         raise FaultError(f'there is no fault {name!r}; there are {", ".join(FAULTS)}.')
     known = {each.name: each for each in fields(kind)}
     faults = [
-        f'{name}: {each} is no argument of it; it takes {", ".join(known)}.' for each in arguments if each not in known
+        f'{name}: {each} is no argument of it; it takes {", ".join(known)}' for each in arguments if each not in known
     ]
     faults += [
-        f'{name}: {each} is missing, it must be {known[each].metadata["allowed"]}.'
+        f'{name}: {each} is missing, allowed is {known[each].metadata["allowed"]}'
         for each in known
         if known[each].default is MISSING and each not in arguments
     ]
