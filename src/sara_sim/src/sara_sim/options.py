@@ -52,6 +52,6 @@ class ChairOptions(Checked):
                 faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
             elif field.name == 'castor_x' and value == 0.0:
                 faults.append(
-                    'castor_x is 0, allowed are numbers above 0: castors under the drive axle cannot swing the chair'
+                    'castor_x is 0, allowed is any other number: castors under the drive axle cannot swing the chair'
                 )
         return faults
