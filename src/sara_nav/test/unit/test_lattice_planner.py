@@ -372,7 +372,7 @@ def test_a_costmap_that_changed_is_looked_at_anew():
 )
 def test_bad_parameters_are_named(name, value):
     faults = LatticePlannerConfig(**{name: value}).faults()
-    assert len(faults) == 1 and faults[0].startswith(f'{name} is {value!r} but must be')
+    assert len(faults) == 1 and faults[0].startswith(f'{name} is {value!r}, allowed are')
     assert LatticePlannerConfig().faults() == []
 
 

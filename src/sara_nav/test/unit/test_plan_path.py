@@ -103,7 +103,7 @@ def test_parameters_of_the_inflation_and_of_the_planner(capsys):
     'more, reason',
     [
         (('--planner', 'carrot_planner/CarrotPlanner'), 'not here: use navfn/NavfnROS'),
-        (('--planner', 'nowhere'), 'must be one of'),
+        (('--planner', 'nowhere'), 'allowed are'),
         (('--footprint', '[[1,2]]'), 'footprint has 1 corners'),
         (('--footprint', 'round'), 'footprint'),
         (('--param', 'use_astra=true'), 'use_astar'),

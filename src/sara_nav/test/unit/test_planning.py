@@ -187,7 +187,7 @@ def test_planners_that_are_not_here_are_refused_by_name_with_what_to_use():
     with pytest.raises(UnknownPlanner, match='CarrotPlanner.* not here: use navfn/NavfnROS'):
         GLOBAL_PLANNERS.find('carrot_planner/CarrotPlanner')
     for name in (None, 3, ['navfn/NavfnROS']):
-        with pytest.raises(UnknownPlanner, match='must be one of'):
+        with pytest.raises(UnknownPlanner, match='allowed are'):
             GLOBAL_PLANNERS.find(name)
 
 

@@ -429,7 +429,7 @@ def test_names():
     assert RECOVERIES.find('RotateRecovery') is RotateRecovery
     with pytest.raises(UnknownPlanner, match='use clear_costmap_recovery.ClearCostmapRecovery'):
         RECOVERIES.find('move_slow_and_clear/MoveSlowAndClear')
-    with pytest.raises(UnknownPlanner, match='must be one of: clear_costmap'):
+    with pytest.raises(UnknownPlanner, match='allowed are clear_costmap'):
         RECOVERIES.find('my/Own')
 
 
