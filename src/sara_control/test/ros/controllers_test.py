@@ -8,12 +8,15 @@ The test is the clock. It waits for the controllers: how fast the machine is doe
 import math
 import os
 import re
+import socketserver
 import subprocess
 import tempfile
 import threading
 import time
 import unittest
 from pathlib import Path
+from xmlrpc.client import ServerProxy
+from xmlrpc.server import SimpleXMLRPCServer
 
 import rosgraph
 import rospkg
@@ -156,6 +159,25 @@ class Clockwork(threading.Thread):
                 time.sleep(0.001)
 
 
+class RecordingMaster(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
+    """Passes every call on to the ROS master; `published`: topics in the order in which they were advertised."""
+
+    daemon_threads = True
+
+    def __init__(self, uri):
+        super().__init__(('localhost', 0), logRequests=False, allow_none=True)
+        self.master, self.published = uri, []
+        self.uri = f'http://localhost:{self.server_address[1]}'
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    def _dispatch(self, method, params):
+        if method == 'system.multicall':
+            return [[self._dispatch(call['methodName'], call['params'])] for call in params[0]]
+        if method == 'registerPublisher':
+            self.published.append(params[1])
+        return getattr(ServerProxy(self.master), method)(*params)
+
+
 def twist(v, w=0.0):
     message = Twist()
     message.linear.x, message.angular.z = v, w
@@ -193,6 +215,7 @@ class ControllersTest(unittest.TestCase):
         )
         rospy.Subscriber('/options/joint_states', JointState, cls.joints.append, tcp_nodelay=True)
         cls.clock = Clockwork(CONTROLLERS)
+        cls.master = RecordingMaster(os.environ['ROS_MASTER_URI'])
         cls.processes = [cls.start(name, params, urdf) for name, (params, urdf) in CONTROLLERS.items()]
         cls.refused = {name: cls.start(name, params, urdf) for name, (params, urdf, _) in REFUSED.items()}
         cls.clock.start()
@@ -222,7 +245,8 @@ class ControllersTest(unittest.TestCase):
             f'joint_commands:=/{name}/joint_commands',
             f'joint_states:=/{name}/joint_states',
         ]
-        return subprocess.Popen(words, env=cls.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        environment = {**cls.environment, 'ROS_MASTER_URI': cls.master.uri} if name == 'options' else cls.environment
+        return subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     @classmethod
     def on_tf(cls, message):
@@ -302,6 +326,13 @@ class ControllersTest(unittest.TestCase):
                 self.assertFalse(self.published(f'/{name}/{topic}'), f'{name}/{topic}')
         self.assertTrue(self.published('/options/cmd_vel_out'))
         self.assertTrue(self.published('/options/wheel_joint_controller_state'))
+
+    def test_odometry_is_advertised_last(self):
+        """Whoever waits for it may then look for the other topics."""
+        order = self.master.published
+        topics = ('cmd_vel_out', 'wheel_joint_controller_state', 'joint_states', 'joint_commands')
+        for topic in topics:
+            self.assertLess(order.index(f'/options/{topic}'), order.index('/options/odom'), topic)
 
     def test_limited_commands_and_wheel_states(self):
         self.limited.clear()

@@ -386,6 +386,14 @@ def test_two_still_encoders_stop_it_too():
     assert 'left and the right' in robot.controller.stopped_by
 
 
+@pytest.mark.parametrize('cycles', [(0.039, 0.001), (0.1, 0.001), (0.06, 0.06, 0.0005)])
+def test_uneven_cycles_do_not_make_a_healthy_encoder_stand_still(cycles):
+    robot = Ideal(config())
+    for dt in cycles * 40:
+        robot.run(dt, 0.8, dt=dt)
+    assert robot.controller.stopped_by is None and robot.controller.command == (0.8, 0.0)
+
+
 @given(st.lists(st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)), min_size=1, max_size=8), st.floats(0.0, 0.2))
 def test_wheels_that_obey_with_a_lag_are_never_called_frozen(commands, lag):
     controller = driving(0.0, 0.0)

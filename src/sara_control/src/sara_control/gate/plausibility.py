@@ -63,7 +63,7 @@ class Plausibility:
         gain, expected = 1.0 - math.exp(-dt / LAG), self._expected
         expected[RIGHT] += gain * (right - expected[RIGHT])
         expected[LEFT] += gain * (left - expected[LEFT])
-        self._watch.on_command(left, right, dt if obeyed else 0.0)
+        self._watch.on_command(left, right, t)
         if not obeyed or (v == w == 0.0 and not self.speed * 2.0 > self.config.runaway_speed):
             self._forget()
         self._commanded = obeyed
@@ -93,12 +93,12 @@ class Plausibility:
         self._fresh.add(index)
         if len(self._fresh) == 2:
             self._fresh.clear()
-            self._judge()
+            self._judge(stamp)
         return True
 
-    def _judge(self):
+    def _judge(self, stamp):
         right, left = self._wheels
-        if self._watch.on_wheels(left.angle, right.angle) and self._commanded:
+        if self._watch.on_wheels(left.angle, right.angle, stamp) and self._commanded:
             self.fault = self.fault or Reason.FROZEN
         limit = self.config.runaway_speed / self.config.wheel_radius
         away = any(_beyond(wheel.speed, expected) > limit for wheel, expected in zip(self._wheels, self._expected))

@@ -48,7 +48,6 @@ class DiffDriveNode:
         self.lock = threading.Lock()
         self.stopping = threading.Event()
         self.diagnostics = Diagnostics('wheels', 'wheel base')
-        self.odom = rospy.Publisher('~odom', Odometry, queue_size=10, tcp_nodelay=True)
         self.joint_states = rospy.Publisher('joint_states', JointState, queue_size=10, tcp_nodelay=True)
         self.joint_commands = rospy.Publisher('joint_commands', JointState, queue_size=10, tcp_nodelay=True)
         self.command_out = self.wheel_states = None
@@ -56,6 +55,8 @@ class DiffDriveNode:
             self.command_out = rospy.Publisher('~cmd_vel_out', TwistStamped, queue_size=10, tcp_nodelay=True)
         if config.publish_wheel_joint_controller_state:
             self.wheel_states = WheelStates(config)
+        # Last of all: whoever waits for odometry may look for the other topics then.
+        self.odom = rospy.Publisher('~odom', Odometry, queue_size=10, tcp_nodelay=True)
         self.broadcaster = tf2_ros.TransformBroadcaster()
         self._offered = None
         self.server = Server(DiffDriveControllerConfig, self.on_reconfigure)

@@ -39,7 +39,7 @@ class DiffDriveController:
         self._uncertainty = LossUncertainty(
             config.separation, config.wheel_acceleration, config.velocity_rolling_window_size
         )
-        self._watch = WheelWatch(config.frozen_distance, config.radii)
+        self._watch = WheelWatch(config.frozen_distance, config.radii, LONGEST_PERIODS / config.command_rate)
         self._wanted = None
         self._updated_at = None
         self._clock = 0.0
@@ -95,7 +95,7 @@ class DiffDriveController:
         if odometry.update(left, right, self._clock):
             lost.on_interval(odometry.heading, math.hypot(odometry.x - x, odometry.y - y), interval, missed)
         missed_before = self._watch.missed
-        if self._watch.on_wheels(left, right):
+        if self._watch.on_wheels(left, right, stamp):
             self.counters['encoder_frozen'] += 1
             self._release = 'rest'
         if self._watch.missed != missed_before:
@@ -130,7 +130,7 @@ class DiffDriveController:
         self.command = command
         wheels = self._wheel_speeds(*command)
         if not self.config.open_loop:
-            self._watch.on_command(*wheels, dt)
+            self._watch.on_command(*wheels, t)
         return wheels
 
     def wheels_known(self, t):

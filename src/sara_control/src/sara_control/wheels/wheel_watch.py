@@ -17,34 +17,48 @@ FOLLOWING = 0.1  # a wheel that makes less than this share of its way does not f
 
 
 class WheelWatch:
-    """distance: m of rim that a wheel may miss while the other one turns (twice that when both stand still).
+    """distance: m of rim that a wheel may miss while the other one turns (twice that when both stand still). radii: of
+    the left and the right wheel, m. hold: a command counts for so long (s), unless another one follows.
+
+    Commands and positions come with their times (s, one clock): between two readings a wheel is expected to make the
+    way that was commanded between them, however the cycles that command and read follow each other.
 
     `frozen`: names of the wheels ('left', 'right') that do not follow; kept until `reset`.
     `missed`: (left, right), m, the way that was commanded to frozen wheels so far.
     """
 
-    def __init__(self, distance, radii):
+    def __init__(self, distance: float, radii: tuple, hold: float = 0.1) -> None:
         self.distance = distance
+        self.hold = hold
         self.radii = tuple(map(float, radii))
         warm()
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Nothing is known: wait for motion anew."""
         self.frozen = ()
         self.missed = (0.0, 0.0)
         self._idle = [0.0, 0.0]
         self._speed = self._expected = (0.0, 0.0)
         self._positions = None
+        self._command, self._counted_to, self._holds_to = (0.0, 0.0), 0.0, 0.0
 
-    def on_command(self, left, right, dt):
-        """These wheel speeds (rad/s) held for dt (s)."""
-        self._speed, self._expected = expected(
-            self._speed, self._expected, (float(left), float(right)), self.radii, float(dt)
-        )
+    def on_command(self, left: float, right: float, t: float) -> None:
+        """From t (s) on the wheels are to turn at these speeds (rad/s)."""
+        self._count(t)
+        self._command, self._counted_to, self._holds_to = (float(left), float(right)), t, t + self.hold
 
-    def on_wheels(self, left, right):
-        """Wheel positions, rad. True when this reading made a wheel be called frozen."""
+    def _count(self, t):
+        """Adds the way that was commanded until t (s)."""
+        until = min(t, self._holds_to)
+        dt = until - self._counted_to
+        if dt > 0.0:
+            self._speed, self._expected = expected(self._speed, self._expected, self._command, self.radii, dt)
+            self._counted_to = until
+
+    def on_wheels(self, left: float, right: float, t: float) -> bool:
+        """Wheel positions (rad) at t (s). True when this reading made a wheel be called frozen."""
+        self._count(t)
         before, self._positions = self._positions, (left, right)
         expected, self._expected = self._expected, (0.0, 0.0)
         if self.frozen:
