@@ -5,7 +5,8 @@ import pytest
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
-from canserial.reader.status import ERROR, EXPECTED, OK, WARN, status_of
+from canserial.reader.status import EXPECTED, status_of
+from sara_common.diagnostics import ERROR, OK, WARN
 
 BUS = BusDescription.default()
 SIGNALS = {

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from sara_common.diagnostics import ERROR, WARN
 from sara_localization.checks import check_config
-from sara_localization.engine.diagnostics import ERROR, WARN
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 

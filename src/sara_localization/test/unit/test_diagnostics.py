@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.engine.diagnostics import ERROR, OK, WARN, FilterDiagnostics, FrequencyDiagnostics
+from sara_localization.engine.diagnostics import FilterDiagnostics, FrequencyDiagnostics
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.rigid import IDENTITY
 from sara_localization.geometry.transforms import TransformBuffer

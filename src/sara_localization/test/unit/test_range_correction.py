@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
-from sara_localization.engine.diagnostics import ERROR, OK, WARN
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import yaw_sources as turning
 from sara_localization.checks.mounting import check_mountings, turned_mask
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.engine.diagnostics import ERROR, OK, WARN
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import ImuData, OdometryData

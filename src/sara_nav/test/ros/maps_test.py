@@ -140,7 +140,7 @@ class Maps(unittest.TestCase):
         for arguments, words in (
             ((), 'usage'),
             ((self.path('none.yaml'),), 'none.yaml does not exist'),
-            (('a.pgm', '-1'), 'resolution is -1.0 but must be'),
+            (('a.pgm', '-1'), 'resolution is -1.0, allowed are'),
         ):
             run = subprocess.run(
                 ['rosrun', 'sara_nav', 'map_server', *arguments, '__ns:=spare'],

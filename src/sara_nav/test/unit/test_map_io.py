@@ -164,7 +164,7 @@ def test_numbers_may_be_written_as_the_peer_reads_them(tmp_path):
         ('negate: 2', 'negate is 2'),
         ('occupied_thresh: -0.1', 'occupied_thresh is -0.1'),
         ('free_thresh: 65', 'free_thresh is 65'),
-        ('free_thresh: 0.7', 'free_thresh is 0.7 but must not be above occupied_thresh'),
+        ('free_thresh: 0.7', 'free_thresh is 0.7, allowed is occupied_thresh'),
         ('mode: [raw]', 'mode is'),
         ('image: 3', 'image is 3'),
         ("image: ''", "image is ''"),

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 from canserial.reader.faults import KINDS
-
-OK, WARN, ERROR = 0, 1, 2  # as diagnostic_msgs/DiagnosticStatus
+from sara_common.diagnostics import ERROR, OK, WARN
 
 IMU = None  # the period of the IMU frames, which the reader learns
 PERIODS_SILENT = 5  # a frame is silent after so many periods, and never before max_gap
@@ -38,7 +37,7 @@ EXPECTED = {
 IMU_FRAMES = tuple(name for name, expected in EXPECTED.items() if expected.period is IMU and not expected.optional)
 
 
-class Status(NamedTuple):
+class ReaderStatus(NamedTuple):
     """level: OK, WARN or ERROR. text: one line. values: name -> figure. silent: names of the frames that do not come."""
 
     level: int
@@ -48,9 +47,9 @@ class Status(NamedTuple):
 
 
 def status_of(reader, now):
-    """The Status of a Reader at `now` (s, the clock of its frames)."""
+    """The ReaderStatus of a Reader at `now` (s, the clock of its frames)."""
     if not reader.frames:
-        return Status(ERROR, 'waiting for frames', _values(reader, now, {}), ())
+        return ReaderStatus(ERROR, 'waiting for frames', _values(reader, now, {}), ())
     silent = _silent(reader, now)
     parts = [_silent_text(reader, now, silent)] if silent else []
     parts += _calibration_texts(reader)
@@ -73,7 +72,7 @@ def status_of(reader, now):
         parts.append((WARN, f'the battery is empty: {reader.battery:.1f} V'))
     level = max((level for level, _ in parts), default=OK)
     text = '; '.join(text for _, text in parts) or 'publishing'
-    return Status(level, text, _values(reader, now, silent), tuple(silent))
+    return ReaderStatus(level, text, _values(reader, now, silent), tuple(silent))
 
 
 def _silent(reader, now):

@@ -11,7 +11,9 @@ from canserial.adapter.busload import load
 from canserial.adapter.link import Link
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, config_from_params, stop, warn_of_unknown_params
+from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
+from sara_common.diagnostics import ERROR, OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.

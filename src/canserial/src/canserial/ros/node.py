@@ -1,11 +1,8 @@
-"""What both nodes need: configuration from private parameters, and /diagnostics."""
+"""What nodes need at the start: a configuration from private parameters, and an end that says why."""
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from sara_common.config import ConfigError
-
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
 def config_from_params(config_type):
@@ -37,25 +34,3 @@ def stop(sentence):
     rospy.logfatal(sentence)
     rospy.signal_shutdown(sentence)
     raise SystemExit(1)
-
-
-class Diagnostics:
-    """Publishes one status on /diagnostics."""
-
-    def __init__(self, name, hardware_id):
-        self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
-        self._name = f'{rospy.get_name().lstrip("/")}: {name}'
-        self._hardware_id = hardware_id
-
-    def publish(self, level, message, values):
-        """values: a mapping of counters."""
-        status = DiagnosticStatus(
-            level=level,
-            name=self._name,
-            message=message,
-            hardware_id=self._hardware_id,
-            values=[KeyValue(str(key), str(value)) for key, value in sorted(values.items())],
-        )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._publisher.publish(array)

@@ -30,7 +30,8 @@ from canserial.reader.readings import (
 )
 from canserial.reader.status import status_of
 from canserial.ros import calibration_store, conversions
-from canserial.ros.node import Diagnostics, config_from_params, stop, warn_of_unknown_params
+from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
+from sara_common.ros.diagnostics import Diagnostics
 
 WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up

@@ -10,8 +10,10 @@ from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from canserial.ros.node import stop
 from sara_common.config import ConfigError
+from sara_common.diagnostics import ERROR, OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 from sara_control.cfg import DiffDriveControllerConfig
 from sara_control.ros.wheel_states import WheelStates
 from sara_control.wheels.base import BaseError, load_base

@@ -11,8 +11,10 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String, UInt8
 
-from canserial.ros.node import OK, WARN, Diagnostics, stop
+from canserial.ros.node import stop
 from sara_common.config import ConfigError
+from sara_common.diagnostics import OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig

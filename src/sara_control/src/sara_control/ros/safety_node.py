@@ -12,8 +12,10 @@ from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger, TriggerResponse
 
 from canserial.msg import Encoder
-from canserial.ros.node import ERROR, OK, WARN, Diagnostics, stop
+from canserial.ros.node import stop
 from sara_common.config import ConfigError
+from sara_common.diagnostics import ERROR, OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sara_common.config import ConfigError
+from sara_common.diagnostics import ERROR, WARN
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.engine.diagnostics import ERROR, WARN
 from sara_localization.filters.state import ANGLES, AX, AY, AZ, NAMES, OFF_PLANE, POSE, RATES, SIZE, VX, YAW, X, Y
 
 VY = VX + 1

@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import yaw_sources as turning
 from sara_localization.checks.check_config import Finding
 from sara_localization.checks.mounting import check_mountings
 from sara_localization.config.filter_config import FilterConfig, InputConfig
-from sara_localization.engine.diagnostics import ERROR, OK, WARN
 from sara_localization.filters.state import ACCELERATION, ANGLES, NAMES, RATES, TWIST, YAW
 from sara_localization.geometry.rigid import IDENTITY, normalised, rotate, rpy_from_quaternion
 from sara_localization.inputs.data import ImuData, OdometryData

@@ -10,11 +10,9 @@ rule of diagnostic_updater's FrequencyStatus).
 from __future__ import annotations
 
 from collections import Counter, deque
-from typing import NamedTuple
 
+from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_localization.filters.state import ANGLES, POSE, RATES, TWIST
-
-OK, WARN, ERROR = 0, 1, 2
 
 # Kind of a problem (InputStatus.problems) -> the peer's key behind the input's name; None: one key for each part in
 # use.
@@ -37,15 +35,6 @@ SUMMARY = {
     WARN: 'the filter is running, but data or settings are doubtful',
     ERROR: 'data or settings are wrong',
 }
-
-
-class Status(NamedTuple):
-    """One diagnostic_msgs/DiagnosticStatus without ROS."""
-
-    name: str
-    level: int
-    message: str
-    values: tuple[tuple[str, str], ...]
 
 
 def parts(config) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sara_localization.engine.diagnostics import ERROR, OK, WARN, Status
+from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_localization.ranges.range_correction import FAULTS, RangeCorrection
 
 SILENT_AFTER = 5.0

@@ -15,10 +15,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from sara_localization.engine.diagnostics import ERROR, OK, Status
+from sara_common.diagnostics import ERROR, OK, Status
+from sara_common.ros.diagnostics import diagnostic_array
 from sara_localization.fake import FakeConfig, FakeLocalization, true_pose
 from sara_localization.ros import conversions
-from sara_localization.ros.shell import configured, diagnostic_array, publish
+from sara_localization.ros.shell import configured, publish
 
 QUEUE = 100
 PATIENCE = 5.0

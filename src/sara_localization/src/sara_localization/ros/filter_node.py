@@ -15,16 +15,17 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from sara_common.diagnostics import ERROR
+from sara_common.ros.diagnostics import diagnostic_array
 from sara_localization.checks import check_config
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.engine.diagnostics import ERROR, FilterDiagnostics, FrequencyDiagnostics
+from sara_localization.engine.diagnostics import FilterDiagnostics, FrequencyDiagnostics
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.ros import conversions, wire
 from sara_localization.ros.cycle import Cycle
 from sara_localization.ros.inputs import KINDS, published_topics, why_silent
 from sara_localization.ros.mailbox import Mailbox
 from sara_localization.ros.outbox import Outbox
-from sara_localization.ros.shell import diagnostic_array
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
 

@@ -17,6 +17,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
 
+from sara_common.ros.diagnostics import diagnostic_array
 from sara_localization.fake import true_pose
 from sara_localization.filters import state_pose as joining
 from sara_localization.geometry.rigid import Transform
@@ -26,7 +27,7 @@ from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
 from sara_localization.ranges.range_status import status
 from sara_localization.ros import conversions
-from sara_localization.ros.shell import configured, diagnostic_array, publish
+from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 
 QUEUE = 100

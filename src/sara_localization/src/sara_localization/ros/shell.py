@@ -5,13 +5,10 @@ being shut down, /diagnostics.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from sara_common.config import ConfigError
-from sara_localization.engine.diagnostics import Status
 
 
 def configured(config_class):
@@ -38,20 +35,3 @@ def publish(publisher, message):
     except rospy.ROSException:
         if not rospy.core.is_shutdown_requested():
             raise
-
-
-def diagnostic_array(stamp: rospy.Time, statuses: Iterable[Status]) -> DiagnosticArray:
-    """The message of some statuses, each named after the node and itself."""
-    node, array = rospy.get_name().lstrip('/'), DiagnosticArray()
-    array.header.stamp = stamp
-    array.status = [
-        DiagnosticStatus(
-            name=f'{node}: {status.name}',
-            level=status.level,
-            message=status.message,
-            hardware_id='none',
-            values=[KeyValue(key, value) for key, value in status.values],
-        )
-        for status in statuses
-    ]
-    return array

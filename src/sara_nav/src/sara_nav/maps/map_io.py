@@ -71,7 +71,7 @@ class MapDescription:
                 result.append(f'{name} is {getattr(self, name)!r}, allowed are numbers from 0 to 1')
         if not result and self.mode != 'raw' and self.free_thresh > self.occupied_thresh:
             result.append(
-                f'free_thresh is {self.free_thresh!r} but must not be above occupied_thresh ({self.occupied_thresh!r})'
+                f'free_thresh is {self.free_thresh!r}, allowed is occupied_thresh ({self.occupied_thresh!r}) and less'
             )
         if self.mode not in MODES:
             result.append('mode is {!r}, allowed are {}'.format(self.mode, ', '.join(MODES)))

@@ -1,32 +1,8 @@
-"""What the nodes of this package share: diagnostics by hand, and a listener to TF without delay."""
+"""What the nodes of this package share: a listener to TF without delay."""
 
 import rospy
 import tf2_ros
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from tf2_msgs.msg import TFMessage
-
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-
-
-class Diagnostics:
-    """Publishes one status on /diagnostics."""
-
-    def __init__(self, name):
-        self._name = '{}: {}'.format(rospy.get_name().lstrip('/'), name)
-        self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
-
-    def publish(self, level, message, values):
-        """Publish a level (OK, WARN, ERROR), a sentence, and a dict of values."""
-        status = DiagnosticStatus(
-            level=level,
-            name=self._name,
-            message=message,
-            hardware_id='',
-            values=[KeyValue(str(k), str(v)) for k, v in values.items()],
-        )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._publisher.publish(array)
 
 
 class TransformListener:

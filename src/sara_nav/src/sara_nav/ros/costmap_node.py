@@ -13,12 +13,14 @@ import rospy
 import tf2_ros
 
 from sara_common.config import ConfigError
+from sara_common.diagnostics import OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap_settings import read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import OK, WARN, Diagnostics, TransformListener
+from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_inputs import CostmapInputs, FootprintInput
 from sara_nav.ros.costmap_publisher import CostmapPublisher
 from sara_nav.ros.reconfigure import Reconfigure

@@ -7,8 +7,9 @@ import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 
+from sara_common.diagnostics import OK
+from sara_common.ros.diagnostics import Diagnostics
 from sara_nav.maps.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
-from sara_nav.ros.common import OK, Diagnostics
 from sara_nav.ros.conversions import grid_to_msg
 
 USAGE = (

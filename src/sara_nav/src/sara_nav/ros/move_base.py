@@ -19,6 +19,7 @@ from move_base_msgs.msg import (
 from std_msgs.msg import Bool, String
 
 from sara_common.config import ConfigError
+from sara_common.diagnostics import WARN
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.goal_input import GoalError
 from sara_nav.goals.move_base_config import StepResult
@@ -27,7 +28,7 @@ from sara_nav.move_base import warming
 from sara_nav.move_base.cycle_monitor import CycleWatch
 from sara_nav.move_base.settings import read_settings
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import WARN, TransformListener
+from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.publishers import PlannerTopics
 from sara_nav.ros.report import Report

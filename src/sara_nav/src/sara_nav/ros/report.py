@@ -2,7 +2,8 @@
 
 import rospy
 
-from sara_nav.ros.common import ERROR, OK, WARN, Diagnostics
+from sara_common.diagnostics import ERROR, OK, WARN
+from sara_common.ros.diagnostics import Diagnostics
 
 
 class Report:

@@ -14,13 +14,15 @@ from math import cos, sin
 
 import rospy
 import yaml
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
+from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_common.ros.diagnostics import diagnostic_array
 from sara_lowlevel.config import SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import Pacer, Patience
@@ -220,32 +222,22 @@ class SimulatorNode:
             **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
             **{f'sensor node: {k}': v for k, v in sorted(chair.sensors.counts.items())},
         }
-        level, text = DiagnosticStatus.OK, 'running'
+        level, text = OK, 'running'
         if not chair.plugged:
-            level, text = DiagnosticStatus.WARN, 'the adapter is unplugged'
+            level, text = WARN, 'the adapter is unplugged'
         elif not adapter.is_open:
-            level, text = DiagnosticStatus.WARN, 'nobody has opened the CAN channel'
+            level, text = WARN, 'nobody has opened the CAN channel'
         elif not adapter.agrees:
             level, text = (
-                DiagnosticStatus.ERROR,
+                ERROR,
                 f'the CAN channel is opened with {adapter.rate:.0f} bit/s, the bus has {adapter.bus_rate}',
             )
         elif faults:
-            level, text = DiagnosticStatus.WARN, f'{len(faults)} faults on command'
+            level, text = WARN, f'{len(faults)} faults on command'
         elif chair.drive.touching:
-            level, text = DiagnosticStatus.WARN, 'the chair touches a wall or an obstacle'
-        message = DiagnosticArray()
-        message.header.stamp = stamp
-        message.status = [
-            DiagnosticStatus(
-                level=level,
-                name='simulator: chair',
-                message=text,
-                hardware_id='simulated',
-                values=[KeyValue(key, str(value)) for key, value in values.items()],
-            )
-        ]
-        return message
+            level, text = WARN, 'the chair touches a wall or an obstacle'
+        status = Status('chair', level, text, tuple(values.items()))
+        return diagnostic_array(stamp, [status], hardware_id='simulated')
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

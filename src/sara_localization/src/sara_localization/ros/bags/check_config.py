@@ -16,10 +16,10 @@ import rosbag
 import rospy
 from tqdm import tqdm
 
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
 from sara_localization.checks.check_config import Finding
 from sara_localization.checks.survey import Survey
-from sara_localization.engine.diagnostics import ERROR, OK, WARN
 from sara_localization.geometry.rigid import IDENTITY
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.ros.bags import bag_tools

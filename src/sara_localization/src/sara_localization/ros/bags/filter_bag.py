@@ -25,11 +25,11 @@ import rospy
 from tf2_msgs.msg import TFMessage
 from tqdm import tqdm
 
+from sara_common.diagnostics import ERROR
 from sara_localization.bags.alignment import aligned, local_plane, rmse
 from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
 from sara_localization.bags.plots import draw_drive
 from sara_localization.checks import check_config
-from sara_localization.engine.diagnostics import ERROR
 from sara_localization.geometry.rigid import rpy_from_quaternion
 from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools

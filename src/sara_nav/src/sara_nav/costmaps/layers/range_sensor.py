@@ -94,7 +94,7 @@ class RangeSensorConfig:
         )
         if not result and self.clear_threshold > self.mark_threshold:
             result.append(
-                f'clear_threshold is {self.clear_threshold:g} but must not be above mark_threshold ({self.mark_threshold:g})'
+                f'clear_threshold is {self.clear_threshold:g}, allowed is mark_threshold ({self.mark_threshold:g}) and less'
             )
         return result
 

@@ -1,0 +1,1 @@
+"""What nodes of several packages share; the only part of this package that imports ROS."""
