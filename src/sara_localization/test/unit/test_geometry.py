@@ -30,17 +30,6 @@ def same(a, b, tolerance=1e-9):
     np.testing.assert_allclose(rotation_matrix(a.rotation), rotation_matrix(b.rotation), atol=tolerance)
 
 
-@given(angles, st.integers(-1000, 1000))
-def test_wrap_takes_off_whole_turns(angle, k):
-    wrapped = wrap_exact(angle + 2 * math.pi * k)
-    assert -math.pi <= wrapped <= math.pi
-    assert abs(math.sin(wrapped - angle)) < 1e-9 and math.cos(wrapped - angle) > 0
-
-
-def test_wrap_lets_what_is_no_number_through():
-    assert math.isnan(wrap_exact(math.nan)) and wrap_exact(math.inf) == math.inf
-
-
 @given(angles, pitches, angles)
 def test_rpy_round_trip(roll, pitch, yaw):
     back = rpy_from_quaternion(quaternion_from_rpy(roll, pitch, yaw))
