@@ -232,7 +232,9 @@ class CostmapTest(unittest.TestCase):
             Client('/still/costmap/inflation_layer', timeout=30).get_configuration()['inflation_radius'], 0.6
         )
         client = Client('/rolling/costmap', timeout=30)
-        client.update_configuration({'width': 2.0, 'height': 3.0})
+        kinds = {entry['name']: entry['type'] for entry in client.get_parameter_descriptions()}
+        self.assertEqual((kinds['width'], kinds['height'], kinds['resolution']), ('int', 'int', 'double'))
+        client.update_configuration({'width': 2, 'height': 3})
         self.until(lambda: (self.rolling.grid.info.width, self.rolling.grid.info.height) == (40, 60), 'not resized')
 
     def test_8_what_is_wrong_is_dropped_and_counted_and_the_node_lives(self):

@@ -163,6 +163,10 @@ class ServicesTest(unittest.TestCase):
         self.assertEqual(after['controller_patience'], 15.0, "the peer's falls to 5 s")
         self.assertEqual(rospy.get_param('move_base/planner_frequency'), 2.0)
         self.assertEqual(client.update_configuration({'planner_frequency': 1e6})['planner_frequency'], 100.0)
+        limits = {entry['name']: (entry['min'], entry['max']) for entry in client.get_parameter_descriptions()}
+        self.assertEqual(limits['controller_frequency'], (0.0, 100.0))  # those of the peer's MoveBase.cfg
+        self.assertEqual(limits['oscillation_timeout'], (0.0, 60.0))
+        self.assertEqual(client.update_configuration({'controller_frequency': 0.0})['controller_frequency'], 20.0)
         self.assertEqual(
             client.update_configuration({'base_local_planner': 'teb/Teb'})['base_local_planner'],
             'base_local_planner/TrajectoryPlannerROS',

@@ -154,3 +154,16 @@ def test_goals_that_are_none_are_refused_in_words(frame, position, quaternion, t
 def test_poses_survive_the_way_through_a_quaternion(yaw, x):
     pose = planar_pose((x, 1.0, 0.0), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)))
     assert (pose.x, pose.y) == (x, 1.0) and math.cos(pose.yaw - yaw) == pytest.approx(1.0)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(2e-3, 1e6))
+def test_a_goal_s_quaternion_of_any_length_is_its_direction(yaw, length):
+    """The peer normalises it: RViz and scripts send (0, 0, 0, 2) and the like."""
+    pose = planar_pose((0.0, 0.0, 0.0), (0.0, 0.0, length * math.sin(0.5 * yaw), length * math.cos(0.5 * yaw)))
+    assert math.cos(pose.yaw - yaw) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize('quaternion', [(0.0, 0.0, 0.0, 5e-4), (0.0, 0.0, 0.0, 1e200), (0.0, 2.0, 0.0, 2.0)])
+def test_a_goal_s_quaternion_without_a_direction_is_refused(quaternion):
+    with pytest.raises(GoalError, match='invalid quaternion'):
+        planar_pose((0.0, 0.0, 0.0), quaternion)

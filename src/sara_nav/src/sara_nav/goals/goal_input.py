@@ -6,16 +6,30 @@ from sara_common.planar import Pose2D, yaw_from_quaternion
 
 BAD_QUATERNION = 'Aborting on goal because it was sent with an invalid quaternion'
 """The peer's words."""
+MIN_SQUARED_LENGTH = 1e-6
+"""Of a quaternion that stands for a direction; the peer's."""
 
 
 class GoalError(ValueError):
     """A pose that cannot be used; the message says why."""
 
 
+def _of_unit_length(quaternion):
+    """Return (x, y, z, w) scaled to length 1, as the peer takes a goal; as it is where it is shorter than the peer's
+    limit.
+    """
+    squared = sum(q * q for q in quaternion)
+    if not MIN_SQUARED_LENGTH <= squared < math.inf:
+        return quaternion
+    return tuple(q / math.sqrt(squared) for q in quaternion)
+
+
 def planar_pose(position, orientation):
-    """Return the Pose2D of a position (x, y, z) and a quaternion (x, y, z, w); raises GoalError."""
+    """Return the Pose2D of a position (x, y, z) and a quaternion (x, y, z, w) of any length but nearly 0; raises
+    GoalError.
+    """
     try:
-        yaw = yaw_from_quaternion(*orientation)
+        yaw = yaw_from_quaternion(*_of_unit_length(orientation))
     except ValueError as error:
         raise GoalError(f'{BAD_QUATERNION}: {error}') from None
     if not all(math.isfinite(v) for v in position):

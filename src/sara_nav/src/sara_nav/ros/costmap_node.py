@@ -41,6 +41,8 @@ LIMITS = {
     'clear_threshold': (0.0, 1.0),
     'mark_threshold': (0.0, 1.0),
 }
+WHOLE = ('width', 'height')
+"""Whole numbers of metres to clients, as in the peer's cfg file; a YAML may say 7.5."""
 DYNAMIC = (
     'transform_tolerance',
     'update_frequency',
@@ -117,7 +119,7 @@ class CostmapShell:
             footprint='[]' if settings.robot_radius is not None else str(self._unpadded.tolist()),
             robot_radius=0.46 if settings.robot_radius is None else settings.robot_radius,
         )
-        self._servers = [Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC)] + [
+        self._servers = [Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC, WHOLE)] + [
             self._tune_layer(layer) for layer in costmap.layers.values()
         ]
 

@@ -20,14 +20,16 @@ class Description:
     """What dynamic_reconfigure's Server wants a generated module for: fields, types, limits and defaults.
 
     config: dataclass instance. limits: (low, high) by field name; a field without is unlimited. names: the fields that
-    may be changed, all of them when None; fields of other types than bool, int, float and str never are.
+    may be changed, all of them when None; fields of other types than bool, int, float and str never are. whole: the
+    float fields that clients see as whole numbers.
     """
 
     all_level = 1
 
-    def __init__(self, config, limits=None, names=None):
+    def __init__(self, config, limits=None, names=None, whole=()):
         wanted = [f.name for f in dataclasses.fields(config) if names is None or f.name in names]
-        defaults = {name: getattr(config, name) for name in wanted if type(getattr(config, name)) in KINDS}
+        values = {name: getattr(config, name) for name in wanted if type(getattr(config, name)) in KINDS}
+        defaults = {name: int(value) if name in whole else value for name, value in values.items()}
         defaults[RESTORE] = False
         bounds = {name: (limits or {}).get(name, UNLIMITED[type(value)]) for name, value in defaults.items()}
         self.defaults = defaults
@@ -78,21 +80,20 @@ class Reconfigure:
     """A dynamic_reconfigure server for one configuration.
 
     namespace: '' for the node's own, or a name below it ('global_costmap/inflation_layer'). config: frozen dataclass
-    with
-    ``faults()``. limits, names: see Description. callback: called with the new configuration, from a service's thread;
+    with ``faults()``. limits, names, whole: see Description. callback: called with the new configuration, from a service's thread;
     returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
     """
 
-    def __init__(self, namespace, config, limits, callback, names=None):
+    def __init__(self, namespace, config, limits, callback, names=None, whole=()):
         self.config = self._at_start = config
         self._namespace = namespace
         self._callback = callback
-        self._description = Description(config, limits, names)
+        self._description = Description(config, limits, names, whole)
         self._offered = None
         self._lock = threading.RLock()
         at = f'~{namespace}/' if namespace else '~'
-        for name, value in self._description.defaults.items():
-            rospy.set_param(at + name, value)
+        for name, default in self._description.defaults.items():
+            rospy.set_param(at + name, getattr(config, name, default))
         self._server = Server(self._description, self._on_wanted, namespace)
 
     def close(self):
@@ -107,7 +108,8 @@ class Reconfigure:
             fields = [name for name in self._description.defaults if name != RESTORE]
             if self._offered is not None:
                 self._change(wanted, fields)
-            self._offered = {name: getattr(self.config, name) for name in fields}
+            kinds = {name: type(self._description.defaults[name]) for name in fields}
+            self._offered = {name: kinds[name](getattr(self.config, name)) for name in fields}
             wanted.update(self._offered, **{RESTORE: False})
         return wanted
 
@@ -116,7 +118,7 @@ class Reconfigure:
             new = self._at_start
         else:
             changed = {
-                name: wanted[name]
+                name: type(getattr(self.config, name))(wanted[name])
                 for name in fields
                 if wanted[name] != self._description.clamp(name, self._offered[name])
             }

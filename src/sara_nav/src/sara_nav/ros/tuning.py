@@ -30,6 +30,14 @@ DYNAMIC = (
     'make_plan_add_unreachable_goal',
 )
 """The fields of the peer's MoveBase.cfg that have an effect."""
+CLIENT_LIMITS = {
+    **LIMITS,
+    'controller_frequency': (0.0, 100.0),
+    'planner_patience': (0.0, 100.0),
+    'controller_patience': (0.0, 100.0),
+    'oscillation_timeout': (0.0, 60.0),
+}
+"""What dynamic_reconfigure offers: the limits of the peer's MoveBase.cfg, which a YAML may exceed."""
 
 
 class Tuning:
@@ -40,7 +48,7 @@ class Tuning:
         self._planners = {}
         self._offer('global', node.machine.global_planner)
         self._offer('local', node.machine.local_planner)
-        self._move_base = Reconfigure('', node.machine.config, LIMITS, self._on_move_base, DYNAMIC)
+        self._move_base = Reconfigure('', node.machine.config, CLIENT_LIMITS, self._on_move_base, DYNAMIC)
 
     def _offer(self, kind, planner):
         if kind in self._planners:
