@@ -61,11 +61,11 @@ def test_inflation_agrees_with_the_peer():
     ours is lower by more than 1 but for unknown cells that the exact distance makes known."""
     cells = different = 0
     for number in range(20):
-        resolution, radius, scaling, unknown_too, inscribed, _ = REFERENCE['infl_%02d_params' % number]
-        before = REFERENCE['infl_%02d_in' % number]
+        resolution, radius, scaling, unknown_too, inscribed, _ = REFERENCE[f'infl_{number:02}_params']
+        before = REFERENCE[f'infl_{number:02}_in']
         config = cm.InflationConfig(radius, scaling, bool(unknown_too))
         ours = cm.inflate(before, resolution, inscribed, config).astype(int)
-        theirs = REFERENCE['infl_%02d_out' % number].astype(int)
+        theirs = REFERENCE[f'infl_{number:02}_out'].astype(int)
         assert ((ours >= theirs - 1) | (before == cm.UNKNOWN)).all(), number
         cells += ours.size
         different += (ours != theirs).sum()

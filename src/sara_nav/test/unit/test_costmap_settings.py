@@ -33,7 +33,7 @@ def faults(tree, **given):
 
 
 def plugins(*kinds):
-    return [{'name': 'l%d' % i, 'type': kind} for i, kind in enumerate(kinds)]
+    return [{'name': f'l{i}', 'type': kind} for i, kind in enumerate(kinds)]
 
 
 # -- costmap_2d's footprint tests, rebuilt from their description --------------------------------------------------

@@ -1,4 +1,6 @@
-"""The planner follows plans as they were made: in reverse, round bends, turning where they turn; and says what it does."""
+"""The planner follows plans as they were made: in reverse, round bends, turning where they turn; and says what it
+does.
+"""
 
 import math
 import sys

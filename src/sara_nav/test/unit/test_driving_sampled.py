@@ -94,7 +94,9 @@ def hits(costmap, poses):
 
 PLANNERS = ['base_local_planner/TrajectoryPlannerROS', 'dwa_local_planner/DWAPlannerROS']
 DOORS = {'path_distance_bias': 32.0, 'goal_distance_bias': 24.0, 'occdist_scale': 0.02}
-"""Weights with which DWA dares go through doors: with its defaults, the way it wins there counts less than the walls."""
+"""Weights with which DWA dares go through doors: with its defaults, the way it wins there counts less than the
+walls.
+"""
 BOX = (2.6, 1.4, 3.4, 2.6)
 GAP = (2.9, -1.0, 3.1, 1.55), (2.9, 2.45, 3.1, 7.0)  # 0.90 m wide
 DRIVES = {

@@ -73,9 +73,9 @@ def test_senseless_footprints_are_refused(value):
 
 @pytest.mark.parametrize('number', range(7))
 def test_radii_and_padding_are_the_peers(number):
-    polygon = REFERENCE['poly_%d' % number]
-    assert fp.radii(polygon) == pytest.approx(REFERENCE['poly_%d_radii' % number], abs=1e-9)
-    for padding, padded in zip(REFERENCE['paddings'], REFERENCE['poly_%d_padded' % number]):
+    polygon = REFERENCE[f'poly_{number}']
+    assert fp.radii(polygon) == pytest.approx(REFERENCE[f'poly_{number}_radii'], abs=1e-9)
+    for padding, padded in zip(REFERENCE['paddings'], REFERENCE[f'poly_{number}_padded']):
         assert fp.pad_footprint(polygon, padding) == pytest.approx(padded, abs=1e-12)
 
 

@@ -1,4 +1,6 @@
-"""Layered costmaps: only what changed is computed, and that gives what computing everything would; rolling; clearing."""
+"""Layered costmaps: only what changed is computed, and that gives what computing everything would; rolling;
+clearing.
+"""
 
 import math
 import random

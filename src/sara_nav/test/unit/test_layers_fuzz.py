@@ -1,4 +1,6 @@
-"""Whatever sensors, maps and poses say, a costmap stays one: no crash, no cost off its cells, and it works afterwards."""
+"""Whatever sensors, maps and poses say, a costmap stays one: no crash, no cost off its cells, and it works
+afterwards.
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""The inflation layer: costmap_2d's own tests rebuilt from their description, with footprints of half sides in metres."""
+"""The inflation layer: costmap_2d's own tests rebuilt from their description, with footprints of half sides in
+metres.
+"""
 
 import math
 import sys

@@ -64,7 +64,8 @@ def test_the_files_are_those_of_the_ros_format(tmp_path):
     image, description = save_map(a_map([[0, 100], [-1, 50]]), SaverConfig(str(tmp_path / "it's")))
     assert (tmp_path / "it's.pgm").read_bytes() == b'P5\n2 2\n255\n' + bytes([205, 205, 254, 0])
     assert (tmp_path / "it's.yaml").read_text() == (
-        "image: 'it''s.pgm'\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        "image: 'it''s.pgm'\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: "
+        '0.65\nfree_thresh: 0.196\n'
     )
     assert (image, description) == (str(tmp_path / "it's.pgm"), str(tmp_path / "it's.yaml"))
     assert sorted(os.listdir(tmp_path)) == ["it's.pgm", "it's.yaml"]

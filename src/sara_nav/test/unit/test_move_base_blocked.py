@@ -146,7 +146,8 @@ def test_a_robot_that_is_told_to_move_and_stands_recovers_and_the_goal_ends_in_w
     assert log == ['one', 'two'] and last.status == 'aborted'
     assert (
         last.text
-        == 'Robot is held. Even after executing recovery behaviors. It is told to move but has stood for 3.0 s (stuck_timeout).'
+        == 'Robot is held. Even after executing recovery behaviors. It is told to move but has stood for 3.0 s '
+        '(stuck_timeout).'
     )
     assert 9.0 <= robot.t - began <= 10.5
 

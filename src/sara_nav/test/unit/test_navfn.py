@@ -39,9 +39,7 @@ def full_potential(costs, source, allow_unknown):
 @pytest.mark.parametrize('unknown', [False, True])
 def test_the_potential_is_navfn_s(which, unknown):
     with np.load(PLANS / 'navfn_potential.npz') as data:
-        costs, source, expected = (
-            data['pot_%d_%s' % (which, name)] for name in ('costmap', 'goal', 'unknown%d' % unknown)
-        )
+        costs, source, expected = (data[f'pot_{which}_{name}'] for name in ('costmap', 'goal', f'unknown{unknown}'))
     ours = full_potential(costs, tuple(source), unknown)
     reached = expected < potential.HIGH
     assert reached.sum() > 500
@@ -146,7 +144,9 @@ def test_the_wave_stops_when_the_goal_is_settled(blocks):
 @settings(max_examples=200)
 @given(st.integers(0, 10**9), st.integers(2, 14), st.integers(2, 14), st.booleans())
 def test_down_any_potential_the_path_ends_at_the_source(seed, columns, rows, grid):
-    """The cells numbered as a random walk through a maze finds them: each has a lower neighbour, slopes point anywhere."""
+    """The cells numbered as a random walk through a maze finds them: each has a lower neighbour, slopes point
+    anywhere.
+    """
     random = np.random.default_rng(seed)
     field = np.full((rows + 2, columns + 2), potential.HIGH, np.float32)
     source, goal = ((int(random.integers(1, columns + 1)), int(random.integers(1, rows + 1))) for _ in range(2))

@@ -71,12 +71,12 @@ def plans(name, planner):
         try:
             plan = planner.plan(costmap, start, goal)
         except PlanError as error:
-            assert not data['complete'][k].any(), 'query %d: %s' % (k, error)
+            assert not data['complete'][k].any(), f'query {k}: {error}'
             continue
         for pose, point in ((start, plan[0]), (goal, plan[-1])):
-            assert math.hypot(pose.x - point[0], pose.y - point[1]) <= WHOLE * g.resolution, 'query %d' % k
-        assert np.hypot(*np.diff(plan[:, :2], axis=0).T).max() <= 2.2 * g.resolution, 'query %d' % k
-        assert measure(costmap, plan, NAVFN)[1] < 253, 'query %d' % k
+            assert math.hypot(pose.x - point[0], pose.y - point[1]) <= WHOLE * g.resolution, f'query {k}'
+        assert np.hypot(*np.diff(plan[:, :2], axis=0).T).max() <= 2.2 * g.resolution, f'query {k}'
+        assert measure(costmap, plan, NAVFN)[1] < 253, f'query {k}'
         yield k, plan
 
 
@@ -94,7 +94,7 @@ def test_navfn_is_whole_free_and_as_cheap_as_the_best_peer(name, astar):
     for k, plan in plans(name, NavfnROS(NavfnConfig(use_astar=astar))):
         planned.append(k)
         ratio = measure(costmap, plan, NAVFN)[0] / best_of(data, k)
-        assert ratio <= 1.02, 'query %d: %.4f' % (k, ratio)
+        assert ratio <= 1.02, f'query {k}: {ratio:.4f}'
     assert len(planned) >= 29
     lost = [k for k in range(len(data['complete'])) if data['complete'][k].any() and not data['complete'][k].all()]
     assert set(planned).issuperset(lost)  # what some peer cuts short or fails
@@ -118,7 +118,7 @@ def test_global_planner_is_whole_and_as_cheap_as_its_peer(name):
     assert len(ratios) >= 29 and np.mean(ratios) <= 1.005 and max(ratios) <= 1.04
     if name != '100by100_15':  # for the time it takes
         for k, plan in plans(name, GlobalPlanner(GlobalPlannerConfig(cost_factor=0.8))):
-            assert measure(costmap, plan, NAVFN)[0] <= 1.02 * best_of(data, k), 'query %d' % k
+            assert measure(costmap, plan, NAVFN)[0] <= 1.02 * best_of(data, k), f'query {k}'
 
 
 @pytest.mark.parametrize('name', ['own_office', 'own_comb', 'depot'])

@@ -1,4 +1,6 @@
-"""Recovery: what leads to it, what each behaviour does, and that it ends with the cycle in which the goal is given up."""
+"""Recovery: what leads to it, what each behaviour does, and that it ends with the cycle in which the goal is given
+up.
+"""
 
 import math
 
@@ -69,7 +71,7 @@ def make(recoveries=(), data=None, planner=None, **config):
 def see(machine, t, distance, x=None, y=1.0, yaw=0.0):
     """Have a sensor at the robot's front see something, in both costmaps; three readings are believed."""
     for costmap_ in (machine.global_costmap, machine.local_costmap):
-        for i in range(3):
+        for _ in range(3):
             costmap_.layers['ultrasonic'].add_range(
                 RangeReading('front', t, HOME.x + 0.5 if x is None else x, y, yaw, distance, 0.16, 2.5, 1.0)
             )
@@ -122,7 +124,8 @@ class Robot:
         return result
 
 
-# -- the machine -------------------------------------------------------------------------------------------------------
+# -- the machine
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_behaviours_run_in_their_order_and_then_the_goal_is_aborted_in_the_peers_words():

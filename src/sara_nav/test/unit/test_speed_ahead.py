@@ -1,4 +1,6 @@
-"""The compiled pace along a leg against its plain form: the same caps place by place, the same command, the same cause."""
+"""The compiled pace along a leg against its plain form: the same caps place by place, the same command, the same
+cause.
+"""
 
 import math
 

@@ -283,7 +283,7 @@ def test_a_robot_that_does_not_get_on_turns_to_its_plan(name):
     pose, rates, last = Pose2D(0.0, 0.0, 0.0), [], (0.0, 0.0)
     for i in range(300):
         if i < 82:
-            planner._choose = lambda *_: ((0.0, 0.1 * (-1) ** (i // 10)), np.zeros((1, 3)), '')  # swings about
+            planner._choose = lambda *_, i=i: ((0.0, 0.1 * (-1) ** (i // 10)), np.zeros((1, 3)), '')  # swings about
         elif i == 82:
             del planner._choose
         command = planner.update(0.05 * i, 0.05, pose, last, 0.0, world())

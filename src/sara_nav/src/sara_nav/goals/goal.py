@@ -113,10 +113,9 @@ class Goal:
         """One more try to plan failed, for ``problem``; return why that was the last, or ''."""
         self.tries += 1
         if 0 <= config.max_planning_retries < self.tries:
-            return 'No plan was found in %d tries (max_planning_retries is %d): %s' % (
-                self.tries,
-                config.max_planning_retries,
-                self.problem,
+            return (
+                f'No plan was found in {self.tries} tries (max_planning_retries is '
+                f'{config.max_planning_retries}): {self.problem}'
             )
         if t - self.planning_since >= config.planner_patience - 1e-6:
             return f'No plan was found within planner_patience ({config.planner_patience:.1f} s): {self.problem}'
@@ -134,7 +133,9 @@ class Goal:
         return t - self.stale_since
 
     def lead_to(self, used):
-        """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than before."""
+        """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than
+        before.
+        """
         if used is not None and used.distance(self.pose) < 1e-6:
             used = None
         elsewhere = used != self.used
@@ -146,10 +147,16 @@ class Goal:
         """The sentence that says that the plan does not lead to ``pose``, or ''."""
         if self.used is None:
             return ''
-        return f'the goal ({self.pose.x:.2f}, {self.pose.y:.2f}) cannot be reached: driving to ({self.used.x:.2f}, {self.used.y:.2f}), {self.used.distance(self.pose):.2f} m from it (default_tolerance)'
+        return (
+            f'the goal ({self.pose.x:.2f}, {self.pose.y:.2f}) cannot be reached: driving to ({self.used.x:.2f}, '
+            f'{self.used.y:.2f}), {self.used.distance(self.pose):.2f} m from it (default_tolerance)'
+        )
 
     def reached(self):
         """Return the sentence of success."""
         if self.used is None:
             return 'Goal reached.'
-        return f'Goal reached: ({self.used.x:.2f}, {self.used.y:.2f}), {self.used.distance(self.pose):.2f} m from the one asked for.'
+        return (
+            f'Goal reached: ({self.used.x:.2f}, {self.used.y:.2f}), {self.used.distance(self.pose):.2f} m from '
+            'the one asked for.'
+        )

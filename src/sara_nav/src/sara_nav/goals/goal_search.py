@@ -78,7 +78,7 @@ def search_plan(planner, costmap, start, goal, tolerance, add_unreachable_goal=T
             raise GivenUp
         tries += 1
         if tries > MOST_TRIES:
-            return None, '%s; none of %d places about it can be reached either' % (problem, MOST_TRIES)
+            return None, f'{problem}; none of {MOST_TRIES} places about it can be reached either'
         try:
             plan = planner.plan(costmap, start, place)
         except PlanError:

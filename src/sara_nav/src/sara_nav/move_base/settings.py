@@ -91,7 +91,9 @@ class Settings:
         return self.global_costmap.config.robot_base_frame
 
     def make_move_base(self, grid_map=None):
-        """Return the MoveBase these settings describe. grid_map: GridMap for the static layers; None: it comes later."""
+        """Return the MoveBase these settings describe. grid_map: GridMap for the static layers; None: it comes
+        later.
+        """
         return MoveBase(
             self.move_base,
             self.global_costmap.make(grid_map),
@@ -260,7 +262,8 @@ def _recovery(parameters, name, cls, config):
     own = parameters.config(cls.config_class, name + '/', TRAJECTORY, config.base_local_planner.split('/')[-1] + '/')
     if parameters.has(name + '/frequency') and own.frequency != config.controller_frequency:
         parameters.warnings.append(
-            f'parameter {name}/frequency has no effect: a turn is commanded in each control cycle, {config.controller_frequency:g} Hz '
+            f'parameter {name}/frequency has no effect: a turn is commanded in each control cycle, '
+            f'{config.controller_frequency:g} Hz '
             '(controller_frequency)'
         )
     return own

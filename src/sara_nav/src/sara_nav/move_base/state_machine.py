@@ -250,7 +250,8 @@ class MoveBase:
             self._exhausted(
                 goal,
                 BY_OSCILLATION,
-                f'It moved less than {c.oscillation_distance:.2f} m (oscillation_distance) in {c.oscillation_timeout:.1f} s (oscillation_timeout)',
+                f'It moved less than {c.oscillation_distance:.2f} m (oscillation_distance) in '
+                f'{c.oscillation_timeout:.1f} s (oscillation_timeout)',
                 pose,
             )
             return None if self._ended else self._stand(goal, goal.why, plan=plan)

@@ -1,4 +1,6 @@
-"""What a robot says while it drives: what it is doing, how fast, and why it is slow, in sentences that do not flicker."""
+"""What a robot says while it drives: what it is doing, how fast, and why it is slow, in sentences that do not
+flicker.
+"""
 
 import math
 

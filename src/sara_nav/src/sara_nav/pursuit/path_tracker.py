@@ -62,7 +62,9 @@ class Leg:
         self.along, self.offset, self.left = self.nearest(x, y, self.along)
 
     def nearest(self, x, y, start=0.0):
-        """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m further."""
+        """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m
+        further.
+        """
         return nearest(self.s, self.xy, self.direction, x, y, start)
 
     def at(self, s):
@@ -150,7 +152,9 @@ def _beyond(points, n):
 
 @kernel
 def _before(s, value):
-    """Return the last index of s (n,), rising, at which it is not above the value; -1 where it is above from the first."""
+    """Return the last index of s (n,), rising, at which it is not above the value; -1 where it is above from the
+    first.
+    """
     low, high = 0, len(s)
     while low < high:
         middle = (low + high) // 2

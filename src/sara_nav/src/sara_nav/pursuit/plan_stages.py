@@ -43,7 +43,9 @@ class Stretch:
 
 
 def stages(plan, corner_angle):
-    """Return the list of Turn and Stretch that a plan (n, 3) is; the turn onto the goal's yaw at its end is not in it."""
+    """Return the list of Turn and Stretch that a plan (n, 3) is; the turn onto the goal's yaw at its end is not in
+    it.
+    """
     plan = np.asarray(plan, float)
     xy, yaw = plan[:, :2], plan[:, 2]
     steps = np.diff(xy, axis=0)

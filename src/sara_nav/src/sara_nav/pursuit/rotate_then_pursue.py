@@ -319,8 +319,8 @@ class RotateThenPursue:
                 0.0,
                 0.0,
                 FAILED,
-                'the goal cannot be approached to within xy_goal_tolerance (%.3f m off after %d tries)'
-                % (distance, p.approaches),
+                f'the goal cannot be approached to within xy_goal_tolerance ({distance:.3f} m off after '
+                f'{p.approaches} tries)',
             )
         bearing = wrap(math.atan2(self.goal.y - pose.y, self.goal.x - pose.x) - pose.yaw)
         backward = abs(bearing) > 0.5 * math.pi and distance < LONGEST_REPAIR

@@ -94,7 +94,7 @@ def _keeps(v, new, ways, caps, braking, jerk, dt):
     """Return whether way is left over at every cap, driving dt at the acceleration ``new``."""
     after = max(v + new * dt, 0.0)
     moved = 0.5 * (v + after) * dt
-    for i in range(len(ways)):
+    for i in range(len(ways)):  # noqa: SIM110 (numba compiles no generators)
         if _left(after, new, ways[i] - moved, caps[i], braking, jerk) < 0.0:
             return False
     return True

@@ -58,7 +58,9 @@ def spaced(end, step):
 
 @kernel
 def bend_cap(curvature, change, turn_gain, max_vel_theta, acc_lim_theta, max_lateral_acc):
-    """Return the speed (m/s) that a bend (1/m) and its change (1/m2) allow: w = v k, its change v^2 k', lateral v^2 k."""
+    """Return the speed (m/s) that a bend (1/m) and its change (1/m2) allow: w = v k, its change v^2 k', lateral v^2
+    k.
+    """
     k, change = abs(curvature) + 1e-9, change + 1e-9
     return min(
         0.9 * turn_gain * max_vel_theta / k,

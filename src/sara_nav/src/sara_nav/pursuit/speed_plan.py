@@ -17,7 +17,9 @@ FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ah
 
 
 class Cause(NamedTuple):
-    """What slows: ``kind`` of the above, ``size`` (m: gap, way that is free, way left) and ``where`` about the robot."""
+    """What slows: ``kind`` of the above, ``size`` (m: gap, way that is free, way left) and ``where`` about the
+    robot.
+    """
 
     kind: str
     size: float = 0.0

@@ -1,4 +1,6 @@
-"""The way a robot still drives when it brakes now, keeping to its path; and where about it something would be touched."""
+"""The way a robot still drives when it brakes now, keeping to its path; and where about it something would be
+touched.
+"""
 
 import math
 

@@ -131,7 +131,8 @@ class BackOutRecovery:
         return RecoveryStep(
             (self._sign * self._speed, turn or self._speed * self._curvature),
             False,
-            f'{self.name}: {MANNERS[self._manner]}, {self._driven:.2f} m of {c.ahead if self._manner == AWAY else c.distance:.2f}',
+            f'{self.name}: {MANNERS[self._manner]}, {self._driven:.2f} m of '
+            f'{c.ahead if self._manner == AWAY else c.distance:.2f}',
         )
 
     def _wanted(self, situation, here):

@@ -31,7 +31,8 @@ RECOVERIES = RecoveryRegistry(
     'recovery_behaviors',
     ('sara_nav.recovery.back_out', 'sara_nav.recovery.help'),
     refused={
-        'move_slow_and_clear/MoveSlowAndClear': "clear_costmap_recovery/ClearCostmapRecovery to clear, and the local planner's max_vel_x to be slow"
+        'move_slow_and_clear/MoveSlowAndClear': 'clear_costmap_recovery/ClearCostmapRecovery to clear, and the '
+        "local planner's max_vel_x to be slow"
     },
 )
 
@@ -112,13 +113,17 @@ class ClearCostmapRecovery:
         """Begin."""
 
     def layers(self, costmap):
-        """Return the names of the costmap's layers that are cleared; one named by several parts is known by its last."""
+        """Return the names of the costmap's layers that are cleared; one named by several parts is known by its
+        last.
+        """
         if self.config.layer_names is None:
             return [n for n, layer in costmap.layers.items() if getattr(layer, 'plugin_name', '') not in NOT_CLEARED]
         return [n for n in costmap.layers if n.split('/')[-1] in self.config.layer_names]
 
     def missing(self, global_costmap, local_costmap):
-        """Return sentences about names in layer_names that no affected costmap has, and about having nothing to clear."""
+        """Return sentences about names in layer_names that no affected costmap has, and about having nothing to
+        clear.
+        """
         costmaps = [costmap for costmap, _, _ in self._affected(global_costmap, local_costmap)]
         there = {name.split('/')[-1] for costmap in costmaps for name in costmap.layers}
         result = [
@@ -220,7 +225,8 @@ class RotateRecovery:
         slowest = min(c.min_in_place_vel_theta, c.max_vel_theta)
         if situation.t - self._began > 4.0 * math.pi / slowest:
             return RecoveryStep(
-                text=f'{self.name}: given up after {situation.t - self._began:.0f} s, having turned {math.degrees(self._turned):.0f} deg'
+                text=f'{self.name}: given up after {situation.t - self._began:.0f} s, having turned '
+                f'{math.degrees(self._turned):.0f} deg'
             )
         angles = pose.yaw + np.arange(0.0, left, c.sim_granularity)
         poses = np.column_stack([np.full(len(angles), pose.x), np.full(len(angles), pose.y), angles])

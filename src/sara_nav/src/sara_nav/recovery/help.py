@@ -89,7 +89,10 @@ class AskForHelp:
             if self._was_blocked:
                 self._forget.update(situation)
             if self._way(situation) is None:
-                why = f'help was asked for during {waited:.0f} s ({self.name}/patience), but the way stayed blocked: {situation.why}'
+                why = (
+                    f'help was asked for during {waited:.0f} s ({self.name}/patience), but the way stayed '
+                    f'blocked: {situation.why}'
+                )
                 return RecoveryStep(text=why, give_up=why)
             return RecoveryStep(text=f'{self.name}: trying once more')
         return RecoveryStep(

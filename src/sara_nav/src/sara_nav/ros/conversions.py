@@ -75,7 +75,7 @@ def grid_from_msg(msg):
         info.origin.position.y,
     )
     if len(msg.data) != info.width * info.height:
-        raise MapError('the map says %d x %d cells but holds %d' % (info.width, info.height, len(msg.data)))
+        raise MapError(f'the map says {info.width} x {info.height} cells but holds {len(msg.data)}')
     try:
         yaw = pose_from_msg(info.origin).yaw
     except ValueError as error:

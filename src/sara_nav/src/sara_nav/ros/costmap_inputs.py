@@ -102,14 +102,14 @@ class CostmapInputs:
         if len(msg.data) != msg.width * msg.height:
             self._drop(
                 'bad_map_updates',
-                'a map update was dropped: it says %d x %d cells but holds %d' % (msg.width, msg.height, len(msg.data)),
+                f'a map update was dropped: it says {msg.width} x {msg.height} cells but holds {len(msg.data)}',
             )
             return
         self._maps.append((layer, None, (msg.x, msg.y, np.array(msg.data, np.int8).reshape(msg.height, msg.width))))
 
     def _on_sensor(self, msg, target):
         if len(self._waiting) == self._waiting.maxlen:
-            self._drop('overflow', 'more than %d messages wait to be taken in' % self._waiting.maxlen)
+            self._drop('overflow', f'more than {self._waiting.maxlen} messages wait to be taken in')
         self._waiting.append((msg,) + target)
 
     # -- taking in ---------------------------------------------------------------------------------------------

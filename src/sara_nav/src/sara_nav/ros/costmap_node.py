@@ -151,7 +151,9 @@ class CostmapShell:
         return True
 
     def robot_pose(self, now):
-        """Return (Pose2D, stamp s or None) of the robot in the costmap's frame; (None, None) when there is none fresh."""
+        """Return (Pose2D, stamp s or None) of the robot in the costmap's frame; (None, None) when there is none
+        fresh.
+        """
         config = self.costmap.config
         try:
             msg = self._tf.latest(config.global_frame, config.robot_base_frame)
@@ -161,7 +163,11 @@ class CostmapShell:
             return None, None
         stamp = None if msg.header.stamp.is_zero() else msg.header.stamp.to_sec()
         if stamp is not None and now.to_sec() - stamp > config.transform_tolerance:
-            self.pose_problem = f'the transform {config.global_frame} -> {config.robot_base_frame} is {now.to_sec() - stamp:.2f} s old, transform_tolerance is {config.transform_tolerance:.2f} s'
+            self.pose_problem = (
+                f'the transform {config.global_frame} -> {config.robot_base_frame} is '
+                f'{now.to_sec() - stamp:.2f} s old, transform_tolerance is '
+                f'{config.transform_tolerance:.2f} s'
+            )
             return None, None
         self.pose_problem = ''
         return pose, stamp

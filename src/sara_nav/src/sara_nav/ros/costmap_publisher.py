@@ -67,7 +67,9 @@ class CostmapPublisher:
             self._publish(now)
 
     def _publish(self, now):
-        """Send the whole grid when it is asked for, moved or has another size, else what changed since the last time."""
+        """Send the whole grid when it is asked for, moved or has another size, else what changed since the last
+        time.
+        """
         changed, self._changed = self._changed, None
         g = self._costmap.geometry
         moved, self._sent = g != self._sent, g

@@ -1,4 +1,6 @@
-"""The node map_server: publishes a map read from a file, latched, answers for it by service, and changes it by service."""
+"""The node map_server: publishes a map read from a file, latched, answers for it by service, and changes it by
+service.
+"""
 
 import sys
 
@@ -49,7 +51,7 @@ class MapServer:
     def size(self):
         """The size of the map in words."""
         info = self.message.info
-        return '%d x %d cells of %.3g m' % (info.width, info.height, info.resolution)
+        return f'{info.width} x {info.height} cells of {info.resolution:.3g} m'
 
     def _change(self, request):
         try:

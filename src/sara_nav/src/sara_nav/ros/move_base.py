@@ -1,4 +1,6 @@
-"""The node move_base: goals by action or topic in, cmd_vel out; the work is done in sara_nav.move_base.state_machine."""
+"""The node move_base: goals by action or topic in, cmd_vel out; the work is done in
+sara_nav.move_base.state_machine.
+"""
 
 import sys
 import threading
@@ -180,7 +182,8 @@ class MoveBaseNode:
 
     def _take_in(self, now):
         """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once."""
-        listen = self.machine.costmaps_run or self.server is None  # before there is a server, a first map is waited for
+        # before there is a server, a first map is waited for
+        listen = self.machine.costmaps_run or self.server is None
         for shell in self.shells.values():
             (shell.inputs.start if listen else shell.inputs.stop)()
             shell.take_in(now)

@@ -80,8 +80,8 @@ class Reconfigure:
     """A dynamic_reconfigure server for one configuration.
 
     namespace: '' for the node's own, or a name below it ('global_costmap/inflation_layer'). config: frozen dataclass
-    with ``faults()``. limits, names, whole: see Description. callback: called with the new configuration, from a service's thread;
-    returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
+    with ``faults()``. limits, names, whole: see Description. callback: called with the new configuration, from a
+    service's thread; returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
     """
 
     def __init__(self, namespace, config, limits, callback, names=None, whole=()):

@@ -23,7 +23,10 @@ class Report:
         node, machine = self._node, self._node.machine
         stale = '; '.join(filter(None, (shell.current(t) for shell in node.shells.values())))
         if node.robot.problem:
-            text = f'waiting for the transform {node.settings.global_frame} -> {node.settings.robot_base_frame}: {node.robot.problem}'
+            text = (
+                f'waiting for the transform {node.settings.global_frame} -> {node.settings.robot_base_frame}: '
+                f'{node.robot.problem}'
+            )
             (rospy.logwarn_throttle if machine.active else rospy.loginfo_throttle)(5.0, '%s', text)
             self.publish(ERROR if machine.active else WARN, text)
         elif stale:

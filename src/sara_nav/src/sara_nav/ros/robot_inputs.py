@@ -1,4 +1,6 @@
-"""What move_base hears of the robot: its pose in both frames from TF, its velocity from odometry, poses from clients."""
+"""What move_base hears of the robot: its pose in both frames from TF, its velocity from odometry, poses from
+clients.
+"""
 
 import rospy
 import tf2_ros
@@ -82,7 +84,8 @@ class RobotInputs:
         for way in ways:
             step = conv.pose_from_transform(way.transform)
             pose = step if pose is None else pose.compose(step)
-        stamps = [way.header.stamp.to_sec() for way in ways if not way.header.stamp.is_zero()]  # what is fixed has none
+        # what is fixed has none
+        stamps = [way.header.stamp.to_sec() for way in ways if not way.header.stamp.is_zero()]
         return pose, min(stamps, default=None)
 
     def global_pose(self, stamped):

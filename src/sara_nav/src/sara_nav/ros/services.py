@@ -11,7 +11,9 @@ from sara_nav.ros.publishers import short_name
 
 
 class Services:
-    """Answers from the machine while no control cycle runs (``node.lock``). What is wrong is the caller's error text."""
+    """Answers from the machine while no control cycle runs (``node.lock``). What is wrong is the caller's error
+    text.
+    """
 
     def __init__(self, node):
         self._node = node

@@ -129,7 +129,8 @@ class DWAPlannerConfig:
         for name in ('max_vel_y', 'min_vel_y'):
             if getattr(self, name) != 0.0:
                 result.append(
-                    f'{name} is {getattr(self, name)!r}, allowed is 0: this planner drives robots with differential drive, which cannot '
+                    f'{name} is {getattr(self, name)!r}, allowed is 0: this planner drives robots with differential '
+                    'drive, which cannot '
                     'move sideways'
                 )
         for low, high in (('min_vel_x', 'max_vel_x'), ('min_vel_theta', 'max_vel_theta')):
@@ -139,7 +140,8 @@ class DWAPlannerConfig:
                 )
         if 0.0 <= self.max_vel_trans < max(self.min_vel_trans, 1e-3):
             result.append(
-                f'max_vel_trans is {self.max_vel_trans!r}, allowed is at least min_vel_trans ({self.min_vel_trans!r}), or negative for no limit'
+                f'max_vel_trans is {self.max_vel_trans!r}, allowed is at least min_vel_trans '
+                f'({self.min_vel_trans!r}), or negative for no limit'
             )
         return result
 
@@ -316,7 +318,7 @@ def _why_none(cost):
     if len(cost) == 0:
         return 'no speed can be sampled within the limits'
     codes, counts = np.unique(cost, return_counts=True)
-    return 'all %d trajectories are discarded: %s' % (
-        len(cost),
-        ', '.join('%d because %s' % (n, reasons[code]) for code, n in zip(codes, counts)),
+    return (
+        f'all {len(cost)} trajectories are discarded: '
+        f'{", ".join(f"{n} because {reasons[code]}" for code, n in zip(codes, counts))}'
     )

@@ -78,9 +78,9 @@ class GoalStage:
         """Return why the goal is given up, '' while it is not."""
         if self.approaches <= MAX_APPROACHES:
             return ''
-        return 'the goal cannot be approached to within xy_goal_tolerance (%.3f m off after %d tries)' % (
-            pose.distance(goal),
-            MAX_APPROACHES,
+        return (
+            f'the goal cannot be approached to within xy_goal_tolerance ({pose.distance(goal):.3f} m off after '
+            f'{MAX_APPROACHES} tries)'
         )
 
     def update(self, t, dt, pose, velocity, last, goal, limits, ways):

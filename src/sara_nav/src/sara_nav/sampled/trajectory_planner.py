@@ -120,7 +120,8 @@ class TrajectoryPlannerConfig:
         result = range_faults(self, self.LIMITS)
         if not -2.0 <= self.escape_vel < 0.0:
             result.append(
-                f'escape_vel is {self.escape_vel!r}, allowed are numbers from -2 to below 0 (the robot backs out with it)'
+                f'escape_vel is {self.escape_vel!r}, allowed are numbers from -2 to below 0 (the robot backs out '
+                'with it)'
             )
         if self.holonomic_robot:
             result.append(
@@ -137,7 +138,8 @@ class TrajectoryPlannerConfig:
             result.append(f'min_vel_x is {self.min_vel_x!r}, allowed is no more than max_vel_x ({self.max_vel_x!r})')
         if self.heading_scoring and self.heading_scoring_timestep >= self.sim_time:
             result.append(
-                f'heading_scoring_timestep is {self.heading_scoring_timestep!r}, allowed is less than sim_time ({self.sim_time!r})'
+                f'heading_scoring_timestep is {self.heading_scoring_timestep!r}, allowed is less than sim_time '
+                f'({self.sim_time!r})'
             )
         return result
 
