@@ -1,4 +1,4 @@
-"""The quick packing against cantools, on SARA's bus and on messages laid out in other ways."""
+"""Packing with `struct` against cantools, on SARA's bus and on messages laid out in other ways."""
 
 import cantools
 import pytest
@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BadValue, BusDescription
 from canserial.dbc.codec import Codec
-from canserial.dbc.layout import Message
 from canserial.frame import Frame
 
 OTHERS = """VERSION ""
@@ -45,14 +44,14 @@ PLAIN = [message for name in ('sara', 'sara_tenths') for message in BusDescripti
 
 
 def test_every_message_of_sara_has_a_codec_and_what_is_laid_out_otherwise_has_none():
-    assert all(Codec.of(Message.of(message)) for message in PLAIN)
-    assert not any(Codec.of(Message.of(OTHER[name])) for name in ('BITS', 'MIXED', 'CHOSEN', 'REAL', 'ODD'))
+    assert all(Codec.of(message) for message in PLAIN)
+    assert not any(Codec.of(OTHER[name]) for name in ('BITS', 'MIXED', 'CHOSEN', 'REAL', 'ODD'))
 
 
 @given(st.sampled_from(PLAIN), st.data())
 def test_bytes_are_unpacked_and_packed_as_cantools_does(message, data):
     raw = data.draw(st.binary(min_size=message.length, max_size=message.length))
-    codec, values = Codec.of(Message.of(message)), message.decode(raw, decode_choices=False)
+    codec, values = Codec.of(message), message.decode(raw, decode_choices=False)
     assert codec.decode(raw) == values
     assert codec.encode(values) == message.encode(values, strict=False)
 
@@ -64,7 +63,7 @@ def test_values_between_the_steps_are_rounded_as_cantools_does(message, data):
         return st.floats(min(ends), max(ends))
 
     values = {signal.name: data.draw(span(signal)) for signal in message.signals}
-    assert Codec.of(Message.of(message)).encode(values) == message.encode(values, strict=False)
+    assert Codec.of(message).encode(values) == message.encode(values, strict=False)
 
 
 def test_a_message_without_a_codec_goes_through_cantools(tmp_path):

@@ -1,18 +1,21 @@
 """The bus as its DBC file describes it: names and physical units on one side, frames on the other.
 
 The file is read with cantools, which also packs and unpacks what `codec` does not; identifiers and offsets are written
-nowhere else. Of the files that come with this package `layout` keeps what was read, and cantools is imported where
-there is more to ask than that. What is added here is one family of errors that name the signal, the value it held and
-what is allowed.
+nowhere else. What is added here is one family of errors that name the signal, the value it held and what is allowed.
 """
+
+from __future__ import annotations
 
 import math
 import numbers
 import struct
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 
-from canserial.dbc import layout
+import cantools
+from cantools.database.can import Message
+from cantools.database.errors import Error
+
 from canserial.dbc.codec import Codec
 from canserial.frame import Frame
 
@@ -43,56 +46,25 @@ class BusDescription:
     `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where the file cannot be read.
     """
 
-    def __init__(self, path=DEFAULT_DBC):
+    def __init__(self, path: str | Path = DEFAULT_DBC):
         self.path = str(path)
         try:
-            content = Path(path).read_bytes()
-        except OSError as error:
-            raise BusError(f'cannot read the bus description {self.path}: {error}') from error
-        packaged = Path(path).resolve().parent == DBC_FOLDER
-        known = layout.kept(path, content) if packaged else None
-        if known is None:
-            known = layout.Layout.of(self._database)
-            if packaged:
-                layout.keep(path, content, known)
-        self.comment, self.nodes = known.comment, known.nodes
-        self._by_name = {message.name: message for message in known.messages}
-        codecs = {message.name: Codec.of(message) for message in known.messages}
-        self._packed = {
-            message.name: (
-                len(message.signals),
-                codecs[message.name] and codecs[message.name].encode,
-                message.frame_id,
-                message.is_extended_frame,
-            )
-            for message in known.messages
-        }
-        self._by_id = {
-            (message.frame_id, message.is_extended_frame): (
-                message.name,
-                message.length,
-                codecs[message.name] and codecs[message.name].decode,
-            )
-            for message in known.messages
-        }
-
-    @cached_property
-    def _database(self):
-        """The file as cantools reads it. Raises BusError."""
-        import cantools
-
-        try:
-            return cantools.database.load_file(self.path)
+            database = cantools.database.load_file(self.path)
         except Exception as error:  # cantools raises a family of its own besides OSError
             raise BusError(f'cannot read the bus description {self.path}: {error}') from error
+        self.comment = next((bus.comment for bus in database.buses if bus.comment), '')
+        self.nodes = {node.name: node.comment for node in database.nodes}
+        self._by_name = {message.name: message for message in database.messages}
+        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
+        self._codecs = {message.name: Codec.of(message) for message in database.messages}
 
     @classmethod
-    def default(cls):
+    def default(cls) -> BusDescription:
         """The description of SARA's bus, 'sara'."""
         return cls.named('sara')
 
     @classmethod
-    def named(cls, name):
+    def named(cls, name: str | Path) -> BusDescription:
         """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s), or that of the
         file `name`.
 
@@ -108,91 +80,82 @@ class BusDescription:
         return _read(str(path))
 
     @property
-    def messages(self):
+    def messages(self) -> tuple[Message, ...]:
         """What the file says of each message, as cantools' Message objects, in the file's order."""
-        return tuple(self._database.messages)
+        return tuple(self._by_name.values())
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         """Names of all messages, in the file's order."""
         return tuple(self._by_name)
 
-    def id_of(self, name):
+    def id_of(self, name: str) -> int:
         """The identifier of the message `name`; raises UnknownFrame."""
         return self._message(name).frame_id
 
-    def signals(self, name):
+    def signals(self, name: str) -> tuple[str, ...]:
         """The names of a message's signals; raises UnknownFrame."""
         return tuple(signal.name for signal in self._message(name).signals)
 
-    def resolution(self, name, signal):
+    def resolution(self, name: str, signal: str) -> float:
         """The step of a signal, in its physical unit; raises UnknownFrame."""
         for candidate in self._message(name).signals:
             if candidate.name == signal:
                 return candidate.scale
         raise UnknownFrame(f'no signal {signal} in {name} of {self.path}')
 
-    def encode(self, name, time=0.0, /, **signals):
+    def encode(self, name: str, time: float = 0.0, /, **signals: float) -> Frame:
         """A Frame of the message `name` from all its signals in physical units, each rounded to its resolution.
 
         Raises UnknownFrame, BadValue.
         """
-        known = self._packed.get(name)
-        if known is None:
-            raise self._unknown(name)
-        count, encode, identifier, extended = known
-        if len(signals) != count:
+        message, codec = self._message(name), self._codecs[name]
+        if len(signals) != len(message.signals):
             raise self._other_signals(name, signals)
         try:
-            data = encode(signals) if encode else self._encode(name, signals)
+            data = codec.encode(signals) if codec else self._encode(name, signals)
         except KeyError:
             raise self._other_signals(name, signals) from None
         except (struct.error, ValueError, OverflowError, TypeError) as error:
-            raise _bad_value(self._by_name[name], signals, error) from error
-        return Frame(identifier, data, time, extended)
+            raise _bad_value(message, signals, error) from error
+        return Frame(message.frame_id, data, time, message.is_extended_frame)
 
-    def _other_signals(self, name, signals):
+    def _other_signals(self, name: str, signals: dict) -> BadValue:
         """The error of a message that is to be encoded from others than its signals."""
         own = set(self.signals(name))
         return BadValue(
-            f'{name} needs its signals and no others: missing {sorted(own - signals.keys())}, unknown {sorted(signals.keys() - own)}'
+            f'{name} needs its signals and no others: missing {sorted(own - signals.keys())}, '
+            f'unknown {sorted(signals.keys() - own)}'
         )
 
-    def decode(self, frame):
+    def decode(self, frame: Frame) -> tuple[str, dict[str, float]]:
         """(name, {signal: value in physical units}) of a Frame. Raises UnknownFrame, BadLength."""
-        known = self._by_id.get((frame.id, frame.extended))
-        if known is None:
+        message = self._by_id.get((frame.id, frame.extended))
+        if message is None:
             raise UnknownFrame(f'no frame 0x{frame.id:X} in {self.path}')
-        name, length, decode = known
-        if len(frame.data) != length:
-            raise BadLength(f'{name} has {len(frame.data)} bytes, {length} are right')
-        return name, decode(frame.data) if decode else self._database.get_message_by_name(name).decode(
-            frame.data, decode_choices=False
-        )
+        if len(frame.data) != message.length:
+            raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
+        codec = self._codecs[message.name]
+        return message.name, codec.decode(frame.data) if codec else message.decode(frame.data, decode_choices=False)
 
-    def _encode(self, name, signals):
+    def _encode(self, name: str, signals: dict) -> bytes:
         """What has no Codec, by cantools. Raises KeyError where a signal is missing, ValueError among others."""
         missing = [signal for signal in self.signals(name) if signal not in signals]
         if missing:
             raise KeyError(missing[0])
-        from cantools.database.errors import Error
-
         try:
-            return bytes(self._database.get_message_by_name(name).encode(signals, strict=False))
+            return bytes(self._by_name[name].encode(signals, strict=False))
         except Error as error:
             raise ValueError(str(error)) from error
 
-    def _message(self, name):
+    def _message(self, name: str) -> Message:
         try:
             return self._by_name[name]
         except KeyError:
-            raise self._unknown(name) from None
-
-    def _unknown(self, name):
-        return UnknownFrame(f'no message named {name} in {self.path}')
+            raise UnknownFrame(f'no message named {name} in {self.path}') from None
 
 
-def _bad_value(message, signals, error):
+def _bad_value(message: Message, signals: dict, error: Exception) -> BadValue:
     """Which signal cantools could not pack: it does not always say."""
     for signal in message.signals:
         value = signals[signal.name]
@@ -204,10 +167,10 @@ def _bad_value(message, signals, error):
         low, high = (-half, half - 1) if signal.is_signed else (0, 2 * half - 1)
         if not low <= round((value - signal.offset) / signal.scale) <= high:
             low, high = low * signal.scale + signal.offset, high * signal.scale + signal.offset
-            return BadValue(f'{message.name}.{signal.name} is {value}, allowed is {low:g} to {high:g}')
+            return BadValue(f'{message.name}.{signal.name} is {value}, allowed are numbers from {low:g} to {high:g}')
     return BadValue(f'{message.name}: {error}')
 
 
 @cache
-def _read(path):
+def _read(path: str) -> BusDescription:
     return BusDescription(path)
