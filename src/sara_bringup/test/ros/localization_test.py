@@ -17,6 +17,8 @@ from sara_bringup.ros.goals import goal_at
 
 class LocalizationTest(unittest.TestCase):
     def test_a_goal_is_reached(self):
+        if rospy.has_param('/ekf_se'):
+            self.assertEqual(rospy.get_param('/ekf_se/backend'), rospy.get_param('/expected_backend'))
         rospy.wait_for_message('/imu/data', Imu)
         buffer = tf2_ros.Buffer()
         tf2_ros.TransformListener(buffer)

@@ -22,3 +22,8 @@ def test_ten_thousand_random_messages(seed):
         'before_set_pose',
         'indefinite_covariance',
     } <= set(report.problems)
+
+
+def test_random_messages_at_the_filters_by_filterpy():
+    report = fuzz(2000, 0, backend='filterpy')
+    assert report.faults == [] and report.messages == 2000 and report.outputs > 400

@@ -3,14 +3,17 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
+from sara_bringup.lockstep.localization import Filter
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import MissionError, load_mission
 from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file, share
 from sara_lab.experiments.missions import run
+from sara_lab.journeys.squares import square
 
 GOALS = len(load_mission(config_file('square.yaml')).goals)
 
@@ -90,3 +93,14 @@ def test_a_chair_drives_with_the_gain_that_was_found_for_it():
     lockstep = Lockstep(share() / 'maps' / 'room.yaml', (1.0, 1.0, 0.0), 0, gain=1.09)
     assert lockstep.reader.gain == 1.09
     assert Lockstep(share() / 'maps' / 'room.yaml', (1.0, 1.0, 0.0), 0).reader.gain == 1.08
+
+
+def test_filterpys_filter_drives_the_same_square():
+    def prepare(lockstep):
+        variances = lockstep.reader.config.variances
+        lockstep.localization = Filter((1.0, 1.0, 0.0), 'ekf', 'default', variances, backend='filterpy')
+
+    compiled, _ = square('left', 'fused', 0)
+    driven, _ = square('left', 'fused', 0, prepare=prepare)
+    assert verdict(driven, GOALS) == []
+    np.testing.assert_allclose([s[1] for s in driven.samples], [s[1] for s in compiled.samples], atol=1e-6)

@@ -50,6 +50,7 @@ class FilterStartupTest(unittest.TestCase):
                     '_odom0:=odom',
                     '_odom0_config:=[true, false]',
                     '_world_frame:=earth',
+                    '_backend:=fortran',
                 ],
                 capture_output=True,
                 text=True,
@@ -61,6 +62,7 @@ class FilterStartupTest(unittest.TestCase):
                 'frequency is -1, allowed are numbers above 0',
                 'allowed is a list of 15',
                 'world_frame is earth',
+                "backend is 'fortran', allowed are compiled, filterpy",
             ):
                 self.assertIn(words, told)
             self.assertNotIn('Traceback', told)

@@ -40,13 +40,14 @@ class Estimate:
 
 class Filter(Estimate):
     """`start`: (x, y, yaw), m, rad. `kind`: ekf or ukf, which both read sara_localization's config/ekf_SET.yaml.
-    `imu_variances`: read.py's.
+    `imu_variances`: read.py's. `backend`: what computes the filter, compiled or filterpy.
     """
 
-    def __init__(self, start, kind, name, imu_variances):
+    def __init__(self, start, kind, name, imu_variances, backend='compiled'):
         super().__init__()
         tree = parameters('sara_localization', f'ekf_{name}.yaml')
         tree['initial_state'] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
+        tree['backend'] = backend
         self._transforms = TransformBuffer()
         self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
         self._imu_covariances = [_diagonal(tuple(variances)) for variances in imu_variances]

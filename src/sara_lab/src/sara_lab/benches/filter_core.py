@@ -2,7 +2,7 @@
 timed on.
 
 in_a_loop: the kernels alone, one after the other in compiled code. one_by_one: Estimator.predict and .correct called
-from Python.
+from Python; by_filterpy: the same of the filters by filterpy (`backend: filterpy`).
 """
 
 from __future__ import annotations
@@ -59,8 +59,19 @@ def in_a_loop(kind: str, case: str, count: int) -> Callable:
 
 def one_by_one(kind: str, case: str, count: int) -> Callable:
     """A function that calls predict and correct of an Ekf or Ukf `count` times."""
+    return _calls(Ekf if kind == 'ekf' else Ukf, case, count)
+
+
+def by_filterpy(kind: str, case: str, count: int) -> Callable:
+    """The same of a FilterpyEkf or FilterpyUkf."""
+    from sara_localization.filters.filterpy_backend import FilterpyEkf, FilterpyUkf
+
+    return _calls(FilterpyEkf if kind == 'ekf' else FilterpyUkf, case, count)
+
+
+def _calls(estimator, case, count):
     x, Q, indices, z, R = _setting(case)
-    kf, measured = (Ekf if kind == 'ekf' else Ukf)(Q, VARIANCE * np.eye(15), x), tuple(indices.tolist())
+    kf, measured = estimator(Q, VARIANCE * np.eye(15), x), tuple(indices.tolist())
     kf.initialised = True
 
     def work():

@@ -19,13 +19,16 @@ WAYS = {
     'ekf': (
         ('in the compiled loop', bench_core.in_a_loop, Limit('ratio', 0.5)),
         ('called from Python', bench_core.one_by_one, Limit('ratio', 1.0)),
+        ('by filterpy', bench_core.by_filterpy, None),
     ),
     'ukf': (
         ('in the compiled loop', bench_core.in_a_loop, None),
         ('called from Python', bench_core.one_by_one, Limit('ratio', 1.5)),
+        ('by filterpy', bench_core.by_filterpy, None),
     ),
 }
 CALLS, BLOCKS = 2000, 25
+SLOWER = 20  # times: so many calls fewer of filterpy
 
 
 def filter_core(calls=CALLS, blocks=BLOCKS, clock=time.process_time):
@@ -33,13 +36,14 @@ def filter_core(calls=CALLS, blocks=BLOCKS, clock=time.process_time):
     for kind, ways in WAYS.items():
         for case, column in COLUMNS.items():
             for way, run, limit in ways:
-                work = run(kind, case, calls)
+                count = calls // SLOWER if run is bench_core.by_filterpy else calls
+                work = run(kind, case, count)
                 work()  # kernels are loaded
                 taken = []
                 for _ in range(blocks):
                     begin = clock()
                     work()
-                    taken.append(1e6 * (clock() - begin) / calls)
+                    taken.append(1e6 * (clock() - begin) / count)
                 yield timed(
                     f'{kind.upper()} predict + correct of {case}, {way}',
                     'us',

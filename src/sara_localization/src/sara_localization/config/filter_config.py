@@ -23,6 +23,7 @@ __all__ = ['ConfigError', 'FilterConfig', 'InputConfig']
 DEFAULT_PROCESS_NOISE = (0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015)
 DEFAULT_INITIAL_VARIANCE = 1e-9
 FILTERS = ('ekf', 'ukf')
+BACKENDS = ('compiled', 'filterpy')
 TWIST_NAMES = 'vx vy vz vroll vpitch vyaw'
 
 DEBUG_FILE = 'robot_localization_debug.txt'
@@ -44,6 +45,7 @@ class FilterConfig:
 
     inputs: tuple[InputConfig, ...] = ()
     filter: str = 'ekf'
+    backend: str = 'compiled'
     frequency: float = 30.0
     sensor_timeout: float = 1.0 / 30.0
     two_d_mode: bool = False
@@ -244,6 +246,7 @@ class _Reader(InputReader):
             )
         elif values['history_length'] and not values['smooth_lagged_data']:
             self.warnings.append('history_length has no effect: it belongs to smooth_lagged_data, which is off.')
+        values['backend'] = self.choice('backend', BACKENDS)
         values['debug_out_file'] = self.file('debug_out_file', DEBUG_FILE)
         values.update(self.unscented())
         values.update(self.frames())

@@ -25,6 +25,7 @@ from sara_localization.engine.sensor_timeout import Silence
 from sara_localization.filters import kernel
 from sara_localization.filters.control import Control
 from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import RATES, SIZE
 from sara_localization.filters.ukf import Ukf
 from sara_localization.inputs import measurement, sheets
@@ -33,8 +34,8 @@ from sara_localization.inputs.preprocessing import Intake, Motion
 from sara_localization.inputs.status import InputStatus
 
 
-def make_filter(config: FilterConfig, control: Control | None = None, biases=None):
-    """The Ekf or Ukf of a configuration; biases: as Intake.biases."""
+def make_filter(config: FilterConfig, control: Control | None = None, biases=None) -> Estimator:
+    """The EKF or UKF of a configuration, by its backend; biases: as Intake.biases."""
     noise, variance = [], []
     for name, states in (biases or {}).items():
         noise += [config.input(name).gyro_bias_noise] * len(states)
@@ -49,8 +50,17 @@ def make_filter(config: FilterConfig, control: Control | None = None, biases=Non
         dynamic_process_noise=config.dynamic_process_noise_covariance,
     )
     if config.filter == 'ukf':
-        return Ukf(alpha=config.alpha, beta=config.beta, kappa=config.kappa, **arguments)
-    return Ekf(**arguments)
+        arguments.update(alpha=config.alpha, beta=config.beta, kappa=config.kappa)
+    return _filter_class(config)(**arguments)
+
+
+def _filter_class(config: FilterConfig) -> type[Estimator]:
+    if config.backend == 'compiled':
+        return Ukf if config.filter == 'ukf' else Ekf
+    # Imported where it is asked for: filterpy brings scipy along.
+    from sara_localization.filters.filterpy_backend import FilterpyEkf, FilterpyUkf
+
+    return FilterpyUkf if config.filter == 'ukf' else FilterpyEkf
 
 
 class FilterEngine:

@@ -87,3 +87,8 @@ def predict(x: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
     F = jacobian(following, dt)
     advance(following, dt)
     return following, F
+
+
+def warm() -> None:
+    """Compile (or load from the cache) what is called from Python, so that nothing compiles on the move."""
+    predict(np.zeros(SIZE), 0.01)

@@ -37,18 +37,21 @@ class FuzzReport:
     faults: list[str] = field(default_factory=list)
 
 
-def fuzz(count: int, seed: int, progress=None) -> FuzzReport:
-    """`count` messages from a seed; `progress`, if given, is called with the number of messages so far."""
+def fuzz(count: int, seed: int, progress=None, backend: str = 'compiled') -> FuzzReport:
+    """`count` messages from a seed; `progress`, if given, is called with the number of messages so far.
+    `backend`: the filters' parameter of that name.
+    """
     report, rng = FuzzReport(), np.random.default_rng(seed)
     while report.messages < count and len(report.faults) < 20:
-        _one_filter(rng, min(MESSAGES_PER_FILTER, count - report.messages), report)
+        _one_filter(rng, min(MESSAGES_PER_FILTER, count - report.messages), report, backend)
         if progress:
             progress(report.messages)
     return report
 
 
-def _one_filter(rng, count, report):
+def _one_filter(rng, count, report, backend):
     parameters, kind = _parameters(rng)
+    parameters['backend'] = backend
     said = []
     buffer = TransformBuffer()
     buffer.set_transform('base_link', 'imu_link', _transform(rng))

@@ -1,8 +1,7 @@
 """The filter over a recorded bag, without a master: the same answer at every run, and faster than it was recorded.
 
-    rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf|ukf] [--plot FILE.png] [--csv
-    FILE.csv]
-        [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
+    rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf|ukf] [--backend compiled|filterpy]
+        [--plot FILE.png] [--csv FILE.csv] [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
 How time passes: bag_filter.py. OUT.bag holds odometry/filtered, /tf (what the filter broadcasts) and, if configured,
 accel/filtered; "-" for OUT.bag writes none. With --reference (a topic of the bag: NavSatFix, Odometry, PoseStamped,
@@ -30,6 +29,7 @@ from sara_localization.bags.alignment import aligned, local_plane, rmse
 from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
 from sara_localization.bags.plots import draw_drive
 from sara_localization.checks import check_config
+from sara_localization.config.filter_config import BACKENDS
 from sara_localization.geometry.rigid import rpy_from_quaternion
 from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools
@@ -168,6 +168,11 @@ def main(argv=None):
     parser.add_argument('out_bag', metavar='OUT.bag', help='where the estimate goes; - for nowhere')
     parser.add_argument('--params', required=True, metavar='FILE.yaml', help='the parameters of ekf_localization_node')
     parser.add_argument('--filter', default='ekf', choices=['ekf', 'ukf'], help='which filter (default: ekf)')
+    parser.add_argument(
+        '--backend',
+        choices=BACKENDS,
+        help='what computes it, in place of the `backend` in FILE.yaml (default: compiled)',
+    )
     parser.add_argument('--csv', metavar='FILE.csv', help='a table of the estimates with their standard deviations')
     parser.add_argument('--tum', metavar='FILE.tum', help="the poses in TUM's format (evo)")
     parser.add_argument(
@@ -180,7 +185,10 @@ def main(argv=None):
     bag_tools.add_static_option(parser)
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
-        config, findings = check_config.check(load_params(arguments.params), arguments.filter)
+        params = load_params(arguments.params)
+        if arguments.backend:
+            params = {**params, 'backend': arguments.backend}
+        config, findings = check_config.check(params, arguments.filter)
         if config is None:
             raise UsageError('\n'.join(finding.sentence for finding in findings))
         if not arguments.quiet:
