@@ -57,7 +57,7 @@ def main():
         ('every 50 ms', {'imu_period': 0.05}),
     ):
         node = SensorNode(BusDescription.default(), FreeBus(), SensorConfig(calibrate=False, **options))
-        cost = best(lambda k: node.update(k / 100))
+        cost = best(lambda k, node=node: node.update(k / 100))
         assert node.state == 'running'
         print(f'sensor node, {name}: {cost:.1f} us per turn of 10 ms')
     drive, fake = WheelDrive(), FakeAmplifier()

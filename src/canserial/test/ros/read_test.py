@@ -89,7 +89,7 @@ class Bus:
         for _ in range(count):
             before = len(self.got['impact'])
             self.tick(rate, steps)
-            assert wait_until(lambda: len(self.got['impact']) > before), 'read.py does not answer'
+            assert wait_until(lambda before=before: len(self.got['impact']) > before), 'read.py does not answer'
 
     def turn_until(self, condition, turns=400, **motion):
         """Turns, until the condition holds; whether it does. They go slowly, for others than the reader listen too."""
@@ -243,13 +243,15 @@ class ReadTest(unittest.TestCase):
             process.stdin.write('\n')
             process.stdin.flush()
 
-        for number, sign in enumerate((1.0, -1.0), 1):
+        for sign in (1.0, -1.0):
             way = 'left' if sign > 0.0 else 'right'
             answer_when(f'from which you will turn {way}, and press Enter: ')
             turned = 0.0
             for angle in (90.0, 360.0):
                 self.assertTrue(
-                    bus.turn_until(lambda: f'Turn {way} until the chair stands {angle:g} deg' in ''.join(said))
+                    bus.turn_until(
+                        lambda way=way, angle=angle: f'Turn {way} until the chair stands {angle:g} deg' in ''.join(said)
+                    )
                 )
                 rate = sign * (angle - turned) / 1.1 / 4.0
                 bus.turn(20, rate=round(rate, 2))
@@ -270,7 +272,7 @@ class ReadTest(unittest.TestCase):
         self.assertAlmostEqual(bus.got['imu/data'][-1].angular_velocity.z, math.radians(11.0), delta=math.radians(0.1))
 
     def test_set_pose_of_any_stamp(self):
-        """Of now, of no time, of the past and of the future, which is now: the yaw is the pose's, and the IMU goes on."""
+        """Of now, of no time, of the past and of the future, which is now: the yaw is the pose's; the IMU goes on."""
         bus = self.bus
 
         def yaw():
@@ -283,7 +285,9 @@ class ReadTest(unittest.TestCase):
             pose.pose.pose.orientation.z, pose.pose.pose.orientation.w = math.sin(0.3 * number), math.cos(0.3 * number)
             bus.set_pose.publish(pose)
             self.assertTrue(
-                bus.turn_until(lambda: abs(math.remainder(yaw() - 0.6 * number, math.tau)) < 0.01, turns=50),
+                bus.turn_until(
+                    lambda number=number: abs(math.remainder(yaw() - 0.6 * number, math.tau)) < 0.01, turns=50
+                ),
                 (ago, yaw()),
             )
         nothing = PoseWithCovarianceStamped()

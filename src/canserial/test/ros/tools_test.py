@@ -78,7 +78,8 @@ class ToolsTest(unittest.TestCase):
 
     def test_what_is_left_out_is_said(self):
         self.write(
-            '(0.000000) can0 204#01\nrubbish\n\n(1.0) can0 204#R\n(1.0) can0 20000004#0001000000000000\n(1.0) can0 204##1AABB\n'
+            '(0.000000) can0 204#01\nrubbish\n\n(1.0) can0 204#R\n(1.0) can0 20000004#0001000000000000\n'
+            '(1.0) can0 204##1AABB\n'
             '(2.0) can1 204#02\n(3.0) can0 800#\n'
         )
         code, out, error = self.rosrun('candump2bag', self.path('in.log'), self.path('a.bag'), '--interface', 'can0')

@@ -1,4 +1,4 @@
-"""The adapter over python-can's virtual bus and over a pseudo-terminal: frames both ways, and every way of going away."""
+"""The adapter over python-can's virtual bus and over a pseudo-terminal: frames both ways, and every kind of loss."""
 
 import os
 import pty

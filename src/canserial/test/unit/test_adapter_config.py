@@ -14,7 +14,8 @@ def refused(sentence, **settings):
 
 def test_faults_are_named_all_at_once():
     refused(
-        "interface is 'usb'.*port is ''.*bitrate is -1.*transmit_queue is 0.*transmit_max_age is nan.*listen_only is 1.*filters is 3",
+        "interface is 'usb'.*port is ''.*bitrate is -1.*transmit_queue is 0.*transmit_max_age is nan.*"
+        'listen_only is 1.*filters is 3',
         interface='usb',
         port='',
         bitrate=-1,

@@ -1,4 +1,4 @@
-"""Each kind of bad data: dropped, counted by name, and over when it is over. Frames are made as the chair makes them."""
+"""Each kind of bad data: dropped, counted by name, over when it is over. Frames are made as the chair makes them."""
 
 import math
 import random
@@ -201,7 +201,7 @@ def test_a_stuck_gyroscope_is_not_calibrated():
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('period', [0.2, 0.05])
 def test_rates_in_tenths_are_never_stuck(seed, period):
-    """At rest, rounded to 0.1 deg/s, with the smallest sigma of the thesis on all three axes, on the middle of a step."""
+    """At rest, rounded to 0.1 deg/s, with the thesis's smallest sigma on all three axes, on the middle of a step."""
     chance, stuck, longest, run, last = random.Random(seed), StuckValue(5.0), 0, 0, None
     for k in range(20_000):
         value = tuple(round(chance.gauss(0.0, 0.0734 * (0.2 / period) ** 0.5) / 0.1) for _ in range(3))

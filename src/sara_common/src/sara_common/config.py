@@ -13,7 +13,7 @@ class ConfigError(ValueError):
     are kept as tuples; the error's text is the faults, joined by '; '.
     """
 
-    def __init__(self, faults: str | Iterable[str], warnings: Iterable[str] = ()):
+    def __init__(self, faults: str | Iterable[str], warnings: Iterable[str] = ()) -> None:
         self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
         self.warnings = tuple(warnings)
         super().__init__('; '.join(self.faults))

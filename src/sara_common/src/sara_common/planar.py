@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
 
 TWO_PI = 2.0 * math.pi
 
 
-def wrap(angle):
+def wrap(angle: float | np.ndarray) -> float | np.ndarray:
     """Return an angle (rad), a number or a numpy array of any shape, brought into [-pi, pi).
 
     pi itself becomes -pi, so that equal headings are equal numbers. An angle that lies within already may change in its

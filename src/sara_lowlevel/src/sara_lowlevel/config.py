@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.config import ConfigError, is_number
+from sara_common.config import ConfigError, fault, is_whole, number_faults
 
 
 @dataclass(frozen=True)
@@ -18,22 +18,20 @@ class _Checked:
 
     def validate(self) -> list[str]:
         """One sentence for every fault found; empty when all is well."""
-        faults = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(field.default, bool):
-                if not isinstance(value, bool):
-                    faults.append(f'{field.name} is {value!r}, allowed are true and false')
-            elif isinstance(field.default, (int, float)):
-                if not is_number(value) or value <= 0:
-                    faults.append(f'{field.name} is {value!r}, allowed are numbers above 0')
-        return faults
+        switches = [field.name for field in fields(self) if isinstance(field.default, bool)]
+        numbers = [
+            field.name
+            for field in fields(self)
+            if isinstance(field.default, (int, float)) and not isinstance(field.default, bool)
+        ]
+        return [
+            fault(self, name, 'are true and false') for name in switches if not isinstance(getattr(self, name), bool)
+        ] + number_faults(self, above_0=numbers)
 
     def _whole(self, name: str, low: int, high: int) -> list[str]:
-        value = getattr(self, name)
-        if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
+        if is_whole(getattr(self, name), low, high):
             return []
-        return [f'{name} is {value!r}, allowed are whole numbers from {low} to {high}']
+        return [fault(self, name, f'are whole numbers from {low} to {high}')]
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,8 @@ class SensorConfig(_Checked):
             or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)
         ):
             faults.append(
-                f'sonar_addresses is {addresses!r}, allowed are nine different I2C addresses (0x08 to 0x7f), none of them imu_address'
+                f'sonar_addresses is {addresses!r}, allowed are nine different I2C addresses (0x08 to 0x7f), '
+                'none of them imu_address'
             )
         if self.imu_period not in (0.2, 0.05):
             faults.append(f'imu_period is {self.imu_period!r}, allowed are 0.2 and 0.05')

@@ -5,15 +5,31 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import serial
 
 I2C_METHODS = ('read_byte_data', 'read_i2c_block_data', 'write_byte_data', 'write_i2c_block_data')
+
+
+class I2cBus(Protocol):
+    """The methods of smbus2.SMBus that the chips' modules call. They raise OSError."""
+
+    def read_byte_data(self, address: int, register: int) -> int: ...
+
+    def read_i2c_block_data(self, address: int, register: int, length: int) -> list[int]: ...
+
+    def write_byte_data(self, address: int, register: int, value: int) -> None: ...
+
+    def write_i2c_block_data(self, address: int, register: int, data: list[int]) -> None: ...
 
 
 class HardwareError(RuntimeError):
     """Something cannot be opened; the text says what, why and what to do."""
 
 
-def open_i2c(name: str):
+def open_i2c(name: str) -> I2cBus:
     """An object with smbus2's methods: of a device such as /dev/i2c-1, or what MODULE:FACTORY returns. Raises
     HardwareError.
     """
@@ -55,7 +71,7 @@ def _from_factory(name: str):
     return i2c
 
 
-def open_amplifier_port(name: str):
+def open_amplifier_port(name: str) -> serial.Serial:
     """A serial port at 9600 baud, 7 data bits, even parity, that never waits to be read. Raises HardwareError."""
     import serial
 

@@ -13,7 +13,7 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from canserial.adapter.adapter import Adapter, AdapterConfig
 from canserial.adapter.link import Link
@@ -33,8 +33,8 @@ def adapter_config(text: str) -> AdapterConfig:
     channel, at, rate = channel.rpartition('@') if '@' in channel else (channel, '', '')
     if not colon or not channel or (at and not rate.isdigit()):
         raise ConfigError(
-            f'--can is {text!r}, allowed is INTERFACE:CHANNEL[@BITRATE], such as socketcan:can0, slcan:/dev/ttyUSB0@500000 '
-            'or udp_multicast:239.74.163.2'
+            f'--can is {text!r}, allowed is INTERFACE:CHANNEL[@BITRATE], such as socketcan:can0, '
+            'slcan:/dev/ttyUSB0@500000 or udp_multicast:239.74.163.2'
         )
     config = AdapterConfig(interface=interface, port=channel, bitrate=int(rate) if rate else BITRATE)
     for remark in config.remarks if rate else ():
@@ -57,9 +57,9 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
 class Recorder:
     """candump's log format: (seconds) channel id#data. A full disk ends the recording, not the node."""
 
-    def __init__(self, name: str, channel: str, wall_clock: Callable[[], float] = time.time):
+    def __init__(self, name: str, channel: str, wall_clock: Callable[[], float] = time.time) -> None:
         try:
-            self._file = open(name, 'w', encoding='ascii')
+            self._file = open(name, 'w', encoding='ascii')  # noqa: SIM115 (it stays open as long as the node runs)
         except OSError as error:
             raise HardwareError(f'--record {name}: {error.strerror}') from error
         self._channel, self._clock = channel, wall_clock
@@ -100,13 +100,13 @@ class Runner:
         self,
         name: str,
         can: AdapterConfig,
-        step,
-        status,
+        step: Callable[[float, list[Frame]], Iterable[Frame]],
+        status: Callable[[], str],
         recorder: Recorder | None = None,
-        at_end=lambda: None,
-        clock=time.monotonic,
-        sleep=time.sleep,
-    ):
+        at_end: Callable[[], object] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
         self.name, self.heard, self.late = name, 0, 0
         self._step, self._status, self._recorder, self._at_end = step, status, recorder, at_end
         self._clock, self._sleep = clock, sleep

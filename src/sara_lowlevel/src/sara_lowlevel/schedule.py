@@ -45,14 +45,14 @@ class Cycle:
     called in time.
     """
 
-    def __init__(self, duties: Mapping[int, Iterable]):
+    def __init__(self, duties: Mapping[int, Iterable]) -> None:
         """`duties`: {slot: duties in their order}."""
         self._duties = [tuple(duties.get(slot, ())) for slot in range(SLOTS)]
         self._start: float | None = None
         self._index = 0
         self.missed = 0
 
-    def advance(self, t: float):
+    def advance(self, t: float) -> list | None:
         """The duties of the slots since the last call, oldest first; None when the slot of `t` (s) has been served
         already.
 
@@ -82,7 +82,7 @@ class Cycle:
 class Every:
     """Says when a duty with a fixed period is due, starting at the first call."""
 
-    def __init__(self, period: float):
+    def __init__(self, period: float) -> None:
         """`period`: seconds, positive."""
         self.period = period
         self._next: float | None = None

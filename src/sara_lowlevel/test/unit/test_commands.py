@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 import tty
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -132,10 +133,8 @@ class AmplifierOnAPty(threading.Thread):
         start = time.monotonic()
         while not self.ending:
             self.fake.advance(time.monotonic() - start)
-            try:
+            with suppress(BlockingIOError):
                 self.fake.write(os.read(self.master, 4096))
-            except BlockingIOError:
-                pass
             os.write(self.master, self.fake.read())
             time.sleep(0.003)
 

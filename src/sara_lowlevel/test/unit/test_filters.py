@@ -45,7 +45,7 @@ def test_complementary_yaw_is_the_integral_over_real_time(rate, dt):
 def test_madgwick_starts_at_the_tilt_and_holds_it(roll, pitch):
     angles = MadgwickFilter(0.033)
     for _ in range(200):
-        angles.update(0.0, 0.0, 0.0, *gravity(roll, pitch), 0.01)
+        angles.update(gravity(roll, pitch), (0.0, 0.0, 0.0), 0.01)
     # normalised, the gradient step does not fade: it hovers within beta dt of the minimum
     assert (angles.roll, angles.pitch) == (pytest.approx(roll, abs=0.1), pytest.approx(pitch, abs=0.1))
     assert angles.yaw == pytest.approx(0.0, abs=0.1)
@@ -56,7 +56,7 @@ def test_madgwick_starts_at_the_tilt_and_holds_it(roll, pitch):
 def test_madgwick_comes_to_gravity_from_elsewhere(roll, pitch):
     angles = MadgwickFilter(0.5, q=(1.0, 0.0, 0.0, 0.0))
     for _ in range(1500):
-        angles.update(0.0, 0.0, 0.0, *gravity(roll, pitch), 0.01)
+        angles.update(gravity(roll, pitch), (0.0, 0.0, 0.0), 0.01)
     assert (angles.roll, angles.pitch) == (pytest.approx(roll, abs=0.8), pytest.approx(pitch, abs=0.8))
 
 
@@ -69,7 +69,7 @@ def test_madgwick_is_that_of_the_ahrs_library(seed, beta):
     ours, reference = MadgwickFilter(beta, q=tuple(q)), ahrs.filters.Madgwick(frequency=100.0, gain_imu=beta)
     for _ in range(20):
         gyro, accel = luck.standard_normal(3), luck.standard_normal(3) * 10.0
-        ours.update(*gyro, *accel, 0.01)
+        ours.update(accel, gyro, 0.01)
         q = reference.updateIMU(q, gyr=gyro, acc=accel, dt=0.01)
         assert ours.q == pytest.approx(tuple(q), abs=1e-9)
 
@@ -77,16 +77,16 @@ def test_madgwick_is_that_of_the_ahrs_library(seed, beta):
 def test_madgwick_integrates_a_turn_and_a_restart_keeps_the_yaw():
     angles = MadgwickFilter(0.033)
     for _ in range(101):
-        angles.update(0.0, 0.0, math.radians(30.0), 0.0, 0.0, 1.0, 0.01)
+        angles.update((0.0, 0.0, 1.0), (0.0, 0.0, math.radians(30.0)), 0.01)
     assert angles.yaw == pytest.approx(30.0, abs=0.01)
     angles.restart()
-    angles.update(0.0, 0.0, 0.0, *gravity(10.0, 5.0), 0.01)
+    angles.update(gravity(10.0, 5.0), (0.0, 0.0, 0.0), 0.01)
     assert (angles.roll, angles.pitch, angles.yaw) == pytest.approx((10.0, 5.0, 30.0), abs=0.01)
 
 
 def test_without_a_force_only_the_rates_count():
     angles = MadgwickFilter(0.5, q=(1.0, 0.0, 0.0, 0.0))
     for _ in range(100):
-        angles.update(math.radians(20.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.01)
+        angles.update((0.0, 0.0, 0.0), (math.radians(20.0), 0.0, 0.0), 0.01)
     assert angles.roll == pytest.approx(20.0, abs=0.01)
-    MadgwickFilter(0.1).update(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.01)
+    MadgwickFilter(0.1).update((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.01)

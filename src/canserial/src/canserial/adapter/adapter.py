@@ -5,9 +5,12 @@ python-can's slcan needs some care: no sleep after opening, errors from shutdown
 before it is parsed (canserial.adapter.lawicel).
 """
 
+from __future__ import annotations
+
 import os
 import time
 from collections import Counter
+from collections.abc import Callable
 
 import can
 
@@ -41,18 +44,18 @@ class Adapter:
     bad_lines, and what a Lawicel adapter's status tells (canserial.adapter.lawicel).
     """
 
-    def __init__(self, config):
+    def __init__(self, config: AdapterConfig) -> None:
         self.config = config
         self.counters = Counter()
         self._bus = None
         self._port = None
 
     @property
-    def is_open(self):
+    def is_open(self) -> bool:
         """Whether open() succeeded and close() was not called since."""
         return self._bus is not None
 
-    def open(self):
+    def open(self) -> None:
         """Open the port and the CAN channel. Raises AdapterError (NoDriver)."""
         self.close()
         try:
@@ -66,7 +69,7 @@ class Adapter:
             self._port = bus.serialPortOrig = LinePort(bus.serialPortOrig, self.counters, time.monotonic)
         self._bus = bus
 
-    def receive(self, timeout, clock):
+    def receive(self, timeout: float, clock: Callable[[], float]) -> Frame | None:
         """The next Frame, stamped by clock() on its arrival, or None after timeout (s, > 0). Raises AdapterError."""
         bus = self._bus
         if bus is None:
@@ -88,7 +91,7 @@ class Adapter:
         self.counters['bits'] += frame_bits(message.arbitration_id, data, message.is_extended_id)
         return Frame(message.arbitration_id, data, clock(), message.is_extended_id)
 
-    def send(self, frame):
+    def send(self, frame: Frame) -> None:
         """Send a Frame. Raises AdapterError, BadFrame."""
         check(frame)
         bus = self._bus
@@ -104,7 +107,7 @@ class Adapter:
         self.counters['sent'] += 1
         self.counters['bits'] += frame_bits(frame.id, frame.data, frame.extended)
 
-    def ask_status(self):
+    def ask_status(self) -> None:
         """Ask the adapter for its error flags where it has any and it is time (once a second); from the thread that
         sends.
 
@@ -118,7 +121,7 @@ class Adapter:
         except (OSError, TypeError) as error:
             raise AdapterError(_why(error)) from error
 
-    def close(self):
+    def close(self) -> None:
         """Close what is open; an adapter that is gone is closed too."""
         bus, self._bus, self._port = self._bus, None, None
         if bus is None:
@@ -143,7 +146,7 @@ class Adapter:
             self.counters['fd_frames' if message.is_fd else 'remote_frames'] += 1
 
 
-def check(frame):
+def check(frame: Frame):
     """Raise BadFrame if a CAN 2.0 frame cannot be this."""
     limit = EXTENDED_ID_MAX if frame.extended else STANDARD_ID_MAX
     if not 0 <= frame.id <= limit or len(frame.data) > 8:

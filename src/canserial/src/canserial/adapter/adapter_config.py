@@ -2,6 +2,8 @@
 is said.
 """
 
+from __future__ import annotations
+
 import inspect
 import math
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ import can
 from can.interfaces import BACKENDS
 
 from canserial.frame import EXTENDED_ID_MAX, STANDARD_ID_MAX
-from sara_common.config import ConfigError
+from sara_common.config import ConfigError, is_whole
 
 # Lawicel's S0..S8. python-can calls S7 750 kbit/s, the CANUSB's manual 800 kbit/s: both names give S7.
 LAWICEL_RATES = (10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000, 1000000)
@@ -82,7 +84,7 @@ class AdapterConfig:
 
     def __post_init__(self):
         faults = []
-        if _is_whole(self.port):  # YAML's 0 is the name of a channel, too
+        if is_whole(self.port):  # YAML's 0 is the name of a channel, too
             object.__setattr__(self, 'port', str(self.port))
         if self.interface not in can.VALID_INTERFACES:
             faults.append(f'interface is {self.interface!r}, allowed are {", ".join(sorted(can.VALID_INTERFACES))}')
@@ -90,7 +92,7 @@ class AdapterConfig:
             faults.append(f'port is {self.port!r}, allowed is the name of a port, such as /dev/ttyUSB0')
         for name in ('bitrate', 'transmit_queue') + (() if self.tty_baudrate is None else ('tty_baudrate',)):
             value = getattr(self, name)
-            if not _is_whole(value) or value <= 0:
+            if not is_whole(value) or value <= 0:
                 faults.append(f'{name} is {value!r}, allowed are whole numbers above 0')
         age = self.transmit_max_age
         if not isinstance(age, (int, float)) or isinstance(age, bool) or not (math.isfinite(age) and age > 0.0):
@@ -120,7 +122,7 @@ class AdapterConfig:
         return faults + _option_faults(name, self.options)
 
     @property
-    def remarks(self):
+    def remarks(self) -> tuple[str, ...]:
         """Sentences about what the interface does otherwise than the others."""
         remarks = []
         if self.interface in NO_BITRATE:
@@ -132,7 +134,7 @@ class AdapterConfig:
             remarks.append('interface is udp_multicast, which gives back what it sends, too')
         return tuple(remarks)
 
-    def keywords(self):
+    def keywords(self) -> dict[str, object]:
         """The keyword arguments of can.Bus."""
         keywords = {'interface': self.interface, 'channel': self.port, 'ignore_config': True}
         if self.interface not in NO_BITRATE:
@@ -155,10 +157,6 @@ class AdapterConfig:
         return keywords
 
 
-def _is_whole(value):
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
 def _filters(given):
     """(tuple of Filters, faults)."""
     if not isinstance(given, (list, tuple)):
@@ -175,7 +173,7 @@ def _filters(given):
         most = STANDARD_ID_MAX if entry.extended is False else EXTENDED_ID_MAX
         for name in ('can_id', 'can_mask'):
             value = getattr(entry, name)
-            if not _is_whole(value) or not 0 <= value <= most:
+            if not is_whole(value) or not 0 <= value <= most:
                 faults.append(f'filters[{number}].{name} is {value!r}, allowed are whole numbers of 0 to 0x{most:X}')
         filters.append(entry)
     return tuple(filters), faults

@@ -6,13 +6,15 @@ end of frame (10 bits) and the intermission (3 bits) are not. The count is exact
 acknowledges; tables of bytes make it cheap.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
 
 UNSTUFFED_BITS = 13  # CRC delimiter, ACK slot and delimiter, 7 bits end of frame, 3 bits intermission
 CRC_POLYNOMIAL = 0x4599
 
 
-def frame_bits(identifier, data, extended=False):
+def frame_bits(identifier: int, data: bytes, extended: bool = False) -> int:
     """Bits on the wire of a CAN 2.0 data frame (identifier, 0..8 bytes of data, 29-bit identifier or not)."""
     crc_table, stuff_table = _tables()
     bits, state, stuffed, crc = _header(identifier, len(data), extended)
@@ -24,12 +26,12 @@ def frame_bits(identifier, data, extended=False):
     return bits + 8 * len(data) + 15 + UNSTUFFED_BITS + stuffed + more + _stuff(crc & 0x7F, 7, state)[1]
 
 
-def load(bits, seconds, bit_rate):
+def load(bits: int, seconds: float, bit_rate: float) -> float:
     """Share of the time (0..1) that `bits` kept a bus of `bit_rate` (bit/s) busy; 0 where there is no time."""
     return bits / (bit_rate * seconds) if seconds > 0.0 else 0.0
 
 
-def crc15(data):
+def crc15(data: bytes) -> int:
     """The CRC of ISO 11898-1 over whole bytes."""
     table, crc = _tables()[0], 0
     for byte in data:

@@ -5,6 +5,8 @@ error frames for data frames, and `int()` lets `-1` and `1_0` pass for identifie
 so that nothing is rounded.
 """
 
+from __future__ import annotations
+
 import re
 from typing import NamedTuple
 
@@ -33,7 +35,7 @@ class Line(NamedTuple):
     frame: Frame | None
 
 
-def parse(text):
+def parse(text: str) -> Line:
     """The Line that a text is. Raises BadLine."""
     match = LINE.fullmatch(text)
     if not match:
@@ -52,7 +54,7 @@ def parse(text):
     )
 
 
-def to_line(frame, interface='can0', microseconds=None):
+def to_line(frame: Frame, interface: str = 'can0', microseconds: int | None = None) -> str:
     """The line (without its end) of a Frame, stamped with its time (s) or, exactly, with whole microseconds."""
     if microseconds is None:
         microseconds = round(frame.time * 1e6)

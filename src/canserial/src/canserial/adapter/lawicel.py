@@ -6,11 +6,19 @@ lines that are frames by the CANUSB manual's grammar (and the CAN FD lines that 
 It also asks for the status flags (command `F`, allowed on an open channel), for which python-can has no call.
 """
 
+from __future__ import annotations
+
 import errno
 import os
 import re
 import select
 import time
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import serial
 
 CR, BEL = 13, 7
 LINE_MAX = 160  # bytes; the longest line, a CAN FD frame of 64 bytes with its stamp, has 142
@@ -35,7 +43,7 @@ FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 MOST_ID = {3: b'7', 8: b'1'}  # the first digit of an identifier of so many digits
 
 
-def is_frame(line):
+def is_frame(line: bytes) -> bool:
     """Whether a line (bytes without the CR) is a frame: identifier, length, as many bytes, and perhaps a stamp of four
     digits.
     """
@@ -63,7 +71,7 @@ class LinePort:
     the events of STATUS_BITS. `clock` (s) only times the questions for the status.
     """
 
-    def __init__(self, port, counters, clock=time.monotonic):
+    def __init__(self, port: serial.Serial, counters: Counter, clock: Callable[[], float] = time.monotonic) -> None:
         self._port, self.counters, self._clock = port, counters, clock
         self._poll = _poll_of(port)
         self._line = bytearray()
@@ -77,20 +85,20 @@ class LinePort:
         return getattr(self._port, name)
 
     @property
-    def write_timeout(self):
+    def write_timeout(self) -> float | None:
         """Of the port, s."""
         return self._port.write_timeout
 
     @write_timeout.setter
-    def write_timeout(self, seconds):
+    def write_timeout(self, seconds: float) -> None:
         self._port.write_timeout = seconds
 
     @property
-    def in_waiting(self):
+    def in_waiting(self) -> int:
         """Bytes that are ready without asking the port."""
         return len(self._ready) - self._position
 
-    def read(self, size=1):
+    def read(self, size: int = 1) -> bytes:
         """At most `size` bytes of frames; b'' when none came within the port's own timeout."""
         if self._position >= len(self._ready):
             self._ready, self._position = self.feed(self._read_port()), 0
@@ -110,12 +118,12 @@ class LinePort:
             raise OSError(errno.ENODEV, 'the device is gone, or something else reads from it, too')
         return data
 
-    def write(self, data):
+    def write(self, data: bytes) -> int:
         """To the port, as it is."""
         self._asked += 1
         return self._port.write(data)
 
-    def ask_status(self):
+    def ask_status(self) -> None:
         """Ask for the status flags if that is due; call it from the thread that sends."""
         now = self._clock()
         if now < self._status_due or self._unanswered >= STATUS_TRIES:
@@ -124,11 +132,11 @@ class LinePort:
         self._unanswered += 1
         self.write(STATUS)
 
-    def feed(self, data):
+    def feed(self, data: bytes) -> bytes:
         """Bytes from the adapter; returns the frames among them, each ended by CR."""
         good = bytearray()
         for byte in data:
-            if byte == CR or byte == BEL:
+            if byte in (CR, BEL):
                 line, overlong = bytes(self._line), self._overlong
                 self._line.clear()
                 self._overlong = False

@@ -5,12 +5,17 @@ pauses. The sending thread empties the queue. Whoever sends never waits for the 
 adapter knows of no other.
 """
 
+from __future__ import annotations
+
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
 
-from canserial.adapter.adapter import AdapterError, BadFrame, NoDriver, check
+from canserial.adapter.adapter import Adapter, AdapterError, BadFrame, NoDriver, check
 from canserial.adapter.transmit import TransmitQueue
+from canserial.frame import Frame
 
 FIRST_BACK_OFF, LAST_BACK_OFF = 0.2, 2.0  # s
 TIMEOUT = 0.1  # s, how long a thread may take to notice that it is to end
@@ -27,7 +32,13 @@ class Link:
     `_failed`); those of the adapter and of the queue are beside them, see `all_counters`.
     """
 
-    def __init__(self, adapter, on_frame, clock, report):
+    def __init__(
+        self,
+        adapter: Adapter,
+        on_frame: Callable[[Frame], None],
+        clock: Callable[[], float],
+        report: Callable[[str, str], None],
+    ) -> None:
         self.adapter, self.config = adapter, adapter.config
         self.queue = TransmitQueue(self.config.transmit_queue, self.config.transmit_max_age)
         self.counters = Counter(reconnections=0, threads_restarted=0)
@@ -41,17 +52,17 @@ class Link:
         self._told = set()
 
     @property
-    def all_counters(self):
+    def all_counters(self) -> dict[str, int]:
         """One dictionary of everything that is counted."""
         queue = {f'transmit_queue_{name}': self.queue.counters[name] for name in ('full', 'too_old', 'discarded')}
         return {**self.counters, **self.adapter.counters, **queue, 'transmit_queue_waiting': len(self.queue)}
 
-    def start(self):
+    def start(self) -> None:
         """Begin; returns at once."""
         for name in self._loops:
             self._start(name)
 
-    def supervise(self):
+    def supervise(self) -> None:
         """Start anew what died; call it now and then."""
         for name, thread in list(self._threads.items()):
             if not thread.is_alive() and not self._stopping.is_set():
@@ -61,14 +72,14 @@ class Link:
                 )
                 self._start(name)
 
-    def stop(self):
+    def stop(self) -> None:
         """End both threads and close the adapter."""
         self._stopping.set()
         for thread in self._threads.values():
             thread.join(2.0)
 
-    def send(self, frame):
-        """Queue a Frame to be sent; never waits, never raises. What cannot be sent is counted, and told once per kind."""
+    def send(self, frame: Frame) -> None:
+        """Queue a Frame to be sent; never waits, never raises. What cannot be sent is counted, logged once a kind."""
         epoch = self.queue.epoch
         try:
             check(frame)
@@ -157,10 +168,8 @@ class Link:
                         self.adapter.send(frame)
                 except AdapterError as error:
                     self._not_sent('failed', f'the {self.where} did not take it: {error}')
-                try:
+                with suppress(AdapterError):  # the receiving thread finds out and tells
                     self.adapter.ask_status()
-                except AdapterError:
-                    pass  # the receiving thread finds out and tells
 
     def _close(self):
         with self._gate:

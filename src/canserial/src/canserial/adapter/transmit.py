@@ -5,8 +5,13 @@ a full queue drops its oldest frame, a frame that has waited too long is not sen
 lost is discarded.
 """
 
+from __future__ import annotations
+
 import threading
 from collections import Counter, deque
+from collections.abc import Callable
+
+from canserial.frame import Frame
 
 
 class TransmitQueue:
@@ -16,17 +21,17 @@ class TransmitQueue:
     asked for or taken in an earlier epoch is not to be sent. Counters: `full` (oldest dropped), `too_old`, `discarded`.
     """
 
-    def __init__(self, limit, max_age):
+    def __init__(self, limit: int, max_age: float) -> None:
         self.limit, self.max_age = limit, max_age
         self.counters = Counter()
         self.epoch = 0
         self._frames = deque()
         self._changed = threading.Condition()
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._frames)
 
-    def put(self, frame, now, epoch):
+    def put(self, frame: Frame, now: float, epoch: int) -> None:
         """Queue a frame of this epoch at the time `now` (s, of a clock that never jumps). A frame of an earlier one is
         discarded.
         """
@@ -40,8 +45,8 @@ class TransmitQueue:
             self._frames.append((now, frame))
             self._changed.notify()
 
-    def take(self, clock, timeout):
-        """(the next frame that is not too old by `clock()` (s), the epoch), or (None, the epoch) after `timeout` (s)."""
+    def take(self, clock: Callable[[], float], timeout: float) -> tuple[Frame | None, int]:
+        """(the next frame that is not too old by `clock()` (s), epoch), or (None, epoch) after `timeout` (s)."""
         with self._changed:
             if not self._frames:
                 self._changed.wait(timeout)
@@ -52,7 +57,7 @@ class TransmitQueue:
                 self.counters['too_old'] += 1
             return None, self.epoch
 
-    def discard(self):
+    def discard(self) -> None:
         """Begin a new epoch: everything that waits is forgotten, because there is nobody to send it to."""
         with self._changed:
             self.epoch += 1

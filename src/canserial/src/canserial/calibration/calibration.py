@@ -7,6 +7,8 @@ the normal and the fast mode. With the sigmas of the thesis's table 4.5 (0.097 d
 6.2 sigma off: fewer than one calibration in a million starts over for noise alone.
 """
 
+from __future__ import annotations
+
 BLOCK = 0.2  # s; the excursion from the mean is judged on means over this time
 JITTER = 0.05  # s; a block may be so much shorter
 ROUNDING = 5e-4  # s; stamps are sums of rounded periods
@@ -27,7 +29,9 @@ class GyroCalibration:
     happened.
     """
 
-    def __init__(self, duration, still_step, still_drift, max_gap=1.0, persistent=True):
+    def __init__(
+        self, duration: float, still_step: float, still_drift: float, max_gap: float = 1.0, persistent: bool = True
+    ) -> None:
         self.duration = duration
         self.still_step = still_step
         self.still_drift = still_drift
@@ -42,21 +46,21 @@ class GyroCalibration:
         self._clear()
 
     @property
-    def done(self):
+    def done(self) -> bool:
         """Whether the offset is known."""
         return self.offset is not None
 
     @property
-    def ended(self):
+    def ended(self) -> bool:
         """Whether it takes no more samples."""
         return self.offset is not None or self.gave_up
 
     @property
-    def elapsed(self):
+    def elapsed(self) -> float:
         """Seconds of rest so far."""
         return self.duration if self.done else min(self.duration, self._last - self._first) if self._samples else 0.0
 
-    def add(self, stamp, sample):
+    def add(self, stamp: float, sample: tuple[float, float, float]) -> bool:
         """Take a sample (x, y, z) in deg/s of the time stamp (s); True once the measurement ended."""
         if self.ended:
             return True
@@ -78,7 +82,7 @@ class GyroCalibration:
             self._finish()
         return self.ended
 
-    def start_over(self, reason):
+    def start_over(self, reason: str) -> None:
         """Forget the samples of an unfinished measurement (or give it up, if it is not persistent)."""
         if self.ended or (not self._samples and self.persistent):
             return

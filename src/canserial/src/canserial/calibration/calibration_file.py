@@ -6,6 +6,8 @@ never half.
 It is read with suspicion: a file that is damaged or that no MPU6050 could have given is an error of one sentence.
 """
 
+from __future__ import annotations
+
 import os
 import tempfile
 from dataclasses import dataclass, replace
@@ -37,13 +39,13 @@ class Calibration:
 
     gyro_offset: tuple = None
     gyro_sigma: tuple = None
-    gyro_frames: int = None
-    gyro_measured: str = None
-    gain: float = None
-    gain_error: float = None
-    gain_measured: str = None
+    gyro_frames: int | None = None
+    gyro_measured: str | None = None
+    gain: float | None = None
+    gain_error: float | None = None
+    gain_measured: str | None = None
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Sentences about what cannot be, empty if it is plausible."""
         faults = []
         for name, low, high, allowed in (
@@ -66,12 +68,12 @@ class Calibration:
             faults.append(f'gain_error is {self.gain_error!r}, allowed are numbers of 0 or more')
         return faults
 
-    def updated(self, **changes):
+    def updated(self, **changes) -> Calibration:
         """A copy with these fields changed."""
         return replace(self, **changes)
 
 
-def load(path):
+def load(path: str | Path) -> Calibration:
     """The Calibration in the file `path`. Raises FileNotFoundError where there is none, CalibrationFileError."""
     try:
         text = Path(path).read_text(encoding='utf-8')
@@ -97,7 +99,7 @@ def load(path):
     return calibration
 
 
-def load_offset(path):
+def load_offset(path: str | Path) -> Calibration:
     """load(), for those who need the offset: that there is no file or no offset in it is a CalibrationFileError too."""
     try:
         calibration = load(path)
@@ -108,7 +110,7 @@ def load_offset(path):
     return calibration
 
 
-def save(path, calibration):
+def save(path: str | Path, calibration: Calibration) -> None:
     """Write atomically; folders are made. Raises CalibrationFileError."""
     faults = calibration.faults()
     if faults:

@@ -8,7 +8,10 @@ The residuals t - k m show whether it is a line at all: an angle that was misrea
 what an error of the offset adds, for that has the same sign in both.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from canserial.calibration.calibration_file import GAIN_LIMITS
@@ -30,16 +33,16 @@ class GainResult:
     rows: tuple
 
     @property
-    def residuals(self):
+    def residuals(self) -> tuple[float, ...]:
         """true - k measured of each turn, deg."""
         return tuple(true - corrected for true, _, corrected in self.rows)
 
     @property
-    def worst(self):
+    def worst(self) -> float:
         """The largest residual without its sign, deg."""
         return max(map(abs, self.residuals))
 
-    def table(self):
+    def table(self) -> list[str]:
         """The lines of the table: true, measured, after k, left over."""
         lines = [f'{"true":>8} {"measured":>9} {"after k":>8} {"left":>7}   deg']
         lines += [
@@ -56,7 +59,9 @@ class GainProcedure:
     max_residual: deg, more says that an angle was misread or that the scale error is no straight line.
     """
 
-    def __init__(self, angles=(*ANGLES, *(-angle for angle in ANGLES)), max_residual=5.0):
+    def __init__(
+        self, angles: Sequence[float] = (*ANGLES, *(-angle for angle in ANGLES)), max_residual: float = 5.0
+    ) -> None:
         angles = tuple(angles)
         wrong = [angle for angle in angles if not (math.isfinite(angle) and abs(angle) >= SMALLEST)]
         if wrong:
@@ -70,11 +75,11 @@ class GainProcedure:
         self._pairs = []
 
     @property
-    def next_angle(self):
+    def next_angle(self) -> float | None:
         """The turn to be made next, deg, or None after the last."""
         return self.angles[len(self._pairs)] if len(self._pairs) < len(self.angles) else None
 
-    def add(self, true, measured):
+    def add(self, true: float, measured: float) -> None:
         """A turn (deg, left positive): its true angle and what the gyroscope says without gain.
 
         Raises GainError if the two cannot belong together; then the pair is not kept.
@@ -89,7 +94,7 @@ class GainProcedure:
             )
         self._pairs.append((float(true), float(measured)))
 
-    def result(self):
+    def result(self) -> GainResult:
         """The GainResult. Raises GainError with fewer than two turns or when they lie on no straight line."""
         if len(self._pairs) < 2:
             raise GainError(f'{len(self._pairs)} turns give no gain: two and more are needed')

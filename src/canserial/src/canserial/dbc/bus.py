@@ -46,7 +46,7 @@ class BusDescription:
     `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where the file cannot be read.
     """
 
-    def __init__(self, path: str | Path = DEFAULT_DBC):
+    def __init__(self, path: str | Path = DEFAULT_DBC) -> None:
         self.path = str(path)
         try:
             database = cantools.database.load_file(self.path)

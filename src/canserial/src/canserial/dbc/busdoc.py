@@ -1,12 +1,14 @@
 """A bus description as Markdown: what `rosrun canserial bus2md` prints."""
 
+from __future__ import annotations
+
 import argparse
 import sys
 
 from canserial.dbc.bus import BusDescription, BusError
 
 
-def markdown(bus):
+def markdown(bus: BusDescription) -> str:
     """The document of a BusDescription: one section per message, one row per signal."""
     lines = [
         '# The bus',
@@ -69,7 +71,7 @@ def _number(value):
     return f'{value:.10g}' if isinstance(value, int) or abs(value) >= 1e6 else f'{value:.6g}'
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> None:
     """Print the document of a bus description."""
     parser = argparse.ArgumentParser(prog='bus2md', description='A bus description (DBC) as Markdown.')
     parser.add_argument(

@@ -18,7 +18,7 @@ _CODES = {8: 'b', 16: 'h', 32: 'i', 64: 'q'}
 class Codec:
     """One message: the layout of its bytes as `struct` writes it, and its signals in their order. `of` makes it."""
 
-    def __init__(self, layout: str, signals: list):
+    def __init__(self, layout: str, signals: list) -> None:
         self._packing = struct.Struct(layout)
         self._signals = tuple((signal.name, signal.scale, signal.offset) for signal in signals)
 

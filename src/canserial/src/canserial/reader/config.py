@@ -1,8 +1,10 @@
 """Settings of the reader, checked as a whole: every fault is reported at once, by the parameter's name."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
-from sara_common.config import ConfigError, is_number, number_faults
+from sara_common.config import ConfigError, is_number, is_whole, number_faults
 
 DEFAULT_GAIN = 1.08  # table 4.11 of the thesis
 AUTO = 'auto'
@@ -33,7 +35,7 @@ class ReaderConfig:
     battery_full, battery_charging: V or None. thesis_covariances: publish the variances of the thesis's listing.
     """
 
-    gain: float = None
+    gain: float | None = None
     calibration: str = 'measure'
     calibration_time: float = 20.0
     imu_period: float = AUTO
@@ -52,9 +54,9 @@ class ReaderConfig:
     max_wheel_speed: float = 10.0
     encoder_steps_per_turn: int = 64000
     battery_max: float = 40.0
-    battery_empty: float = None
-    battery_full: float = None
-    battery_charging: float = None
+    battery_empty: float | None = None
+    battery_full: float | None = None
+    battery_charging: float | None = None
     thesis_covariances: bool = False
 
     def __post_init__(self):
@@ -86,7 +88,7 @@ class ReaderConfig:
             )
         for name, least in (('still_steps', 0), ('encoder_steps_per_turn', 1)):
             value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value < least:
+            if not is_whole(value, least):
                 faults.append(f'{name} is {value!r}, allowed are whole numbers of {least} or more')
         if self.calibration not in ('measure', 'saved'):
             faults.append(f"calibration is {self.calibration!r}, allowed are 'measure' and 'saved'")
@@ -109,7 +111,8 @@ class ReaderConfig:
             faults.append(f'max_gap is {self.max_gap!r}, allowed is imu_period ({self.imu_period!r}) and more')
         if (self.battery_empty is None) != (self.battery_full is None):
             faults.append(
-                f'battery_empty is {self.battery_empty!r} and battery_full {self.battery_full!r}, allowed are both or none'
+                f'battery_empty is {self.battery_empty!r} and battery_full {self.battery_full!r}, '
+                'allowed are both or none'
             )
         elif self.battery_empty is not None and self.battery_empty >= self.battery_full:
             faults.append(
@@ -118,7 +121,7 @@ class ReaderConfig:
         return faults
 
     @property
-    def variances(self):
+    def variances(self) -> tuple[tuple[float, float, float], ...]:
         """Three tuples of three: angles rad^2, angular velocity (rad/s)^2, acceleration (m/s2)^2."""
         if self.thesis_covariances:
             return THESIS_ANGLE_VARIANCES, THESIS_GYRO_VARIANCES, ACCELERATION_VARIANCES

@@ -9,6 +9,8 @@ Yaw is kept as (yaw at a moment, angle turned since): a yaw given for any moment
 is exact.
 """
 
+from __future__ import annotations
+
 import math
 from collections import deque
 
@@ -26,7 +28,7 @@ class YawIntegrator:
     gain, not wrapped.
     """
 
-    def __init__(self, period, max_gap, yaw=0.0, gain=1.0):
+    def __init__(self, period: float, max_gap: float, yaw: float = 0.0, gain: float = 1.0) -> None:
         self.period = period
         self.max_gap = max_gap
         self.gain = gain
@@ -42,16 +44,16 @@ class YawIntegrator:
         self._given_at = -math.inf
 
     @property
-    def yaw(self):
+    def yaw(self) -> float:
         """The yaw at the newest frame (or, where that is later, at the last set()), rad."""
         return self._given if self._zero is None else wrap_exact(self._given + self._angle - self._zero)
 
     @property
-    def pending(self):
+    def pending(self) -> bool:
         """Whether the moment of the last set() is still to come."""
         return self._zero is None
 
-    def add(self, stamp, rate):
+    def add(self, stamp: float, rate: float) -> bool:
         """Take the mean rate (rad/s, without the gain) of the turn that ends at stamp (s).
 
         Returns False if the frame is not newer than the last one, which leaves yaw alone, or than the last set().
@@ -73,7 +75,7 @@ class YawIntegrator:
             self._zero = self._angle_at(self._given_at)
         return True
 
-    def set(self, yaw, stamp):
+    def set(self, yaw: float, stamp: float) -> None:
         """The yaw was `yaw` (rad) at `stamp` (s): what was turned since then is kept, and older frames are ignored."""
         self._given, self._given_at = wrap_exact(yaw), stamp
         newest = self._stamp

@@ -4,10 +4,14 @@ mended).
 It keeps the gyroscope's offset and gain, integrates the yaw, and knows whether the chair stands.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 from canserial.calibration.calibration import GyroCalibration
-from canserial.reader.config import AUTO, DEFAULT_GAIN
+from canserial.calibration.calibration_file import Calibration
+from canserial.reader.config import AUTO, DEFAULT_GAIN, ReaderConfig
 from canserial.reader.imu import YawIntegrator
 from canserial.reader.plausibility import GravityWatch, StuckValue
 from canserial.reader.readings import ImpactReading, ImuReading
@@ -32,7 +36,7 @@ class ImuReader:
     `yaw_doubtful`: whether the chair may have turned unseen.
     """
 
-    def __init__(self, config, stored, drop):
+    def __init__(self, config: ReaderConfig, stored: Calibration | None, drop: Callable[[str, float], None]) -> None:
         if config.calibration == 'saved' and (stored is None or stored.gyro_offset is None):
             raise ValueError("calibration is 'saved', but no saved offset was given")
         self.config = config
@@ -56,17 +60,17 @@ class ImuReader:
         self._acceleration_stuck, self._gyro_stuck = StuckValue(config.stuck_time), StuckValue(config.stuck_time)
 
     @property
-    def calibrating(self):
+    def calibrating(self) -> bool:
         """Whether the offset is being measured."""
         return self.calibration is not None and not self.calibration.ended
 
-    def motion(self, now):
+    def motion(self, now: float) -> str:
         """Why the chair does not stand still at `now` (s), '' if it does."""
         if now - self._wheel_moved < STILL_TIME:
             return 'a wheel turns'
         return 'the gyroscope moves' if now - self._gyro_moved < STILL_TIME else ''
 
-    def calibrate(self, now):
+    def calibrate(self, now: float) -> str:
         """Measure the offset again; returns '' if it has begun, else why not. See Reader.calibrate."""
         if self.calibrating:
             return (
@@ -80,7 +84,7 @@ class ImuReader:
         self.calibration = self._new_calibration(persistent=False)
         return ''
 
-    def on_steps(self, stamp, wheel, steps, restarted):
+    def on_steps(self, stamp: float, wheel: int, steps: int, restarted: bool) -> None:
         """A wheel's counter that is believed; restarted: it has begun anew."""
         base = steps if restarted else self._steps.get(wheel, steps)
         moved = (steps - base + 2**31) % 2**32 - 2**31
@@ -90,11 +94,11 @@ class ImuReader:
             self._disturb('a wheel turned')
         self._steps[wheel] = base
 
-    def on_ranges(self):
+    def on_ranges(self) -> None:
         """The sensor node lives: once in RANGES_PERIOD."""
         self._alone += 1
 
-    def on_acceleration(self, stamp, acceleration):
+    def on_acceleration(self, stamp: float, acceleration: tuple[float, float, float]) -> None:
         """Three x m/s2."""
         if max(map(abs, acceleration)) > self.config.acceleration_limit:
             self._drop('acceleration_implausible', stamp)
@@ -105,11 +109,11 @@ class ImuReader:
         else:
             self._acceleration = (stamp, acceleration)
 
-    def on_tilt(self, stamp, roll, pitch):
+    def on_tilt(self, stamp: float, roll: float, pitch: float) -> None:
         """Angles that are believed, rad."""
         self._tilt = (stamp, (roll, pitch))
 
-    def on_gyro(self, stamp, gyro, alarm):
+    def on_gyro(self, stamp: float, gyro: tuple[float, float, float], alarm: float) -> list:
         """Three rates (deg/s) and the impact's flag: the readings they give."""
         if self._gyro_stamp is not None:
             self._watch_interval(stamp)

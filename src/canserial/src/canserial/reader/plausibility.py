@@ -4,6 +4,8 @@ One-shot nonsense is dropped and forgotten; what stays, such as the counters of 
 believed when the next frame bears it out.
 """
 
+from __future__ import annotations
+
 import math
 
 STUCK_FRAMES = 10  # fewer equal frames prove nothing, however long they took
@@ -24,13 +26,13 @@ class StuckValue:
     in 10^9 turns and the 25 of 5 s never; in hundredths, and for accelerations and angles, equality is far rarer still.
     """
 
-    def __init__(self, limit):
+    def __init__(self, limit: float) -> None:
         self.limit = limit
         self._value = None
         self._since = 0.0
         self._count = 0
 
-    def add(self, stamp, value):
+    def add(self, stamp: float, value: object) -> bool:
         """Take a value (any that compares); True while it is stuck."""
         if value != self._value or stamp < self._since:
             self._value, self._since, self._count = value, stamp, 1
@@ -45,14 +47,14 @@ class EncoderGuard:
     fastest: steps/s. slack: steps that are always allowed. `restarts` counts the jumps that the next frame bore out.
     """
 
-    def __init__(self, fastest, slack):
+    def __init__(self, fastest: float, slack: int) -> None:
         self._per_tick = fastest * 1e-4
         self._slack = slack
         self._last = None
         self._candidate = None
         self.restarts = 0
 
-    def check(self, stamp, steps, clock):
+    def check(self, stamp: float, steps: int, clock: int) -> str | None:
         """None if the counters (steps, 100 us) received at stamp (s) are believed, else the kind of fault."""
         new = (stamp, steps, clock)
         if self._last is None:
@@ -86,12 +88,12 @@ class GravityWatch:
     The verdict holds until the next second of rest.
     """
 
-    def __init__(self, tolerance):
+    def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
         self.plausible = True
         self._restart()
 
-    def add(self, stamp, acceleration, still):
+    def add(self, stamp: float, acceleration: tuple[float, float, float], still: bool) -> bool:
         """Take an acceleration (3 x m/s2) and whether the chair stands; returns the verdict."""
         if not still or stamp < self._since:
             self._restart()

@@ -1,5 +1,7 @@
 """Ultrasonic ranges: the true median of the last three readings, said in the words of REP-117."""
 
+from __future__ import annotations
+
 import math
 from collections import deque
 
@@ -7,7 +9,7 @@ SILENT = 655.345  # m; from here on a frame says that the sensor does not answer
 NAMES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
-def rep117(distance, minimum, maximum):
+def rep117(distance: float, minimum: float, maximum: float) -> float:
     """A raw distance (m, 0 = no echo) as REP-117 says it: -Inf below minimum, +Inf for no echo and beyond maximum."""
     if distance == 0.0 or distance > maximum:
         return math.inf
@@ -15,16 +17,16 @@ def rep117(distance, minimum, maximum):
 
 
 class RangeFilter:
-    """Median of the last three readings of each sensor; nothing until there are three, none older than max_gap apart."""
+    """Median of a sensor's last three readings; None until there are three, no two of them more than max_gap apart."""
 
-    def __init__(self, minimum, maximum, max_gap):
+    def __init__(self, minimum: float, maximum: float, max_gap: float) -> None:
         self.minimum = minimum
         self.maximum = maximum
         self.max_gap = max_gap
         self._last = {name: deque(maxlen=3) for name in NAMES}
         self._stamp = dict.fromkeys(NAMES, -math.inf)
 
-    def add(self, name, stamp, distance):
+    def add(self, name: str, stamp: float, distance: float) -> float | None:
         """Take a raw distance (m); returns the filtered range or None."""
         last = self._last[name]
         if not 0.0 <= stamp - self._stamp[name] <= self.max_gap:

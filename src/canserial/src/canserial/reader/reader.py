@@ -1,9 +1,15 @@
 """Frames of SARA's bus to readings: the whole of read.py without ROS (thesis 3.3, with its defects mended)."""
 
+from __future__ import annotations
+
 import math
 from collections import Counter
 
-from canserial.dbc.bus import BadLength, UnknownFrame
+from canserial.calibration.calibration import GyroCalibration
+from canserial.calibration.calibration_file import Calibration
+from canserial.dbc.bus import BadLength, BusDescription, UnknownFrame
+from canserial.frame import Frame
+from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
 from canserial.reader.imu_reader import ImuReader
 from canserial.reader.plausibility import EncoderGuard, StuckValue
@@ -36,7 +42,7 @@ class Reader:
     latest stamp, `seen` the latest stamp of each frame by name. `battery`: V, None until known.
     """
 
-    def __init__(self, config, bus, stored=None):
+    def __init__(self, config: ReaderConfig, bus: BusDescription, stored: Calibration | None = None) -> None:
         self.config = config
         self.bus = bus
         self.frames = 0
@@ -65,65 +71,65 @@ class Reader:
         }
 
     @property
-    def ready(self):
+    def ready(self) -> bool:
         """Whether the gyro's offset is known, so that ImuReadings come."""
         return self._imu.offset is not None
 
     @property
-    def offset(self):
+    def offset(self) -> tuple[float, float, float] | None:
         """The gyroscope's offset, three deg/s, None until known."""
         return self._imu.offset
 
     @property
-    def calibration(self):
+    def calibration(self) -> GyroCalibration | None:
         """The measurement of the offset under way or the last one (GyroCalibration), None if there was none."""
         return self._imu.calibration
 
     @property
-    def calibrating(self):
+    def calibrating(self) -> bool:
         """Whether the offset is being measured."""
         return self._imu.calibrating
 
     @property
-    def period(self):
+    def period(self) -> float:
         """Seconds between IMU frames."""
         return self._imu.period
 
     @property
-    def imu_stamp(self):
+    def imu_stamp(self) -> float | None:
         """Stamp of the last ImuReading, None before the first."""
         return self._imu.stamp
 
     @property
-    def yaw(self):
+    def yaw(self) -> float:
         """The yaw now, rad."""
         return self._imu.yaw.yaw
 
     @property
-    def yaw_doubtful(self):
+    def yaw_doubtful(self) -> bool:
         """Whether the chair may have turned unseen since the last set_yaw()."""
         return self._imu.yaw_doubtful
 
     @property
-    def turned(self):
+    def turned(self) -> float:
         """The angle turned since the start, rad, without the gain and not wrapped: what the gain procedure compares."""
         return self._imu.yaw.turned
 
     @property
-    def gain(self):
+    def gain(self) -> float:
         """The factor on the yaw rate."""
         return self._imu.yaw.gain
 
     @gain.setter
-    def gain(self, gain):
+    def gain(self, gain: float) -> None:
         """From the next frame on; what was turned before keeps its own."""
         self._imu.yaw.gain = gain
 
-    def motion(self, now):
+    def motion(self, now: float) -> str:
         """Why the chair does not stand still at `now` (s), '' if it does."""
         return self._imu.motion(now)
 
-    def set_yaw(self, yaw, stamp):
+    def set_yaw(self, yaw: float, stamp: float) -> None:
         """The yaw was `yaw` (rad) at `stamp` (s). Frames received before it do not change it back.
 
         A yaw that is not finite or a stamp that ROS could not hold is dropped and counted.
@@ -134,7 +140,7 @@ class Reader:
         self._imu.yaw.set(yaw, stamp)
         self._imu.yaw_doubtful = False
 
-    def calibrate(self, now):
+    def calibrate(self, now: float) -> str:
         """Measure the gyro's offset again, at rest; meanwhile the old one serves, and if the chair moves it stays.
 
         now: s, the clock of the frames. Returns '' if the measurement has begun, else why not. See `calibrating` and
@@ -142,7 +148,7 @@ class Reader:
         """
         return self._imu.calibrate(now)
 
-    def on_frame(self, frame):
+    def on_frame(self, frame: Frame) -> list:
         """Readings (a list, possibly empty) of one Frame; what cannot be read or believed is counted and dropped."""
         stamp = frame.time
         if not 0.0 <= stamp < LAST_STAMP:

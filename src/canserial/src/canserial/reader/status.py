@@ -1,8 +1,11 @@
 """How the reader is: one level and one line for people, and the figures behind it, for /diagnostics."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 from canserial.reader.faults import KINDS
+from canserial.reader.reader import Reader
 from sara_common.diagnostics import ERROR, OK, WARN
 
 IMU = None  # the period of the IMU frames, which the reader learns
@@ -38,7 +41,7 @@ IMU_FRAMES = tuple(name for name, expected in EXPECTED.items() if expected.perio
 
 
 class ReaderStatus(NamedTuple):
-    """level: OK, WARN or ERROR. text: one line. values: name -> figure. silent: names of the frames that do not come."""
+    """level: OK, WARN or ERROR. text: one line. values: {name: figure}. silent: names of the frames that are due."""
 
     level: int
     text: str
@@ -46,7 +49,7 @@ class ReaderStatus(NamedTuple):
     silent: tuple
 
 
-def status_of(reader, now):
+def status_of(reader: Reader, now: float) -> ReaderStatus:
     """The ReaderStatus of a Reader at `now` (s, the clock of its frames)."""
     if not reader.frames:
         return ReaderStatus(ERROR, 'waiting for frames', _values(reader, now, {}), ())

@@ -2,6 +2,8 @@
 canserial.adapter.link.Link.
 """
 
+from __future__ import annotations
+
 import threading
 
 import rospy
@@ -41,7 +43,7 @@ HIGH_LOAD = 0.8
 class FramePublisher:
     """Publishes on canrx, and counts what rospy drops in silence when a subscriber is QUEUE frames behind."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._publisher = rospy.Publisher('canrx', CAN, queue_size=QUEUE, tcp_nodelay=True)
         self.lost = 0
 
@@ -59,7 +61,7 @@ class FramePublisher:
 class AdapterNode:
     """The shell around one Link."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.config = config_from_params(AdapterConfig)
         warn_of_unknown_params(AdapterConfig.__dataclass_fields__)
         for remark in self.config.remarks:
@@ -75,7 +77,7 @@ class AdapterNode:
         )
         rospy.on_shutdown(self.stopping.set)
 
-    def report(self, level, sentence):
+    def report(self, level: str, sentence: str) -> None:
         """What the link has to say."""
         if level == 'fatal':
             self.fatal = sentence
@@ -83,7 +85,7 @@ class AdapterNode:
             return
         {'info': rospy.loginfo, 'warn': rospy.logwarn, 'error': rospy.logerr}[level](sentence)
 
-    def run(self):
+    def run(self) -> None:
         """Until ROS shuts down."""
         self.link.start()
         while not self.stopping.wait(1.0):
@@ -93,7 +95,7 @@ class AdapterNode:
         if self.fatal:
             stop(self.fatal)
 
-    def status(self):
+    def status(self) -> tuple[int, str, dict]:
         """(level, message, values) for /diagnostics, since the last call."""
         counters = self.link.all_counters
         counters['canrx_lost'] = self.canrx.lost
@@ -119,7 +121,7 @@ class AdapterNode:
         return (WARN, 'open, but: ' + '; '.join(news), values) if news else (OK, 'open', values)
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('canserial')
     AdapterNode().run()

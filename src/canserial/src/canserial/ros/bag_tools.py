@@ -1,9 +1,13 @@
 """Bus logs between candump's format and bags of canserial/CAN, without a master: `candump2bag`, `bag2candump`."""
 
+from __future__ import annotations
+
 import argparse
 import os
 import sys
 from collections import Counter
+from collections.abc import Callable
+from typing import TextIO
 
 import genpy
 import rosbag
@@ -21,14 +25,16 @@ class ToolError(Exception):
     """Why nothing could be converted, in one sentence."""
 
 
-def candump_to_bag(log_path, bag_path, topic='canrx', interface=None, say=print):
+def candump_to_bag(
+    log_path: str, bag_path: str, topic: str = 'canrx', interface: str | None = None, say: Callable[[str], None] = print
+) -> Counter:
     """Every data frame of a log (of one interface, or of all) to a bag; returns a Counter of what the lines were.
 
     say(sentence) is told of bad lines by number. Raises ToolError.
     """
     counts, interfaces = Counter(), set()
 
-    def convert(bag):
+    def convert(bag: rosbag.Bag):
         with _open(log_path) as log, _progress(log_path, os.path.getsize(log_path), 'B') as progress:
             for number, text in enumerate(log, 1):
                 progress.update(len(text))
@@ -55,16 +61,19 @@ def candump_to_bag(log_path, bag_path, topic='canrx', interface=None, say=print)
     _into(bag_path, lambda path: rosbag.Bag(path, 'w'), convert)
     if len(interfaces) > 1:
         say(
-            f'{log_path} holds frames of {", ".join(sorted(interfaces))}: all of them are on one topic now (see --interface)'
+            f'{log_path} holds frames of {", ".join(sorted(interfaces))}: all of them are on one topic now '
+            '(see --interface)'
         )
     return counts
 
 
-def bag_to_candump(bag_path, log_path, topic='canrx', interface='can0', say=print):
+def bag_to_candump(
+    bag_path: str, log_path: str, topic: str = 'canrx', interface: str = 'can0', say: Callable[[str], None] = print
+) -> Counter:
     """Every frame of a topic of a bag to a log, in the bag's order; returns a Counter. Raises ToolError."""
     counts = Counter()
 
-    def convert(log):
+    def convert(log: TextIO):
         try:
             bag = rosbag.Bag(bag_path)
         except (OSError, rosbag.ROSBagException) as error:
@@ -92,13 +101,13 @@ def bag_to_candump(bag_path, log_path, topic='canrx', interface='can0', say=prin
                     log.write(to_line(frame, interface, stamp.secs * 1000000 + stamp.nsecs // 1000) + '\n')
                     counts['data'] += 1
 
-    _into(log_path, lambda path: open(path, 'w', encoding='ascii'), convert)
+    _into(log_path, lambda path: open(path, 'w', encoding='ascii'), convert)  # noqa: SIM115 (_into closes it)
     return counts
 
 
 def _open(path):
     try:
-        return open(path, 'rb')
+        return open(path, 'rb')  # noqa: SIM115 (the caller closes it)
     except OSError as error:
         raise ToolError(f'cannot read {path}: {error.strerror}') from error
 
@@ -125,19 +134,23 @@ def _into(path, opener, convert):
             os.unlink(partial)
 
 
-def _main(name, description, source, target, interface_help, interface, convert, arguments):
+def _parser(name: str, description: str, source: str, target: str) -> argparse.ArgumentParser:
+    """The options that both commands have; source and target: what their files are called in the help."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('source', metavar=source)
     parser.add_argument('target', metavar=target, help='must not exist yet')
     parser.add_argument('--topic', default='canrx', help='topic of the bag (default: %(default)s)')
-    parser.add_argument('--interface', default=interface, help=interface_help)
+    return parser
+
+
+def _run(parser: argparse.ArgumentParser, convert: Callable[..., Counter], arguments: list[str] | None) -> None:
     options = parser.parse_args(arguments)
     try:
         counts = convert(
             options.source, options.target, options.topic, options.interface, lambda text: print(text, file=sys.stderr)
         )
     except ToolError as error:
-        sys.exit(f'{name}: {error}')
+        sys.exit(f'{parser.prog}: {error}')
     left = ', '.join(
         f'{count} {kind.replace("_", " ")}' for kind, count in sorted(counts.items()) if kind != 'data' and count
     )
@@ -146,29 +159,15 @@ def _main(name, description, source, target, interface_help, interface, convert,
         sys.exit(1)
 
 
-def candump2bag(arguments=None):
+def candump2bag(arguments: list[str] | None = None) -> None:
     """The command of that name."""
-    _main(
-        'candump2bag',
-        'A log of candump -l to a bag of canserial/CAN.',
-        'LOG',
-        'BAG',
-        'take frames of this interface only (default: all)',
-        None,
-        candump_to_bag,
-        arguments,
-    )
+    parser = _parser('candump2bag', 'A log of candump -l to a bag of canserial/CAN.', 'LOG', 'BAG')
+    parser.add_argument('--interface', help='take frames of this interface only (default: all)')
+    _run(parser, candump_to_bag, arguments)
 
 
-def bag2candump(arguments=None):
+def bag2candump(arguments: list[str] | None = None) -> None:
     """The command of that name."""
-    _main(
-        'bag2candump',
-        'A bag of canserial/CAN to a log as candump -l writes it.',
-        'BAG',
-        'LOG',
-        'name of the interface in the log (default: %(default)s)',
-        'can0',
-        bag_to_candump,
-        arguments,
-    )
+    parser = _parser('bag2candump', 'A bag of canserial/CAN to a log as candump -l writes it.', 'BAG', 'LOG')
+    parser.add_argument('--interface', default='can0', help='name of the interface in the log (default: %(default)s)')
+    _run(parser, bag_to_candump, arguments)

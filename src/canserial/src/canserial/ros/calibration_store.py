@@ -1,5 +1,7 @@
 """Where the calibration file lies, and what a node takes from it at start."""
 
+from __future__ import annotations
+
 import os
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,17 +11,18 @@ import rospy
 
 from canserial.calibration import calibration_file
 from canserial.calibration.calibration_file import Calibration, CalibrationFileError
+from canserial.reader.config import ReaderConfig
 from canserial.ros.node import stop
 
 DEFAULT_FILE = 'sara_calibration.yaml'
 
 
-def resolve(name):
+def resolve(name: str) -> Path:
     """The path of a calibration file: `~` is the home, a relative one lies in ROS_HOME (~/.ros)."""
     return Path(rospkg.get_ros_home()) / os.path.expanduser(name)
 
 
-def load_at_start(path, config):
+def load_at_start(path: Path, config: ReaderConfig) -> Calibration | None:
     """The Calibration to start with, or None; ends the node where the settings need a file that is no good.
 
     A damaged file is never passed over in silence: with calibration 'measure' it could still hold the chair's gain, so
@@ -40,7 +43,7 @@ def load_at_start(path, config):
         return None
 
 
-def update(path, **changes):
+def update(path: Path, **changes) -> None:
     """Change these fields of the file, which is made if there is none. Raises CalibrationFileError."""
     try:
         stored = calibration_file.load(path)
@@ -49,6 +52,6 @@ def update(path, **changes):
     calibration_file.save(path, stored.updated(**changes))
 
 
-def now_in_words():
+def now_in_words() -> str:
     """The time of the day for the file; wall time, for people."""
     return datetime.now(UTC).isoformat(timespec='seconds')

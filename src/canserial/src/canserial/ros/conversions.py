@@ -1,24 +1,34 @@
 """Between frames and readings and their messages."""
 
+from __future__ import annotations
+
 import math
 
 import rospy
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import Quaternion, Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
 
 from canserial.frame import Frame
 from canserial.msg import CAN, Encoder
-from canserial.reader.readings import FIELD_OF_VIEW
+from canserial.reader.readings import (
+    FIELD_OF_VIEW,
+    AnglesReading,
+    BatteryReading,
+    EncoderReading,
+    ImuReading,
+    JoystickReading,
+    RangeReading,
+)
 
 
-def frame_to_msg(frame):
+def frame_to_msg(frame: Frame) -> CAN:
     """A Frame as canserial/CAN; its stamp is the frame's time of reception."""
     message = CAN(timestamp=rospy.Time.from_sec(frame.time), data=frame.data)
     message.stdId, message.extId = (0, frame.id) if frame.extended else (frame.id, -1)
     return message
 
 
-def msg_to_frame(message):
+def msg_to_frame(message: CAN) -> Frame:
     """canserial/CAN as a Frame; a negative extId marks a standard frame."""
     time = message.timestamp.to_sec()
     if message.extId >= 0:
@@ -26,14 +36,14 @@ def msg_to_frame(message):
     return Frame(message.stdId, bytes(message.data), time)
 
 
-def encoder_to_msg(reading):
+def encoder_to_msg(reading: EncoderReading) -> Encoder:
     """EncoderReading as canserial/Encoder."""
     message = Encoder(wheel=reading.wheel, steps=reading.steps, time_100us=reading.time_100us)
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     return message
 
 
-def imu_to_msg(reading, frame_id, variances):
+def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
     """ImuReading as sensor_msgs/Imu with diagonal covariances (angles, rates, accelerations: three each)."""
     message = Imu()
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
@@ -49,7 +59,7 @@ def imu_to_msg(reading, frame_id, variances):
     return message
 
 
-def angles_to_msg(reading, frame_id):
+def angles_to_msg(reading: AnglesReading, frame_id: str) -> Vector3Stamped:
     """AnglesReading as geometry_msgs/Vector3Stamped: x roll, y pitch, z yaw (modulo 65.536 deg), rad."""
     message = Vector3Stamped()
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
@@ -58,7 +68,7 @@ def angles_to_msg(reading, frame_id):
     return message
 
 
-def range_to_msg(reading, minimum, maximum):
+def range_to_msg(reading: RangeReading, minimum: float, maximum: float) -> Range:
     """RangeReading as sensor_msgs/Range in the frame `<name>_frame`."""
     message = Range(
         radiation_type=Range.ULTRASOUND,
@@ -72,14 +82,16 @@ def range_to_msg(reading, minimum, maximum):
     return message
 
 
-def joystick_to_msg(reading):
-    """JoystickReading as sensor_msgs/Joy: axes left, forward (-1..1), right wheel, left wheel (rad/s); buttons [modo]."""
+def joystick_to_msg(reading: JoystickReading) -> Joy:
+    """JoystickReading as sensor_msgs/Joy: axes left, forward (-1..1), right, left wheel (rad/s); buttons [modo]."""
     message = Joy(axes=[reading.left, reading.forward, reading.right_wheel, reading.left_wheel], buttons=[reading.mode])
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     return message
 
 
-def battery_to_msg(reading, empty=None, full=None, charging=None):
+def battery_to_msg(
+    reading: BatteryReading, empty: float | None = None, full: float | None = None, charging: float | None = None
+) -> BatteryState:
     """BatteryReading as sensor_msgs/BatteryState; what is not known is NaN or UNKNOWN.
 
     empty, full: V; where given, percentage is linear between them. charging: V; where given, from there on it is
@@ -112,7 +124,7 @@ def battery_to_msg(reading, empty=None, full=None, charging=None):
     return message
 
 
-def quaternion(roll, pitch, yaw):
+def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
     """(x, y, z, w) of the rotation Rz(yaw) Ry(pitch) Rx(roll)."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
@@ -125,7 +137,7 @@ def quaternion(roll, pitch, yaw):
     )
 
 
-def yaw_of(q):
+def yaw_of(q: Quaternion) -> float:
     """Yaw (rad) of a quaternion message; NaN if it is no rotation at all (not finite or all zero)."""
     norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not (math.isfinite(norm) and norm > 1e-6):

@@ -5,6 +5,8 @@ It reads canrx itself, without gain and with an offset that it measures first, s
 read.py is set to. The chair is turned by its joystick; nothing here moves it.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
 import sys
@@ -35,7 +37,7 @@ class GivenUp(Exception):
 class GainTool:
     """Asks, listens, computes."""
 
-    def __init__(self, options):
+    def __init__(self, options: argparse.Namespace) -> None:
         self.options = options
         config = ReaderConfig(gain=1.0, calibration_time=options.calibration_time)
         self.procedure = GainProcedure(
@@ -46,7 +48,7 @@ class GainTool:
         self.zero = 0.0
         rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
 
-    def on_can(self, message):
+    def on_can(self, message: CAN) -> None:
         """A frame to the reader."""
         with self.lock:
             self.reader.on_frame(conversions.msg_to_frame(message))
@@ -71,7 +73,7 @@ class GainTool:
             print(f'  true {angle:.1f} deg, measured {measured:.2f} deg', flush=True)
         return self.procedure.result()
 
-    def measure_offset(self):
+    def measure_offset(self) -> None:
         """Wait until the reader has measured the offset at rest."""
         print(f'Keep the chair still for {self.options.calibration_time:g} s.', flush=True)
         said = None
@@ -87,7 +89,7 @@ class GainTool:
             self.reader.set_yaw(0.0, rospy.get_time())  # how it stood until now does not matter
         print('  offset {:.4f}, {:.4f}, {:.4f} deg/s'.format(*self.reader.offset), flush=True)
 
-    def turned_at_rest(self):
+    def turned_at_rest(self) -> float:
         """The turned angle, deg, once the chair stands."""
         said = False
         while True:
@@ -107,7 +109,7 @@ class GainTool:
             self.pause(0.1)
 
     @staticmethod
-    def ask(prompt):
+    def ask(prompt: str) -> None:
         """A line from the user, or GivenUp at the end of the input."""
         print(f'{prompt}: ', end='', flush=True)
         if not sys.stdin.readline():
@@ -116,14 +118,14 @@ class GainTool:
             raise GivenUp('ROS was shut down')
 
     @staticmethod
-    def pause(seconds):
+    def pause(seconds: float) -> None:
         """Wall time, for the bus does not wait for simulated time."""
         time.sleep(seconds)
         if rospy.is_shutdown():
             raise GivenUp('ROS was shut down')
 
 
-def reload_gain(node):
+def reload_gain(node: str) -> str:
     """Tell a running read.py to take the new gain; returns what came of it, in words."""
     service = rospy.resolve_name(f'{node}/reload_gain')
     try:
@@ -136,7 +138,7 @@ def reload_gain(node):
     return f'{service}: {answer.message}'
 
 
-def parse(arguments):
+def parse(arguments: list[str] | None) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(
         prog='calibrate_gain',
@@ -170,7 +172,7 @@ def parse(arguments):
     return options
 
 
-def main():
+def main() -> None:
     """Run the command; exit status 0 with a gain, 1 without, 2 for a wrong command line."""
     options = parse(rospy.myargv()[1:])
     path = calibration_store.resolve(options.file)

@@ -1,11 +1,16 @@
 """What nodes need at the start: a configuration from private parameters, and an end that says why."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Never
+
 import rospy
 
 from sara_common.config import ConfigError
 
 
-def config_from_params(config_type):
+def config_from_params(config_type: type) -> object:
     """The frozen dataclass `config_type` from the private parameters of its fields' names.
 
     A wrong one ends the node with a sentence that names it.
@@ -21,7 +26,7 @@ def config_from_params(config_type):
         stop(f'wrong configuration of {rospy.get_name()}: {error}')
 
 
-def warn_of_unknown_params(known):
+def warn_of_unknown_params(known: Iterable[str]) -> None:
     """Say which private parameters are none of `known`, for a misspelt one would do nothing."""
     given = rospy.get_param(rospy.get_name(), {})
     unknown = sorted(set(given) - set(known)) if isinstance(given, dict) else []
@@ -29,7 +34,7 @@ def warn_of_unknown_params(known):
         rospy.logwarn('%s has no parameter %s', rospy.get_name(), ', '.join(unknown))
 
 
-def stop(sentence):
+def stop(sentence: str) -> Never:
     """Say why, and end the process with status 1."""
     rospy.logfatal(sentence)
     rospy.signal_shutdown(sentence)

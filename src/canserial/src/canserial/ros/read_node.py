@@ -1,16 +1,20 @@
 """read.py: frames of `canrx` to standard messages; the shell around canserial.reader.reader.Reader."""
 
+from __future__ import annotations
+
 import math
 import threading
 import time
+from collections.abc import Callable, Mapping
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
 from sensor_msgs.msg import BatteryState, Imu, Joy, Range
 from std_msgs.msg import Bool, UInt8
-from std_srvs.srv import Trigger, TriggerResponse
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from canserial.calibration import calibration_file
+from canserial.calibration.calibration import GyroCalibration
 from canserial.calibration.calibration_file import CalibrationFileError
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.msg import CAN, Encoder
@@ -42,7 +46,7 @@ PARAMETERS = ('dbc', 'imu_frame', 'calibration_file', 'save_calibration')
 class ReadNode:
     """Publishes what the frames say."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         config = config_from_params(ReaderConfig)
         warn_of_unknown_params({*ReaderConfig.__dataclass_fields__, *PARAMETERS})
         try:
@@ -78,7 +82,7 @@ class ReadNode:
             else 'saved offset {:.4f}, {:.4f}, {:.4f} deg/s'.format(*offset),
         )
 
-    def advertise_all(self, config):
+    def advertise_all(self, config: ReaderConfig) -> dict[type, Callable]:
         """The publishers, as a mapping from the type of a reading to what publishes it."""
         advertise = self.advertise
         imu = advertise('imu/data', Imu)
@@ -107,18 +111,18 @@ class ReadNode:
         }
 
     @staticmethod
-    def advertise(topic, message_type):
+    def advertise(topic: str, message_type: type):
         """A publisher."""
         return rospy.Publisher(topic, message_type, queue_size=QUEUE, tcp_nodelay=True)
 
-    def on_can(self, message):
+    def on_can(self, message: CAN) -> None:
         """One frame to its readings' topics."""
         with self.lock:
             readings = self.reader.on_frame(conversions.msg_to_frame(message))
         for reading in readings:
             self.publish[type(reading)](reading)
 
-    def on_set_pose(self, message):
+    def on_set_pose(self, message: PoseWithCovarianceStamped) -> None:
         """The pose's yaw becomes the yaw at the pose's stamp (now, if it has none or lies in the future)."""
         now, stamp = rospy.get_time(), message.header.stamp.to_sec()
         yaw = conversions.yaw_of(message.pose.pose.orientation)
@@ -127,7 +131,7 @@ class ReadNode:
         if not math.isnan(yaw):
             rospy.loginfo('the yaw was set to %.3f rad', yaw)
 
-    def on_calibrate(self, _):
+    def on_calibrate(self, _: TriggerRequest) -> TriggerResponse:
         """Measure the gyroscope's offset, wait until it is done, save it."""
         with self.lock:
             refusal = self.reader.calibrate(rospy.get_time())
@@ -145,7 +149,7 @@ class ReadNode:
             return self.answer(False, f'{text} and in use, but not saved: {error}')
         return self.answer(True, f'{text}; saved in {self.file}')
 
-    def wait_for(self, calibration):
+    def wait_for(self, calibration: GyroCalibration) -> None:
         """Until the measurement has ended, for good or ill."""
         frames, since = -1, time.monotonic()
         while not self.stopping.wait(0.05):
@@ -161,7 +165,7 @@ class ReadNode:
                     calibration.start_over('no rates (0x204) come any more')
                     return
 
-    def save_offset(self, calibration):
+    def save_offset(self, calibration: GyroCalibration) -> None:
         """Into the calibration file, beside the gain that it may hold. Raises CalibrationFileError."""
         calibration_store.update(
             self.file,
@@ -171,7 +175,7 @@ class ReadNode:
             gyro_measured=calibration_store.now_in_words(),
         )
 
-    def on_reload_gain(self, _):
+    def on_reload_gain(self, _: TriggerRequest) -> TriggerResponse:
         """Take the gain from the calibration file."""
         if self.gain_is_given:
             return self.answer(False, 'the gain is not reloaded: ~gain is given')
@@ -188,12 +192,12 @@ class ReadNode:
         return self.answer(True, f'the gain is {gain:.4f}')
 
     @staticmethod
-    def answer(success, text):
+    def answer(success: bool, text: str):
         """Said to the caller and in the log."""
         (rospy.loginfo if success else rospy.logwarn)(text)
         return TriggerResponse(success, text)
 
-    def run(self):
+    def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
         restarts, ready = 0, self.reader.ready
         while not self.stopping.wait(1.0):
@@ -219,7 +223,7 @@ class ReadNode:
             self.warn_of_faults(counters)
             self.diagnostics.publish(status.level, text, status.values)
 
-    def on_ready(self, calibration):
+    def on_ready(self, calibration: GyroCalibration) -> None:
         """The offset was measured at start."""
         rospy.loginfo('the gyroscope is calibrated: offset %.4f, %.4f, %.4f deg/s', *calibration.offset)
         if self.save_at_start:
@@ -229,7 +233,7 @@ class ReadNode:
             except CalibrationFileError as error:
                 rospy.logerr('the offset is in use, but not saved: %s', error)
 
-    def warn_of_faults(self, counters):
+    def warn_of_faults(self, counters: Mapping[str, int]) -> None:
         """Once per kind, and again when it was well for a while."""
         now = time.monotonic()
         for kind in KINDS.keys() & counters.keys():
@@ -240,7 +244,7 @@ class ReadNode:
             self.noticed[kind], self.known[kind] = now, counters[kind]
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('read')
     ReadNode().run()

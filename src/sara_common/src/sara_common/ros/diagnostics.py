@@ -30,7 +30,7 @@ def diagnostic_array(stamp: rospy.Time, statuses: Iterable[Status], hardware_id:
 class Diagnostics:
     """Publishes one status of a node on /diagnostics. name: of the status; hardware_id: what it is about."""
 
-    def __init__(self, name: str, hardware_id: str = ''):
+    def __init__(self, name: str, hardware_id: str = '') -> None:
         self._publisher = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
         self._name, self._hardware_id = name, hardware_id
 

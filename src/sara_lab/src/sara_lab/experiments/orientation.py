@@ -168,7 +168,11 @@ def costs():
             complementary.ComplementaryFilter(0.9, STEP_S),
             lambda f: f.update(tuple(sample[3:]), tuple(sample[:3]), _Counted(STEP_S)),
         ),
-        'madgwick': (madgwick, madgwick.MadgwickFilter(_Counted(0.05)), lambda f: f.update(*sample, _Counted(STEP_S))),
+        'madgwick': (
+            madgwick,
+            madgwick.MadgwickFilter(_Counted(0.05)),
+            lambda f: f.update(tuple(sample[3:]), tuple(sample[:3]), _Counted(STEP_S)),
+        ),
     }
     for name, (module, one, update) in filters.items():
         update(one)  # the first sample sets it

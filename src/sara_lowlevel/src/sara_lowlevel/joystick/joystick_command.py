@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Iterable
 
+from canserial.frame import Frame
 from sara_lowlevel.config import JoystickConfig
 from sara_lowlevel.hardware import HardwareError, open_joystick
 from sara_lowlevel.joystick.joystick_device import JoystickState
@@ -42,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
 class Device:
     """The joystick device, which may be unplugged. `state`: None while it is."""
 
-    def __init__(self, options):
+    def __init__(self, options: argparse.Namespace) -> None:
         self._options, self._retry = options, Every(1.0)
         self.problem = ''
         self._open()
@@ -92,13 +94,13 @@ def run(arguments: list[str] | None = None) -> int:
     recorder = Recorder(options.record, can.port) if options.record else None
     device = Device(options)
 
-    def step(t, heard):
+    def step(t: float, heard: list[Frame]) -> Iterable[Frame]:
         for frame in heard:
             node.receive(frame, t)
         state = device.poll(t)
         return node.update(t, *state.stick) if state is not None else []
 
-    def status():
+    def status() -> str:
         if device.state is None:
             return device.problem
         return 'stick {} {}'.format(*device.state.stick) if any(device.state.axes.values()) else 'stick at rest'

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from canserial.dbc.bus import BusError
+from canserial.dbc.bus import BusDescription, BusError
+from canserial.frame import Frame
 from sara_lowlevel.config import JoystickConfig
 from sara_lowlevel.motor.motor_node import MODE_MANUAL, MODE_OFF, MODE_PC
 from sara_lowlevel.schedule import Every
@@ -11,7 +12,7 @@ from sara_lowlevel.schedule import Every
 class JoystickNode:
     """Sends its state every period, and at once when it changes."""
 
-    def __init__(self, bus, config: JoystickConfig = JoystickConfig()):
+    def __init__(self, bus: BusDescription, config: JoystickConfig = JoystickConfig()) -> None:
         """`bus`: canserial.dbc.bus.BusDescription."""
         self.config = config
         self._bus = bus
@@ -19,7 +20,7 @@ class JoystickNode:
         self._pc_drives = False
         self._sent: tuple | None = None
 
-    def receive(self, frame, t: float) -> None:
+    def receive(self, frame: Frame, t: float) -> None:
         """Listens to the motor node's modoPC, which it shows as its own mode while it is centred."""
         try:
             name, values = self._bus.decode(frame)

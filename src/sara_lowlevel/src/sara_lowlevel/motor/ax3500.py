@@ -63,7 +63,7 @@ class Ax3500:
     what went wrong.
     """
 
-    def __init__(self, config: AmplifierConfig = AmplifierConfig()):
+    def __init__(self, config: AmplifierConfig = AmplifierConfig()) -> None:
         self.config = config
         self.right: Count | None = None
         self.left: Count | None = None

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from contextlib import suppress
 
 from sara_lowlevel.config import AmplifierConfig, MotorConfig, SpeedLoopConfig
 from sara_lowlevel.hardware import HardwareError, open_amplifier_port
@@ -66,7 +67,7 @@ def parser() -> argparse.ArgumentParser:
 class Port:
     """A serial port that may come and go; what fails reads as silence. `problem`: why, or ''."""
 
-    def __init__(self, name: str):
+    def __init__(self, name: str) -> None:
         self._name, self._serial, self._retry = name, open_amplifier_port(name), Every(1.0)
         self.problem = ''
 
@@ -108,17 +109,15 @@ class Port:
 
     def _lose(self, error: Exception) -> None:
         self.problem = f'{self._name} was lost: {error}'
-        try:
+        with suppress(OSError):
             self._serial.close()
-        except OSError:
-            pass
         self._serial = None
 
 
 class MotorLoop:
     """MotorNode, WheelDrive and the port as one step of the runner."""
 
-    def __init__(self, node: MotorNode, drive: WheelDrive, port: Port):
+    def __init__(self, node: MotorNode, drive: WheelDrive, port: Port) -> None:
         self.node, self.drive, self.port = node, drive, port
 
     def step(self, t: float, heard: list) -> list:

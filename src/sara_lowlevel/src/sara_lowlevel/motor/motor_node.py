@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from canserial.dbc.bus import BusError
+from canserial.dbc.bus import BusDescription, BusError
+from canserial.frame import Frame
 from sara_lowlevel.config import MotorConfig
 from sara_lowlevel.schedule import TIME_TOLERANCE_S, Every
 
@@ -37,7 +38,7 @@ class MotorNode:
     `counts`: what was dropped, by reason.
     """
 
-    def __init__(self, bus, config: MotorConfig = MotorConfig()):
+    def __init__(self, bus: BusDescription, config: MotorConfig = MotorConfig()) -> None:
         """`bus`: canserial.dbc.bus.BusDescription."""
         self.config = config
         self.mode = MODE_MANUAL
@@ -54,7 +55,7 @@ class MotorNode:
         self._mode_turn = Every(config.mode_period)
         self._battery = Every(config.battery_period)
 
-    def receive(self, frame, t: float) -> None:
+    def receive(self, frame: Frame, t: float) -> None:
         """A frame heard on the bus at `t` (s, this node's clock). Bad frames are counted in `counts` and change
         nothing.
         """

@@ -16,7 +16,7 @@ class StillAverage:
     new one.
     """
 
-    def __init__(self, samples: int, accel_band: float, gyro_band: float):
+    def __init__(self, samples: int, accel_band: float, gyro_band: float) -> None:
         """`samples`: how many to average. `accel_band`, `gyro_band`: counts, the widest spread of the means of 20
         samples on an axis.
         """
@@ -39,7 +39,9 @@ class StillAverage:
             self._block = [0] * 6
             self._low = means if self._low is None else list(map(min, self._low, means))
             self._high = means if self._high is None else list(map(max, self._high, means))
-            self.moved = self.moved or any(h - l > band for h, l, band in zip(self._high, self._low, self._bands))
+            self.moved = self.moved or any(
+                high - low > band for high, low, band in zip(self._high, self._low, self._bands)
+            )
 
     @property
     def done(self) -> bool:

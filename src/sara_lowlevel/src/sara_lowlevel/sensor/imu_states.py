@@ -27,7 +27,7 @@ class ImuStates:
     the calibration found, ((ax, ay, az), (gx, gy, gz)), None without one).
     """
 
-    def __init__(self, imu: Mpu6050, config: SensorConfig):
+    def __init__(self, imu: Mpu6050, config: SensorConfig) -> None:
         self.imu, self.config = imu, config
         self.state, self.reason = STARTING, ''
         self.counts: Counter = Counter()

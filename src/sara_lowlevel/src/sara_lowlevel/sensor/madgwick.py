@@ -7,6 +7,7 @@ a (eq. 20, 25, 26, 33). Plain floats, for it runs a hundred times a second on a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import asin, atan2, cos, degrees, hypot, sin, sqrt
 
 
@@ -15,7 +16,7 @@ class MadgwickFilter:
     in [-180, 180].
     """
 
-    def __init__(self, beta: float, q: tuple[float, float, float, float] | None = None):
+    def __init__(self, beta: float, q: tuple[float, float, float, float] | None = None) -> None:
         """`beta`: rad/s, how fast gravity corrects. `q`: where to start; from the first acceleration, with yaw 0, if
         None.
         """
@@ -29,10 +30,12 @@ class MadgwickFilter:
             self._yaw_kept = atan2(*self._yaw_terms())
             self.q = None
 
-    def update(self, gx: float, gy: float, gz: float, ax: float, ay: float, az: float, dt: float) -> None:
-        """Rates in rad/s, specific force in any unit, `dt`: s. Without a direction of gravity (0, 0, 0) only the rates
-        count.
+    def update(self, accel: Sequence[float], gyro: Sequence[float], dt: float) -> None:
+        """Take a sample: specific force (x, y, z) in any unit, rates (x, y, z) in rad/s, `dt` s after the last one.
+
+        Without a direction of gravity (0, 0, 0) only the rates count.
         """
+        (ax, ay, az), (gx, gy, gz) = accel, gyro
         if self.q is None:
             self._from_gravity(ax, ay, az)
             return

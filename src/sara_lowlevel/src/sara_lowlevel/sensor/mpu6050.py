@@ -10,6 +10,9 @@ back. Nothing sleeps:
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable, Sequence
+
+from sara_lowlevel.hardware import I2cBus
 
 XA_OFFS, XG_OFFS = 0x06, 0x13
 GYRO_CONFIG, ACCEL_CONFIG, MOT_THR, MOT_DUR = 0x1B, 0x1C, 0x1F, 0x20
@@ -44,13 +47,19 @@ class ChipError(OSError):
     """The chip answers, but not as an MPU6050 that is configured would."""
 
 
-def write_sequence(i2c, address: int, sequence) -> None:
+def write_sequence(i2c: I2cBus, address: int, sequence: Iterable[tuple[int, int]]) -> None:
     """Write (register, value) pairs one after the other. Raises OSError."""
     for register, value in sequence:
         i2c.write_byte_data(address, register, value)
 
 
-def calibrated(accel_offsets, gyro_offsets, accel_mean, gyro_mean, rest=REST) -> tuple[tuple, tuple]:
+def calibrated(
+    accel_offsets: Sequence[int],
+    gyro_offsets: Sequence[int],
+    accel_mean: Sequence[float],
+    gyro_mean: Sequence[float],
+    rest: Sequence[float] = REST,
+) -> tuple[tuple, tuple]:
     """Eq. 2.1, 2.2: new offset registers from the present ones and the mean counts (3 + 3) at rest; `rest`: the
     accelerometer's ideal counts.
 
@@ -74,7 +83,7 @@ def _within(value: int, low: int, high: int) -> int:
 class Mpu6050:
     """One chip. `ready`: configured and awake, since `advance` said so."""
 
-    def __init__(self, i2c, address: int = 0x68, motion_threshold: int = 20, motion_duration: int = 40):
+    def __init__(self, i2c: I2cBus, address: int = 0x68, motion_threshold: int = 20, motion_duration: int = 40) -> None:
         """`i2c`: has smbus2's methods. `motion_threshold`: 2 mg each; `motion_duration`: ms."""
         self.address = address
         self.ready = False
@@ -151,7 +160,7 @@ class Mpu6050:
         values = _unpack(raw)
         return values[:3], values[3:]
 
-    def set_offsets(self, accel, gyro) -> None:
+    def set_offsets(self, accel: Sequence[int], gyro: Sequence[int]) -> None:
         """Write the offset registers and read them back. Raises OSError, ChipError."""
         for first, values in ((XA_OFFS, accel), (XG_OFFS, gyro)):
             for axis, value in enumerate(values):
@@ -164,7 +173,8 @@ class Mpu6050:
         identity = self._i2c.read_byte_data(self.address, WHO_AM_I)
         if identity != IDENTITY:
             raise ChipError(
-                f'the chip at 0x{self.address:02x} answers WHO_AM_I with 0x{identity:02x}, an MPU6050 says 0x{IDENTITY:02x}'
+                f'the chip at 0x{self.address:02x} answers WHO_AM_I with 0x{identity:02x}, '
+                f'an MPU6050 says 0x{IDENTITY:02x}'
             )
 
     def _write(self, register: int, value: int) -> None:
@@ -174,5 +184,6 @@ class Mpu6050:
         held = self._i2c.read_byte_data(self.address, register)
         if held != value:
             raise ChipError(
-                f'register 0x{register:02x} of the chip at 0x{self.address:02x} holds 0x{held:02x}, written was 0x{value:02x}'
+                f'register 0x{register:02x} of the chip at 0x{self.address:02x} holds 0x{held:02x}, '
+                f'written was 0x{value:02x}'
             )

@@ -9,7 +9,9 @@ readers of the bus drop as implausible.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 
+from sara_lowlevel.hardware import I2cBus
 from sara_lowlevel.schedule import SENSORS
 from sara_lowlevel.sensor.srf02 import Srf02
 
@@ -21,14 +23,14 @@ class Rangers:
     by name.
     """
 
-    def __init__(self, i2c, addresses: tuple[int, ...]):
+    def __init__(self, i2c: I2cBus, addresses: tuple[int, ...]) -> None:
         """`addresses`: 7 bits, in the order of `schedule.SENSORS`."""
         self.cm = dict.fromkeys(SENSORS, SILENT)
         self.counts: Counter = Counter()
         self._rangers = {name: Srf02(i2c, address) for name, address in zip(SENSORS, addresses)}
         self._waiting: set[str] = set()
 
-    def trigger(self, names, t: float) -> None:
+    def trigger(self, names: Iterable[str], t: float) -> None:
         """Start a ranging of each at `t` (s)."""
         for name in names:
             try:
@@ -37,7 +39,7 @@ class Rangers:
             except OSError:
                 self._silence(name)
 
-    def read(self, names, t: float, last: bool) -> None:
+    def read(self, names: Iterable[str], t: float, last: bool) -> None:
         """Take the answers that are there at `t` (s). `last`: who has none by now is silent."""
         for name in names:
             if name not in self._waiting:

@@ -1,11 +1,13 @@
-"""`sensor_node`: the sensor node on a real I2C bus and a real CAN bus. SIGUSR1 is the push-button that calibrates anew."""
+"""`sensor_node`: the sensor node on a real I2C bus and CAN bus. SIGUSR1 is the push-button that calibrates anew."""
 
 from __future__ import annotations
 
 import argparse
 import signal
 import threading
+from collections.abc import Iterable
 
+from canserial.frame import Frame
 from sara_lowlevel.config import SensorConfig
 from sara_lowlevel.hardware import open_i2c
 from sara_lowlevel.runner import Recorder, Runner, adapter_config, bus_named, common_arguments, main_of
@@ -62,7 +64,7 @@ def run(arguments: list[str] | None = None) -> int:
         pressed = threading.Event()
         signal.signal(signal.SIGUSR1, lambda *_: pressed.set())
 
-        def step(t, heard):
+        def step(t: float, _heard: list[Frame]) -> Iterable[Frame]:
             if pressed.is_set():
                 pressed.clear()
                 node.recalibrate()

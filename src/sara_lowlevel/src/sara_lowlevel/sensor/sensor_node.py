@@ -12,8 +12,10 @@ from collections import Counter, deque
 from functools import partial
 from math import radians
 
+from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
 from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.hardware import I2cBus
 from sara_lowlevel.schedule import (
     READ_SLOTS,
     READ_TRIES,
@@ -47,7 +49,7 @@ class SensorNode:
     `rangers`: the chips.
     """
 
-    def __init__(self, bus, i2c, config: SensorConfig = SensorConfig()):
+    def __init__(self, bus: BusDescription, i2c: I2cBus, config: SensorConfig = SensorConfig()) -> None:
         """`bus`: canserial.dbc.bus.BusDescription. `i2c`: has smbus2's methods; OSError where nobody acknowledges."""
         self.config = config
         self.filter = ComplementaryFilter(config.complementary_weight, SLOT_S)
@@ -74,7 +76,7 @@ class SensorNode:
             return []
         sample = self._states.update(t)
         if sample is not None:
-            self._take(t, *sample)
+            self._take(t, sample)
         elif self._count or self._whole:
             self._forget()
         for duty in due:
@@ -200,8 +202,9 @@ class SensorNode:
 
     # --- the IMU -----------------------------------------------------------------------------------------------------
 
-    def _take(self, t: float, ax: int, ay: int, az: int, gx: int, gy: int, gz: int) -> None:
-        """A sample of this slot, in counts."""
+    def _take(self, t: float, sample: tuple[int, int, int, int, int, int]) -> None:
+        """A sample of this slot: three accelerations and three rates, in counts."""
+        ax, ay, az, gx, gy, gz = sample
         sx, sy, sz = self._sums
         self._sums = (sx + gx, sy + gy, sz + gz)
         self._count += 1
@@ -212,7 +215,7 @@ class SensorNode:
             self._restart_filters()
         self.filter.update(accel, (gx * _DPS, gy * _DPS, gz * _DPS), dt)
         if self.madgwick is not None:
-            self.madgwick.update(gx * _RPS, gy * _RPS, gz * _RPS, ax, ay, az, dt)
+            self.madgwick.update(accel, (gx * _RPS, gy * _RPS, gz * _RPS), dt)
 
     def _forget(self) -> None:
         """No sample of before may reach a frame of after."""

@@ -9,6 +9,8 @@ it is.
 
 from __future__ import annotations
 
+from sara_lowlevel.hardware import I2cBus
+
 RANGE_IN_CM = 0x51
 RANGING_S = 0.066
 MAX_CM = 600
@@ -24,7 +26,7 @@ class RangerError(OSError):
 class Srf02:
     """One ranger. `revision`: its software revision once it has answered."""
 
-    def __init__(self, i2c, address: int):
+    def __init__(self, i2c: I2cBus, address: int) -> None:
         """`i2c`: has smbus2's methods. `address`: 7 bits (0x70 as shipped)."""
         self.address = address
         self.revision: int | None = None
