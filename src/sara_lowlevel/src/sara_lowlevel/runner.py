@@ -51,7 +51,9 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
         help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
     )
     parser.add_argument('--dbc', default='sara', help='bus description: sara (default), sara_tenths, or a file')
-    parser.add_argument('--record', metavar='FILE', help='write every frame sent or heard to FILE, as candump -l does')
+    parser.add_argument(
+        '--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does'
+    )
 
 
 class Recorder:
@@ -89,11 +91,11 @@ class Recorder:
 class Runner:
     """One node's loop.
 
-    `step(t, heard)`: called every 10 ms with seconds since the start and the frames heard since the last call; returns
-    frames to send.
+    `step(t, frames)`: called every 10 ms with seconds since the start and the frames received since the last call;
+    returns frames to send.
     `status()`: what the node says of itself, a short text. `at_end()`: called first of all when the loop ends, however
     it does.
-    `heard`, `late`: counts.
+    `received`, `late`: counts.
     """
 
     def __init__(
@@ -107,13 +109,13 @@ class Runner:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        self.name, self.heard, self.late = name, 0, 0
+        self.name, self.received, self.late = name, 0, 0
         self._step, self._status, self._recorder, self._at_end = step, status, recorder, at_end
         self._clock, self._sleep = clock, sleep
         self._start = clock()
         self._incoming: queue.SimpleQueue = queue.SimpleQueue()
         self._link = Link(Adapter(can), self._on_frame, self._time, self._report)
-        # UDP multicast brings back what was sent; an identifier on a CAN bus has one sender, so ours need not be heard.
+        # UDP multicast brings back what was sent; an identifier on a CAN bus has one sender, so ours need not be taken.
         self._own: set | None = set() if can.interface == 'udp_multicast' else None
         self._stopping = False
         self._failed = False
@@ -133,7 +135,7 @@ class Runner:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, self.stop)
         self._link.start()
-        turn, told = 0, -1
+        turn, shown = 0, -1
         try:
             while not self._stopping:
                 now = self._time()
@@ -142,8 +144,8 @@ class Runner:
                     self.late += late
                     turn += late
                 self._turn(now)
-                if int(now) != told:
-                    told = int(now)
+                if int(now) != shown:
+                    shown = int(now)
                     self._link.supervise()
                     self._show()
                 turn += 1
@@ -164,20 +166,20 @@ class Runner:
             key: value for key, value in counters.items() if value and key.startswith(('not_sent', 'transmit_queue'))
         }
         trouble += ''.join(f', {value} {key}' for key, value in lost.items())
-        return f'{counters.get("sent", 0)} frames sent, {self.heard} heard{trouble}; {self._status()}'
+        return f'{counters.get("sent", 0)} frames sent, {self.received} received{trouble}; {self._status()}'
 
     def _turn(self, now: float) -> None:
-        heard = []
+        received = []
         while not self._incoming.empty():
-            heard.append(self._incoming.get())
-        self.heard += len(heard)
-        frames = self._step(now, heard)
+            received.append(self._incoming.get())
+        self.received += len(received)
+        frames = self._step(now, received)
         for frame in frames:
             self._link.send(frame)
         if self._own is not None:
             self._own.update(frame.id for frame in frames)
         if self._recorder is not None:
-            for frame in (*heard, *frames):
+            for frame in (*received, *frames):
                 self._recorder.write(frame)
             if self._recorder.problem:
                 self.say(self._recorder.problem)

@@ -41,7 +41,7 @@ class Adapter:
     """An adapter that may come and go. receive() and send() may be called from one thread each.
 
     `counters`: received, sent, bits (on the wire, both ways), remote_frames, fd_frames, error_frames, overruns,
-    bad_lines, and what a Lawicel adapter's status tells (canserial.adapter.lawicel).
+    bad_lines, and what a Lawicel adapter's status flags say (canserial.adapter.lawicel).
     """
 
     def __init__(self, config: AdapterConfig) -> None:

@@ -18,7 +18,7 @@ from sara_common.config import ConfigError, is_whole
 # Lawicel's S0..S8. python-can calls S7 750 kbit/s, the CANUSB's manual 800 kbit/s: both names give S7.
 LAWICEL_RATES = (10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000, 1000000)
 TTY_BAUDRATE = 115200
-# What python-can's interfaces are told to listen only. On the last two nobody acknowledges: not to send is all.
+# Arguments that make python-can's interfaces listen only. The last two do not acknowledge frames anyway.
 LISTEN_ONLY = {
     'slcan': {'listen_only': True},
     'vector': {'listen_only': True},

@@ -24,7 +24,7 @@ TIMEOUT = 0.1  # s, how long a thread may take to notice that it is to end
 class Link:
     """Runs one Adapter.
 
-    on_frame(frame) is called from the receiving thread; clock() stamps the frames (s); report(level, sentence) is told
+    on_frame(frame) is called from the receiving thread; clock() stamps the frames (s); report(level, sentence) gets
     what happens, level 'info', 'warn', 'error' or 'fatal' (the last: give up). `error` says why nothing flows, '' when
     the adapter is open.
     `counters`: `reconnections`, `threads_restarted`, and frames not sent by cause (`not_sent_closed`, `_invalid`,
@@ -68,7 +68,7 @@ class Link:
             if not thread.is_alive() and not self._stopping.is_set():
                 self.counters['threads_restarted'] += 1
                 self._report(
-                    'error', f'the thread {name} died of {self._deaths.get(name, "nothing it told")}: started anew'
+                    'error', f'the thread {name} died of {self._deaths.get(name, "an unknown cause")}: started anew'
                 )
                 self._start(name)
 
@@ -89,7 +89,7 @@ class Link:
         if self.config.listen_only:
             self._not_sent('listen_only', 'the adapter listens only (listen_only is true)')
         elif not self.adapter.is_open:
-            self.counters['not_sent_closed'] += 1  # told when the adapter was lost
+            self.counters['not_sent_closed'] += 1  # reported when the adapter was lost
         else:
             self.queue.put(frame, time.monotonic(), epoch)
 
@@ -103,7 +103,7 @@ class Link:
         def run():
             try:
                 self._loops[name]()
-            except Exception as error:  # whatever it is: supervise() tells it and starts the thread anew
+            except Exception as error:  # whatever it is: supervise() reports it and starts the thread anew
                 self._deaths[name] = f'{type(error).__name__}: {error}'
 
         self._threads[name] = threading.Thread(target=run, name=name, daemon=True)
@@ -168,7 +168,7 @@ class Link:
                         self.adapter.send(frame)
                 except AdapterError as error:
                     self._not_sent('failed', f'the {self.where} did not take it: {error}')
-                with suppress(AdapterError):  # the receiving thread finds out and tells
+                with suppress(AdapterError):  # the receiving thread finds out and reports
                     self.adapter.ask_status()
 
     def _close(self):

@@ -58,7 +58,7 @@ class TransmitQueue:
             return None, self.epoch
 
     def discard(self) -> None:
-        """Begin a new epoch: everything that waits is forgotten, because there is nobody to send it to."""
+        """Begin a new epoch: all that waits is discarded, because it cannot be sent any more."""
         with self._changed:
             self.epoch += 1
             self.counters['discarded'] += len(self._frames)

@@ -22,7 +22,7 @@ class GyroCalibration:
 
     still_step, still_drift: deg/s, the largest excursion from the mean and the largest change of the mean that count as
     rest.
-    max_gap: s without frames after which nobody can say whether it was at rest. persistent: start over when it was not;
+    max_gap: s without frames after which it is unknown whether it was at rest. persistent: start over when it was not;
     otherwise give up. add() returns True when it ended: `offset` then holds three rates in deg/s, or None if it was
     given up.
     `sigma`: standard deviations of the samples. `restarts` counts the starts over, `reason` says why the last one

@@ -34,7 +34,7 @@ class Calibration:
     """What is known of a chair's gyroscope; None for what was not measured.
 
     gyro_offset, gyro_sigma: three rates, deg/s. gyro_frames: how many frames they are the mean and deviation of. gain:
-    k of the turned angle; gain_error: its standard error. gyro_measured, gain_measured: when, in words.
+    k of the turned angle; gain_error: its standard error. gyro_measured, gain_measured: when, as text.
     """
 
     gyro_offset: tuple = None

@@ -1,4 +1,4 @@
-"""Ultrasonic ranges: the true median of the last three readings, said in the words of REP-117."""
+"""Ultrasonic ranges: the median of the last three readings, by the conventions of REP-117."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from sara_common.diagnostics import ERROR, OK, WARN
 IMU = None  # the period of the IMU frames, which the reader learns
 PERIODS_SILENT = 5  # a frame is silent after so many periods, and never before max_gap
 POWER_UP = 60.0  # s; the sensor node calibrates itself for 30 s after it is switched on, longer if it is moved
-KINDS_TOLD = 4  # of what was dropped lately; all are in the figures
+KINDS_SHOWN = 4  # of what was dropped lately; all are in the figures
 RECENT = 10.0  # s; what was dropped so long ago still counts as "lately"
 SENSOR_NODE = 'the sensor node calibrates itself for 30 s after it is switched on: keep the chair still'
 
@@ -67,9 +67,9 @@ def status_of(reader: Reader, now: float) -> ReaderStatus:
         key=lambda kind: (-reader.last_fault[kind], kind),
     )
     if lately:
-        told = [f'{KINDS[kind]} ({reader.counters[kind]})' for kind in lately[:KINDS_TOLD]]
-        more = [f'and {len(lately) - KINDS_TOLD} more'] if len(lately) > KINDS_TOLD else []
-        parts.append((WARN, 'dropped lately: ' + ', '.join(told + more)))
+        shown = [f'{KINDS[kind]} ({reader.counters[kind]})' for kind in lately[:KINDS_SHOWN]]
+        more = [f'and {len(lately) - KINDS_SHOWN} more'] if len(lately) > KINDS_SHOWN else []
+        parts.append((WARN, 'dropped lately: ' + ', '.join(shown + more)))
     empty = reader.config.battery_empty
     if empty is not None and reader.battery is not None and reader.battery <= empty:
         parts.append((WARN, f'the battery is empty: {reader.battery:.1f} V'))
@@ -79,7 +79,7 @@ def status_of(reader: Reader, now: float) -> ReaderStatus:
 
 
 def _silent(reader, now):
-    """{name: seconds of silence, or None if it never came} of the frames that should come and do not."""
+    """{name: seconds since the last one, or None if none ever came} of the frames that are overdue."""
     silent = {}
     for name, expected in EXPECTED.items():
         if name not in reader.bus.names:

@@ -41,7 +41,7 @@ HIGH_LOAD = 0.8
 
 
 class FramePublisher:
-    """Publishes on canrx, and counts what rospy drops in silence when a subscriber is QUEUE frames behind."""
+    """Publishes on canrx, and counts what rospy drops without a word when a subscriber is QUEUE frames behind."""
 
     def __init__(self) -> None:
         self._publisher = rospy.Publisher('canrx', CAN, queue_size=QUEUE, tcp_nodelay=True)

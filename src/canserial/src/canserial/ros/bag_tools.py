@@ -30,7 +30,7 @@ def candump_to_bag(
 ) -> Counter:
     """Every data frame of a log (of one interface, or of all) to a bag; returns a Counter of what the lines were.
 
-    say(sentence) is told of bad lines by number. Raises ToolError.
+    say(sentence) is called for bad lines, with their numbers. Raises ToolError.
     """
     counts, interfaces = Counter(), set()
 

@@ -25,7 +25,7 @@ def resolve(name: str) -> Path:
 def load_at_start(path: Path, config: ReaderConfig) -> Calibration | None:
     """The Calibration to start with, or None; ends the node where the settings need a file that is no good.
 
-    A damaged file is never passed over in silence: with calibration 'measure' it could still hold the chair's gain, so
+    A damaged file is never ignored: with calibration 'measure' it could still hold the chair's gain, so
     only a gain that is given makes it needless.
     """
     try:

@@ -126,7 +126,7 @@ class GainTool:
 
 
 def reload_gain(node: str) -> str:
-    """Tell a running read.py to take the new gain; returns what came of it, in words."""
+    """Ask a running read.py to take the new gain; returns a sentence about the outcome."""
     service = rospy.resolve_name(f'{node}/reload_gain')
     try:
         rospy.wait_for_service(service, timeout=0.5)
@@ -164,7 +164,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
     )
     parser.add_argument('--dbc', default='sara', help='name or path of the bus description (sara)')
-    parser.add_argument('--node', default='read', help='the read.py to be told of the gain (read)')
+    parser.add_argument('--node', default='read', help='the read.py that is to take the gain (read)')
     parser.add_argument('--dry-run', action='store_true', help='print the gain, save nothing')
     options = parser.parse_args(arguments)
     if any(angle < 0.0 for angle in options.angles):

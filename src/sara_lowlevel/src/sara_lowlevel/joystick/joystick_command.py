@@ -1,6 +1,6 @@
 """`joystick_node`: the joystick node on a Linux joystick device and a real CAN bus.
 
-While the device is unplugged no frame goes out, and half a second later the motor node lets nobody drive.
+While the device is unplugged no frame goes out, and half a second later the motor node stops the wheels.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def run(arguments: list[str] | None = None) -> int:
     recorder = Recorder(options.record, can.port) if options.record else None
     device = Device(options)
 
-    def step(t: float, heard: list[Frame]) -> Iterable[Frame]:
-        for frame in heard:
+    def step(t: float, frames: list[Frame]) -> Iterable[Frame]:
+        for frame in frames:
             node.receive(frame, t)
         state = device.poll(t)
         return node.update(t, *state.stick) if state is not None else []

@@ -15,7 +15,7 @@ BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80
 
 
 class JoystickState:
-    """`axes`: {number: -32767..32767}, `buttons`: {number: pressed}, as far as events have told."""
+    """`axes`: {number: -32767..32767}, `buttons`: {number: pressed}, as far as events said."""
 
     def __init__(self, x_axis: int = 0, y_axis: int = 1, hold_button: int | None = None) -> None:
         """`x_axis`, `y_axis`: numbers of the axes. `hold_button`: the stick counts only while this one is pressed;

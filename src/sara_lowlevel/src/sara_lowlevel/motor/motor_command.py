@@ -1,4 +1,4 @@
-"""`motor_node`: the motor node on an AX3500 (RS-232) and a real CAN bus. The last thing it ever tells the amplifier is
+"""`motor_node`: the motor node on an AX3500 (RS-232) and a real CAN bus. The last command to the amplifier is
 to stop.
 """
 
@@ -65,7 +65,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 class Port:
-    """A serial port that may come and go; what fails reads as silence. `problem`: why, or ''."""
+    """A serial port that may come and go; while it fails, nothing is read. `problem`: why, or ''."""
 
     def __init__(self, name: str) -> None:
         self._name, self._serial, self._retry = name, open_amplifier_port(name), Every(1.0)
@@ -104,7 +104,7 @@ class Port:
                 self._serial.flush()
                 self._serial.close()
             except OSError:
-                pass  # nothing is left that could be told to stop; its own watchdog does
+                pass  # no amplifier is left that could be stopped; its own watchdog does
         self._serial = None
 
     def _lose(self, error: Exception) -> None:
@@ -120,10 +120,10 @@ class MotorLoop:
     def __init__(self, node: MotorNode, drive: WheelDrive, port: Port) -> None:
         self.node, self.drive, self.port = node, drive, port
 
-    def step(self, t: float, heard: list) -> list:
+    def step(self, t: float, frames: list) -> list:
         """One turn of 10 ms."""
         node, drive = self.node, self.drive
-        for frame in heard:
+        for frame in frames:
             node.receive(frame, t)
         received = self.port.read(t)
         right, left, when = drive.steps(t) or (None, None, None)

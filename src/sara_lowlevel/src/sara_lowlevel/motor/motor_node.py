@@ -56,7 +56,7 @@ class MotorNode:
         self._battery = Every(config.battery_period)
 
     def receive(self, frame: Frame, t: float) -> None:
-        """A frame heard on the bus at `t` (s, this node's clock). Bad frames are counted in `counts` and change
+        """A frame received on the bus at `t` (s, this node's clock). Bad frames are counted in `counts` and change
         nothing.
         """
         try:
@@ -158,7 +158,7 @@ class MotorNode:
 
     def _decide(self, t: float) -> None:
         if not self._joystick_fresh(t):
-            # Without the joystick the user could not take over: nobody drives.
+            # Without the joystick the user could not take over: no command drives the wheels.
             if self.mode == MODE_PC:
                 self.counts['joystick lost'] += 1
                 self._take_from_pc(MODE_MANUAL)

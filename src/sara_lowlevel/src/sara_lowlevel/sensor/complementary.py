@@ -15,7 +15,7 @@ class ComplementaryFilter:
     """`roll`, `pitch`, `yaw` in degrees; yaw grows without wrapping."""
 
     def __init__(self, weight: float, period: float) -> None:
-        """`weight`: A, between 0 and 1. `period`: s between samples where `update` is not told."""
+        """`weight`: A, between 0 and 1. `period`: s between samples, where `update` gets no dt."""
         self.weight, self.period = weight, period
         self.roll = self.pitch = self.yaw = 0.0
         self._started = False

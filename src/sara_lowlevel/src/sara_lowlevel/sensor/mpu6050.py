@@ -132,7 +132,7 @@ class Mpu6050:
             self._verify(register, value)
 
     def check_awake(self) -> None:
-        """One byte tells a chip that lost its supply: it comes up asleep. Raises ChipError, OSError."""
+        """Whether the chip lost its supply, by one register: it comes up asleep. Raises ChipError, OSError."""
         self._verify(PWR_MGMT_1, AWAKE_PLL_GYRO_X)
 
     def sample(self) -> tuple[int, int, int, int, int, int]:

@@ -64,7 +64,7 @@ def run(arguments: list[str] | None = None) -> int:
         pressed = threading.Event()
         signal.signal(signal.SIGUSR1, lambda *_: pressed.set())
 
-        def step(t: float, _heard: list[Frame]) -> Iterable[Frame]:
+        def step(t: float, _frames: list[Frame]) -> Iterable[Frame]:
             if pressed.is_set():
                 pressed.clear()
                 node.recalibrate()

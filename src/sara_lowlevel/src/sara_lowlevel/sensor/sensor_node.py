@@ -38,7 +38,7 @@ __all__ = ['SENSORS', 'TURN_1', 'TURN_2', 'SensorNode']
 
 _ANGLE_SPAN_DEG, _ANGLE_LIMIT_DEG = 65.536, 32.767
 _DPS, _RPS = 1.0 / GYRO_COUNTS_PER_DPS, radians(1.0 / GYRO_COUNTS_PER_DPS)
-# A longer silence than this is not bridged by the last rate: the filters take their tilt from gravity anew.
+# A gap longer than this is not bridged by the last rate: the filters take their tilt from gravity anew.
 _LONGEST_STEP_S = 0.1
 
 
@@ -50,7 +50,7 @@ class SensorNode:
     """
 
     def __init__(self, bus: BusDescription, i2c: I2cBus, config: SensorConfig = SensorConfig()) -> None:
-        """`bus`: canserial.dbc.bus.BusDescription. `i2c`: has smbus2's methods; OSError where nobody acknowledges."""
+        """`bus`: canserial.dbc.bus.BusDescription. `i2c`: has smbus2's methods; OSError where no chip acknowledges."""
         self.config = config
         self.filter = ComplementaryFilter(config.complementary_weight, SLOT_S)
         self.madgwick = MadgwickFilter(config.madgwick_beta) if config.madgwick else None

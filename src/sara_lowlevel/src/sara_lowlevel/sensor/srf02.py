@@ -34,7 +34,7 @@ class Srf02:
         self._triggered: float | None = None
 
     def trigger(self, t: float) -> None:
-        """Start a ranging at `t` (s). Raises OSError where nobody acknowledges."""
+        """Start a ranging at `t` (s). Raises OSError where no chip acknowledges."""
         self._triggered = None
         self._i2c.write_byte_data(self.address, 0, RANGE_IN_CM)
         self._triggered = t
@@ -42,7 +42,7 @@ class Srf02:
     def read(self, t: float) -> int | None:
         """The range in whole cm, 0 without an echo; None while it is ranging, or when nothing was triggered.
 
-        Raises OSError where nobody acknowledges, RangerError beyond 600 cm or for a short answer.
+        Raises OSError where no chip acknowledges, RangerError beyond 600 cm or for a short answer.
         """
         if self._triggered is None or t < self._triggered + RANGING_S - _TOLERANCE_S:
             return None
