@@ -51,9 +51,7 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
         help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
     )
     parser.add_argument('--dbc', default='sara', help='bus description: sara (default), sara_tenths, or a file')
-    parser.add_argument(
-        '--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does'
-    )
+    parser.add_argument('--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does')
 
 
 class Recorder:
