@@ -119,7 +119,8 @@ def main():
     for operator, before, after, outcome in new:
         print(f'{outcome}: {operator}\n  - {before}\n  + {after}')
     print(
-        f'{len(rows)} mutants: {len(rows) - len(alive)} killed, {len(alive) - len(new)} known to change nothing, {len(new)} survived'
+        f'{len(rows)} mutants: {len(rows) - len(alive)} killed, {len(alive) - len(new)} known to change nothing, '
+        f'{len(new)} survived'
     )
     sys.exit(1 if new or not rows else 0)
 

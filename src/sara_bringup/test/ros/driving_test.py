@@ -18,7 +18,6 @@ from std_msgs.msg import String
 
 from sara_common.planar import yaw_of
 
-PLACES = '/tmp/sara_driving_test.places.yaml'
 WRITTEN = '# mine\nplaces:\n  near: [1.6, 1.0, 0.0]   # a short way off\n  cupboard: [3.0, 3.0, 0.0]\n  far: [5.0, 5.0, 0.0]\n'
 PATIENCE_S = 60.0  # of wall time, for anything
 
@@ -26,7 +25,8 @@ PATIENCE_S = 60.0  # of wall time, for anything
 class DrivingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        with open(PLACES, 'w', encoding='utf-8') as file:
+        cls.places = rospy.get_param('/places_file')
+        with open(cls.places, 'w', encoding='utf-8') as file:
             file.write(WRITTEN)
         cls.truth, cls.drivers = None, []
         rospy.Subscriber(
@@ -74,7 +74,7 @@ class DrivingTest(unittest.TestCase):
         self.assertIn('did you mean near?', self.run_it('go', 'neer', status=2))
         self.assertIn('three finite numbers', self.run_it('go', '1', '2', 'x', status=2))
         self.assertIn('added: stand', self.run_it('go', '--here', 'stand'))
-        with open(PLACES, encoding='utf-8') as file:
+        with open(self.places, encoding='utf-8') as file:
             kept, line = file.read().rsplit('\n', 2)[:2]
         self.assertEqual(kept + '\n', WRITTEN)
         x, y, yaw_deg = (float(number) for number in line.split('[')[1].rstrip(']').split(','))

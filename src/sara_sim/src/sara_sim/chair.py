@@ -147,7 +147,7 @@ class SimulatedChair:
 
     @property
     def plugged(self) -> bool:
-        """Whether the PC's adapter is in: neither pulled out by hand (set this) nor by the fault `adapter_unplugged`."""
+        """Whether the PC's adapter is in: neither pulled out by hand (set this) nor by the fault adapter_unplugged."""
         return self.wire.plugged
 
     @plugged.setter
@@ -170,7 +170,7 @@ class SimulatedChair:
         self.sensors.recalibrate()
 
     def log(self, path) -> CandumpLog:
-        """From now on, write what passes the PC's adapter to a file as `candump -l` does. `close` it. Raises OSError."""
+        """From now on write what passes the PC's adapter to a file as `candump -l` does; `close` it. Raises OSError."""
         if self.wire.log:
             self.wire.log.close()
         self.wire.log = CandumpLog(path)

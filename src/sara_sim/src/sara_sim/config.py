@@ -94,9 +94,8 @@ class ChairConfig(Checked):
             wanted = len(field.default) if isinstance(field.default, tuple) else 0
             numbers = value if isinstance(value, tuple) else (value,)
             if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
-                faults.append(
-                    f'{field.name} is {value!r}, allowed {f"are {wanted} finite numbers" if wanted else "is a finite number"}'
-                )
+                allowed = f'are {wanted} finite numbers' if wanted else 'is a finite number'
+                faults.append(f'{field.name} is {value!r}, allowed {allowed}')
             elif pair and not 0 < value[0] <= value[1]:
                 faults.append(f'{field.name} is {value!r}, allowed is (lowest, highest), both positive')
             elif field.name in _NOT_ZERO and value <= 0:

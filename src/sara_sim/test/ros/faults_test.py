@@ -21,7 +21,7 @@ class FaultsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('faults_test')
-        cls.port = rospy.get_param('~port')
+        cls.port = rospy.get_param('/simulator/port')
         cls.status, cls.truth = [], []
         rospy.Subscriber(
             '/diagnostics', DiagnosticArray, lambda message: cls.status.extend(message.status), tcp_nodelay=True
@@ -125,7 +125,7 @@ class FaultsTest(unittest.TestCase):
         self.assertAlmostEqual(table.scale.x, 1.2)
 
     def test_the_log_is_written(self):
-        log = rospy.get_param('~log')
+        log = rospy.get_param('/simulator/log')
         self.assertTrue(self.until(lambda: os.path.exists(log) and os.path.getsize(log) > 0, 30.0))
         with open(log, encoding='ascii') as lines:
             self.assertRegex(lines.readline(), r'^\(\d+\.\d{6}\) can0 [0-9A-F]{3}#[0-9A-F]{16}$')

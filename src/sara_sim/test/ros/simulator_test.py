@@ -21,7 +21,7 @@ class SimulatorTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('simulator_test')
-        cls.port = rospy.get_param('~port')
+        cls.port = rospy.get_param('/simulator/port')
         cls.truth, cls.clock = [], []
         rospy.Subscriber('/ground_truth', Odometry, cls.truth.append, tcp_nodelay=True)
         rospy.Subscriber('/clock', Clock, cls.clock.append, tcp_nodelay=True)

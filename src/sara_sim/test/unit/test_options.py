@@ -1,4 +1,4 @@
-"""Castors, payload, ramps, collisions, counters near their wrap: off they cost nothing, on they obey their equations."""
+"""Castors, payload, ramps, collisions, counters near their wrap: off, they cost nothing; on, they obey equations."""
 
 import math
 

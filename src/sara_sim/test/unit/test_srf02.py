@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
 from sara_lowlevel.sensor.sensor_node import SensorNode
-from sara_sim.chips.i2c_bus import SONAR_ADDRESSES, SimulatedI2c, demo
+from sara_sim.chips.demo import demo
+from sara_sim.chips.i2c_bus import SONAR_ADDRESSES, SimulatedI2c
 from sara_sim.chips.mpu6050 import Mpu6050
 from sara_sim.chips.srf02 import AUTOTUNE, RANGE_CM, RANGE_INCHES, RANGE_US, REVISION, TUNING_STEPS, Srf02
 

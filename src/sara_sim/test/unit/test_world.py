@@ -80,7 +80,8 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
     (tmp_path / 'room.pgm').write_bytes(b'P5\n40 20\n255\n' + pixels.tobytes())
     path = tmp_path / 'room.yaml'
     path.write_text(
-        'image: room.pgm\nresolution: 0.05\norigin: [-1.0, -0.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n'
+        'image: room.pgm\nresolution: 0.05\norigin: [-1.0, -0.5, 0.0]\n'
+        'negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n'
     )
     world = World.from_yaml(path)
     assert np.argwhere(world.occupied).tolist() == [[19, 39]]

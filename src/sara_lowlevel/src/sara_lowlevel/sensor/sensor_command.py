@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
         '--i2c',
         required=True,
         metavar='DEVICE|MODULE:FACTORY',
-        help='/dev/i2c-1, or what a factory in a Python module returns (sara_sim.chips.i2c_bus:demo)',
+        help='/dev/i2c-1, or what a factory in a Python module returns (sara_sim.chips.demo:demo)',
     )
     common_arguments(result)
     result.add_argument('--fast', action='store_true', help='IMU frames every 50 ms instead of 200 ms')

@@ -78,7 +78,7 @@ class LawicelAdapter:
         return bytes(answers), frames
 
     def frame_bytes(self, frame: Frame) -> bytes:
-        """A frame of the bus as it goes to the PC; nothing while the channel is closed. `frame.time` is the stamp (s)."""
+        """A frame of the bus as it goes to the PC; nothing while the channel is closed. `frame.time`: the stamp, s."""
         if not self.is_open:
             return b''
         if not self.agrees:

@@ -6,6 +6,8 @@ caller.
 
 from __future__ import annotations
 
+import array
+import fcntl
 import os
 import select
 import termios
@@ -77,6 +79,12 @@ class Terminal:
         self._pending += data
         self._flush()
         return True
+
+    def unread(self) -> int:
+        """Bytes that the far end was sent and has not read yet."""
+        waiting = array.array('i', [0])
+        fcntl.ioctl(self._slave, termios.FIONREAD, waiting)
+        return waiting[0] + len(self._pending)
 
     def discard(self) -> None:
         """Forget what the far end has not read."""

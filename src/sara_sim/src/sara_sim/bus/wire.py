@@ -112,7 +112,7 @@ class CandumpLog:
 
     def __init__(self, path, channel: str = 'can0'):
         """`path`: file to (over)write. Raises OSError."""
-        self._file = open(path, 'w', encoding='ascii')
+        self._file = open(path, 'w', encoding='ascii')  # noqa: SIM115, closed by `close`
         self._channel = channel
 
     def write(self, frame: Frame, when: float) -> None:

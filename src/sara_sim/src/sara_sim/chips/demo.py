@@ -1,9 +1,13 @@
-"""The chair's chips with nobody to drive the chair: what `i2c_bus.demo` hands out."""
+"""The chips of a chair at rest, in real time, behind the methods of `smbus2.SMBus`."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+
 import numpy as np
 
+from sara_sim.chips.i2c_bus import SimulatedI2c
 from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.world.world import World
@@ -36,3 +40,40 @@ class RestingChips:
         while self._steps < due:
             self._steps += 1
             self.box.rest(self._steps * STEP_S)
+
+
+class _RealTimeI2c(SimulatedI2c):
+    """A bus whose chips live by a clock of their own: they are brought up to now before every transfer."""
+
+    def __init__(self, chips: dict, advance: Callable[[], None]):
+        super().__init__(chips)
+        self._advance = advance
+
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        return super().read_i2c_block_data(i2c_addr, register, length, force)
+
+    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        return super().read_byte_data(i2c_addr, register, force)
+
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_byte_data(i2c_addr, register, value, force)
+
+    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
+        """As a bus whose chips need no clock."""
+        self._advance()
+        super().write_i2c_block_data(i2c_addr, register, data, force)
+
+
+def demo(seed: int = 0, clock: Callable[[], float] = time.monotonic) -> SimulatedI2c:
+    """The ten chips of chair number `seed`, at rest in the middle of a room of 4 x 4 m, in real time.
+
+    For trying a program of the sensor node without a chair: it needs nothing else. `clock`: s, any steady clock.
+    """
+    chips = RestingChips(seed, clock())
+    return _RealTimeI2c(chips.box.i2c.chips, lambda: chips.advance(clock()))

@@ -7,7 +7,6 @@ acknowledges.
 from __future__ import annotations
 
 import errno
-import time
 from collections import Counter
 
 from sara_sim.chips import mounting
@@ -65,42 +64,3 @@ class SimulatedI2c:
             self.counts['no acknowledge'] += 1
             raise OSError(errno.EREMOTEIO, f'nobody acknowledges at 0x{address:02X}')
         return chip
-
-
-class _RealTimeI2c(SimulatedI2c):
-    """A bus whose chips live by a clock of their own: they are brought up to now before every transfer."""
-
-    def __init__(self, chips: dict, advance):
-        super().__init__(chips)
-        self._advance = advance
-
-    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
-        """As a bus whose chips need no clock."""
-        self._advance()
-        return super().read_i2c_block_data(i2c_addr, register, length, force)
-
-    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
-        """As a bus whose chips need no clock."""
-        self._advance()
-        return super().read_byte_data(i2c_addr, register, force)
-
-    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
-        """As a bus whose chips need no clock."""
-        self._advance()
-        super().write_byte_data(i2c_addr, register, value, force)
-
-    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
-        """As a bus whose chips need no clock."""
-        self._advance()
-        super().write_i2c_block_data(i2c_addr, register, data, force)
-
-
-def demo(seed: int = 0, clock=time.monotonic) -> SimulatedI2c:
-    """The ten chips of chair number `seed`, at rest in the middle of a room of 4 x 4 m, in real time.
-
-    For trying a program of the sensor node without a chair: it needs nothing else. `clock`: s, any steady clock.
-    """
-    from sara_sim.chips.demo import RestingChips
-
-    chips = RestingChips(seed, clock())
-    return _RealTimeI2c(chips.box.i2c.chips, lambda: chips.advance(clock()))

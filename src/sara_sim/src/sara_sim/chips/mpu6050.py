@@ -88,7 +88,7 @@ class Mpu6050:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """What the data registers hold: ax, ay, az, gx, gy, gz. For tests: looking does not clear what reading clears."""
+        """What the data registers hold: ax, ay, az, gx, gy, gz. For tests: it clears nothing."""
         ax, ay, az, _, gx, gy, gz = _PACK.unpack_from(self._registers, DATA)
         return ax, ay, az, gx, gy, gz
 

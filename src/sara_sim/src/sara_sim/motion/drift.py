@@ -121,7 +121,7 @@ class Drift:
 
 
 class Push:
-    """v(t) = peak sin(pi t / duration), along and across the body and about it. `velocity`: now; `left`: s still to go."""
+    """v(t) = peak sin(pi t / duration), along, across and about the body. `velocity`: now; `left`: s still to go."""
 
     def __init__(self, forward: float, left: float, turn: float, duration: float):
         self._peak = (forward, left, turn)

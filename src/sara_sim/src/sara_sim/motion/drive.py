@@ -1,15 +1,12 @@
 """Two driven wheels on a floor: motor lag, slip in turns, walls and obstacles that stop the body.
 
-Wheel speed follows its target with a first-order lag, integrated exactly over a step:
-    angle = target dt + (w0 - target) tau (1 - exp(-dt / tau)).
-The body moves along the arc the wheels describe, with the turn shortened by the slip:
-    ds = (Rr dr + Rl dl) / 2,    dyaw = slip (Rr dr - Rl dl) / track.
-What else moves it (castors, ramps, a push: `drift.py`) is added to that; docs/simulator.md has the rest of the model.
+The laws of wheels and body are in `rolling.py`. What else moves the body (castors, ramps, a push: `drift.py`) is
+added to them; docs/simulator.md has the rest of the model.
 """
 
 from __future__ import annotations
 
-from math import cos, exp, floor, pi, sin
+from math import exp, floor, pi
 
 from sara_common.planar import wrap
 from sara_sim.config import ChairConfig, DrawnChair
@@ -20,8 +17,6 @@ from sara_sim.world.world import World, WorldError
 
 # A chair that creeps against a wall touches it once: a new contact needs this long without one, s.
 CONTACT_RELEASE_S = 0.5
-# On a ramp the motor's brake holds a wheel that is asked to stand and is this slow, rad/s.
-BRAKE_SPEED = 0.8
 _BISECTIONS = 6
 
 
@@ -82,13 +77,12 @@ class Drive:
         """The step where nothing but the wheels moves the chair and only walls could stop it; False, and nothing done,
         where one does.
         """
-        chair, (grip_right, grip_left) = self.chair, self.grip
         pose, (right, left), speeds, motion, near = rolling.roll(
             (self.x, self.y, self.yaw),
             (self.right_speed, self.left_speed),
             (float(right_target), float(left_target)),
-            (chair.right_radius * grip_right, chair.left_radius * grip_left),
-            chair.slip,
+            self._radii(),
+            self.chair.slip,
             self.config.track,
             self._motor,
             self.dt,
@@ -113,10 +107,8 @@ class Drive:
         chair, drift = self.chair, self.drift
         right, right_speed = self._wheel(right_target, self.right_speed)
         left, left_speed = self._wheel(left_target, self.left_speed)
-        grip_right, grip_left = self.grip
-        right_radius, left_radius = chair.right_radius * grip_right, chair.left_radius * grip_left
-        distance = 0.5 * (right_radius * right + left_radius * left)
-        turn = chair.slip * (right_radius * right - left_radius * left) / self.config.track
+        floor_contact = self._radii(), chair.slip, self.config.track
+        distance, turn = rolling.body(right, left, *floor_contact)
         side = 0.0
         if drift.active:
             distance, side, turn = drift.displaced(distance, turn, self.speed, self.yaw_rate, self.dt)
@@ -143,8 +135,7 @@ class Drive:
         self.right += right
         self.left += left
         self.right_speed, self.left_speed = right_speed, left_speed
-        speed = 0.5 * (right_radius * right_speed + left_radius * left_speed)
-        rate = chair.slip * (right_radius * right_speed - left_radius * left_speed) / self.config.track
+        speed, rate = rolling.body(right_speed, left_speed, *floor_contact)
         if drift.active:
             speed, rate = drift.velocity(speed, rate)
             drift.lean(self.x, self.y, self.yaw, self.dt)
@@ -171,28 +162,17 @@ class Drive:
             shake[1],
         )
 
+    def _radii(self) -> tuple[float, float]:
+        """(right, left), m, as far as they move the body."""
+        return self.chair.right_radius * self.grip[0], self.chair.left_radius * self.grip[1]
+
     def _wheel(self, target: float, speed: float) -> tuple[float, float]:
         """(angle turned in dt, speed after it)."""
-        limit = self.config.max_wheel_speed
-        if abs(target) < self.config.dead_band:
-            if abs(speed) < 1e-6 or self.drift.droop and abs(speed) < BRAKE_SPEED:
-                return 0.0, 0.0
-            target = 0.0
-        elif not -limit <= target <= limit:
-            target = limit if target > 0.0 else -limit
-        target -= self.drift.droop
-        error = speed - target
-        return target * self.dt + error * self._lag * (1.0 - self._decay), target + error * self._decay
+        droop = float(self.drift.droop)
+        return rolling.wheel(float(target), float(speed), self._motor, droop, self.dt, self._lag, self._decay)
 
     def _moved(self, distance: float, side: float, turn: float) -> tuple[float, float, float]:
-        """The pose after an arc: its chord points along the middle heading and is shorter by sin(turn/2) / (turn/2)."""
-        half = 0.5 * turn
-        middle = self.yaw + half
-        shorter = sin(half) / half if half > 1e-9 or half < -1e-9 else 1.0
-        c, s = shorter * cos(middle), shorter * sin(middle)
-        if not side:
-            return self.x + distance * c, self.y + distance * s, self.yaw + turn
-        return self.x + distance * c - side * s, self.y + distance * s + side * c, self.yaw + turn
+        return rolling.moved((self.x, self.y, self.yaw), float(distance), float(side), float(turn))
 
     def _free_fraction(self, distance: float, side: float, turn: float) -> float:
         """How much of a movement that walls or obstacles do not allow as a whole they allow, by bisection."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from math import cos, sin
 
 import rospy
 import yaml
@@ -21,14 +20,13 @@ from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
-from sara_common.diagnostics import ERROR, OK, WARN, Status
-from sara_common.ros.diagnostics import diagnostic_array
 from sara_lowlevel.config import SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
-from sara_sim.bus.pacing import Pacer, Patience
+from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.faults.faults import FaultError
+from sara_sim.ros import messages
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
@@ -39,7 +37,8 @@ GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
 MARKER_STEPS = 20
 WAITING_S = 30.0
-WAIT_S = 0.01  # of the wall clock
+SLOW_S = 30.0
+WAIT_S = 0.002  # of the wall clock
 
 
 class SimulatorNode:
@@ -55,7 +54,9 @@ class SimulatorNode:
         self._was_open = False
         self._dropped = 0
         self._ticks = 0
+        self._pacer = Pacer(STEP_S / settings.speed, time.monotonic())
         self._patience = Patience()
+        self._speedometer = Speedometer()
         self._clock = rospy.Publisher('/clock', Clock, queue_size=100)
         self._truth = rospy.Publisher('/ground_truth', Odometry, queue_size=10)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
@@ -66,18 +67,20 @@ class SimulatorNode:
 
     def run(self) -> None:
         """Until ROS shuts down."""
-        self._pacer = pacer = Pacer(STEP_S / self._settings.speed, time.monotonic())
+        pacer, patience = self._pacer, self._patience
         while not rospy.is_shutdown():
             self._listen(pacer.wait(time.monotonic()))
             if pacer.wait(time.monotonic()) > 0.0:
                 continue
-            if self._patience.waiting(self._chair.time, time.monotonic()):
+            if patience.waiting(self._chair.time, self._unread(), time.monotonic()):
                 self._listen(WAIT_S)
                 continue
             with self._lock:
                 self._plug()
                 self._step()
-            pacer.stepped(time.monotonic())
+            now = time.monotonic()
+            patience.stepped(self._chair.time, now)
+            pacer.stepped(now, patience.step_takes(STEP_S, now))
 
     def close(self) -> None:
         """Take the terminal and its link away."""
@@ -124,6 +127,9 @@ class SimulatorNode:
                 return
             rospy.loginfo('the adapter is plugged in again at %s', self._settings.port)
 
+    def _unread(self) -> int:
+        return self._terminal.unread() if self._terminal and self._adapter.is_open else 0
+
     def _listen(self, timeout: float) -> None:
         if not self._terminal:
             time.sleep(timeout)
@@ -141,7 +147,7 @@ class SimulatorNode:
             self._write(answer)
         with self._lock:
             for frame in frames:
-                self._patience.commanded(self._chair.time)
+                self._patience.commanded(self._chair.time, time.monotonic())
                 self._chair.receive(frame)
         if not self._adapter.is_open:
             self._patience.forget()
@@ -160,7 +166,7 @@ class SimulatorNode:
         if data:
             self._write(data)
         if self._ticks % GROUND_TRUTH_STEPS == 0:
-            self._truth.publish(self._ground_truth(stamp))
+            self._truth.publish(messages.ground_truth(self._chair, stamp))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
             rospy.logwarn(
@@ -176,78 +182,46 @@ class SimulatorNode:
         ):
             self._markers.publish(markers(world, stamp, rospy.Duration(LIFETIME_S)))
         if self._ticks % DIAGNOSTICS_STEPS == 0:
-            self._diagnostics.publish(self._status(stamp))
-            if self._terminal and not self._adapter.is_open:
-                rospy.loginfo_throttle(
-                    WAITING_S, f'waiting for somebody to open the CAN channel on {self._settings.port}'
-                )
+            self._report(stamp)
+
+    def _report(self, stamp: rospy.Time) -> None:
+        """Diagnostics, and a word to who has not opened the channel."""
+        self._diagnostics.publish(messages.status(self._chair, self._adapter, stamp, self._values(), self._slow()))
+        if self._terminal and not self._adapter.is_open:
+            rospy.loginfo_throttle(WAITING_S, f'waiting for somebody to open the CAN channel on {self._settings.port}')
 
     def _write(self, data: bytes) -> None:
         if self._terminal and not self._terminal.write(data):
             self._adapter.overrun()
             self._dropped += len(data)
             rospy.logwarn_throttle(
-                10.0, 'nobody reads %s: frames are dropped (%d bytes so far)' % (self._settings.port, self._dropped)
+                10.0, f'nobody reads {self._settings.port}: frames are dropped ({self._dropped} bytes so far)'
             )
 
-    def _ground_truth(self, stamp) -> Odometry:
-        message = Odometry()
-        message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, 'map', 'base_link'
-        x, y, yaw = self._chair.pose
-        message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        orientation = message.pose.pose.orientation
-        orientation.x, orientation.y, orientation.z, orientation.w = _quaternion(*self._chair.attitude, yaw)
-        message.twist.twist.linear.x, message.twist.twist.angular.z = self._chair.velocity
-        return message
-
-    def _status(self, stamp) -> DiagnosticArray:
-        chair, adapter = self._chair, self._adapter
-        faults = chair.faults.list()
-        values = {
+    def _values(self) -> dict[str, object]:
+        """What the node itself counts, for /diagnostics."""
+        return {
             'port': self._settings.port,
-            'adapter plugged in': chair.plugged,
-            'channel': adapter.state,
-            'bit rate agrees': adapter.agrees,
-            'faults on command': '; '.join(faults) or 'none',
-            'sensor node': chair.sensors.state,
-            'contacts': chair.contacts,
-            'touching': chair.drive.touching,
-            'modoPC': chair.motor.mode,
-            'bytes dropped': self._dropped,
-            'steps late': self._pacer.slips,
+            'speed asked': self._settings.speed,
+            'speed reached': round(self._speedometer.speed, 2),
             'waits for the PC': self._patience.waits,
+            'seconds waited for the PC': round(self._patience.waited, 3),
+            'longest delay of the PC': round(self._patience.delay(time.monotonic()), 4),
+            'steps late': self._pacer.slips,
             'seconds given up': round(self._pacer.lost, 3),
-            **{f'adapter: {k}': v for k, v in sorted(adapter.counts.items())},
-            **{f'bus: {k}': v for k, v in sorted(chair.counts.items())},
-            **{f'motor node: {k}': v for k, v in sorted(chair.motor.counts.items())},
-            **{f'sensor node: {k}': v for k, v in sorted(chair.sensors.counts.items())},
+            'bytes dropped': self._dropped,
         }
-        level, text = OK, 'running'
-        if not chair.plugged:
-            level, text = WARN, 'the adapter is unplugged'
-        elif not adapter.is_open:
-            level, text = WARN, 'nobody has opened the CAN channel'
-        elif not adapter.agrees:
-            level, text = (
-                ERROR,
-                f'the CAN channel is opened with {adapter.rate:.0f} bit/s, the bus has {adapter.bus_rate}',
-            )
-        elif faults:
-            level, text = WARN, f'{len(faults)} faults on command'
-        elif chair.drive.touching:
-            level, text = WARN, 'the chair touches a wall or an obstacle'
-        status = Status('chair', level, text, tuple(values.items()))
-        return diagnostic_array(stamp, [status], hardware_id='simulated')
 
-
-def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    cr, sr, cp, sp, cy, sy = cos(roll / 2), sin(roll / 2), cos(pitch / 2), sin(pitch / 2), cos(yaw / 2), sin(yaw / 2)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
+    def _slow(self) -> str:
+        """A sentence if simulated time does not go as fast as it was asked to, else empty; logged now and then."""
+        self._speedometer.mark(self._chair.time, time.monotonic())
+        speed, asked = self._speedometer.speed, self._settings.speed
+        if not self._speedometer.full or speed >= KEPT * asked:
+            return ''
+        reason = 'the PC no longer commands' if self._patience.failed else 'this machine is not faster'
+        text = f'simulated at {speed:.2f} times real time instead of {asked:g}: {reason}'
+        rospy.logwarn_throttle(SLOW_S, text)
+        return text
 
 
 def make_chair(settings: SimulatorSettings) -> SimulatedChair:
