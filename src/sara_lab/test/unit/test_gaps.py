@@ -1,4 +1,4 @@
-"""The gap between body and world: exact for walls, discs and boxes; the same from everywhere; nothing beyond its reach."""
+"""The gap between body and world: exact for walls, discs and boxes; the same from all sides; none beyond reach."""
 
 import math
 

@@ -121,7 +121,8 @@ class Lockstep:
         while not (self.localization.map_from_odom and self.wheels.ready):
             if self.time > START_TIMEOUT_S:
                 raise LockstepError(
-                    f'the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}'
+                    f'the chair is not ready after {START_TIMEOUT_S:.0f} s: '
+                    f'{sentence(self.wheels.decision.state, self.wheels.decision.reason)}'
                 )
             self.step()
 
@@ -248,8 +249,10 @@ def _drive(lockstep, mission, record, progress):
         corner = record.corners[-1]
         if progress:
             progress(
-                f'corner {number} of {len(mission.goals)}: {"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
-                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, {lockstep.time:.0f} s'
+                f'corner {number} of {len(mission.goals)}: '
+                f'{"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
+                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, '
+                f'{lockstep.time:.0f} s'
             )
     record.contacts = lockstep.chair.contacts
     return record

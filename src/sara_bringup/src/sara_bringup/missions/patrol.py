@@ -110,7 +110,10 @@ class Patrol:
     def summary(self):
         """What came of it, a line a place."""
         lines = [
-            f'patrol {self.done or "interrupted"}: {sum(self._reached.values())} of {sum(self._reached.values()) + sum(self._missed.values())} stops reached'
+            (
+                f'patrol {self.done or "interrupted"}: {sum(self._reached.values())} of '
+                f'{sum(self._reached.values()) + sum(self._missed.values())} stops reached'
+            )
         ]
         for place in dict.fromkeys(self.places):
             lines.append(f'  {place}: reached {self._reached[place]}, missed {self._missed[place]}')

@@ -129,7 +129,10 @@ def write(path, place):
     text = (
         path.read_text(encoding='utf-8')
         if path.exists()
-        else f'# Named places of {path.name.removesuffix(".places.yaml")}: NAME: [x m, y m, yaw deg], base_link in the map.\nplaces:\n'
+        else (
+            f'# Named places of {path.name.removesuffix(".places.yaml")}: NAME: [x m, y m, yaw deg], base_link in '
+            'the map.\nplaces:\n'
+        )
     )
     before = _read(yaml.safe_load(text), path) if path.exists() else {}
     line = f'  {place.name}: [{place.x:.3f}, {place.y:.3f}, {math.degrees(place.yaw):.1f}]'
@@ -140,7 +143,8 @@ def write(path, place):
         after = None
     if after is None or after != {**before, **_read(yaml.safe_load('places:\n' + line), path)}:
         raise PlacesError(
-            f'{path} is not written as one NAME: [x m, y m, yaw deg] a line below `places:`; put this into it by hand:\n{line}'
+            f'{path} is not written as one NAME: [x m, y m, yaw deg] a line below `places:`; put this into it '
+            f'by hand:\n{line}'
         )
     _replace(path, changed)
     return place.name in before

@@ -54,10 +54,12 @@ def table(drive):
     for number, c in enumerate(drive.corners, 1):
         lines.append(
             f'{number:6} | {pose(c.asked)} | {pose(c.estimated)} | {pose(c.true)} | {pose(c.odometry)} | '
-            f'{c.position_error():.3f} m {math.degrees(c.yaw_error()):+.1f} deg{"" if c.reached else "  NOT REACHED: " + c.text}'
+            f'{c.position_error():.3f} m {math.degrees(c.yaw_error()):+.1f} '
+            f'deg{"" if c.reached else "  NOT REACHED: " + c.text}'
         )
     lines.append(
-        f'{drive.sim_time():.0f} s driven, {drive.contacts} contacts; fused yaw at most {math.degrees(drive.yaw_error_max()):.2f} deg from the true one; '
+        f'{drive.sim_time():.0f} s driven, {drive.contacts} contacts; fused yaw at most '
+        f'{math.degrees(drive.yaw_error_max()):.2f} deg from the true one; '
         f'odometry turned {100 * drive.odometry_heading_error():+.1f} % against the truth'
     )
     return '\n'.join(lines)

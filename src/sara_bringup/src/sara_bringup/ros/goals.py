@@ -135,11 +135,13 @@ class Robot:
                 return pose
             if time.monotonic() > end:
                 raise Unavailable(
-                    f"the chair's pose is not known: no{' fresh' if pose else ''} transform from {self.map_frame} to {self.base_frame} for {seconds:.0f} s"
+                    f"the chair's pose is not known: no{' fresh' if pose else ''} transform from "
+                    f'{self.map_frame} to {self.base_frame} for {seconds:.0f} s'
                 )
             if time.monotonic() > said:
                 say(
-                    f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the gyro is calibrated first, about 20 s"
+                    f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the "
+                    'gyro is calibrated first, about 20 s'
                 )
                 said = math.inf
             time.sleep(0.05)

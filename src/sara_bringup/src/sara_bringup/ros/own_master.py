@@ -25,7 +25,7 @@ def own_master():
     import rosgraph  # free_port is asked for where ROS is not, too
 
     port = free_port()
-    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{port}'
     with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
         try:
             while not rosgraph.is_master_online():

@@ -27,7 +27,10 @@ def parse(argv):
         '--on-failure',
         choices=('go-on', 'stop'),
         default='go-on',
-        help='what happens when a place is not reached: drive to the next one (default), or end. A whole round in vain ends it anyhow',
+        help=(
+            'what happens when a place is not reached: drive to the next one (default), or end. A whole round in '
+            'vain ends it anyhow'
+        ),
     )
     goals.add_file_options(parser)
     parser.add_argument(

@@ -20,7 +20,7 @@ from sara_sim.world.world import World
 
 
 def drive(ekf, out, seed, speed, rviz):
-    """Launch the stack with a ROS master of its own and run square.py; return the Drive, or None if it left no result."""
+    """Launch the stack with a ROS master of its own and run square.py; the Drive, or None if it left no result."""
     result = out / f'square_{ekf}.json'
     result.unlink(missing_ok=True)
     env = environment()
@@ -69,7 +69,10 @@ def main():
     drives = {}
     for ekf in ('default', 'thesis'):
         print(
-            f'== driving the square with ekf:={ekf}, {arguments.speed:g} times real time, {"with" if rviz else "without"} RViz',
+            (
+                f'== driving the square with ekf:={ekf}, {arguments.speed:g} times real time, '
+                f'{"with" if rviz else "without"} RViz'
+            ),
             flush=True,
         )
         drives[ekf] = drive(ekf, out, arguments.seed, arguments.speed, rviz)

@@ -5,6 +5,7 @@ The keys' clock is the wall's, whatever ROS time does. On the way out, however t
 stop and the terminal is as it was.
 """
 
+import contextlib
 import os
 import select
 import signal
@@ -41,10 +42,8 @@ class Terminal:
 
     def __exit__(self, *_):
         signal.signal(signal.SIGCONT, signal.SIG_DFL)
-        try:
+        with contextlib.suppress(termios.error):  # the terminal is closed
             termios.tcsetattr(self.descriptor, termios.TCSADRAIN, self._before)
-        except termios.error:
-            pass  # it is closed
 
     def keys(self, seconds):
         """What was pressed within so long. Raises EOFError when the terminal is closed."""
@@ -123,7 +122,8 @@ def main():
     """Exit status: 0 ended by a key, 1 the terminal was closed, 2 there is none, or no master, or a wrong parameter."""
     if {'-h', '--help'} & set(sys.argv):
         print(
-            f"{__doc__}\n{HELP}\n\nParameters (_speed:=0.3): {TeleopConfig.__doc__}\nkey_timeout sets both timeouts, as teleop_twist_keyboard's users know it.\nDefaults: {TeleopConfig()}"
+            f'{__doc__}\n{HELP}\n\nParameters (_speed:=0.3): {TeleopConfig.__doc__}\nkey_timeout sets both '
+            f"timeouts, as teleop_twist_keyboard's users know it.\nDefaults: {TeleopConfig()}"
         )
         sys.exit(0)
     if not sys.stdin.isatty():

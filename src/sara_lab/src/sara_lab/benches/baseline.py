@@ -21,7 +21,10 @@ class Slower:
     factor: float
 
     def __str__(self):
-        return f"{self.name}: {self.what} {self.now:.3g}, was {self.before:.3g} ({self.factor:.2f} times; both at the peers' speed)"
+        return (
+            f'{self.name}: {self.what} {self.now:.3g}, was {self.before:.3g} ({self.factor:.2f} times; both at the '
+            "peers' speed)"
+        )
 
 
 def slower(rows, baseline, tolerance=TOLERANCE):

@@ -56,7 +56,7 @@ def nine_ranges(random, moving, size=10.0):
     """Return work(i): an update of a rolling costmap of ``size`` m a side with a reading of each of nine sensors about
     the robot.
     """
-    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=tuple('/s%d' % i for i in range(SENSORS))))
+    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=tuple(f'/s{i}' for i in range(SENSORS))))
     costmap = LayeredCostmap(
         CostmapConfig(rolling_window=True, width=size, height=size),
         [layer, InflationLayer('inflation', InflationConfig(0.75, 4.0))],
@@ -70,7 +70,7 @@ def nine_ranges(random, moving, size=10.0):
             echo = random.uniform(0.2, 3.0)
             layer.add_range(
                 RangeReading(
-                    '/s%d' % k,
+                    f'/s{k}',
                     0.2 * i,
                     at.x,
                     at.y,
@@ -137,9 +137,9 @@ def bench(runs=300, clock=time.process_time):
 
 def main():
     """Print the table."""
-    print('%-42s %10s %10s %10s' % ('', 'median ms', 'p99 ms', 'C++ ms'))
+    print(f'{"":42} {"median ms":>10} {"p99 ms":>10} {"C++ ms":>10}')
     for case, (median, p99) in bench().items():
-        print('%-42s %10.2f %10.2f %10s' % (case, median, p99, PEER_MS.get(case, '')))
+        print(f'{case:42} {median:10.2f} {p99:10.2f} {PEER_MS.get(case, ""):>10}')
 
 
 if __name__ == '__main__':

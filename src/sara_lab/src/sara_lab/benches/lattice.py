@@ -113,19 +113,9 @@ def main():
     for path in question.maps:
         row = bench(path, load_map(path), question.pairs, question.seed)
         print(
-            "%s: %d of %d found, %d touch; median %.1f ms, p99 %.1f ms, longest %.0f ms; %.2f m longer than navfn's, "
-            '%.1f m astern in all'
-            % (
-                row.map.split('/')[-1],
-                row.found,
-                row.pairs,
-                row.touching,
-                row.median,
-                row.p99,
-                row.longest,
-                row.longer,
-                row.astern,
-            ),
+            f'{row.map.split("/")[-1]}: {row.found} of {row.pairs} found, {row.touching} touch; '
+            f'median {row.median:.1f} ms, p99 {row.p99:.1f} ms, longest {row.longest:.0f} ms; '
+            f"{row.longer:.2f} m longer than navfn's, {row.astern:.1f} m astern in all",
             flush=True,
         )
 

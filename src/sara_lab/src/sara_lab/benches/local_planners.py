@@ -83,6 +83,6 @@ def bench(cycles=400, clock=time.process_time, cases=tuple(CASES)):
 
 def main():
     """Print the table."""
-    print('%-32s %10s %10s %16s' % ('one control cycle', 'median ms', 'p99 ms', 'trajectories/s'))
+    print(f'{"one control cycle":32} {"median ms":>10} {"p99 ms":>10} {"trajectories/s":>16}')
     for case, (median, p99, rate) in bench().items():
-        print('%-32s %10.2f %10.2f %16.0f' % (case, median, p99, rate))
+        print(f'{case:32} {median:10.2f} {p99:10.2f} {rate:16.0f}')

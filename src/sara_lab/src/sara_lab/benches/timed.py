@@ -65,7 +65,7 @@ def timed(name, unit, samples, **more):
 
 @dataclass(frozen=True)
 class Row(Timed):
-    """A Timed with the yardstick (ms) `before` and `after` it, in the same run; bench: by whose name it is asked for."""
+    """A Timed with the yardstick (ms) `before` and `after` it in the same run; `bench`: the name that asks for it."""
 
     bench: str = ''
     before: float = PEERS_YARDSTICK_MS

@@ -83,9 +83,10 @@ def _hazard_summary(results):
             'moved_after_m': max(result['drifted'] for result in of),
         }
         lines.append(
-            '{:24} {cases:5} {worst_s:8.2f} {worst_share_of_allowed:10.0%} {worst_way_m:13.2f} {moved_after_m:14.3f}'.format(
-                name, **figures[name]
-            )
+            (
+                '{:24} {cases:5} {worst_s:8.2f} {worst_share_of_allowed:10.0%} {worst_way_m:13.2f} '
+                '{moved_after_m:14.3f}'
+            ).format(name, **figures[name])
         )
     return lines, figures
 

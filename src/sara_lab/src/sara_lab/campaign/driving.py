@@ -105,7 +105,8 @@ def _squares_verdict(figures):
         found += calm_faults(figures, f'{pose}_', turning=True)
     if not figures['true_turn_beyond_deg']['worst'] <= BEYOND_DEG:
         found.append(
-            f'true pose: a turn went {figures["true_turn_beyond_deg"]["worst"]:.2f} deg beyond the shortest, at most {BEYOND_DEG:g}'
+            f'true pose: a turn went {figures["true_turn_beyond_deg"]["worst"]:.2f} deg beyond the shortest, '
+            f'at most {BEYOND_DEG:g}'
         )
     return found
 
@@ -180,7 +181,10 @@ def travel(_seeds, folder):
 
 def _travel_summary(results):
     lines = [
-        f'{"mode":8} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} {"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14}'
+        (
+            f'{"mode":8} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
+            f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14}'
+        )
     ]
     figures = {}
     for mode in travels.MODES:
@@ -204,7 +208,8 @@ def _travel_summary(results):
                 row.update(calm_figures(there))
             figures[f'{mode}_{name}'] = row
             lines.append(
-                '{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} {gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} '
+                '{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} '
+                '{gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} '
                 '{discomfort_per_m:14.2f}'.format(mode, name, **row)
             )
         lines += [
@@ -259,7 +264,10 @@ def journeys(_seeds, _folder):
 
 def _journeys_summary(results):
     lines = [
-        f'{"map":8} {"planner":22} {"reached":>7} {"contacts":>8} {"worst m off":>11} {"deg":>5} {"m/s":>5} {"longer by":>9} {"turned rad/m":>12}'
+        (
+            f'{"map":8} {"planner":22} {"reached":>7} {"contacts":>8} {"worst m off":>11} {"deg":>5} {"m/s":>5} '
+            f'{"longer by":>9} {"turned rad/m":>12}'
+        )
     ]
     figures = {}
     for name in trips.MAPS:
@@ -278,7 +286,8 @@ def _journeys_summary(results):
             }
             figures[f'{name}_{planner}'] = row
             lines.append(
-                '{:8} {:22} {reached:4}/{cases:<2} {contacts:8} {worst_position_m:11.3f} {worst_yaw_deg:5.1f} {mean_speed:5.2f} {longer_than_planned:9.1%} '
+                '{:8} {:22} {reached:4}/{cases:<2} {contacts:8} {worst_position_m:11.3f} {worst_yaw_deg:5.1f} '
+                '{mean_speed:5.2f} {longer_than_planned:9.1%} '
                 '{turned_per_m:12.2f}'.format(name, planner, **row)
             )
     return lines, figures
@@ -352,7 +361,10 @@ def _calm_summary(results):
     figures = {'drives': len(by['default']), 'reached_by_all': len(same)}
     lines = [
         f'{len(same)} of {len(by["default"])} drives were driven to their end by all; these are compared',
-        f'{"planner":22} {"discomfort s/m":>14} {"s/m":>6} {"jerk along":>10} {"across":>7} {"reversals/m":>11} {"last metre s":>12} {"acceleration":>12} {"beyond deg":>10}',
+        (
+            f'{"planner":22} {"discomfort s/m":>14} {"s/m":>6} {"jerk along":>10} {"across":>7} '
+            f'{"reversals/m":>11} {"last metre s":>12} {"acceleration":>12} {"beyond deg":>10}'
+        ),
     ]
     for planner in PLANNERS:
         of = [by[planner][drive]['judgement'] for drive in same]
@@ -370,7 +382,8 @@ def _calm_summary(results):
         }
         figures[planner] = row
         lines.append(
-            '{:22} {discomfort_per_m:14.3f} {seconds_per_m:6.2f} {jerk_tangential_rms:10.3f} {jerk_normal_rms:7.3f} {reversals_per_m_p95:11.2f} {last_metre_s_worst:12.1f} '
+            '{:22} {discomfort_per_m:14.3f} {seconds_per_m:6.2f} {jerk_tangential_rms:10.3f} '
+            '{jerk_normal_rms:7.3f} {reversals_per_m_p95:11.2f} {last_metre_s_worst:12.1f} '
             '{acceleration_rms_worst:12.3f} {turn_beyond_deg_worst:10.1f}'.format(planner, **row)
         )
     return lines, figures

@@ -33,7 +33,10 @@ def square(arguments):
     )
     age = _process_age_s()
     print(
-        f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: {lockstep.time / age:.1f} times real time",
+        (
+            f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: "
+            f'{lockstep.time / age:.1f} times real time'
+        ),
         file=sys.stderr,
     )
     from sara_lab.judge.drives import track_of
@@ -124,7 +127,10 @@ def thesis(arguments):
         written = pages.write(experiment, report, folder, seeds[experiment.name])
         cost = sum(costs.get(case.key, 0.0) for case in experiment.cases(seeds[experiment.name]))
         print(
-            f'{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs, {cost:.0f} s of CPU; {folder / written[0]}, {len(report.figures)} figures)',
+            (
+                f'{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs, '
+                f'{cost:.0f} s of CPU; {folder / written[0]}, {len(report.figures)} figures)'
+            ),
             flush=True,
         )
         faults += [f'{experiment.name}: {fault}' for fault in report.faults]
@@ -241,20 +247,29 @@ def main():
             nargs='?',
             const=1,
             metavar='CHAIRS',
-            help='run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a minute a run',
+            help=(
+                'run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a '
+                'minute a run'
+            ),
         )
         sub.add_argument(
             '--only',
             nargs='+',
             default=(),
             metavar='NAME',
-            help='with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each experiment chooses',
+            help=(
+                'with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each '
+                'experiment chooses'
+            ),
         )
         sub.add_argument('--speed', type=_speed, help=f'with --ros: simulated seconds per second ({SPEED:g})')
         sub.add_argument(
             '--keep',
             type=Path,
-            help="folder where each run's result is kept and taken from again while the code is the same: to go on after an interruption",
+            help=(
+                "folder where each run's result is kept and taken from again while the code is the same: to go on "
+                'after an interruption'
+            ),
         )
     names.choices['square'].add_argument('--ekf', choices=('default', 'thesis'), default='default')
     names.choices['sensors'].add_argument('--chairs', type=_count, default=10, help='how many, from --seed on')

@@ -57,7 +57,7 @@ class BodySpace:
 
 
 def _spread(occupied, size, body, margin, yaw):
-    """(rows, columns) bool: cells on whose middle the body, turned by yaw, with its margin overlaps an occupied cell."""
+    """(rows, columns) bool: cells on whose middle the body, turned by yaw, with its margin overlaps an obstacle."""
     half, side = 0.5 * body[0] + margin, 0.5 * body[1] + margin
     reach = math.ceil((math.hypot(half, side)) / size) + 1
     dx, dy = np.meshgrid(size * np.arange(-reach, reach + 1), size * np.arange(-reach, reach + 1))

@@ -54,7 +54,7 @@ def towards(pose, velocity, place, body=BODY):
 
 
 class ContactWatch:
-    """Call `before(chair)` before and `after(chair)` after each step of a sara_sim chair. `contacts`: list of Contact."""
+    """Watches a sara_sim chair: call `before` and `after` with it around each step. `contacts`: list of Contact."""
 
     def __init__(self):
         self.contacts = []

@@ -26,7 +26,7 @@ def at(world, pose, body, obstacles=True):
 
 
 def along(world, t, pose, body, step):
-    """(m,) gaps at poses (n, 3) at times (n,), one of them each `step` s or more; obstacles are where they were then."""
+    """(m,) gaps at poses (n, 3) at times (n,), one each `step` s or more; obstacles are where they were then."""
     chosen = [0]
     for k in range(1, len(t)):
         if t[k] - t[chosen[-1]] >= step - 1e-9:

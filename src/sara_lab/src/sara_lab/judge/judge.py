@@ -86,7 +86,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn in place: when it began (s), how far the chair turned in all, and how far it had to, the short way; deg."""
+    """A turn in place: when it began (s), how far the chair turned in all, and the shortest turn it needed; deg."""
 
     t: float
     turned: float
@@ -326,7 +326,7 @@ def _turns(motion, goal):
 
 
 def _ending(motion, goal):
-    """(s from LAST_M of way left to the goal's end, s to the last centimetre of way); None where the way was shorter."""
+    """(s from LAST_M left to the goal's end, s from there to the last centimetre); None where the drive was shorter."""
     on = np.flatnonzero((motion.t >= goal.given) & (motion.t <= goal.ended))
     if len(on) < 2:
         return None

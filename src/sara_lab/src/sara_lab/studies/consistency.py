@@ -31,7 +31,7 @@ def nees(error, P) -> float:
 
 
 def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, float]:
-    """Where the mean of `samples` independent chi-square values of `dof` degrees of freedom lies with that probability."""
+    """Bounds of the mean of `samples` independent chi-square values of `dof` degrees of freedom."""
     from scipy.special import chdtri
 
     tail, all_dof = 0.5 * (1.0 - probability), dof * samples
@@ -39,7 +39,7 @@ def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, 
 
 
 def nees_trial(seed: int, filter: str = 'ekf', seconds: float = 30.0, rate: float = 20.0) -> float:
-    """NEES of (x, y, yaw) after a drive of a robot that is drawn from the filter's own model; vx and vyaw are measured."""
+    """NEES of (x, y, yaw) after a drive of a robot drawn from the filter's own model; vx and vyaw are measured."""
     rng, dt = np.random.default_rng(seed), 1.0 / rate
     noise, start = np.full(SIZE, 1e-12), np.full(SIZE, 1e-9)
     for variances, given in ((noise, TRIAL_NOISE), (start, TRIAL_START)):

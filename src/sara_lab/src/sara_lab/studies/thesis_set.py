@@ -47,7 +47,7 @@ THESIS = next(iter(SETS))
 
 @dataclass(frozen=True)
 class Drive:
-    """What came of one straight drive: estimated way per true way; the formula's; how stale odom -> base_link was (s)."""
+    """One straight drive: estimated per true length, the formula's, and how stale odom -> base_link was (s)."""
 
     scale: float
     predicted: float

@@ -139,6 +139,6 @@ def _poke(chance, reader, time):
 def _check(reading, frame, number, seed):
     for name, value in reading._asdict().items():
         for part in value if isinstance(value, tuple) else (value,):
-            if isinstance(part, float) and not math.isfinite(part):
-                if not (isinstance(reading, RangeReading) and name in ('range', 'raw') and math.isinf(part)):
-                    raise FuzzFailure(f'seed {seed}, input {number}: {frame} gave {reading}')
+            may_be_inf = isinstance(reading, RangeReading) and name in ('range', 'raw')
+            if isinstance(part, float) and not (math.isfinite(part) or may_be_inf and math.isinf(part)):
+                raise FuzzFailure(f'seed {seed}, input {number}: {frame} gave {reading}')

@@ -1,4 +1,4 @@
-"""`rosrun sara_lab fuzz_bus --count 1000000 --seed 0`: random bytes and frames against everything that reads the bus."""
+"""`rosrun sara_lab fuzz_bus --count 1000000 --seed 0`: random bytes and frames into all that reads the bus."""
 
 import argparse
 import time

@@ -65,8 +65,8 @@ def _one_filter(rng, count, report):
                 now = _step(rng, engine, now, report)
             except Exception as error:  # pylint: disable=broad-except
                 report.faults.append(
-                    'seed state lost after %d messages (%s, %s): %s: %s'
-                    % (report.messages, kind, parameters, type(error).__name__, error)
+                    f'seed state lost after {report.messages} messages ({kind}, {parameters}): '
+                    f'{type(error).__name__}: {error}'
                 )
                 return
     for status in engine.inputs.values():
@@ -79,7 +79,7 @@ def _one_filter(rng, count, report):
     if twice:
         report.faults.append(f'said more than once: {twice[0]}')
     if engine.not_finite:
-        report.faults.append('the state was not finite %d times (%s, %s)' % (engine.not_finite, kind, parameters))
+        report.faults.append(f'the state was not finite {engine.not_finite} times ({kind}, {parameters})')
 
 
 def _step(rng, engine, now, report):

@@ -30,7 +30,7 @@ def fuzz_move_base(count, seed, on_result=None):
             kind(trial, chance)
             result = trial.step()
         except FuzzFailure as failure:
-            raise FuzzFailure('seed %d, input %d (%s): %s' % (seed, number, kind.__name__, failure)) from None
+            raise FuzzFailure(f'seed {seed}, input {number} ({kind.__name__}): {failure}') from None
         trial.count(result.status)
         if result.command != ZERO:
             trial.count('moving while ' + result.phase)

@@ -8,6 +8,7 @@ docs/bench.json, docs/bench.md and its figure.
 """
 
 import argparse
+import contextlib
 import importlib
 import json
 import os
@@ -87,10 +88,8 @@ def _end(process):
         if process.poll() is not None:
             return
         os.killpg(process.pid, how)
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            pass
 
 
 def run(names, out):
@@ -158,7 +157,8 @@ def check(found, known, whole, tolerance):
     for name in absent:
         print(f'NOT MEASURED, but in the baseline: {name}')
     print(
-        f'{len(slower)} of {sum(not row.skipped for row in found)} figures got worse by more than {100 * tolerance:.0f} %'
+        f'{len(slower)} of {sum(not row.skipped for row in found)} figures got worse by more than '
+        f'{100 * tolerance:.0f} %'
     )
     return bool(slower or absent)
 

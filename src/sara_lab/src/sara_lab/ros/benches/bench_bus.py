@@ -170,7 +170,8 @@ def main():
     print(f'{arguments.rate} frames/s through canserial.py and read.py for {arguments.seconds:g} s', flush=True)
     result = measure(arguments.rate, arguments.seconds)
     print(
-        f'  lost {result["lost"]} of {result["frames"]} ({result["refused_by_the_port"]} not taken by the port); byte to topic p50 {result["p50_ms"]:.2f} ms, p99 {result["p99_ms"]:.2f} ms, '
+        f'  lost {result["lost"]} of {result["frames"]} ({result["refused_by_the_port"]} not taken by the '
+        f'port); byte to topic p50 {result["p50_ms"]:.2f} ms, p99 {result["p99_ms"]:.2f} ms, '
         f'max {result["max_ms"]:.1f} ms; CPU '
         + ', '.join(f'{name[1:]} {share:.0f} %' for name, share in result['cpu_percent'].items())
     )

@@ -128,7 +128,8 @@ def main(argv=None):
         node, bare = result['/filter'], result['/bare']
         results[kind] = {**node, 'bare': bare}
         print(
-            '{}_localization_node: {:.2f} % of a core, {:.0f} MB, {:.1f} Hz out (the peer: {:.2f} %); {:.2f} of a bare rospy node with this traffic, '
+            '{}_localization_node: {:.2f} % of a core, {:.0f} MB, {:.1f} Hz out (the peer: {:.2f} %); {:.2f} '
+            'of a bare rospy node with this traffic, '
             'which takes {:.2f} %, {:.0f} MB (the peer: {:.2f} of 1.5 %)'.format(
                 kind,
                 node['cpu_percent'],

@@ -31,7 +31,10 @@ def filter_nodes():
                 peer=peer,
                 limit=LIMITS.get(kind),
                 memory=max(result['/filter']['peak_mb'] for result in taken),
-                text=f'{ratio:.2f} of the bare node beside it; the peer took {peer / bench_filter.PEERS_BARE_PERCENT:.2f} of one',
+                text=(
+                    f'{ratio:.2f} of the bare node beside it; the peer took '
+                    f'{peer / bench_filter.PEERS_BARE_PERCENT:.2f} of one'
+                ),
             ),
             timed(
                 f'a bare rospy node with the same traffic, beside the {kind}',
@@ -83,7 +86,10 @@ def move_base():
     """move_base's CPU while it drives 12 m at 10 Hz with the default planner."""
     os.makedirs(bench_nav.LOG.parent, exist_ok=True)
     result = bench_nav.drive(NAV_PLANNER)
-    text = f'idle {result["idle_percent"]:.1f} %; {result.get("missed_cycles", "?")} cycles missed; {"arrived" if result["reached"] else "NOT arrived: " + result["text"]} after {result["seconds"]:.0f} s'
+    text = (
+        f'idle {result["idle_percent"]:.1f} %; {result.get("missed_cycles", "?")} cycles missed; '
+        f'{"arrived" if result["reached"] else "NOT arrived: " + result["text"]} after {result["seconds"]:.0f} s'
+    )
     yield Timed(
         'move_base driving at 10 Hz',
         '% of a core',

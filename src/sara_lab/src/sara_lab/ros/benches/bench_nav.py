@@ -192,7 +192,8 @@ def main():
         result = results[-1]
         peer = f' (C++: {result["peers_percent"]} %)' if result['peers_percent'] else ''
         print(
-            f'  {planner:22} {result["cpu_percent"]:5.1f} %{peer}, idle {result["idle_percent"]:.1f} %, {result["memory_mb"]:.0f} MB, {result["seconds"]:.0f} s, '
+            f'  {planner:22} {result["cpu_percent"]:5.1f} %{peer}, idle {result["idle_percent"]:.1f} %, '
+            f'{result["memory_mb"]:.0f} MB, {result["seconds"]:.0f} s, '
             f'{result.get("missed_cycles", "?")} cycles missed, '
             f'{"there" if result["reached"] else "NOT there: " + result["text"]}',
             flush=True,

@@ -71,7 +71,10 @@ def _bag(path, params, kind, static, drive_s, name, limit=None):
         's',
         taken,
         limit=limit,
-        text=f'{messages} messages of {drive_s:.0f} s: {drive_s / median:.0f} times real time, without the start of the process',
+        text=(
+            f'{messages} messages of {drive_s:.0f} s: {drive_s / median:.0f} times real time, without the start of '
+            'the process'
+        ),
     )
 
 

@@ -72,7 +72,8 @@ class Ears:
         while not all(name in self.first for name in names):
             if time.monotonic() > end:
                 raise TimeoutError(
-                    f'no {", ".join(name for name in names if name not in self.first)} after {seconds:.0f} s; {self.why}'
+                    f'no {", ".join(name for name in names if name not in self.first)} after {seconds:.0f} s; '
+                    f'{self.why}'
                 )
             time.sleep(0.002)
 

@@ -1,4 +1,4 @@
-"""A launch and a module of ours run beside each other with a ROS master of their own, and are ended whatever happens."""
+"""Runs a launch and a module of ours side by side with a ROS master of their own, and ends them in any case."""
 
 import pickle
 import re

@@ -92,7 +92,10 @@ def write(path, folder, map_file=None):
         '| --- | --- | --- | --- | --- |',
     ] * bool(goals)
     lines += [
-        f'| {x:.2f}, {y:.2f}, {yaw:.0f} | {"yes" if corner.reached else "no"} | {corner.position:.3f} | {corner.yaw:+.2f} | {corner.text} |'
+        (
+            f'| {x:.2f}, {y:.2f}, {yaw:.0f} | {"yes" if corner.reached else "no"} | {corner.position:.3f} | '
+            f'{corner.yaw:+.2f} | {corner.text} |'
+        )
         for (x, y, yaw), corner in zip(goals, found.corners)
     ]
     lines += [

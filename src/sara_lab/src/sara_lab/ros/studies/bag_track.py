@@ -116,7 +116,8 @@ def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, comma
     found = tuple(_goals(given, ended, t, dropped))
     if ended and not found:
         raise BagError(
-            f'{path} has {len(ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none of the goals '
+            f'{path} has {len(ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none '
+            'of the goals '
             'at that time, neither by its stamps nor by when it was received'
         )
     return Track(

@@ -130,8 +130,8 @@ def main(argv=None):
         for name in arguments.sets:
             r = results[name] = check(name, data, spread)
             print(
-                '%-20s median %.1e m (allowed %.1e), p95 %.1e m (allowed %.1e): %s'
-                % (name, r['median'], r['allowed_median'], r['p95'], r['allowed_p95'], 'ok' if r['ok'] else 'TOO FAR'),
+                f'{name:20} median {r["median"]:.1e} m (allowed {r["allowed_median"]:.1e}), p95 {r["p95"]:.1e} m '
+                f'(allowed {r["allowed_p95"]:.1e}): {"ok" if r["ok"] else "TOO FAR"}',
                 flush=True,
             )
         rospy.signal_shutdown('done')

@@ -81,7 +81,7 @@ def way(bag: Path, config, static) -> np.ndarray:
 
 def tell(folder: Path):
     """How long the ways of the synthetic drives come out, per true way."""
-    print('%-18s' % 'drive' + ''.join('%34s' % name for name in thesis_set.SETS))
+    print(f'{"drive":18}' + ''.join(f'{name:>34}' for name in thesis_set.SETS))
     for name in DRIVES:
         truth = np.load(str(folder / (name + '_truth.npz')))
         true = path_length(truth['x'], truth['y'])
@@ -90,7 +90,7 @@ def tell(folder: Path):
             params = {**bag_tools.load_params(str(folder / (name + '__thesis.yaml'))), **inputs}
             points = way(folder / (name + '.bag'), FilterConfig.from_params(params), IMU_LINK.get(name, ()))
             scales.append(path_length(points[:, 0], points[:, 1]) / true)
-        print('%-18s' % name + ''.join(f'{scale:34.3f}' for scale in scales))
+        print(f'{name:18}' + ''.join(f'{scale:34.3f}' for scale in scales))
 
 
 def main(argv=None):
