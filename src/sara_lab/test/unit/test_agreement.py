@@ -12,7 +12,7 @@ from sara_lab.experiments import agreement, drives, in_place, pages, registry, s
 from sara_lab.experiments.agreement import OFF, REACHED, SECONDS, Compared
 from sara_lab.experiments.as_nodes import AsNodes
 from sara_lab.experiments.core import CONFIRMED, Experiment, Report
-from sara_lab.judge.judge import Goal
+from sara_lab.judge.judgement import Goal
 from sara_lab.ros.experiments import course_over_ros as over_ros
 
 REPORT = Report((('a', 'b', CONFIRMED),), ())

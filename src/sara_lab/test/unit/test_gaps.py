@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY, Track, judge
+from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judgement import Track
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sara_lab.judge.judge import Goal, Track
+from sara_lab.judge.judgement import Goal, Track
 
 
 def track_of(drive):

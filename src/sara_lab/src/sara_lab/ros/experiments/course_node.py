@@ -26,7 +26,7 @@ from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of
 from sara_lab.experiments.drives import BOTH, CLICK_TICKS, CLICKS, SHOWN_M, TRUTH, WHEELS
-from sara_lab.judge.judge import Goal
+from sara_lab.judge.judgement import Goal
 from sara_sim.chair import STEP_S
 
 TRUE, FUSED, ODOMETRY, IMU, COMMAND = (
