@@ -14,6 +14,7 @@ from sara_bringup.paths import config_file
 from sara_common.planar import compose
 from sara_lab.experiments import (
     core,
+    courses,
     drives,
     in_place,
     orientation,
@@ -27,7 +28,7 @@ from sara_lab.experiments import (
     turns,
 )
 from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row
-from sara_lab.experiments.drives import (
+from sara_lab.experiments.courses import (
     BOTH,
     DEFAULT,
     FILTER,
@@ -179,7 +180,7 @@ def test_all_ten_are_there_with_keys_of_their_own():
 
 
 @pytest.mark.parametrize(
-    'name', [*drives.FILES.values(), 'thesis_differential', 'thesis_vx_differential', 'thesis_xy_differential']
+    'name', [*courses.FILES.values(), 'thesis_differential', 'thesis_vx_differential', 'thesis_xy_differential']
 )
 def test_every_fusion_has_its_file(name):
     assert config_file(f'ekf_{name}.yaml', 'sara_localization').exists()
@@ -216,7 +217,7 @@ def test_a_calibrated_chair_s_odometry_turns_as_the_chair_does():
     quarter = Course((0.0, 0.0, 0.0), ((0.0, 0.0, 90.0),), (15.0, 4.0, 0.0))
     wrong, right = (
         drives.course_driven(1, quarter, SetUp(OURS, WHEELS, calibrated=calibrated))['turned']
-        for calibrated in ('', drives.GEOMETRY)
+        for calibrated in ('', courses.GEOMETRY)
     )
     assert wrong['wheels'][0] / wrong['true'][0] > 1.2 and right['wheels'][0] / right['true'][0] == pytest.approx(
         1.0, abs=0.02
@@ -254,10 +255,10 @@ def test_the_thesis_s_planner_is_read_without_a_warning(planner):
     from sara_nav.move_base.settings import read_settings
 
     settings = read_settings(
-        Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), drives.navigation(planner, 0.2)))
+        Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), courses.navigation(planner, 0.2)))
     )
     assert (
-        settings.local_planner.config.sim_time == drives.SIM_TIMES[planner]
+        settings.local_planner.config.sim_time == courses.SIM_TIMES[planner]
         and settings.local_planner.config.max_vel_theta == 0.2
     )
     assert type(settings.local_planner).plugin_name.endswith('TrajectoryPlannerROS')

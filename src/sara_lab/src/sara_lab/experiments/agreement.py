@@ -48,7 +48,7 @@ HEADING, TURNED, SECONDS, CONTACTS = (
 
 
 def of_drive(result):
-    """{Figure: value} of a result of drives.figures; what it has not got is left out."""
+    """{Figure: value} of a result of drive_data.figures; what it has not got is left out."""
     true, turned = result['true'], result['turned']
     found = {
         REACHED: true['reached'],

@@ -5,7 +5,8 @@ figures 4.19 and 4.20).
 from sara_lab.experiments import drive_figures, plotting, sensor_figures
 from sara_lab.experiments.agreement import every_case, of_drive
 from sara_lab.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
-from sara_lab.experiments.drives import DEFAULT, LONG, OURS, XY_VX, Course, SetUp, course_driven
+from sara_lab.experiments.courses import DEFAULT, LONG, OURS, XY_VX, Course, SetUp
+from sara_lab.experiments.drives import course_driven
 
 RATE = 0.2  # rad/s
 PAUSE_S = 2.0

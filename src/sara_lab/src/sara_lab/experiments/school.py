@@ -21,19 +21,8 @@ from sara_lab.experiments.core import (
     spread,
     table,
 )
-from sara_lab.experiments.drives import (
-    BOTH,
-    DEFAULT,
-    FILTER,
-    LONG,
-    OURS,
-    TRUTH,
-    VX,
-    XY_VX,
-    Course,
-    SetUp,
-    course_driven,
-)
+from sara_lab.experiments.courses import BOTH, DEFAULT, FILTER, LONG, OURS, TRUTH, VX, XY_VX, Course, SetUp
+from sara_lab.experiments.drives import course_driven
 from sara_lab.experiments.ranking import ranking
 from sara_sim.world.world import World
 

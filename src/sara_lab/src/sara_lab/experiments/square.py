@@ -20,7 +20,7 @@ from sara_lab.experiments.core import (
     spread,
     table,
 )
-from sara_lab.experiments.drives import (
+from sara_lab.experiments.courses import (
     DEFAULT,
     GEOMETRY,
     LONG,
@@ -35,8 +35,8 @@ from sara_lab.experiments.drives import (
     XY_VX,
     Course,
     SetUp,
-    course_driven,
 )
+from sara_lab.experiments.drives import course_driven
 from sara_lab.experiments.ranking import ranking
 
 START = (1.0, 1.0, 0.0)

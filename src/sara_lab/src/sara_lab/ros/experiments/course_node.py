@@ -25,7 +25,8 @@ from sara_bringup.missions.places import pose as place
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of
-from sara_lab.experiments.drives import BOTH, CLICK_TICKS, CLICKS, SHOWN_M, TRUTH, WHEELS
+from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS
+from sara_lab.experiments.drives import CLICK_TICKS, CLICKS, SHOWN_M
 from sara_lab.judge.judgement import Goal
 from sara_sim.chair import STEP_S
 
@@ -76,7 +77,7 @@ class Listener:
         return self.heard[topic][-1][1:] if self.heard[topic] else None
 
     def rows(self, since, until, start, fusion):
-        """(n, drives.COLUMNS) of the true poses from `since` to `until`; `start`: of the course, on the map."""
+        """(n, drive_data.COLUMNS) of the true poses from `since` to `until`; `start`: of the course, on the map."""
         kept = {
             topic: np.array(sorted(rows)) if rows else np.empty((0, WIDTHS[topic] + 1))
             for topic, rows in self.heard.items()
@@ -131,7 +132,7 @@ def point_out(listener, start, posed):
 
 
 def drive(course, setup):
-    """Drive it; {rows, goals, contacts, clicks}, what drives.figures takes, and the `speed` that the machine kept up,
+    """Drive it; {rows, goals, contacts, clicks} for drive_data.figures, and the `speed` that the machine kept up,
     times real time. Raises goals.Unavailable.
     """
     listener, driver = Listener(), goals.Driver(WAIT_S)

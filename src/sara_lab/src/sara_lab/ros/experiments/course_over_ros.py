@@ -11,7 +11,7 @@ from pathlib import Path
 import yaml
 
 from sara_bringup.paths import share
-from sara_lab.experiments import drives
+from sara_lab.experiments import courses, drive_data
 from sara_lab.ros.experiments.beside import OverRosError, beside
 from sara_sim.chair import SimulatedChair
 from sara_sim.world.world import World
@@ -26,13 +26,13 @@ def arguments(seed, course, setup, gain, folder, speed):
     """
     if setup.raw_rate:
         raise OverRosError("raw_rate has no launch file: read.py does not publish the chip's own rate")
-    tree = drives.navigation(setup.planner, setup.turn_rate)
+    tree = courses.navigation(setup.planner, setup.turn_rate)
     x, y, yaw = course.placed(course.start)
     steered = (
         'wheels'
-        if setup.fusion == drives.WHEELS or setup.steer_by_wheels
+        if setup.fusion == courses.WHEELS or setup.steer_by_wheels
         else 'fake'
-        if setup.fusion == drives.TRUTH
+        if setup.fusion == courses.TRUTH
         else 'ekf'
     )
     found = {
@@ -58,7 +58,7 @@ def arguments(seed, course, setup, gain, folder, speed):
         found.update(
             zip(
                 ('separation', 'left_radius', 'right_radius'),
-                drives.multipliers(setup, SimulatedChair(World.empty(), seed)),
+                courses.multipliers(setup, SimulatedChair(World.empty(), seed)),
             )
         )
     return found
@@ -84,5 +84,5 @@ def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=
         say(f'{BUSY}: {driven["speed"]:.2f} instead of {speed:g} times real time; figures may suffer')
     return {
         'clicks': driven['clicks'],
-        **drives.figures(driven['rows'], driven['contacts'], course, driven['goals'], trace),
+        **drive_data.figures(driven['rows'], driven['contacts'], course, driven['goals'], trace),
     }
