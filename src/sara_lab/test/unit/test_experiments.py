@@ -25,6 +25,8 @@ from sara_lab.experiments import (
     runner,
     school,
     square,
+    square_fusions,
+    square_odometry,
     turns,
 )
 from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row
@@ -410,22 +412,22 @@ def nine(**fusion):
 
 
 def test_verdicts_of_the_fusions_follow_the_results(tmp_path):
-    report = square.fusions(nine())
+    report = square_fusions.fusions(nine())
     verdicts = [verdict for _, _, verdict in report.findings]
     assert verdicts[:3] == [CONFIRMED, CONFIRMED, CONFIRMED] and verdicts[4:6] == [CONFIRMED, CONFIRMED]
-    other = square.fusions(
+    other = square_fusions.fusions(
         nine(other={(VX, SHORT): made_up(0.05), (XY, SHORT): made_up(0.5), (XY_VX, LONG): made_up(0.8, straight=0.3)})
     )
     assert [verdict for _, _, verdict in other.findings][:3] == [CONTRADICTED, PARTLY, CONTRADICTED] and other.findings[
         4
     ][2] == PARTLY
-    pages.write(square.EXPERIMENTS[1], report, tmp_path, 2)
+    pages.write(square_fusions.EXPERIMENT, report, tmp_path, 2)
     assert {f'fig_4_{number}.png' for number in range(24, 40)} <= {path.name for path in tmp_path.glob('*.png')}
 
 
 def test_odometry_alone_fails_and_calibrated_does_not_in_truth():
     results = runner.run(square.cases_8(2), 1, _Quiet)
-    report = square.odometry_alone(results)
+    report = square_odometry.odometry_alone(results)
     low, high = report.data['gain_error_range']
     least, most = report.data['gain_error_range_radii_known']
     assert low < least and most < high and least >= 1.25 and most <= 1.30, (
@@ -467,7 +469,7 @@ def test_a_default_that_fails_is_not_met():
     for key in lost:
         if key[1:4] == ('square', OURS, DEFAULT):
             lost[key] = {**lost[key], 'true': {**lost[key]['true'], 'reached': 3}}
-    assert any('default' in fault for fault in square.fusions(lost).faults)
+    assert any('default' in fault for fault in square_fusions.fusions(lost).faults)
 
 
 def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):

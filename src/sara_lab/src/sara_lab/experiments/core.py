@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 CONFIRMED, PARTLY, CONTRADICTED = 'confirmed', 'confirmed in part', 'contradicted, and explained'
+Results = dict[tuple, dict]  # {Case.key: what its function gave}
+Finding = tuple[str, str, str]  # what the thesis finds, what we find, verdict
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """All experiments by name, in the thesis's order."""
 
-from sara_lab.experiments import in_place, orientation, rest, school, square, turns
+from sara_lab.experiments import in_place, orientation, rest, school, square_fusions, square_odometry, turns
 
 EXPERIMENTS = {
     experiment.name: experiment
@@ -9,7 +9,8 @@ EXPERIMENTS = {
         *orientation.EXPERIMENTS,
         turns.EXPERIMENT,
         in_place.EXPERIMENT,
-        *square.EXPERIMENTS,
+        square_odometry.EXPERIMENT,
+        square_fusions.EXPERIMENT,
         school.EXPERIMENT,
     )
 }

@@ -21,6 +21,10 @@ REPORT_ONLY = {
     'ranking.py',
     'runner.py',
     'sensor_figures.py',
+    'square_figures.py',
+    'square_findings.py',
+    'square_fusions.py',
+    'square_odometry.py',
 }  # of experiments/: no run depends on them
 
 
