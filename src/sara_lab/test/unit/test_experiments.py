@@ -16,18 +16,19 @@ from sara_lab.experiments import (
     core,
     courses,
     drives,
+    filter_costs,
     in_place,
     orientation,
     pages,
     ranking,
     registry,
-    rest,
     runner,
     school,
     square,
     square_fusions,
     square_odometry,
     turns,
+    yaw_at_rest,
 )
 from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row
 from sara_lab.experiments.courses import (
@@ -276,8 +277,8 @@ def test_madgwick_s_yaw_is_unwrapped_through_half_a_turn():
 
 
 def test_madgwick_costs_more_than_the_complementary_filter():
-    cost = orientation.costs()
-    assert cost['madgwick'][0] > 3 * cost['complementary'][0] > 0 and orientation.costs() == cost
+    cost = filter_costs.costs()
+    assert cost['madgwick'][0] > 3 * cost['complementary'][0] > 0 and filter_costs.costs() == cost
 
 
 @pytest.fixture(scope='module', name='sensors')
@@ -315,7 +316,7 @@ def test_sensors_findings_are_what_the_results_say(sensors):
             for key, result in sensors.items()
         }
 
-    good, bad = rest.yaw(with_left(0.0001)), rest.yaw(with_left(0.02))
+    good, bad = yaw_at_rest.yaw(with_left(0.0001)), yaw_at_rest.yaw(with_left(0.02))
     assert good.findings[0][2] == CONFIRMED and not good.faults and bad.findings[0][2] == PARTLY and bad.faults
     off = {
         key: {**result, 'marks': {90.0: 90.0, 180.0: 180.0, 270.0: 270.0, 360.0: 360.0}} if key[0] == 'E6' else result

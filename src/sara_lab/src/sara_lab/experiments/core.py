@@ -85,6 +85,11 @@ class Experiment:
     figures: object = None
 
 
+def results_of(results: Results, *key: str) -> list[dict]:
+    """The results whose keys begin with `key`, by chair."""
+    return [result for held, result in sorted(results.items()) if held[: len(key)] == key]
+
+
 def spread(values):
     """A mean with its 95 % interval (bootstrap, 2000 draws of a fixed seed), median, 5th and 95th percentile, number;
     plain data.

@@ -16,6 +16,8 @@ from sara_lab.experiments import turns
 REPORT_ONLY = {
     'agreement.py',
     'drive_figures.py',
+    'filter_costs.py',
+    'orientation_report.py',
     'pages.py',
     'plotting.py',
     'ranking.py',
@@ -25,6 +27,8 @@ REPORT_ONLY = {
     'square_findings.py',
     'square_fusions.py',
     'square_odometry.py',
+    'variances.py',
+    'yaw_at_rest.py',
 }  # of experiments/: no run depends on them
 
 

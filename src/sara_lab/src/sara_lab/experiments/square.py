@@ -2,7 +2,7 @@
 sim_times and a second course (4.3.2, 4.3.3, figures 4.21 to 4.39).
 """
 
-from sara_lab.experiments.core import Case, Results
+from sara_lab.experiments.core import Case
 from sara_lab.experiments.courses import (
     DEFAULT,
     GEOMETRY,
@@ -88,8 +88,3 @@ def cases_9(seeds: int) -> list[Case]:
         for seed in range(seeds)
         for key, (course, setup) in setups_9().items()
     ]
-
-
-def results_of(results: Results, *key: str) -> list[dict]:
-    """The results whose keys begin with `key`, by chair."""
-    return [result for held, result in sorted(results.items()) if held[: len(key)] == key]

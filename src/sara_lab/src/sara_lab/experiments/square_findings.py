@@ -5,9 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Finding, Results, Row, interval, mean, spread
+from sara_lab.experiments.core import (
+    CONFIRMED,
+    CONTRADICTED,
+    PARTLY,
+    Finding,
+    Results,
+    Row,
+    interval,
+    mean,
+    results_of,
+    spread,
+)
 from sara_lab.experiments.courses import DEFAULT, LONG, MIDDLE, OURS, SHORT, TRUTH, VX, XY, XY_VX
-from sara_lab.experiments.square import FUSIONS, SECOND, STEERED, STEPS, results_of, setups_9
+from sara_lab.experiments.square import FUSIONS, SECOND, STEERED, STEPS, setups_9
 
 LOST_M = 0.5  # a corner further off than this, on average, is a lost square
 LONG_WAY_DEG = 90.0  # turned so much beyond the shortest on a leg, or more than half a turn in all: the long way round

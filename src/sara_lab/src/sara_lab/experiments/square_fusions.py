@@ -3,10 +3,10 @@
 import numpy as np
 
 from sara_lab.experiments.agreement import of_drive
-from sara_lab.experiments.core import Experiment, Report, Results, mean, spread, table
+from sara_lab.experiments.core import Experiment, Report, Results, mean, results_of, spread, table
 from sara_lab.experiments.courses import DEFAULT, LONG, OURS, VX, XY, XY_VX
 from sara_lab.experiments.ranking import ranking
-from sara_lab.experiments.square import FUSIONS, ON_SECOND, SECOND, STEERED, cases_9, results_of
+from sara_lab.experiments.square import FUSIONS, ON_SECOND, SECOND, STEERED, cases_9
 from sara_lab.experiments.square_figures import figures
 from sara_lab.experiments.square_findings import COMPARED, Spreads, findings, rows
 

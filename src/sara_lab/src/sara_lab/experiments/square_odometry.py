@@ -18,9 +18,10 @@ from sara_lab.experiments.core import (
     Row,
     interval,
     mean,
+    results_of,
     spread,
 )
-from sara_lab.experiments.square import ODOMETRY, SQUARE, START, cases_8, results_of
+from sara_lab.experiments.square import ODOMETRY, SQUARE, START, cases_8
 
 TABLE_13 = ((90, 70), (180, 143), (270, 216), (360, 270))  # odometry, IMU; deg
 GAIN_ERROR = (1.25, 1.33)  # odometry's yaw / true yaw, table 4.13

@@ -76,7 +76,7 @@ def _filters(hear):
     for frames, yaws in hear('filters'):
         listener = orientation.Listener(BusDescription.default())
         for frame, yaw in zip(frames, yaws):
-            listener.hear(frame, yaw)
+            listener.on_frame(frame, yaw)
         arrays.append(listener.arrays())
     return orientation.compared(arrays[0], arrays[1:])
 
