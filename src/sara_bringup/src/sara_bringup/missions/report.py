@@ -82,8 +82,19 @@ def figures(drive, folder, world=None, stem=None):
     from matplotlib import pyplot
 
     stem = stem or f'square_{drive.ekf}'
-    t, *paths = drive.arrays()
     figure, axes = pyplot.subplots(figsize=(8, 8))
+    _draw_paths(axes, drive, world)
+    figure.savefig(folder / f'{stem}_paths.png', dpi=110, bbox_inches='tight')
+    pyplot.close(figure)
+
+    figure, (axes, error) = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, height_ratios=(3, 1))
+    _draw_yaw(axes, error, drive)
+    figure.savefig(folder / f'{stem}_yaw.png', dpi=110, bbox_inches='tight')
+    pyplot.close(figure)
+
+
+def _draw_paths(axes, drive, world):
+    _, *paths = drive.arrays()
     if world is not None:
         occupied, resolution, origin = world
         extent = (
@@ -108,10 +119,10 @@ def figures(drive, folder, world=None, stem=None):
     axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal', title=f'The square, ekf:={drive.ekf}, seed {drive.seed}')
     axes.grid(alpha=0.3)
     axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.08), ncols=4)
-    figure.savefig(folder / f'{stem}_paths.png', dpi=110, bbox_inches='tight')
-    pyplot.close(figure)
 
-    figure, (axes, error) = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, height_ratios=(3, 1))
+
+def _draw_yaw(axes, error, drive):
+    t, *paths = drive.arrays()
     for (label, colour, style, width), path in zip(PATHS, paths):
         axes.plot(t - t[0], np.degrees(np.unwrap(path[:, 2])), style, color=colour, linewidth=width, label=label)
     axes.set(ylabel='yaw (deg)', title=f'Yaw over time, ekf:={drive.ekf}, seed {drive.seed}')
@@ -121,5 +132,3 @@ def figures(drive, folder, world=None, stem=None):
     error.set(xlabel='time (s)', ylabel='fused - true (deg)')
     for axis in (axes, error):
         axis.grid(alpha=0.3)
-    figure.savefig(folder / f'{stem}_yaw.png', dpi=110, bbox_inches='tight')
-    pyplot.close(figure)

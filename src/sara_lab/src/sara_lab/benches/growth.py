@@ -4,14 +4,16 @@ Each figure is a bench of its own; `exponents` says how steep a family of them i
 """
 
 import time
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from sara_common.planar import Pose2D
 from sara_lab.benches import costmaps as bench_costmap
-from sara_lab.benches.timed import timed
+from sara_lab.benches.timed import Timed, timed
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import SIZE, VX, VYAW
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import OdometryData
 from sara_nav.costmaps import layered_costmap
@@ -70,64 +72,34 @@ def planning(sides=SIDES, runs=5, clock=time.process_time):
             yield timed(f'planning by {name}, {side} x {side} cells', 'ms', _times(work, runs, clock))
 
 
-def filtering(inputs=INPUTS, seconds=4.0, runs=7, clock=time.process_time):
+def filtering(
+    inputs: Sequence[int] = INPUTS, seconds: float = 4.0, runs: int = 7, clock: Callable[[], float] = time.process_time
+) -> Iterator[Timed]:
     """ms of CPU for a second of the EKF at 50 Hz with so many odometries of 50 Hz each (vx, vyaw)."""
+    for count in inputs:
+        times = np.array(_times(_filtered(count, seconds), runs, clock))
+        yield timed(f'filtering a second, {count} input{"s" if count > 1 else ""}', 'ms', times / seconds)
+
+
+def _filtered(count, seconds):
+    """A function that runs an EKF of `count` odometries for so many seconds more."""
     covariance = 0.01 * np.eye(6)
     covariance.flags.writeable = False
-    for count in inputs:
-        params = {
-            'frequency': 50.0,
-            'two_d_mode': True,
-            'odom_frame': 'odom',
-            'base_link_frame': 'base_link',
-            'world_frame': 'odom',
-        }
-        mask = [
-            name in ('vx', 'vyaw')
-            for name in (
-                'x',
-                'y',
-                'z',
-                'roll',
-                'pitch',
-                'yaw',
-                'vx',
-                'vy',
-                'vz',
-                'vroll',
-                'vpitch',
-                'vyaw',
-                'ax',
-                'ay',
-                'az',
-            )
-        ]
-        for k in range(count):
-            params.update({f'odom{k}': f'odom{k}', f'odom{k}_config': mask})
-        engine, now = FilterEngine(FilterConfig.from_params(params, 'ekf'), TransformBuffer()), [100.0]
+    params = dict(frequency=50.0, two_d_mode=True, odom_frame='odom', base_link_frame='base_link', world_frame='odom')
+    mask = [index in (VX, VYAW) for index in range(SIZE)]
+    for k in range(count):
+        params.update({f'odom{k}': f'odom{k}', f'odom{k}_config': mask})
+    engine, now = FilterEngine(FilterConfig.from_params(params, 'ekf'), TransformBuffer()), [100.0]
+    moving = dict(linear=(0.5, 0.0, 0.0), angular=(0.0, 0.0, 0.1), twist_covariance=covariance)
 
-        def drive(engine=engine, now=now, count=count):
-            for _ in range(int(50 * seconds)):
-                now[0] += 0.02
-                for k in range(count):
-                    engine.add_odometry(
-                        f'odom{k}',
-                        OdometryData(
-                            now[0] - 1e-4 * k,
-                            'odom',
-                            'base_link',
-                            linear=(0.5, 0.0, 0.0),
-                            angular=(0.0, 0.0, 0.1),
-                            twist_covariance=covariance,
-                        ),
-                    )
-                engine.tick(now[0])
+    def drive():
+        for _ in range(int(50 * seconds)):
+            now[0] += 0.02
+            for k in range(count):
+                engine.add_odometry(f'odom{k}', OdometryData(now[0] - 1e-4 * k, 'odom', 'base_link', **moving))
+            engine.tick(now[0])
 
-        yield timed(
-            f'filtering a second, {count} input{"s" if count > 1 else ""}',
-            'ms',
-            np.array(_times(drive, runs, clock)) / seconds,
-        )
+    return drive
 
 
 def windows(sizes=WINDOWS, runs=100, clock=time.process_time):

@@ -175,19 +175,38 @@ def with_ros(report, name, lockstep, ros):
         return report
     known = [(set_up, figure, of) for set_up, figures in compared.items() for figure, of in figures.items()]
     out = [(set_up, figure, of) for set_up, figure, of in known if of.agrees is False]
+    faults = tuple(
+        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± '
+        f'{of.deviation:.{figure.digits}f}{_range(figure, of)}'
+        for set_up, figure, of in out
+    )
+    return replace(
+        report,
+        sections=(*report.sections, ('Over ROS', _text(name, ros, known, out) + _table(compared, known))),
+        data={**report.data, **_data(compared)},
+        faults=(*report.faults, *faults),
+    )
+
+
+def _text(name, ros, known, out):
+    """What was run, and how much of it agrees."""
     chairs = sorted({key[-1] for key in ros})
-    told = (
+    verdict = (
         f'{len(known) - len(out)} of {len(known)} figures agree'
         if all(of.agrees is not None for _, _, of in known)
         else 'One chair in lockstep tells nothing of the spread: more `--seeds` do'
     )
-    text = (
+    return (
         f'`rosrun sara_lab experiment {name} --ros`: the same descriptions through the launch files, the simulated '
         f'chair behind its adapter under all nodes; chair{"s" * (len(chairs) > 1)} {", ".join(map(str, chairs))}. '
         'Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over '
         f'{max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than '
-        f"{LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {told}.\n\n"
+        f"{LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {verdict}.\n\n"
     )
+
+
+def _table(compared, known):
+    """A row for each set-up; of one set-up, a row for each figure."""
     names = list(dict.fromkeys(figure for _, figure, _ in known))
     if len(compared) > 1:
         head, rows = (
@@ -199,12 +218,11 @@ def with_ros(report, name, lockstep, ros):
         )
     else:
         head, rows = ('', *map(_called, compared)), [(figure.name, _cell(figure, of)) for _, figure, of in known]
-    faults = tuple(
-        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± '
-        f'{of.deviation:.{figure.digits}f}{_range(figure, of)}'
-        for set_up, figure, of in out
-    )
-    data = {
+    return table(head, rows)
+
+
+def _data(compared):
+    return {
         'over_ros': {
             ' / '.join(map(str, set_up)): {
                 figure.name: {
@@ -219,12 +237,6 @@ def with_ros(report, name, lockstep, ros):
             for set_up, figures in compared.items()
         }
     }
-    return replace(
-        report,
-        sections=(*report.sections, ('Over ROS', text + table(head, rows))),
-        data={**report.data, **data},
-        faults=(*report.faults, *faults),
-    )
 
 
 def _called(set_up):

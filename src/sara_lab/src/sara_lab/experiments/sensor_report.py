@@ -88,13 +88,17 @@ def table(chairs):
         RATE,
         'deg/s',
     )
+    return '\n'.join([*lines, *_yaw_table(chairs), *_turns_table(chairs)])
+
+
+def _yaw_table(chairs):
     node, pc = (
         np.array([abs(chair['node'].rate) for chair in chairs]),
         np.array([[trial.left for trial in chair['pc']] for chair in chairs]),
     )
     measured = np.array([[trial.rate for trial in chair['pc']] for chair in chairs])
     drift = {key: np.array([abs(chair[key].yaw[-1]) for chair in chairs]) for key in ('node', 'fixed', 'tenths')}
-    lines += [
+    return [
         '',
         f'E3, tables 4.7 and 4.8: error of the yaw rate at rest; {len(chairs)} chairs',
         f'{"calibrated":34} {"thesis":>9} {"ours":>9}   deg/s           yaw after a minute',
@@ -112,7 +116,10 @@ def table(chairs):
         'of it through',
         '',
     ]
-    lines += [
+
+
+def _turns_table(chairs):
+    lines = [
         f'E6, table 4.11: turned angle by the gyroscope, mean of both ways; {len(chairs)} chairs',
         f'{"true":>6} {"thesis":>8} {"ours (lowest .. highest)":>28}   deg',
     ]
@@ -125,7 +132,7 @@ def table(chairs):
         f'{"k":>6} {1.08:8.2f} {gain.mean():10.4f} ({gain.min():.4f} .. {gain.max():.4f}); another full turn with it: '
         f'at most {np.abs(after).max():.2f} deg off'
     )
-    return '\n'.join(lines)
+    return lines
 
 
 def at_mark(turns, mark):

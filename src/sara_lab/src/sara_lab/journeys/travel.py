@@ -148,7 +148,6 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     Lockstep after each step.
     """
     pair = pairs(name)[number]
-    world = World.from_yaml(map_file(name))
     lockstep = Lockstep(
         map_file(name),
         pair.start,
@@ -157,6 +156,7 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
         localization='ekf' if mode == 'fused' else 'fake',
         navigation=navigation,
     )
+    world = World.from_yaml(map_file(name))
     for obstacle in boxes(name) if mode == 'boxes' else people(name, number) if mode in AMONG_PEOPLE else ():
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
@@ -165,27 +165,23 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     try:
         lockstep.start_up()
     except LockstepError as error:
-        return Outcome(
-            name,
-            mode,
-            number,
-            pair.start,
-            pair.goal,
-            pair.way,
-            False,
-            False,
-            str(error),
-            0.0,
-            math.nan,
-            math.nan,
-            0,
-            (),
-            None,
-        )
+        return _not_started(name, mode, number, str(error))
     pace, besides = (SLOW_PACE, MUCH_PATIENCE_S) if mode in AMONG_PEOPLE else (PACE, PATIENCE_S)
     goal, late = reach(recorder, pair.goal, besides + pair.way / pace)
     goal = replace(goal, shortest=pair.way)
-    last = lockstep.chair.pose
+    return _outcome(name, mode, number, recorder, (goal, late), judge(recorder.track([goal]), world))
+
+
+def _not_started(name, mode, number, why):
+    """The Outcome of a chair that did not come up."""
+    pair = pairs(name)[number]
+    place = (pair.start, pair.goal, pair.way)
+    return Outcome(name, mode, number, *place, False, False, why, 0.0, math.nan, math.nan, 0, (), None)
+
+
+def _outcome(name, mode, number, recorder, end, judgement):
+    """The Outcome; `end`: the Goal, and whether it was late."""
+    pair, (goal, late), last = pairs(name)[number], end, recorder.lockstep.chair.pose
     off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))
     kind = 'fused' if mode == 'fused' else 'true'
     there = off <= POSITION_M[kind] and abs(turned) <= YAW_DEG[kind]
@@ -205,5 +201,5 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
         turned,
         recorder.recoveries,
         tuple(recorder.touched.contacts),
-        judge(recorder.track([goal]), world),
+        judgement,
     )

@@ -86,6 +86,27 @@ def _step(rng, engine, now, report):
     """One message, and now and then a tick, a jump of the clock, a command, set_pose, a switch."""
     name = INPUTS[rng.integers(len(INPUTS))]
     stamp = _stamp(rng, now)
+    _message(rng, engine, name, stamp)
+    chance = rng.random()
+    if chance < 0.005:
+        now += float(rng.choice([-1e9, -100.0, -0.5, 100.0, 1e6]))
+    elif chance < 0.01:
+        engine.set_pose(PoseData(stamp, _frame(rng), _vector(rng, 5.0), _quaternion(rng), _covariance(rng, 6)), now)
+    elif chance < 0.02:
+        engine.add_control(_vector(rng, 1.0) + _vector(rng, 1.0), stamp)
+    elif chance < 0.025:
+        engine.toggle(bool(rng.integers(2)))
+    elif chance < 0.03:
+        engine.enable()
+    if rng.random() < 0.5:
+        now += rng.uniform(0.0, 0.1)
+        report.ticks += 1
+        _judge(engine.tick(now), report)
+    return now
+
+
+def _message(rng, engine, name, stamp):
+    """A message for one of INPUTS."""
     if name.startswith('odom'):
         engine.add_odometry(
             name,
@@ -119,22 +140,6 @@ def _step(rng, engine, now, report):
                 _covariance(rng, 3),
             ),
         )
-    chance = rng.random()
-    if chance < 0.005:
-        now += float(rng.choice([-1e9, -100.0, -0.5, 100.0, 1e6]))
-    elif chance < 0.01:
-        engine.set_pose(PoseData(stamp, _frame(rng), _vector(rng, 5.0), _quaternion(rng), _covariance(rng, 6)), now)
-    elif chance < 0.02:
-        engine.add_control(_vector(rng, 1.0) + _vector(rng, 1.0), stamp)
-    elif chance < 0.025:
-        engine.toggle(bool(rng.integers(2)))
-    elif chance < 0.03:
-        engine.enable()
-    if rng.random() < 0.5:
-        now += rng.uniform(0.0, 0.1)
-        report.ticks += 1
-        _judge(engine.tick(now), report)
-    return now
 
 
 def _judge(output, report):

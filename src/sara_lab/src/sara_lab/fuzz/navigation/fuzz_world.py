@@ -166,6 +166,17 @@ def costmap(chance, rolling):
     return LayeredCostmap(config, layers, pad_footprint(FOOTPRINT, 0.01))
 
 
+def _planner(chance, registry):
+    """A planner of the registry at random."""
+    cls = registry.find(chance.choice(registry.names()))
+    values = {}
+    if 'default_tolerance' in cls.config_class.__dataclass_fields__:
+        values['default_tolerance'] = chance.choice((0.0, 0.0, 0.5))
+    if 'max_expansions' in cls.config_class.__dataclass_fields__:
+        values['max_expansions'] = chance.choice((100, 1500))  # most of these goals have no path: give up soon
+    return cls(cls.config_class(**values))
+
+
 def machine(chance):
     """Return (a MoveBase with planners and recoveries at random, the Pose2D of the map's origin in the local frame or
     None).
@@ -183,17 +194,7 @@ def machine(chance):
         stuck_timeout=chance.choice((0.0, 1.0)),
         recovery_memory=chance.choice((0.0, 1.0)),
     )
-    planners = []
-    for registry in (GLOBAL_PLANNERS, LOCAL_PLANNERS):
-        cls = registry.find(chance.choice(registry.names()))
-        values = {}
-        if 'default_tolerance' in cls.config_class.__dataclass_fields__:
-            values['default_tolerance'] = chance.choice((0.0, 0.0, 0.5))
-        if (
-            'max_expansions' in cls.config_class.__dataclass_fields__
-        ):  # most of these goals have no way: giving up is not to take long
-            values['max_expansions'] = chance.choice((100, 1500))
-        planners.append(cls(cls.config_class(**values)))
+    planners = [_planner(chance, registry) for registry in (GLOBAL_PLANNERS, LOCAL_PLANNERS)]
     recoveries = [
         ClearCostmapRecovery(
             'clear', ClearCostmapConfig(chance.choice((0.0, 1.0, 3.0)), chance.random() < 0.5, chance.random() < 0.5)

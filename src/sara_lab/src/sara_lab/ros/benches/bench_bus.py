@@ -93,7 +93,12 @@ def measure(rate, seconds, log=None):
             memory = max(peak_memory_mb(pid) for pid in pids.values())
             used = {name: (cpu_seconds(pid) - before[name]) / (time.monotonic() - began) for name, pid in pids.items()}
             time.sleep(DRAIN_S)
-    counted = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate))
+    return _figures(feed, arrived, rate, seconds, (memory, used))
+
+
+def _figures(feed, arrived, rate, seconds, costs):
+    """Plain data; `arrived`: {number of a frame: when}; `costs`: memory in MB, {node: share of a core}."""
+    counted, (memory, used) = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate)), costs
     latency = 1e3 * np.array([arrived[number] - feed.sent[number] for number in counted if number in arrived])
     return {
         'frames': len(counted),
@@ -135,21 +140,8 @@ def measure_odometry(seconds, log=None):
             while not (feed.adapter.is_open and topic.get_num_connections()):
                 feed.listen()
                 time.sleep(0.001)
-            start, pairs = time.monotonic(), int((RAMP_S + seconds) / FRAMES_PERIOD_S)
-            for number in range(2 * pairs):
-                due = start + number // 2 * FRAMES_PERIOD_S + number % 2 * PAIR_S
-                while time.monotonic() < due:
-                    feed.listen()
-                    time.sleep(max(0.0, min(0.005, due - time.monotonic())))
-                data = feed.adapter.frame_bytes(
-                    feed.bus.encode(
-                        ('ENCODER_RIGHT', 'ENCODER_LEFT')[number % 2],
-                        steps=100 * (number // 2),
-                        time=1000 * (number // 2),
-                    )
-                )
-                feed.sent[number] = time.monotonic()
-                feed.dropped += not terminal.write(data)
+            pairs = int((RAMP_S + seconds) / FRAMES_PERIOD_S)
+            _feed_pairs(feed, terminal, pairs)
             time.sleep(0.2)
     for number in range(2 * int(RAMP_S / FRAMES_PERIOD_S) + 1, 2 * pairs - 2, 2):
         came = [at for at in arrived if feed.sent[number] <= at < feed.sent[number + 1]]
@@ -158,6 +150,25 @@ def measure_odometry(seconds, log=None):
         else:
             lost += 1
     return latency, lost
+
+
+def _feed_pairs(feed, terminal, pairs):
+    """Both wheels' frames, as often as the chair sends them."""
+    start = time.monotonic()
+    for number in range(2 * pairs):
+        due = start + number // 2 * FRAMES_PERIOD_S + number % 2 * PAIR_S
+        while time.monotonic() < due:
+            feed.listen()
+            time.sleep(max(0.0, min(0.005, due - time.monotonic())))
+        data = feed.adapter.frame_bytes(
+            feed.bus.encode(
+                ('ENCODER_RIGHT', 'ENCODER_LEFT')[number % 2],
+                steps=100 * (number // 2),
+                time=1000 * (number // 2),
+            )
+        )
+        feed.sent[number] = time.monotonic()
+        feed.dropped += not terminal.write(data)
 
 
 def main():

@@ -132,18 +132,13 @@ def measure(planner, timeout=120.0):
             raise RuntimeError('move_base is not there after 60 s')
         pid = process_of('/move_base')
         time.sleep(3.0)
-        idle_before, idle_began = cpu_seconds(pid), time.monotonic()
-        time.sleep(4.0)
-        idle = (cpu_seconds(pid) - idle_before) / (time.monotonic() - idle_began)
-        before, began = cpu_seconds(pid), time.monotonic()
-        client.send_goal(goal_at(GOAL))
-        done = client.wait_for_result(rospy.Duration(timeout))
+        idle = _share_of_core(pid, lambda: time.sleep(4.0))
+        began = time.monotonic()
+        used = _share_of_core(pid, lambda: client.send_goal_and_wait(goal_at(GOAL), rospy.Duration(timeout)))
         seconds = time.monotonic() - began
-        used = (cpu_seconds(pid) - before) / seconds
-        reached = done and client.get_state() == GoalStatus.SUCCEEDED
         return {
             'planner': planner,
-            'reached': reached,
+            'reached': client.get_state() == GoalStatus.SUCCEEDED,
             'text': client.get_goal_status_text(),
             'seconds': seconds,
             'cpu_percent': 100.0 * used,
@@ -155,6 +150,13 @@ def measure(planner, timeout=120.0):
     finally:
         robot.alive = False
         diagnostics.unregister()
+
+
+def _share_of_core(pid, work):
+    """The share of a core that a process takes while `work()` lasts."""
+    before, began = cpu_seconds(pid), time.monotonic()
+    work()
+    return (cpu_seconds(pid) - before) / (time.monotonic() - began)
 
 
 def drive(planner):

@@ -141,39 +141,40 @@ def start_and_drive(driving):
             while not client.wait_for_server(rospy.Duration(0.05)):
                 time.sleep(0.01)
             mark('move_base answers')
-            ears.wait('pose', 'gate')
-            mark('the pose is known', ears.first['pose'])
-            mark('the gate is open', ears.first['gate'])
-            ears.forget()
-            sent = time.monotonic()
-            client.send_goal(goal_at(GOAL))
-            ears.wait('command', 'motion')
-            commands = [ears.first['command'] - sent]
-            mark('the first goal is sent', sent)
-            mark('the first command', ears.first['command'])
-            mark('the chair moves', ears.first['motion'])
+            commands = [_first_goal(client, ears, mark)]
             pids = descendants(process.pid)
             start_cpu = sum(cpu_seconds(pid) for pid in pids)
-            if not driving:
-                return {
-                    'start': sorted(marks, key=lambda entry: entry[1]),
-                    'start_cpu': start_cpu,
-                    'commands': commands,
-                }
-            cpu, reached = _costs(
-                pids,
-                lambda: (
-                    client.wait_for_result(rospy.Duration(PATIENCE_S)) and client.get_state() == GoalStatus.SUCCEEDED
-                ),
-            )
-            if not reached:
-                raise RuntimeError(f'the goal was not reached: {client.get_goal_status_text()}')
-            commands += [_until_command(client, ears) for _ in range(MORE)]
-            names = {pid: name_of(pid) for pid in pids}
-            memory = {names[pid]: peak_memory_mb(pid) for pid in pids}
+            start = {'start': sorted(marks, key=lambda entry: entry[1]), 'start_cpu': start_cpu}
+            return {**start, **(_drive_on(client, ears, pids, commands) if driving else {'commands': commands})}
+
+
+def _first_goal(client, ears, mark):
+    """Send the first goal once the chair may drive; s from it to the first command."""
+    ears.wait('pose', 'gate')
+    mark('the pose is known', ears.first['pose'])
+    mark('the gate is open', ears.first['gate'])
+    ears.forget()
+    sent = time.monotonic()
+    client.send_goal(goal_at(GOAL))
+    ears.wait('command', 'motion')
+    mark('the first goal is sent', sent)
+    mark('the first command', ears.first['command'])
+    mark('the chair moves', ears.first['motion'])
+    return ears.first['command'] - sent
+
+
+def _drive_on(client, ears, pids, commands):
+    """To the first goal, then the beginnings of more."""
+    cpu, reached = _costs(
+        pids,
+        lambda: client.wait_for_result(rospy.Duration(PATIENCE_S)) and client.get_state() == GoalStatus.SUCCEEDED,
+    )
+    if not reached:
+        raise RuntimeError(f'the goal was not reached: {client.get_goal_status_text()}')
+    commands = commands + [_until_command(client, ears) for _ in range(MORE)]
+    names = {pid: name_of(pid) for pid in pids}
+    memory = {names[pid]: peak_memory_mb(pid) for pid in pids}
     return {
-        'start': sorted(marks, key=lambda entry: entry[1]),
-        'start_cpu': start_cpu,
         'commands': commands,
         'cpu': {names[pid]: share for pid, share in cpu.items()},
         'memory': memory,
@@ -200,11 +201,15 @@ def stack():
     ]
     result = next(start for start in starts if 'cpu' in start)
     firsts = ', '.join(f'{start["commands"][0]:.2f}' for start in starts)
-    total, memory = sum(result['cpu'].values()), sum(result['memory'].values())
     yield timed(
         'goal to first command', 's', result['commands'], scaled=False, text=f'the first after each launch {firsts} s'
     )
-    yield [
+    yield _costs_of_nodes(result)
+
+
+def _costs_of_nodes(result):
+    total, memory = sum(result['cpu'].values()), sum(result['memory'].values())
+    return [
         Timed(
             'the whole stack with the simulator, driving',
             '% of a core',
