@@ -1,10 +1,17 @@
 """What a person sees of a drive: a table in the terminal and two figures. Matplotlib is loaded only for the figures."""
 
+from __future__ import annotations
+
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_common.planar import wrap
+
+if TYPE_CHECKING:
+    from sara_bringup.missions.drive import Drive
 
 CORNER_POSITION_M = 0.20  # a corner counts as reached by the true pose within this
 CORNER_YAW_DEG = 5.0
@@ -12,7 +19,7 @@ YAW_ERROR_DEG = 3.0
 ODOMETRY_ERROR = 0.15
 
 
-def verdict(drive, goals):
+def verdict(drive: Drive, goals: int) -> list[str]:
     """What of the square's acceptance does not hold, one sentence each; an empty list is a pass."""
     faults = []
     if len(drive.corners) != goals:
@@ -37,7 +44,7 @@ def verdict(drive, goals):
     return faults
 
 
-def table(drive):
+def table(drive: Drive) -> str:
     """The corners as text: asked, estimated, true and odometry pose, then the figures of the whole drive."""
 
     def pose(p):
@@ -72,7 +79,7 @@ PATHS = (
 )
 
 
-def figures(drive, folder, world=None, stem=None):
+def figures(drive: Drive, folder: Path, world: tuple | None = None, stem: str | None = None) -> None:
     """Write STEM_paths.png and STEM_yaw.png into `folder` (a Path); `world` is (occupied (rows, columns), resolution,
     origin) or None.
     """

@@ -3,8 +3,11 @@
 Each figure is a bench of its own; `exponents` says how steep a family of them is, and growth_plot draws it.
 """
 
+from __future__ import annotations
+
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +24,9 @@ from sara_nav.costmaps.costmap import Costmap, InflationConfig, inflate
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.planners.planning import GLOBAL_PLANNERS
 
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock, Row
+
 SIDES = (250, 500, 1000, 2000)  # cells
 LATTICE_MOST = 1000  # cells: beyond, a plan of it takes longer than the rest of the bench
 PLANNERS = {
@@ -36,7 +42,7 @@ FAMILIES = {'planning': 'cells', 'filtering': 'inputs', 'costmap update': 'cells
 """Of which name begins so, what grows along it."""
 
 
-def field(side, resolution=RESOLUTION):
+def field(side: int, resolution: float = RESOLUTION) -> Costmap:
     """A Costmap of side x side cells, free but for a grid of posts of 0.3 m, inflated for SARA."""
     costs = np.zeros((side, side), np.uint8)
     for row in range(BLOCK, side - BLOCK // 2, BLOCK):
@@ -56,7 +62,7 @@ def _times(work, runs, clock):
     return taken[1:]
 
 
-def planning(sides=SIDES, runs=5, clock=time.process_time):
+def planning(sides: Sequence[int] = SIDES, runs: int = 5, clock: Clock = time.process_time) -> Iterator[Timed]:
     """ms of a plan from corner to corner."""
     for side in sides:
         costmap = field(side)
@@ -73,7 +79,7 @@ def planning(sides=SIDES, runs=5, clock=time.process_time):
 
 
 def filtering(
-    inputs: Sequence[int] = INPUTS, seconds: float = 4.0, runs: int = 7, clock: Callable[[], float] = time.process_time
+    inputs: Sequence[int] = INPUTS, seconds: float = 4.0, runs: int = 7, clock: Clock = time.process_time
 ) -> Iterator[Timed]:
     """ms of CPU for a second of the EKF at 50 Hz with so many odometries of 50 Hz each (vx, vyaw)."""
     for count in inputs:
@@ -102,7 +108,7 @@ def _filtered(count, seconds):
     return drive
 
 
-def windows(sizes=WINDOWS, runs=100, clock=time.process_time):
+def windows(sizes: Sequence[float] = WINDOWS, runs: int = 100, clock: Clock = time.process_time) -> Iterator[Timed]:
     """ms of an update of a rolling costmap with nine ranges."""
     layered_costmap.warm()
     for size in sizes:
@@ -116,7 +122,7 @@ def windows(sizes=WINDOWS, runs=100, clock=time.process_time):
         yield timed(f'costmap update with nine ranges, {side} x {side} cells', 'ms', _times(update, runs, clock))
 
 
-def size_of(name):
+def size_of(name: str) -> tuple[str, str, int] | None:
     """(family, series, size) of a figure's name, None where it is none of these."""
     for family in FAMILIES:
         if name.startswith(family) and ',' in name:
@@ -126,7 +132,7 @@ def size_of(name):
     return None
 
 
-def series(rows):
+def series(rows: Iterable[Row]) -> dict[str, dict[str, list[tuple[int, float]]]]:
     """{family: {series: [(size, ms at the peers' speed), ...]}} of rows."""
     found = {}
     for row in rows:
@@ -137,7 +143,7 @@ def series(rows):
     return found
 
 
-def exponent(points):
+def exponent(points: Sequence[tuple[int, float]]) -> float:
     """The slope of log(time) over log(size)."""
     sizes, times = np.log(np.array(points, float)).T
     return float(np.polyfit(sizes, times, 1)[0])

@@ -1,10 +1,18 @@
 """E1, E2, E3 and E6 side by side with the thesis: tables, verdicts, and the figures of its chapter 4."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sara_lab.experiments import sensor_experiments as experiments
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.sensor_experiments import Turns
 
 AXES = 'xyz'
 GRAVITY = 9.80665
@@ -27,7 +35,7 @@ SIGMA_NODE = 0.0734 * math.sqrt(20) / math.sqrt(2000)  # deg/s: 2000 samples of 
 RATE_AFTER_NODE = 0.5 * experiments.GYRO_STEP + 3.0 * SIGMA_NODE
 
 
-def run(seeds, progress=iter):
+def run(seeds: Iterable[int], progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> list[dict]:
     """The four experiments on the chairs `seeds`. progress: wraps the list of seeds. Returns a list of dicts, one a
     chair.
     """
@@ -66,7 +74,7 @@ def _at_rest_table(chairs, title, which, thesis, unit):
     return lines
 
 
-def table(chairs):
+def table(chairs: Sequence[dict]) -> str:
     """All four experiments as text."""
     lines = _at_rest_table(
         chairs,
@@ -135,7 +143,7 @@ def _turns_table(chairs):
     return lines
 
 
-def at_mark(turns, mark):
+def at_mark(turns: Turns, mark: float) -> float:
     """What the gyroscope says at a mark, mean of both ways, deg. The chair stops a little behind the mark: the line
     through the origin takes that out.
     """
@@ -150,7 +158,7 @@ def at_mark(turns, mark):
     )
 
 
-def verdict(chairs):
+def verdict(chairs: Sequence[dict]) -> list[str]:
     """What of the acceptance does not hold, a sentence each; empty is a pass.
 
     Means before calibration, turned angles and the error on the PC (as table 4.8 has it) are judged over all chairs:
@@ -177,7 +185,7 @@ def verdict(chairs):
     return faults
 
 
-def chair_faults(chair):
+def chair_faults(chair: dict) -> list[str]:
     """What does not hold of one chair, a sentence each."""
     faults, after = [], chair['rest']['after']
     accel_mean, gyro_mean = (
@@ -198,7 +206,7 @@ def chair_faults(chair):
     return faults
 
 
-def to_json(chairs):
+def to_json(chairs: Sequence[dict]) -> list[dict[str, Any]]:
     """The figures as plain data, a list with an entry a chair; m/s2, deg/s, deg."""
 
     def pair(samples):
@@ -222,7 +230,7 @@ def to_json(chairs):
     ]
 
 
-def figures(chair, folder):
+def figures(chair: dict, folder: Path) -> None:
     """The thesis's figures 4.1 to 4.11 and 4.14 for one chair, into `folder` (a Path)."""
     from sara_lab.experiments import sensor_figures
 

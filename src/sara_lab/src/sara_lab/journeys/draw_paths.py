@@ -35,7 +35,7 @@ OUTLINE_M, OUTLINE_RAD = 0.9, math.pi / 4  # between two outlines of the body
 PANEL_INCH = 7.2
 
 
-def driven(name, how, number):
+def driven(name: str, how: journeys.Planner, number: int) -> tuple[journeys.Outcome, Motion]:
     """(Outcome, Motion) of a journey."""
     t, poses = [], []
 
@@ -171,7 +171,7 @@ def _draw(axis, outcome, motion, colour):
         )
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """Write paths_MAP.png of each map."""
     parser = argparse.ArgumentParser(prog='draw_paths', description=__doc__)
     parser.add_argument('maps', nargs='*', metavar='MAP', help=f'of {", ".join(NUMBERS)}; all without it')

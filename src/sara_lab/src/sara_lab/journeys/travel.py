@@ -6,8 +6,12 @@ who walk about and stop for nobody; the same people, whom the safety gate was to
 judged by `judge`; who touched whom is told by contact_watch.py.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -59,12 +63,12 @@ class Outcome:
     judgement: object
 
     @property
-    def faults(self):
+    def faults(self) -> list[str]:
         """What must not be on any journey, one sentence each."""
         found = [f'contact: {contact}' for contact in self.contacts if not contact.blameless]
         return found + ([f'neither reached nor ended in words: {self.text}'] if self.late else [])
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         plain = {
             **asdict(self),
@@ -84,12 +88,12 @@ class Recorder:
     ContactWatch.
     """
 
-    def __init__(self, lockstep, watch=None):
+    def __init__(self, lockstep: Lockstep, watch: Callable[[Lockstep], None] | None = None) -> None:
         self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
 
-    def step(self):
+    def step(self) -> None:
         """Step, watch, and keep."""
         lockstep, chair = self.lockstep, self.lockstep.chair
         self.touched.before(chair)
@@ -110,7 +114,7 @@ class Recorder:
                 newest.command if newest is not None and newest.status == ACTIVE else (math.nan, math.nan)
             )
 
-    def track(self, goals):
+    def track(self, goals: Sequence[Goal]) -> Track:
         """The Track of what was kept."""
         return Track(
             np.array(self.t),
@@ -123,7 +127,7 @@ class Recorder:
         )
 
 
-def reach(recorder, pose, seconds):
+def reach(recorder: Recorder, pose: tuple[float, float, float], seconds: float) -> tuple[Goal, bool]:
     """Give a goal (x, y, yaw) and step until it ends, or for so long, and a second more; returns (Goal without a
     shortest way, whether it was late).
     """
@@ -141,7 +145,14 @@ def reach(recorder, pose, seconds):
     return Goal(tuple(pose), given, ended, end.status == SUCCEEDED, end.text, lockstep.time), late
 
 
-def drive(name, mode, number, gain=None, navigation=None, watch=None):
+def drive(
+    name: str,
+    mode: str,
+    number: int,
+    gain: float | None = None,
+    navigation: dict | None = None,
+    watch: Callable[[Lockstep], None] | None = None,
+) -> Outcome:
     """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
 
     `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the

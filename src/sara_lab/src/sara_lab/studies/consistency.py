@@ -8,6 +8,8 @@ filter claims to know more than it does, below it less.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from sara_common.planar import wrap_exact
@@ -25,7 +27,7 @@ TRIAL_VARIANCES = {VX: 4e-4, VYAW: 1e-4}
 TRIAL_START = {X: 1e-4, Y: 1e-4, YAW: 1e-4, VX: 0.04, VYAW: 0.01}
 
 
-def nees(error, P) -> float:
+def nees(error: np.ndarray, P: np.ndarray) -> float:
     """e' P^-1 e of an error (k,) and its covariance (k, k)."""
     return float(np.asarray(error) @ np.linalg.solve(P, error))
 
@@ -74,7 +76,7 @@ def nees_trial(seed: int, filter: str = 'ekf', seconds: float = 30.0, rate: floa
     return nees(error, output.covariance[np.ix_(PLANAR_POSE, PLANAR_POSE)])
 
 
-def nees_campaign(seeds, filter: str = 'ekf') -> tuple[float, float, float]:
+def nees_campaign(seeds: Iterable[int], filter: str = 'ekf') -> tuple[float, float, float]:
     """(mean NEES of (x, y, yaw) over the seeds, and the two ends of its 95 % interval)."""
     values = [nees_trial(seed, filter) for seed in seeds]
     return (float(np.mean(values)),) + interval(len(PLANAR_POSE), len(values))

@@ -6,6 +6,8 @@ wrong identifiers, with right and wrong lengths and stamps.
 
 import math
 import random
+from collections.abc import Callable
+from typing import NamedTuple
 
 from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
@@ -25,7 +27,9 @@ class FuzzFailure(AssertionError):
     """Which input made the reader say something that it must not."""
 
 
-def fuzz_reader(count, seed, bus=None, on_reading=None):
+def fuzz_reader(
+    count: int, seed: int, bus: BusDescription | None = None, on_reading: Callable[[NamedTuple], object] | None = None
+) -> int:
     """Give `count` random frames (and now and then a yaw, a calibration, a gain) to readers; returns how many readings
     came.
 

@@ -10,7 +10,7 @@ from sara_lab.fuzz.bus.lawicel import fuzz_lawicel
 BLOCK = 10000
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz tests; a failure ends with its seed and input."""
     from tqdm import tqdm
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,7 +38,7 @@ class FuzzReport:
     faults: list[str] = field(default_factory=list)
 
 
-def fuzz(count: int, seed: int, progress=None) -> FuzzReport:
+def fuzz(count: int, seed: int, progress: Callable[[int], object] | None = None) -> FuzzReport:
     """`count` messages from a seed; `progress`, if given, is called with the number of messages so far."""
     report, rng = FuzzReport(), np.random.default_rng(seed)
     while report.messages < count and len(report.faults) < 20:

@@ -10,7 +10,7 @@ from sara_lab.fuzz.navigation.fuzz import fuzz_move_base
 BLOCK = 10000
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz; a failure ends with its seed and input."""
     from tqdm import tqdm
 

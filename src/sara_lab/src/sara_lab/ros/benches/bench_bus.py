@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 import rosgraph
@@ -33,20 +34,20 @@ DRAIN_S = 2.0
 class Feed:
     """The bus: encoder frames of both wheels, in turn, at a fixed rate."""
 
-    def __init__(self, terminal, rate):
+    def __init__(self, terminal: Terminal, rate: float) -> None:
         self.terminal, self.rate = terminal, rate
         self.adapter = LawicelAdapter()
         self.bus = BusDescription.default()
         self.sent = {}  # number -> when its bytes were written, s
         self.dropped = 0
 
-    def listen(self):
+    def listen(self) -> None:
         """Answer the PC once."""
         answer, _ = self.adapter.feed(self.terminal.read(0.0))
         if answer:
             self.terminal.write(answer)
 
-    def run(self, seconds):
+    def run(self, seconds: float) -> None:
         """Write frames for so long; the caller's thread keeps the pace."""
         names, start = ('ENCODER_RIGHT', 'ENCODER_LEFT'), time.monotonic()
         for number in range(int(seconds * self.rate)):
@@ -63,7 +64,7 @@ class Feed:
             self.dropped += not self.terminal.write(data)
 
 
-def measure(rate, seconds, log=None):
+def measure(rate: float, seconds: float, log: IO[str] | None = None) -> dict[str, Any]:
     """{name: figure} of one run. log: a file for what the nodes say; None: the terminal."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -117,7 +118,7 @@ FRAMES_PERIOD_S = 0.1  # of each wheel's counter, as on the chair
 PAIR_S = 0.02  # between the two wheels' frames
 
 
-def measure_odometry(seconds, log=None):
+def measure_odometry(seconds: float, log: IO[str] | None = None) -> tuple[list[float], int]:
     """([ms from the bytes of the later frame of a pair to the odometry made of it, ...], how many pairs made none),
     with diff_drive_controller; log: as in `measure`.
     """
@@ -171,7 +172,7 @@ def _feed_pairs(feed, terminal, pairs):
         feed.dropped += not terminal.write(data)
 
 
-def main():
+def main() -> None:
     """Exit status 0 if nothing was lost and the 99th percentile is under 5 ms."""
     parser = argparse.ArgumentParser(prog='bench_bus', description=__doc__)
     parser.add_argument('--rate', type=int, default=1000, help='frames per second')

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import actionlib
 import rosgraph
@@ -41,7 +42,7 @@ LOG = Path('out/bench_nav.log')
 class Robot:
     """A point that turns; `pose` is (x, y, yaw). `alive`: while it moves and speaks."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.pose, self.speed, self._command = START, (0.0, 0.0), (0.0, 0.0)
         self.alive, self._broadcaster = True, tf2_ros.TransformBroadcaster()
         self._odometry = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
@@ -109,7 +110,7 @@ def _transform(parent, child, pose, stamp=None):
     return message
 
 
-def measure(planner, timeout=120.0):
+def measure(planner: str, timeout: float = 120.0) -> dict[str, Any]:
     """{name: figure} of one drive with a planner (a name of journeys.PLANNERS), in the ROS graph of this node."""
     robot = Robot()
     cycles = {}
@@ -159,7 +160,7 @@ def _share_of_core(pid, work):
     return (cpu_seconds(pid) - before) / (time.monotonic() - began)
 
 
-def drive(planner):
+def drive(planner: str) -> dict[str, Any]:
     """Start map_server and move_base with a ROS master of their own, and measure."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -173,7 +174,7 @@ def drive(planner):
         return measure(planner)
 
 
-def main():
+def main() -> None:
     """Exit status 0 if every drive ended at its goal and took no more CPU than it may."""
     parser = argparse.ArgumentParser(prog='bench_nav', description=__doc__)
     parser.add_argument('planners', nargs='*', metavar='PLANNER', help=f'of {", ".join(PLANNERS)}; all without it')

@@ -7,7 +7,9 @@ import math
 import os
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import actionlib
 import rosgraph
@@ -37,7 +39,7 @@ SIMULATED = Calibration(gyro_offset=(0.0, 0.0, 0.0), gyro_sigma=(0.09, 0.09, 0.0
 class Ears:
     """When (monotonic s) things happened first since `forget`: "command" of move_base, "motion" of the chair."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.first, self.why = {}, None
         self._subscribers = [
             rospy.Subscriber('/cmd_vel/navigation', Twist, lambda m: self._heard('command', m), tcp_nodelay=True),
@@ -62,11 +64,11 @@ class Ears:
         if abs(twist.linear.x) > MOVES or abs(twist.angular.z) > MOVES:
             self.first.setdefault(what, time.monotonic())
 
-    def forget(self):
+    def forget(self) -> None:
         """Listen anew."""
         self.first = {}
 
-    def wait(self, *names, seconds=PATIENCE_S):
+    def wait(self, *names, seconds: float = PATIENCE_S) -> None:
         """Until all of them happened. Raises TimeoutError."""
         end = time.monotonic() + seconds
         while not all(name in self.first for name in names):
@@ -78,7 +80,7 @@ class Ears:
             time.sleep(0.002)
 
 
-def descendants(pid):
+def descendants(pid: int) -> list[int]:
     """Process ids of a process and of all it started, itself first."""
     found = [pid]
     for task in Path(f'/proc/{pid}/task').glob('*/children'):
@@ -87,7 +89,7 @@ def descendants(pid):
     return found
 
 
-def name_of(pid):
+def name_of(pid: int) -> str:
     """The node's name (`__name:=`), else the program's."""
     words = Path(f'/proc/{pid}/cmdline').read_text().split('\0')
     named = [word.removeprefix('__name:=') for word in words if word.startswith('__name:=')]
@@ -115,7 +117,7 @@ def _until_command(client, ears):
     return ears.first['command'] - sent
 
 
-def start_and_drive(driving):
+def start_and_drive(driving: bool) -> dict[str, Any]:
     """A launch and its first goal: {"start": [(what, s since roslaunch), ...], "start_cpu": s of all processes until
     the chair moves}; where it goes on
     `driving`, the beginnings of more goals besides: {"commands": [s, ...], "cpu", "memory": {name: ...}}.
@@ -181,7 +183,7 @@ def _drive_on(client, ears, pids, commands):
     }
 
 
-def stack():
+def stack() -> Iterator[Timed | list[Timed]]:
     """From a few launches."""
     starts = sorted(
         (in_a_process(start_and_drive, number == STARTS - 1) for number in range(STARTS)),

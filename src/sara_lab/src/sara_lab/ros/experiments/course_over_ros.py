@@ -4,9 +4,13 @@ chair.
 roslaunch and course_node.py run as children with a master of their own, and are ended whatever happens.
 """
 
+from __future__ import annotations
+
 import pickle
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -16,11 +20,16 @@ from sara_lab.ros.experiments.beside import OverRosError, beside
 from sara_sim.chair import SimulatedChair
 from sara_sim.world.world import World
 
+if TYPE_CHECKING:
+    from sara_lab.experiments.courses import Course, SetUp
+
 BUSY = 'the machine is busy'
 KEPT_UP = 0.9  # of the asked speed; less is told
 
 
-def arguments(seed, course, setup, gain, folder, speed):
+def arguments(
+    seed: int, course: Course, setup: SetUp, gain: float | None, folder: Path, speed: float
+) -> dict[str, Any]:
     """{name: value} for experiment.launch. `folder`: a Path for what belongs to this run alone. Raises OverRosError
     where a set-up cannot be launched.
     """
@@ -64,7 +73,15 @@ def arguments(seed, course, setup, gain, folder, speed):
     return found
 
 
-def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=lambda text: None):
+def course_over_ros(
+    seed: int,
+    course: Course,
+    setup: SetUp,
+    gain: float | None = None,
+    trace: bool = False,
+    speed: float = 2.0,
+    say: Callable[[str], None] = lambda text: None,
+) -> dict:
     """Drive a Course over ROS with the chair `seed`; the dict that drives.course_driven gives. `speed`: simulated
     seconds per second. `say`: called with each sentence on the way. Raises OverRosError.
     """

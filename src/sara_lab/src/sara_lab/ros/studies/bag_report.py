@@ -113,7 +113,7 @@ def write(path, folder, map_file=None):
     return found
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """The command; exit status 1 where the bag holds no drive."""
     parser = argparse.ArgumentParser(prog='report', description=__doc__)
     parser.add_argument('bag', help='recorded by sara.launch record:=true, or with the same topics')

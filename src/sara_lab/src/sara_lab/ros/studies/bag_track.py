@@ -185,7 +185,7 @@ def _held(commanded, t):
     return held
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """`judge BAG`: the judge's table of a recorded drive; exit status 1 where it holds none."""
     parser = argparse.ArgumentParser(prog='judge', description=main.__doc__)
     parser.add_argument('bag')

@@ -47,7 +47,7 @@ ALLOWED = 3.0
 SAME_STAMP = 5e-6
 
 
-def played(bag: Path, params: dict):
+def played(bag: Path, params: dict) -> np.ndarray:
     """(n, 4) stamp, x, y, z that a live ekf_localization_node publishes while the bag is played."""
     rows = []
     rospy.set_param('/filter', params)
@@ -74,7 +74,7 @@ def played(bag: Path, params: dict):
     return np.array(rows)
 
 
-def difference(ours: np.ndarray, known) -> np.ndarray:
+def difference(ours: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
     """(n,) m between ours and the peer's positions, at equal stamps, or in between where stamps differ throughout."""
     stamps, theirs = known['stamp'] + float(known['t0']), known['pose'][:, :3]
     nearest = np.clip(np.searchsorted(ours[:, 0], stamps - SAME_STAMP), 0, len(ours) - 1)
@@ -104,7 +104,7 @@ def check(name: str, data: Path, spread: dict) -> dict:
     return result
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='live_check', description="The live node against the peer's on the recorded drives."
     )
