@@ -32,7 +32,7 @@ class Drawing:
         self.cells[j0:j1, i0:i1] = value
 
     def build(self, outline, hollows, things):
-        """A house: a block with rooms and doors cut out of it, and things put into them; each (x0, y0, x1, y1), metres."""
+        """A house: a block with rooms and doors cut out of it and things put into them; each (x0, y0, x1, y1), m."""
         self.fill(*outline, OCCUPIED)
         for hollow in hollows:
             self.fill(*hollow, FREE)

@@ -2,11 +2,12 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 
-def share(package='sara_bringup'):
+def share(package: str = 'sara_bringup') -> Path:
     """The share folder of a package: on ROS_PACKAGE_PATH, else beside this one's sources. Raises FileNotFoundError."""
     candidates = [Path(entry) / package for entry in os.environ.get('ROS_PACKAGE_PATH', '').split(':') if entry]
     candidates.append(Path(__file__).resolve().parents[3] / package)
@@ -16,16 +17,16 @@ def share(package='sara_bringup'):
     raise FileNotFoundError(f"the package {package} was found nowhere; source the workspace's setup.bash first")
 
 
-def config_file(name, package='sara_bringup'):
+def config_file(name: str, package: str = 'sara_bringup') -> Path:
     """Path of config/NAME of a package."""
     return share(package) / 'config' / name
 
 
-def parameters(package, name):
+def parameters(package: str, name: str) -> dict:
     """The parameters in config/NAME of a package, as its nodes load them."""
     return plain(config_file(name, package).read_text())
 
 
-def plain(text):
+def plain(text: str) -> Any:
     """What YAML of plain values says, read by libyaml where it is there. Raises yaml.YAMLError."""
     return yaml.load(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))

@@ -18,7 +18,11 @@ from std_msgs.msg import String
 
 from sara_common.planar import yaw_of
 
-WRITTEN = '# mine\nplaces:\n  near: [1.6, 1.0, 0.0]   # a short way off\n  cupboard: [3.0, 3.0, 0.0]\n  far: [5.0, 5.0, 0.0]\n'
+WRITTEN = (
+    '# mine\nplaces:\n  near: [1.6, 1.0, 0.0]   # a short way off\n  '
+    'cupboard: [3.0, 3.0, 0.0]\n  far: [5.0, 5.0, '
+    '0.0]\n'
+)
 PATIENCE_S = 60.0  # of wall time, for anything
 
 

@@ -149,7 +149,7 @@ class RvizTest(unittest.TestCase):
         return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 
     def point_at(self, key, pose, name):
-        """Use a tool at a pose until what came is meant: the first try may show where the middle of the view really is."""
+        """Use a tool at a pose until what came is meant: the first try may show where the view's middle really is."""
         for _ in range(4):
             self.heard.pop(name, None)
             self.screen.drag(key, pose)

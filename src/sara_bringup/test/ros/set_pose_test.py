@@ -50,7 +50,7 @@ class SetPoseTest(unittest.TestCase):
         message.pose.covariance = [1e-4 if k in (0, 7, 35) else 0.0 for k in range(36)]
         publisher.publish(message)
         rospy.sleep(1.0)
-        for moment in range(5):  # and it stays so
+        for _ in range(5):  # and it stays so
             self.assertAlmostEqual(self.yaw['imu'], YAW, delta=0.02)
             self.assertAlmostEqual(self.yaw['filtered'], YAW, delta=0.02)
             self.assertAlmostEqual(self.tf_yaw(), YAW, delta=0.02)

@@ -21,7 +21,8 @@ from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 
-from sara_lab.judge.judge import Goal, Track, judge
+from sara_lab.judge.judge import judge
+from sara_lab.judge.judgement import Goal, Track
 from sara_lab.ros.studies.bag_track import BagError, read_track
 
 T0 = 100.0

@@ -19,7 +19,7 @@ from canserial.dbc.bus import BusDescription
 from sara_bringup.ros.masters import environment
 from sara_bringup.ros.own_master import running
 from sara_lab.experiments import agreement, drives
-from sara_lab.experiments.drives import BOTH, LONG, OURS, VX, Course, SetUp
+from sara_lab.experiments.courses import BOTH, LONG, OURS, VX, Course, SetUp
 from sara_lab.experiments.sensor_experiments import AtRest
 from sara_lab.ros.experiments.bench_over_ros import heard
 from sara_lab.ros.experiments.course_over_ros import OverRosError, course_over_ros

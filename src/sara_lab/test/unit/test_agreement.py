@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_lab.experiments import agreement, drives, in_place, pages, registry, school, square
+from sara_lab.experiments import agreement, courses, drive_data, in_place, pages, registry, school, square
 from sara_lab.experiments.agreement import OFF, REACHED, SECONDS, Compared
 from sara_lab.experiments.as_nodes import AsNodes
 from sara_lab.experiments.core import CONFIRMED, Experiment, Report
-from sara_lab.judge.judge import Goal
+from sara_lab.judge.judgement import Goal
 from sara_lab.ros.experiments import course_over_ros as over_ros
 
 REPORT = Report((('a', 'b', CONFIRMED),), ())
@@ -90,10 +90,10 @@ def test_the_page_shows_it(tmp_path):
 def test_the_figures_of_a_drive_are_those_of_its_path():
     t = np.arange(0.0, 10.0, 0.02)
     yaw = np.radians(np.clip(t * 18.0, 0.0, 90.0))
-    rows = np.zeros((len(t), drives.COLUMNS))
+    rows = np.zeros((len(t), drive_data.COLUMNS))
     rows[:, 0], rows[:, 1], rows[:, 3], rows[:, 6], rows[:, 9] = t, 0.1, yaw, yaw + math.radians(2.0), 1.27 * yaw
     goal = Goal((0.0, 0.0, math.radians(90.0)), 0.0, 8.0, True, '', 9.0, (0.0, 0.0), 0.0)
-    found = agreement.of_drive(drives.figures(rows, 3, in_place.COURSES['left'], (goal,)))
+    found = agreement.of_drive(drive_data.figures(rows, 3, in_place.COURSES['left'], (goal,)))
     wanted = {
         REACHED: 1.0,
         OFF: 0.1,
@@ -116,7 +116,7 @@ def test_what_the_issue_names_is_run_over_ros_if_nobody_chooses():
         and len(chosen['E8']) == len(square.cases_8(1))
         and len(chosen['E10']) == len(school.cases(1))
     )
-    assert ('E9', 'square', drives.OURS, drives.DEFAULT, 0) in chosen['E9'] and len(chosen['E9']) == 3
+    assert ('E9', 'square', courses.OURS, courses.DEFAULT, 0) in chosen['E9'] and len(chosen['E9']) == 3
 
 
 def test_every_driven_set_up_has_a_launch(tmp_path):
@@ -129,7 +129,7 @@ def test_every_driven_set_up_has_a_launch(tmp_path):
                 and found['localization'] in ('ekf', 'fake', 'wheels')
                 and (found.get('gain') == 1.083) == setup.own_gain
             )
-            assert ('navigation' in found) == (setup.planner != drives.OURS or setup.turn_rate > 0.0) and (
+            assert ('navigation' in found) == (setup.planner != courses.OURS or setup.turn_rate > 0.0) and (
                 'separation' in found
             ) == bool(setup.calibrated)
     with pytest.raises(over_ros.OverRosError, match='raw_rate'):
@@ -138,7 +138,7 @@ def test_every_driven_set_up_has_a_launch(tmp_path):
 
 def test_drives_over_ros_are_compared_with_lockstep_that_has_the_timing_of_nodes_and_the_page_is_not_made_of_it():
     e9 = registry.EXPERIMENTS['E9']
-    key = ('E9', 'square', drives.OURS, drives.DEFAULT)
+    key = ('E9', 'square', courses.OURS, courses.DEFAULT)
     cases = agreement.references(e9, {(*key, 0): {}})
     assert [case.key for case in cases] == [(agreement.AS_NODES, *key, seed) for seed in range(agreement.CHAIRS)] and {
         case.options['kind'] for case in cases

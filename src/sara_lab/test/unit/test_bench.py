@@ -1,4 +1,4 @@
-"""`make bench`: what a row means, what the table says, what the check finds, and that every cheap bench gives figures."""
+"""`make bench`: what a row means, what the table says, what the check finds; every cheap bench gives figures."""
 
 import json
 from pathlib import Path

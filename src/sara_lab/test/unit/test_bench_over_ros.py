@@ -68,7 +68,7 @@ def test_frames_give_both_filters_angles(monkeypatch):
     result, lockstep = ran(orientation.case), orientation.case(SEED)
     listener = orientation.Listener(bus)
     for frame, yaw in zip(frames, still):
-        listener.hear(frame, yaw)
+        listener.on_frame(frame, yaw)
     assert result['variances']['gyro'] == listener.arrays()['gyro'][:, 1:].var(axis=0, ddof=1).tolist()
     assert set(result) == set(lockstep) - {'trace'}
     assert result['madgwick']['share'] == pytest.approx(

@@ -35,7 +35,8 @@ from sara_common.planar import Pose2D
 how = PLANNERS["%(planner)s"] if "%(planner)s" in PLANNERS else Planner("TrajectoryPlannerROS", "%(planner)s")
 mission = load_mission(config_file("square.yaml"))
 warming.warm()
-lockstep = Lockstep(share() / "maps" / "room.yaml", mission.start, 0, localization="%(localization)s", navigation=how.navigation)
+room = share() / "maps" / "room.yaml"
+lockstep = Lockstep(room, mission.start, 0, localization="%(localization)s", navigation=how.navigation)
 how.prepare(lockstep)
 at_start = set(called)
 lockstep.start_up()
@@ -70,5 +71,6 @@ def test_a_drive_needs_no_numba(localization, planner):
     assert missed == {}, 'warm() of their modules does not call them with these types'
     assert not numba, 'something is not compiled at build time'
     assert kernels > 30 and not late, (
-        'called on the move first: whoever calls them has them ready when it is made, or sara_nav.move_base.warming does'
+        'called on the move first: whoever calls them has them ready when it is made, or '
+        'sara_nav.move_base.warming does'
     )

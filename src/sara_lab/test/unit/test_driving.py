@@ -9,7 +9,8 @@ import math
 import pytest
 
 from sara_bringup.paths import share
-from sara_lab.campaign import driving as campaign_driving
+from sara_lab.campaign import calm as campaign_calm
+from sara_lab.campaign import squares, travels
 from sara_lab.journeys import doors, travel
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import Contact
@@ -29,7 +30,7 @@ APPROACHES = (4, 10, 15)
 
 @pytest.fixture(scope='module')
 def square_results(tmp_path_factory):
-    part = campaign_driving.squares(SEEDS, tmp_path_factory.mktemp('gains'))
+    part = squares.squares(SEEDS, tmp_path_factory.mktemp('gains'))
     return part, [json.loads(json.dumps(work())) for work in part.cases.values()]
 
 
@@ -135,7 +136,7 @@ def test_a_journey_that_runs_out_of_time_or_makes_contact_is_a_fault():
 
 
 def test_the_travel_verdict_counts_shares_of_each_mode():
-    part = campaign_driving.travel(0, None)
+    part = travels.travel(0, None)
     assert len(part.cases) == 750
     calm = {
         'gap_min': 0.1,
@@ -172,8 +173,8 @@ def test_the_travel_verdict_counts_shares_of_each_mode():
 
 
 def test_the_calm_verdict_asks_for_the_least_discomfort():
-    part = campaign_driving.calm(0, None)
-    assert len(part.cases) == 3 * (2 * campaign_driving.CALM_SEEDS + 30)
+    part = campaign_calm.calm(0, None)
+    assert len(part.cases) == 3 * (2 * campaign_calm.CALM_SEEDS + 30)
 
     def results(**discomfort):
         return [
@@ -195,7 +196,7 @@ def test_the_calm_verdict_asks_for_the_least_discomfort():
                     'beyond_shortest_deg': None,
                 },
             }
-            for planner in campaign_driving.PLANNERS
+            for planner in campaign_calm.PLANNERS
             for number in range(4)
         ]
 

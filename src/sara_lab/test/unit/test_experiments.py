@@ -14,20 +14,24 @@ from sara_bringup.paths import config_file
 from sara_common.planar import compose
 from sara_lab.experiments import (
     core,
+    courses,
     drives,
+    filter_costs,
     in_place,
     orientation,
     pages,
     ranking,
     registry,
-    rest,
     runner,
     school,
     square,
+    square_fusions,
+    square_odometry,
     turns,
+    yaw_at_rest,
 )
 from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Figure, Report, Row
-from sara_lab.experiments.drives import (
+from sara_lab.experiments.courses import (
     BOTH,
     DEFAULT,
     FILTER,
@@ -179,7 +183,7 @@ def test_all_ten_are_there_with_keys_of_their_own():
 
 
 @pytest.mark.parametrize(
-    'name', [*drives.FILES.values(), 'thesis_differential', 'thesis_vx_differential', 'thesis_xy_differential']
+    'name', [*courses.FILES.values(), 'thesis_differential', 'thesis_vx_differential', 'thesis_xy_differential']
 )
 def test_every_fusion_has_its_file(name):
     assert config_file(f'ekf_{name}.yaml', 'sara_localization').exists()
@@ -216,7 +220,7 @@ def test_a_calibrated_chair_s_odometry_turns_as_the_chair_does():
     quarter = Course((0.0, 0.0, 0.0), ((0.0, 0.0, 90.0),), (15.0, 4.0, 0.0))
     wrong, right = (
         drives.course_driven(1, quarter, SetUp(OURS, WHEELS, calibrated=calibrated))['turned']
-        for calibrated in ('', drives.GEOMETRY)
+        for calibrated in ('', courses.GEOMETRY)
     )
     assert wrong['wheels'][0] / wrong['true'][0] > 1.2 and right['wheels'][0] / right['true'][0] == pytest.approx(
         1.0, abs=0.02
@@ -254,10 +258,10 @@ def test_the_thesis_s_planner_is_read_without_a_warning(planner):
     from sara_nav.move_base.settings import read_settings
 
     settings = read_settings(
-        Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), drives.navigation(planner, 0.2)))
+        Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), courses.navigation(planner, 0.2)))
     )
     assert (
-        settings.local_planner.config.sim_time == drives.SIM_TIMES[planner]
+        settings.local_planner.config.sim_time == courses.SIM_TIMES[planner]
         and settings.local_planner.config.max_vel_theta == 0.2
     )
     assert type(settings.local_planner).plugin_name.endswith('TrajectoryPlannerROS')
@@ -273,8 +277,8 @@ def test_madgwick_s_yaw_is_unwrapped_through_half_a_turn():
 
 
 def test_madgwick_costs_more_than_the_complementary_filter():
-    cost = orientation.costs()
-    assert cost['madgwick'][0] > 3 * cost['complementary'][0] > 0 and orientation.costs() == cost
+    cost = filter_costs.costs()
+    assert cost['madgwick'][0] > 3 * cost['complementary'][0] > 0 and filter_costs.costs() == cost
 
 
 @pytest.fixture(scope='module', name='sensors')
@@ -312,7 +316,7 @@ def test_sensors_findings_are_what_the_results_say(sensors):
             for key, result in sensors.items()
         }
 
-    good, bad = rest.yaw(with_left(0.0001)), rest.yaw(with_left(0.02))
+    good, bad = yaw_at_rest.yaw(with_left(0.0001)), yaw_at_rest.yaw(with_left(0.02))
     assert good.findings[0][2] == CONFIRMED and not good.faults and bad.findings[0][2] == PARTLY and bad.faults
     off = {
         key: {**result, 'marks': {90.0: 90.0, 180.0: 180.0, 270.0: 270.0, 360.0: 360.0}} if key[0] == 'E6' else result
@@ -409,22 +413,22 @@ def nine(**fusion):
 
 
 def test_verdicts_of_the_fusions_follow_the_results(tmp_path):
-    report = square.fusions(nine())
+    report = square_fusions.fusions(nine())
     verdicts = [verdict for _, _, verdict in report.findings]
     assert verdicts[:3] == [CONFIRMED, CONFIRMED, CONFIRMED] and verdicts[4:6] == [CONFIRMED, CONFIRMED]
-    other = square.fusions(
+    other = square_fusions.fusions(
         nine(other={(VX, SHORT): made_up(0.05), (XY, SHORT): made_up(0.5), (XY_VX, LONG): made_up(0.8, straight=0.3)})
     )
     assert [verdict for _, _, verdict in other.findings][:3] == [CONTRADICTED, PARTLY, CONTRADICTED] and other.findings[
         4
     ][2] == PARTLY
-    pages.write(square.EXPERIMENTS[1], report, tmp_path, 2)
+    pages.write(square_fusions.EXPERIMENT, report, tmp_path, 2)
     assert {f'fig_4_{number}.png' for number in range(24, 40)} <= {path.name for path in tmp_path.glob('*.png')}
 
 
 def test_odometry_alone_fails_and_calibrated_does_not_in_truth():
     results = runner.run(square.cases_8(2), 1, _Quiet)
-    report = square.odometry_alone(results)
+    report = square_odometry.odometry_alone(results)
     low, high = report.data['gain_error_range']
     least, most = report.data['gain_error_range_radii_known']
     assert low < least and most < high and least >= 1.25 and most <= 1.30, (
@@ -466,7 +470,7 @@ def test_a_default_that_fails_is_not_met():
     for key in lost:
         if key[1:4] == ('square', OURS, DEFAULT):
             lost[key] = {**lost[key], 'true': {**lost[key]['true'], 'reached': 3}}
-    assert any('default' in fault for fault in square.fusions(lost).faults)
+    assert any('default' in fault for fault in square_fusions.fusions(lost).faults)
 
 
 def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):

@@ -36,9 +36,12 @@ def test_random_inputs_are_refused_or_driven_and_never_more():
 
 
 def test_the_same_seed_gives_the_same_commands():
-    first, second = [], []
-    for commands in (first, second):
-        fuzz_move_base(800, 3, lambda result: commands.append((result.command, result.status, result.text)))
+    def commands():
+        found = []
+        fuzz_move_base(800, 3, lambda result: found.append((result.command, result.status, result.text)))
+        return found
+
+    first, second = commands(), commands()
     assert first == second and any(command != (0.0, 0.0) for command, _, _ in first)
 
 

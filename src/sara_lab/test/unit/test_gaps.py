@@ -1,4 +1,4 @@
-"""The gap between body and world: exact for walls, discs and boxes; the same from everywhere; nothing beyond its reach."""
+"""The gap between body and world: exact for walls, discs and boxes; the same from all sides; none beyond reach."""
 
 import math
 
@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY, Track, judge
+from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judgement import Track
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
 

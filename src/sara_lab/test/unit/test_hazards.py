@@ -1,6 +1,7 @@
 """Each fault of the simulator, on the whole stack in lockstep: what the stack does about it."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -33,7 +34,7 @@ def test_something_that_appears_ahead_is_not_touched(seed):
 
 
 def ride(fault, seed=0, patience=RIDE_S, **arguments):
-    """The chair drives with a fault that stays. Returns the Lockstep, a second after the goal's end or `patience` (s)."""
+    """Drive with a fault that stays. Returns the Lockstep a second after the goal's end, or after `patience` (s)."""
     lockstep = driving(seed)
     if fault == 'imu_stuck':
         lockstep.move_base.set_goal(Pose2D(*FAR), lockstep.time)
@@ -179,5 +180,5 @@ def test_a_low_battery_is_told():
 
 
 def test_every_fault_of_the_simulator_is_met_here():
-    text = open(__file__).read() + open(HAZARDS['impact'].make.__code__.co_filename).read()
+    text = Path(__file__).read_text() + Path(HAZARDS['impact'].make.__code__.co_filename).read_text()
     assert [name for name in FAULTS if f"'{name}'" not in text] == []

@@ -1,4 +1,4 @@
-"""Journeys: one of each planner on each map comes to its goal without a contact; the draws are sound; faults are said."""
+"""Journeys: each planner comes to its goal on each map without a contact; draws are sound; faults are named."""
 
 import dataclasses
 import math

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_lab.judge import motion
-from sara_lab.judge.judge import WEIGHTS, Goal, Track, judge, table
+from sara_lab.judge.judge import WEIGHTS, judge
+from sara_lab.judge.judgement import Goal, Track, table
 from sara_lab.judge.motion import Motion, reversals
 
 DT = 0.01

@@ -6,6 +6,10 @@ way. Gate and controller each run 50 times a second, on timers whose phases nobo
 for each on average. Here the wheels go by what the gate said a period before.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 from canserial.reader.readings import (
     EncoderReading,
     ImpactReading,
@@ -24,13 +28,17 @@ from sara_control.wheels.can_base import CanBase
 from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.controller import DiffDriveController
 
+if TYPE_CHECKING:
+    from canserial.dbc.bus import BusDescription
+    from sara_control.wheels.odometry import OdometryState
+
 
 class CommandChain:
     """Made of the nodes' own configuration. `decision`: the gate's newest; `positions`: the wheels' newest;
     `controller`, `guard`, `mux`: the parts.
     """
 
-    def __init__(self, bus):
+    def __init__(self, bus: BusDescription) -> None:
         control, mux = (
             ControllerConfig.from_params(parameters('sara_control', 'sara.yaml')),
             parameters('sara_control', 'mux.yaml'),
@@ -50,24 +58,24 @@ class CommandChain:
         }
 
     @property
-    def ready(self):
+    def ready(self) -> bool:
         """Whether a command would move the chair."""
         return self.decision is not None and self.decision.state is State.IDLE
 
-    def on_reading(self, reading, now):
+    def on_reading(self, reading: NamedTuple, now: float) -> OdometryState | None:
         """What read.py published. Returns the odometry's state where it moved on, else None."""
         hear = self._hear.get(type(reading))
         return hear(reading, now) if hear else None
 
-    def on_navigation(self, v, w, now):
+    def on_navigation(self, v: float, w: float, now: float) -> None:
         """A command of move_base (m/s, rad/s)."""
         self.on_command('navigation', v, w, now)
 
-    def on_command(self, source, v, w, now):
+    def on_command(self, source: str, v: float, w: float, now: float) -> None:
         """A command of one of the multiplexer's sources."""
         self._said(self.mux.on_command(now, source, v, w), now)
 
-    def step(self, now):
+    def step(self, now: float) -> Any:
         """The frame for the wheels, 50 times a second."""
         if self.decision is not None:
             self.controller.on_command(self.decision.v, self.decision.w, now)

@@ -1,6 +1,9 @@
 """Localization in lockstep corrected by the map: what range_localization makes of ekf_se's pose."""
 
+from __future__ import annotations
+
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.localization import Estimate
@@ -9,6 +12,9 @@ from sara_bringup.paths import parameters
 from sara_common.planar import compose
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
+
+if TYPE_CHECKING:
+    from canserial.reader.readings import RangeReading
 
 
 @lru_cache(maxsize=1)
@@ -37,7 +43,7 @@ class Corrected(Estimate):
             ),
         )
 
-    def on_range(self, reading):
+    def on_range(self, reading: RangeReading) -> None:
         """A canserial RangeReading."""
         self.correction.on_range(
             RangeData(
@@ -45,14 +51,14 @@ class Corrected(Estimate):
             )
         )
 
-    def set_pose(self, pose, now):
+    def set_pose(self, pose: tuple[float, float, float], now: float) -> None:
         """As Filter's; from there on the filter is believed anew."""
         refused = self._inner.set_pose(pose, now)
         if refused is None:
             self.correction.forget()
         return refused
 
-    def step(self, now):
+    def step(self, now: float) -> bool:
         """The filter's tick, and what is given out with the correction on it."""
         inner, correction = self._inner, self.correction
         if not inner.step(now):

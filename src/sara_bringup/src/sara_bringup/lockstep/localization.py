@@ -5,7 +5,11 @@ Each has `pose` (x, y, yaw in the map, m, rad), `velocity` (m/s, rad/s), `stamp`
 (x, y, yaw), None before they are known; `step(now)` returns whether there is a new pose.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,10 @@ from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import ImuData, OdometryData, PoseData
+
+if TYPE_CHECKING:
+    from canserial.reader.readings import ImuReading, RangeReading
+    from sara_control.wheels.odometry import OdometryState
 
 RVIZ_COVARIANCE = np.diag((0.25, 0.25, 0.0, 0.0, 0.0, (np.pi / 12.0) ** 2))  # of its "2D Pose Estimate"; m2, rad2
 
@@ -31,10 +39,10 @@ def _diagonal(variances):
 class Estimate:
     """What both tell."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.pose = self.velocity = self.stamp = self.map_from_odom = None
 
-    def on_range(self, _reading):
+    def on_range(self, _reading: RangeReading) -> None:
         """A RangeReading: of use to what corrects the pose by the map alone (corrected.py)."""
 
 
@@ -43,7 +51,14 @@ class Filter(Estimate):
     `imu_variances`: read.py's. `backend`: what computes the filter, compiled or filterpy.
     """
 
-    def __init__(self, start, kind, name, imu_variances, backend='compiled'):
+    def __init__(
+        self,
+        start: tuple[float, float, float],
+        kind: str,
+        name: str,
+        imu_variances: Sequence[Sequence[float]],
+        backend: str = 'compiled',
+    ) -> None:
         super().__init__()
         tree = parameters('sara_localization', f'ekf_{name}.yaml')
         tree['initial_state'] = [start[0], start[1], 0.0, 0.0, 0.0, start[2]] + [0.0] * 9
@@ -52,7 +67,7 @@ class Filter(Estimate):
         self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
         self._imu_covariances = [_diagonal(tuple(variances)) for variances in imu_variances]
 
-    def on_imu(self, reading):
+    def on_imu(self, reading: ImuReading) -> None:
         """An ImuReading."""
         angles, rates, accelerations = self._imu_covariances
         self._engine.add_imu(
@@ -69,7 +84,7 @@ class Filter(Estimate):
             ),
         )
 
-    def on_odometry(self, state):
+    def on_odometry(self, state: OdometryState) -> None:
         """The controller's newest odometry."""
         x, y, heading, stamp = state.x, state.y, state.heading, state.stamp
         self._transforms.set_transform('odom', 'base_link', Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, heading), stamp)
@@ -88,7 +103,7 @@ class Filter(Estimate):
             ),
         )
 
-    def set_pose(self, pose, now):
+    def set_pose(self, pose: tuple[float, float, float], now: float) -> None:
         """As `/set_pose`, with what RViz's "2D Pose Estimate" thinks of itself: the chair stands at (x, y, yaw), m,
         rad. Returns why that is not believed, or None.
         """
@@ -97,7 +112,7 @@ class Filter(Estimate):
             PoseData(now, 'map', (x, y, 0.0), quaternion_from_rpy(0.0, 0.0, yaw), RVIZ_COVARIANCE), now
         )
 
-    def step(self, now):
+    def step(self, now: float) -> bool:
         """The filter's tick, 50 times a second."""
         output = self._engine.tick(now)
         if output is None:
@@ -117,18 +132,18 @@ class Truth(Estimate):
     localization:=fake.
     """
 
-    def __init__(self, true_pose):
+    def __init__(self, true_pose: Callable[[], tuple[float, float, float]]) -> None:
         super().__init__()
         self._true_pose = true_pose
 
-    def on_imu(self, _reading):
+    def on_imu(self, _reading: ImuReading) -> None:
         """The truth needs no IMU."""
 
-    def on_odometry(self, state):
+    def on_odometry(self, state: OdometryState) -> None:
         """The controller's newest odometry: what the truth at this moment is to agree with."""
         self.pose, self.velocity, self.stamp = self._true_pose(), (state.linear, state.angular), state.stamp
         self.map_from_odom = compose(self.pose, inverse((state.x, state.y, state.heading)))
 
-    def step(self, _now):
+    def step(self, _now: float) -> bool:
         """Nothing is estimated; there is a pose once there is odometry."""
         return self.pose is not None

@@ -4,9 +4,14 @@ Frames pass as CAN frames, encoded and decoded by the code that serves the real 
 YAML. A step is 10 ms. Nothing here waits or asks for the time, so that a seed gives the same drive to the last digit.
 """
 
+from __future__ import annotations
+
 import gc
 import math
+from collections.abc import Callable
 from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
@@ -24,6 +29,10 @@ from sara_nav.move_base import state_machine as move_base
 from sara_nav.move_base.settings import read_settings
 from sara_sim.chair import STEP_S, SimulatedChair
 from sara_sim.world.world import World
+
+if TYPE_CHECKING:
+    from sara_bringup.missions.drive import Drive
+    from sara_bringup.missions.mission import Mission
 
 COMMAND_STEPS = 2  # 50 Hz: wheel commands
 FILTER_STEPS = 2  # 50 Hz: ekf_se
@@ -45,8 +54,16 @@ class Lockstep:
     """
 
     def __init__(
-        self, map_path, start, seed, ekf='default', gain=None, localization='ekf', navigation=None, ranges=None
-    ):
+        self,
+        map_path: Path | str,
+        start: tuple[float, float, float],
+        seed: int,
+        ekf: str = 'default',
+        gain: float | None = None,
+        localization: str = 'ekf',
+        navigation: dict | None = None,
+        ranges: bool | None = None,
+    ) -> None:
         bus = BusDescription.default()
         grid = map_io.load_map(str(map_path))
         self.chair = SimulatedChair(world_of(grid), seed, start, bus)
@@ -84,16 +101,16 @@ class Lockstep:
         self.result = None  # the newest that ended a goal
 
     @property
-    def fused(self):
+    def fused(self) -> tuple[float, float, float] | None:
         """(x, y, yaw) in the map as localization has it, None before it is known."""
         return self.localization.pose
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Seconds since the start."""
         return self.chair.time
 
-    def step(self):
+    def step(self) -> None:
         """Advance everything by 10 ms."""
         self.tick += 1
         frames, now = self.chair.step(), self.chair.time
@@ -114,14 +131,15 @@ class Lockstep:
         self.chair.receive(self.wheels.step(now))
         self._give_up(now)
 
-    def start_up(self):
+    def start_up(self) -> None:
         """Step, at rest, until the gyro is calibrated, the fused pose is there and the safety gate would let the chair
         drive. Raises LockstepError.
         """
         while not (self.localization.map_from_odom and self.wheels.ready):
             if self.time > START_TIMEOUT_S:
                 raise LockstepError(
-                    f'the chair is not ready after {START_TIMEOUT_S:.0f} s: {sentence(self.wheels.decision.state, self.wheels.decision.reason)}'
+                    f'the chair is not ready after {START_TIMEOUT_S:.0f} s: '
+                    f'{sentence(self.wheels.decision.state, self.wheels.decision.reason)}'
                 )
             self.step()
 
@@ -188,13 +206,13 @@ class Lockstep:
             self.result = result
 
 
-def world_of(grid):
+def world_of(grid: map_io.GridMap) -> World:
     """The simulator's World in which a map_io.GridMap is true."""
     geometry = grid.geometry
     return World(grid.data == map_io.OCCUPIED, geometry.resolution, (geometry.origin_x, geometry.origin_y))
 
 
-def merged(tree, over):
+def merged(tree: dict, over: dict) -> dict:
     """A tree of parameters with another laid over it; neither is changed."""
     result = dict(tree)
     for name, value in over.items():
@@ -204,7 +222,7 @@ def merged(tree, over):
     return result
 
 
-def drive(lockstep, mission, record, progress=None):
+def drive(lockstep: Lockstep, mission: Mission, record: Drive, progress: Callable[[str], None] | None = None) -> None:
     """Drive a mission's goals and fill `record` (drive.Drive); `progress`, if given, is called with a sentence per
     corner.
     """
@@ -248,8 +266,10 @@ def _drive(lockstep, mission, record, progress):
         corner = record.corners[-1]
         if progress:
             progress(
-                f'corner {number} of {len(mission.goals)}: {"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
-                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, {lockstep.time:.0f} s'
+                f'corner {number} of {len(mission.goals)}: '
+                f'{"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
+                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, '
+                f'{lockstep.time:.0f} s'
             )
     record.contacts = lockstep.chair.contacts
     return record

@@ -4,12 +4,19 @@ it with tf.
 Where the sensors sit is what the URDF says: its fixed joints from `base_link` to `NAME_frame`.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.paths import share
 from sara_common.planar import compose
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+
+if TYPE_CHECKING:
+    from canserial.reader.config import ReaderConfig
+    from sara_nav.move_base.state_machine import MoveBase
 
 
 def mountings(urdf=None):
@@ -37,7 +44,7 @@ class RangeFeeds:
     that lockstep knows.
     """
 
-    def __init__(self, move_base, reader):
+    def __init__(self, move_base: MoveBase, reader: ReaderConfig) -> None:
         self._limits, self._places = (reader.range_min, reader.range_max), mountings()
         self._listeners = {}  # {topic: (layers of costmaps in map, of those in odom)}
         self.local_frame = move_base.local_costmap.config.global_frame
@@ -50,7 +57,9 @@ class RangeFeeds:
                     for source in layer.config.sources():
                         self._listeners.setdefault(source, ([], []))[frame == 'odom'].append(layer)
 
-    def add(self, reading, in_map, in_odom):
+    def add(
+        self, reading: RangeReading, in_map: tuple[float, float, float] | None, in_odom: tuple[float, float, float]
+    ) -> None:
         """A canserial RangeReading, and `base_link` in map and in odom: (x, y, yaw), m, rad; in_map is None before it
         is known.
         """

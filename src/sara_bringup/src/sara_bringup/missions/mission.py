@@ -1,5 +1,7 @@
 """Missions as data: where a drive starts and which poses it is to reach, read from a YAML file of config/."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +33,7 @@ def _pose(entry, where):
     return float(entry[0]), float(entry[1]), math.radians(entry[2])
 
 
-def load_mission(path):
+def load_mission(path: Path | str) -> Mission:
     """Read a mission from a YAML file with `start`, `corners` and `leg_timeout_s`.
 
     Raises MissionError naming the entry that is wrong.

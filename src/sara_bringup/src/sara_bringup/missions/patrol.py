@@ -1,10 +1,17 @@
 """What is said on the way to a place, and a patrol over several: no ROS, no clock, so that the words can be tested."""
 
+from __future__ import annotations
+
 import math
 from collections import Counter, deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from sara_common.planar import wrap
+
+if TYPE_CHECKING:
+    from sara_bringup.missions.places import Place
 
 NEAR_M = 0.10  # nearer than this, what is left is the turn
 STANDS_M, STANDS_RAD = 0.02, 0.03  # less than this since the last report is standing
@@ -13,11 +20,11 @@ STANDS_M, STANDS_RAD = 0.02, 0.03  # less than this since the last report is sta
 class Progress:
     """Sentences about the way to a Place, one every `period` s."""
 
-    def __init__(self, place, period=2.0):
+    def __init__(self, place: str, period: float = 2.0) -> None:
         self.place, self.period = place, period
         self._last = self._reported = None  # (t, x, y, yaw) of the last report; the time it was made
 
-    def at(self, t, x, y, yaw, why=''):
+    def at(self, t: float, x: float, y: float, yaw: float, why: str = '') -> str | None:
         """The chair is there at t (s; m, m, rad, map frame); `why`: what the safety gate says. Returns a sentence, or
         None when none is due.
         """
@@ -40,7 +47,7 @@ class Progress:
         return text
 
 
-def ended(place, reached, text, seconds):
+def ended(place: Place, reached: bool, text: str, seconds: float) -> str:
     """The last sentence about a goal: `text` is move_base's own, `seconds` since it was given."""
     if reached:
         return f'reached {place} after {seconds:.0f} s'
@@ -68,7 +75,7 @@ class Patrol:
     `done`: why there is no next place, "" while there is. `log`: the newest (Visit, reached, text).
     """
 
-    def __init__(self, places, loops=1, stop_on_failure=False):
+    def __init__(self, places: Sequence[Place], loops: int = 1, stop_on_failure: bool = False) -> None:
         if not places:
             raise ValueError('a patrol needs one place or more')
         if loops < 0:
@@ -79,14 +86,14 @@ class Patrol:
         self._reached, self._missed = Counter(), Counter()
 
     @property
-    def visit(self):
+    def visit(self) -> Visit | None:
         """The Visit that is due, None when `done`."""
         if self.done:
             return None
         round_, number = divmod(self._next, len(self.places))
         return Visit(self.places[number], round_ + 1, number + 1, self._next == 0)
 
-    def ended(self, reached, text=''):
+    def ended(self, reached: bool, text: str = '') -> None:
         """The Visit that was due has ended so; whether there is a next one is said by `done`."""
         visit = self.visit
         self.log.append((visit, reached, text))
@@ -103,14 +110,17 @@ class Patrol:
             self._reached_this_round = 0
 
     @property
-    def all_reached(self):
+    def all_reached(self) -> bool:
         """Whether every place that was driven to was reached."""
         return bool(self._reached) and not self._missed
 
-    def summary(self):
+    def summary(self) -> str:
         """What came of it, a line a place."""
         lines = [
-            f'patrol {self.done or "interrupted"}: {sum(self._reached.values())} of {sum(self._reached.values()) + sum(self._missed.values())} stops reached'
+            (
+                f'patrol {self.done or "interrupted"}: {sum(self._reached.values())} of '
+                f'{sum(self._reached.values()) + sum(self._missed.values())} stops reached'
+            )
         ]
         for place in dict.fromkeys(self.places):
             lines.append(f'  {place}: reached {self._reached[place]}, missed {self._missed[place]}')

@@ -4,6 +4,8 @@
 People write these files by hand: comments and order survive when a place is added or moved.
 """
 
+from __future__ import annotations
+
 import difflib
 import math
 import os
@@ -39,12 +41,12 @@ class Place:
         )
 
 
-def beside(map_yaml):
+def beside(map_yaml: Path | str) -> Path:
     """The places file of a map's YAML file."""
     return Path(map_yaml).with_suffix('.places.yaml')
 
 
-def load(path):
+def load(path: Path | str) -> dict[str, Place]:
     """{name: Place} of a places file, in its order. Raises PlacesError with every fault at once."""
     path = Path(path)
     try:
@@ -85,7 +87,7 @@ def _is_pose(pose):
     )
 
 
-def find(places, name, where=''):
+def find(places: dict[str, Place], name: str, where: Path | str = '') -> Place:
     """The Place of that name, upper and lower case alike where there is only one such. Raises PlacesError that names
     the near ones, or all.
     """
@@ -106,7 +108,7 @@ def find(places, name, where=''):
     raise PlacesError(f'there is no place {name!r}{of}; there are {", ".join(places)}')
 
 
-def pose(x, y, yaw_deg):
+def pose(x: float | str, y: float | str, yaw_deg: float | str) -> Place:
     """A Place without a name of three numbers or texts (m, m, deg). Raises PlacesError."""
     try:
         numbers = [float(value) for value in (x, y, yaw_deg)]
@@ -117,7 +119,7 @@ def pose(x, y, yaw_deg):
     return Place('', numbers[0], numbers[1], wrap(math.radians(numbers[2])))
 
 
-def write(path, place):
+def write(path: Path | str, place: Place) -> bool:
     """Put a Place into a places file, which is made if need be; what else it holds stays as it is. Returns whether the
     name was known before.
 
@@ -129,7 +131,10 @@ def write(path, place):
     text = (
         path.read_text(encoding='utf-8')
         if path.exists()
-        else f'# Named places of {path.name.removesuffix(".places.yaml")}: NAME: [x m, y m, yaw deg], base_link in the map.\nplaces:\n'
+        else (
+            f'# Named places of {path.name.removesuffix(".places.yaml")}: NAME: [x m, y m, yaw deg], base_link in '
+            'the map.\nplaces:\n'
+        )
     )
     before = _read(yaml.safe_load(text), path) if path.exists() else {}
     line = f'  {place.name}: [{place.x:.3f}, {place.y:.3f}, {math.degrees(place.yaw):.1f}]'
@@ -140,7 +145,8 @@ def write(path, place):
         after = None
     if after is None or after != {**before, **_read(yaml.safe_load('places:\n' + line), path)}:
         raise PlacesError(
-            f'{path} is not written as one NAME: [x m, y m, yaw deg] a line below `places:`; put this into it by hand:\n{line}'
+            f'{path} is not written as one NAME: [x m, y m, yaw deg] a line below `places:`; put this into it '
+            f'by hand:\n{line}'
         )
     _replace(path, changed)
     return place.name in before
@@ -178,7 +184,7 @@ def _replace(path, text):
         raise PlacesError(f'{path} cannot be written: {error.strerror}; --places FILE names another one') from error
 
 
-def listing(places):
+def listing(places: dict[str, Place]) -> str:
     """The places as text, a line each."""
     width = max((len(name) for name in places), default=0)
     return '\n'.join(

@@ -1,10 +1,17 @@
 """What a person sees of a drive: a table in the terminal and two figures. Matplotlib is loaded only for the figures."""
 
+from __future__ import annotations
+
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_common.planar import wrap
+
+if TYPE_CHECKING:
+    from sara_bringup.missions.drive import Drive
 
 CORNER_POSITION_M = 0.20  # a corner counts as reached by the true pose within this
 CORNER_YAW_DEG = 5.0
@@ -12,7 +19,7 @@ YAW_ERROR_DEG = 3.0
 ODOMETRY_ERROR = 0.15
 
 
-def verdict(drive, goals):
+def verdict(drive: Drive, goals: int) -> list[str]:
     """What of the square's acceptance does not hold, one sentence each; an empty list is a pass."""
     faults = []
     if len(drive.corners) != goals:
@@ -37,7 +44,7 @@ def verdict(drive, goals):
     return faults
 
 
-def table(drive):
+def table(drive: Drive) -> str:
     """The corners as text: asked, estimated, true and odometry pose, then the figures of the whole drive."""
 
     def pose(p):
@@ -54,10 +61,12 @@ def table(drive):
     for number, c in enumerate(drive.corners, 1):
         lines.append(
             f'{number:6} | {pose(c.asked)} | {pose(c.estimated)} | {pose(c.true)} | {pose(c.odometry)} | '
-            f'{c.position_error():.3f} m {math.degrees(c.yaw_error()):+.1f} deg{"" if c.reached else "  NOT REACHED: " + c.text}'
+            f'{c.position_error():.3f} m {math.degrees(c.yaw_error()):+.1f} '
+            f'deg{"" if c.reached else "  NOT REACHED: " + c.text}'
         )
     lines.append(
-        f'{drive.sim_time():.0f} s driven, {drive.contacts} contacts; fused yaw at most {math.degrees(drive.yaw_error_max()):.2f} deg from the true one; '
+        f'{drive.sim_time():.0f} s driven, {drive.contacts} contacts; fused yaw at most '
+        f'{math.degrees(drive.yaw_error_max()):.2f} deg from the true one; '
         f'odometry turned {100 * drive.odometry_heading_error():+.1f} % against the truth'
     )
     return '\n'.join(lines)
@@ -70,7 +79,7 @@ PATHS = (
 )
 
 
-def figures(drive, folder, world=None, stem=None):
+def figures(drive: Drive, folder: Path, world: tuple | None = None, stem: str | None = None) -> None:
     """Write STEM_paths.png and STEM_yaw.png into `folder` (a Path); `world` is (occupied (rows, columns), resolution,
     origin) or None.
     """
@@ -80,8 +89,19 @@ def figures(drive, folder, world=None, stem=None):
     from matplotlib import pyplot
 
     stem = stem or f'square_{drive.ekf}'
-    t, *paths = drive.arrays()
     figure, axes = pyplot.subplots(figsize=(8, 8))
+    _draw_paths(axes, drive, world)
+    figure.savefig(folder / f'{stem}_paths.png', dpi=110, bbox_inches='tight')
+    pyplot.close(figure)
+
+    figure, (axes, error) = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, height_ratios=(3, 1))
+    _draw_yaw(axes, error, drive)
+    figure.savefig(folder / f'{stem}_yaw.png', dpi=110, bbox_inches='tight')
+    pyplot.close(figure)
+
+
+def _draw_paths(axes, drive, world):
+    _, *paths = drive.arrays()
     if world is not None:
         occupied, resolution, origin = world
         extent = (
@@ -106,10 +126,10 @@ def figures(drive, folder, world=None, stem=None):
     axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal', title=f'The square, ekf:={drive.ekf}, seed {drive.seed}')
     axes.grid(alpha=0.3)
     axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.08), ncols=4)
-    figure.savefig(folder / f'{stem}_paths.png', dpi=110, bbox_inches='tight')
-    pyplot.close(figure)
 
-    figure, (axes, error) = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, height_ratios=(3, 1))
+
+def _draw_yaw(axes, error, drive):
+    t, *paths = drive.arrays()
     for (label, colour, style, width), path in zip(PATHS, paths):
         axes.plot(t - t[0], np.degrees(np.unwrap(path[:, 2])), style, color=colour, linewidth=width, label=label)
     axes.set(ylabel='yaw (deg)', title=f'Yaw over time, ekf:={drive.ekf}, seed {drive.seed}')
@@ -119,5 +139,3 @@ def figures(drive, folder, world=None, stem=None):
     error.set(xlabel='time (s)', ylabel='fused - true (deg)')
     for axis in (axes, error):
         axis.grid(alpha=0.3)
-    figure.savefig(folder / f'{stem}_yaw.png', dpi=110, bbox_inches='tight')
-    pyplot.close(figure)

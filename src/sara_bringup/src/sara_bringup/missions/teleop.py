@@ -5,6 +5,8 @@ release, but repeats a key that is held, the first time after half a second or s
 `first_timeout`, each repeat for `repeat_timeout`.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -56,7 +58,7 @@ class TeleopConfig:
     first_timeout: float = 0.7
     repeat_timeout: float = 0.25
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """What is not allowed, a sentence each."""
         found = range_faults(
             self,
@@ -76,10 +78,10 @@ class TeleopConfig:
 class Decoder:
     """Bytes of a terminal to keys: characters, and "up", "down", "left", "right" for the arrows (ESC [ A, ESC O A)."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._begun = ''
 
-    def feed(self, text):
+    def feed(self, text: str) -> list[str]:
         """The keys in it. A sequence may be cut by the end of a read; an ESC alone is a key once another follows."""
         keys = []
         for character in text:
@@ -103,14 +105,14 @@ class Teleop:
     whether to end.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: TeleopConfig) -> None:
         self.config = config
         self.speed, self.turn = config.speed, config.turn
         self.said, self.quit = '', False
         self._move, self._until, self._key = None, -math.inf, None
         self._stop = 0  # commands of zero that are still to be given
 
-    def on_key(self, key, t):
+    def on_key(self, key: str, t: float) -> None:
         """A key at t (s, of a clock that never goes back)."""
         self.said = ''
         if key in QUIT:
@@ -140,7 +142,7 @@ class Teleop:
                 self.said = f'a wheelchair does not move sideways ({key}); shift off?'
             self._halt()
 
-    def command(self, t):
+    def command(self, t: float) -> tuple[float, float] | None:
         """(v m/s, w rad/s) to publish at t (s), None for nothing: silence lets others drive. A stop is said three
         times, as messages get lost.
         """

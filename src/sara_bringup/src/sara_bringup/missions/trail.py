@@ -11,12 +11,12 @@ class Trail:
     `longest`.
     """
 
-    def __init__(self, step=0.05, turn=0.2, longest=4000):
+    def __init__(self, step: float = 0.05, turn: float = 0.2, longest: int = 4000) -> None:
         self.step, self.turn = step, turn
         self.poses = deque(maxlen=longest)
         self.changed = False
 
-    def add(self, pose):
+    def add(self, pose: tuple[float, float, float]) -> None:
         """Keep a pose, if it is finite and far enough from the newest one. `changed` says that something was kept;
         whoever shows it takes that back.
         """
@@ -32,7 +32,7 @@ class Trail:
         self.poses.append(tuple(pose))
         self.changed = True
 
-    def clear(self):
+    def clear(self) -> None:
         """Forget everything."""
         self.poses.clear()
         self.changed = True
@@ -43,15 +43,15 @@ class WheelsAlone:
     pose in the map.
     """
 
-    def __init__(self, start):
+    def __init__(self, start: tuple[float, float, float]) -> None:
         self._start = start
         self._first = None
 
-    def restart(self, start):
+    def restart(self, start: tuple[float, float, float]) -> None:
         """From here on, at (x, y, yaw) in the map."""
         self._start, self._first = start, None
 
-    def pose(self, odometry):
+    def pose(self, odometry: tuple[float, float, float]) -> tuple[float, float, float]:
         """(x, y, yaw) in the map of odometry's (x, y, yaw)."""
         if self._first is None:
             self._first = inverse(odometry)

@@ -10,7 +10,7 @@ from sara_bringup.missions import places
 from sara_bringup.ros import goals
 
 
-def parse(argv):
+def parse(argv: list[str] | None) -> argparse.Namespace:
     """The arguments; ends with a usage line and status 2 where they make no sense together."""
     parser = argparse.ArgumentParser(prog='go', description=__doc__)
     parser.add_argument(
@@ -40,7 +40,7 @@ def parse(argv):
     return arguments
 
 
-def go(arguments):
+def go(arguments: argparse.Namespace) -> int:
     """Do it; the exit status."""
     if arguments.list:
         path = goals.places_file(arguments)
@@ -62,7 +62,7 @@ def go(arguments):
     return goals.REACHED if reached else goals.MISSED
 
 
-def main():
+def main() -> None:
     """The command."""
     import sys
 

@@ -2,9 +2,15 @@
 it on Ctrl-C.
 """
 
+from __future__ import annotations
+
+import argparse
 import math
 import threading
 import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import actionlib
 import rosgraph
@@ -20,6 +26,9 @@ from sara_bringup.missions.patrol import Progress, ended
 from sara_common.planar import yaw_of
 from sara_control.gate.reasons import Reason, State, sentence
 
+if TYPE_CHECKING:
+    from sara_bringup.missions.places import Place
+
 REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock
 FRESH_S = 1.0  # s, the oldest pose that is written down as a place
@@ -32,12 +41,12 @@ class Unavailable(RuntimeError):
     """What is needed is not there; the text is a sentence."""
 
 
-def say(text):
+def say(text: str) -> None:
     """A line on the terminal, at once."""
     print(text, flush=True)
 
 
-def until(condition, what, seconds):
+def until(condition: Callable[[], object], what: str, seconds: float) -> None:
     """Until condition() holds, looked at again and again. Raises Unavailable after so long (s of wall time); `what` is
     waited for.
     """
@@ -48,7 +57,7 @@ def until(condition, what, seconds):
         time.sleep(0.02)
 
 
-def wait_for_launch(seconds):
+def wait_for_launch(seconds: float) -> None:
     """Until the launch beside has set its parameters: a node that begins earlier may take another clock than everybody
     else. Raises Unavailable.
 
@@ -65,7 +74,7 @@ def wait_for_launch(seconds):
     until(ready, 'the launch, with move_base or /use_sim_time', seconds)
 
 
-def goal_at(pose, frame='map'):
+def goal_at(pose: Sequence[float], frame: str = 'map') -> MoveBaseGoal:
     """The MoveBaseGoal of a pose (x m, y m, yaw rad) in a frame, as of now."""
     goal = MoveBaseGoal()
     goal.target_pose.header.frame_id, goal.target_pose.header.stamp = frame, rospy.Time.now()
@@ -74,14 +83,14 @@ def goal_at(pose, frame='map'):
     return goal
 
 
-def begin(name):
+def begin(name: str) -> None:
     """Become a ROS node whose Ctrl-C is a KeyboardInterrupt. Raises Unavailable without a master."""
     if not rosgraph.is_master_online():
         raise Unavailable('no ROS master answers: start `roslaunch sara_bringup sara.launch` first')
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
-def places_file(arguments):
+def places_file(arguments: argparse.Namespace) -> Path | str:
     """The places file: of --places, beside --map, or the running launch's. Raises Unavailable."""
     if arguments.places or arguments.map:
         return arguments.places or places.beside(arguments.map)
@@ -94,7 +103,7 @@ def places_file(arguments):
     )
 
 
-def add_file_options(parser):
+def add_file_options(parser: argparse.ArgumentParser) -> None:
     """--places and --map."""
     parser.add_argument(
         '--places',
@@ -107,13 +116,13 @@ def add_file_options(parser):
 class Robot:
     """Where the chair is, by tf."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.map_frame = rospy.get_param('move_base/global_costmap/global_frame', 'map').lstrip('/')
         self.base_frame = rospy.get_param('move_base/global_costmap/robot_base_frame', 'base_link').lstrip('/')
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
 
-    def pose(self):
+    def pose(self) -> tuple[float, float, float] | None:
         """(stamp s, x, y, yaw) in the map, None before it is known."""
         try:
             found = self._buffer.lookup_transform(self.map_frame, self.base_frame, rospy.Time(0))
@@ -126,7 +135,7 @@ class Robot:
             yaw_of(found.transform.rotation),
         )
 
-    def wait(self, seconds, fresh=False):
+    def wait(self, seconds: float, fresh: bool = False) -> tuple[float, float, float]:
         """The pose, waited for so long (s of wall time; said after the first). Raises Unavailable."""
         end, said = time.monotonic() + seconds, time.monotonic() + 1.0
         while True:
@@ -135,11 +144,13 @@ class Robot:
                 return pose
             if time.monotonic() > end:
                 raise Unavailable(
-                    f"the chair's pose is not known: no{' fresh' if pose else ''} transform from {self.map_frame} to {self.base_frame} for {seconds:.0f} s"
+                    f"the chair's pose is not known: no{' fresh' if pose else ''} transform from "
+                    f'{self.map_frame} to {self.base_frame} for {seconds:.0f} s'
                 )
             if time.monotonic() > said:
                 say(
-                    f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the gyro is calibrated first, about 20 s"
+                    f"waiting for the chair's pose ({self.map_frame} -> {self.base_frame}); after a start the "
+                    'gyro is calibrated first, about 20 s'
                 )
                 said = math.inf
             time.sleep(0.05)
@@ -148,7 +159,7 @@ class Robot:
 class Driver:
     """Sends goals. `wait`: s of wall time for move_base and the pose. Raises Unavailable."""
 
-    def __init__(self, wait):
+    def __init__(self, wait: float) -> None:
         self.robot = Robot()
         self._client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
         self._heard, self._why = time.monotonic(), ''
@@ -180,7 +191,7 @@ class Driver:
                 say(f'waiting. {said}')
             time.sleep(0.02)
 
-    def go(self, place, timeout=0.0, quiet=False):
+    def go(self, place: Place, timeout: float = 0.0, quiet: bool = False) -> tuple[bool, str]:
         """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none.
         KeyboardInterrupt cancels the goal and goes on.
         """
@@ -224,7 +235,7 @@ class Driver:
         return reached, text
 
 
-def run(command):
+def run(command: Callable[[], int]) -> None:
     """Call it, and end the process with the exit status it returns; what cannot be is said in a sentence."""
     import sys
 

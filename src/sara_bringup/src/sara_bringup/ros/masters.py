@@ -4,12 +4,14 @@ import multiprocessing
 import os
 import signal
 import subprocess
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from sara_bringup.ros.own_master import free_port
 
 
-def environment():
+def environment() -> dict[str, str]:
     """os.environ with the address of a master on a free port, readable logs and unbuffered output."""
     return {
         **os.environ,
@@ -20,7 +22,9 @@ def environment():
 
 
 @contextmanager
-def launched(package, launch_file, arguments, env, **popen):
+def launched(
+    package: str, launch_file: str, arguments: dict[str, Any], env: dict[str, str], **popen
+) -> Iterator[subprocess.Popen]:
     """roslaunch with a master at `env`'s address; ended, and waited for, when the block is left."""
     port = env['ROS_MASTER_URI'].rsplit(':', 1)[1]
     process = subprocess.Popen(
@@ -36,7 +40,7 @@ def launched(package, launch_file, arguments, env, **popen):
         process.wait()
 
 
-def in_a_process(function, *arguments):
+def in_a_process(function: Callable, *arguments) -> Any:
     """function(*arguments) in a process that ends with it: one can be a ROS node only once."""
     with multiprocessing.get_context('fork').Pool(1, maxtasksperchild=1) as pool:
         return pool.apply(function, arguments)

@@ -7,12 +7,13 @@ import signal
 import socket
 import subprocess
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 PATIENCE = 20.0  # s
 
 
-def free_port():
+def free_port() -> int:
     """Return a TCP port of this machine that nobody listens on."""
     with socket.socket() as probe:
         probe.bind(('localhost', 0))
@@ -20,12 +21,12 @@ def free_port():
 
 
 @contextmanager
-def own_master():
+def own_master() -> Iterator[int]:
     """Start a master on a free port and point this process's environment at it; gives the port."""
     import rosgraph  # free_port is asked for where ROS is not, too
 
     port = free_port()
-    os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{port}'
     with subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL) as master:
         try:
             while not rosgraph.is_master_online():
@@ -36,7 +37,7 @@ def own_master():
 
 
 @contextmanager
-def running(*command, **popen):
+def running(*command, **popen) -> Iterator[subprocess.Popen]:
     """A process for the length of a block: interrupted, and waited for; ended where it does not mind."""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, **popen) as process:
         try:

@@ -2,8 +2,11 @@
 there, 130 interrupted.
 """
 
+from __future__ import annotations
+
 import argparse
 import time
+from typing import TYPE_CHECKING
 
 import rospy
 
@@ -11,8 +14,11 @@ from sara_bringup.missions import places
 from sara_bringup.missions.patrol import Patrol
 from sara_bringup.ros import goals
 
+if TYPE_CHECKING:
+    from sara_bringup.missions.places import Place
 
-def parse(argv):
+
+def parse(argv: list[str] | None) -> argparse.Namespace:
     """The arguments."""
     parser = argparse.ArgumentParser(prog='patrol', description=__doc__)
     parser.add_argument(
@@ -27,7 +33,10 @@ def parse(argv):
         '--on-failure',
         choices=('go-on', 'stop'),
         default='go-on',
-        help='what happens when a place is not reached: drive to the next one (default), or end. A whole round in vain ends it anyhow',
+        help=(
+            'what happens when a place is not reached: drive to the next one (default), or end. A whole round in '
+            'vain ends it anyhow'
+        ),
     )
     goals.add_file_options(parser)
     parser.add_argument(
@@ -47,7 +56,7 @@ def parse(argv):
     return arguments
 
 
-def stops(arguments):
+def stops(arguments: argparse.Namespace) -> list[Place]:
     """The Places named. All are looked up before the first is driven to. Raises PlacesError, Unavailable."""
     known, path, result = None, '', []
     for word in arguments.stops:
@@ -61,14 +70,14 @@ def stops(arguments):
     return result
 
 
-def pause(seconds):
+def pause(seconds: float) -> None:
     """So long of ROS time, whatever the clock does; Ctrl-C gets through."""
     end = rospy.get_time() + seconds
     while rospy.get_time() < end:
         time.sleep(0.02)
 
 
-def patrol(arguments):
+def patrol(arguments: argparse.Namespace) -> int:
     """Do it; the exit status."""
     tour = Patrol(stops(arguments), arguments.loops, arguments.on_failure == 'stop')
     goals.begin('patrol')
@@ -85,7 +94,7 @@ def patrol(arguments):
     return goals.REACHED if tour.all_reached else goals.MISSED
 
 
-def main():
+def main() -> None:
     """The command."""
     import sys
 

@@ -19,8 +19,8 @@ from sara_bringup.ros.masters import environment, launched
 from sara_sim.world.world import World
 
 
-def drive(ekf, out, seed, speed, rviz):
-    """Launch the stack with a ROS master of its own and run square.py; return the Drive, or None if it left no result."""
+def drive(ekf: str, out: Path, seed: int, speed: float, rviz: bool) -> Drive | None:
+    """Launch the stack with a ROS master of its own and run square.py; the Drive, or None if it left no result."""
     result = out / f'square_{ekf}.json'
     result.unlink(missing_ok=True)
     env = environment()
@@ -54,7 +54,7 @@ def drive(ekf, out, seed, speed, rviz):
     return Drive.from_file_data(json.loads(result.read_text()))
 
 
-def main():
+def main() -> None:
     """Exit status 0 if the default fusion's drive meets the square's acceptance."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--out', type=Path, default=Path('out'), help='folder for figures, bags and results')
@@ -69,7 +69,10 @@ def main():
     drives = {}
     for ekf in ('default', 'thesis'):
         print(
-            f'== driving the square with ekf:={ekf}, {arguments.speed:g} times real time, {"with" if rviz else "without"} RViz',
+            (
+                f'== driving the square with ekf:={ekf}, {arguments.speed:g} times real time, '
+                f'{"with" if rviz else "without"} RViz'
+            ),
             flush=True,
         )
         drives[ekf] = drive(ekf, out, arguments.seed, arguments.speed, rviz)

@@ -3,11 +3,14 @@
 On the chair as in simulation; /ground_truth is used for the report where somebody publishes it.
 """
 
+from __future__ import annotations
+
 import json
 import math
 import sys
 import threading
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import actionlib
 import rosgraph
@@ -25,6 +28,9 @@ from sara_bringup.paths import config_file
 from sara_bringup.ros import goals
 from sara_common.planar import yaw_of
 
+if TYPE_CHECKING:
+    from sara_bringup.missions.mission import Mission
+
 LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
 SETTLE_S = 1.0  # the chair comes to rest before a corner is judged
 
@@ -37,7 +43,7 @@ def _pose(message):
 class Recorder:
     """Keeps the newest truth and odometry and adds a sample to the drive with each fused pose."""
 
-    def __init__(self, drive):
+    def __init__(self, drive: Drive) -> None:
         self.drive = drive
         self.lock = threading.Lock()
         self.true, self.odometry, self.recording = None, None, False
@@ -63,12 +69,12 @@ class Recorder:
                 if value.key == 'contacts':
                     self.drive.contacts = int(value.value)
 
-    def stop(self):
+    def stop(self) -> None:
         """Record no more."""
         with self.lock:
             self.recording = False
 
-    def corner(self, *corner):
+    def corner(self, *corner) -> None:
         """As Drive.add_corner."""
         with self.lock:
             self.drive.add_corner(*corner)
@@ -103,7 +109,7 @@ def _drive_to(client, pose, number, mission, recorder):
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
 
 
-def drive_mission(mission, drive):
+def drive_mission(mission: Mission, drive: Drive) -> None:
     """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it."""
     recorder = Recorder(drive)
     client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
@@ -132,7 +138,7 @@ def drive_mission(mission, drive):
     recorder.stop()
 
 
-def main():
+def main() -> None:
     """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was
     missed, 2 if there is no stack to drive with.
     """

@@ -5,6 +5,9 @@ The keys' clock is the wall's, whatever ROS time does. On the way out, however t
 stop and the terminal is as it was.
 """
 
+from __future__ import annotations
+
+import contextlib
 import os
 import select
 import signal
@@ -27,7 +30,7 @@ class Terminal:
     process is suspended.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.descriptor = sys.stdin.fileno()
         self._before = termios.tcgetattr(self.descriptor)
         self._decoder = Decoder()
@@ -41,12 +44,10 @@ class Terminal:
 
     def __exit__(self, *_):
         signal.signal(signal.SIGCONT, signal.SIG_DFL)
-        try:
+        with contextlib.suppress(termios.error):  # the terminal is closed
             termios.tcsetattr(self.descriptor, termios.TCSADRAIN, self._before)
-        except termios.error:
-            pass  # it is closed
 
-    def keys(self, seconds):
+    def keys(self, seconds: float) -> list[str]:
         """What was pressed within so long. Raises EOFError when the terminal is closed."""
         if not select.select([self.descriptor], [], [], seconds)[0]:
             return []
@@ -59,7 +60,7 @@ class Terminal:
         return self._decoder.feed(held.decode(errors='replace'))
 
 
-def read_config():
+def read_config() -> TeleopConfig:
     """TeleopConfig of the node's parameters; the peer's `key_timeout` stands for both timeouts. Ends the node with
     every fault at once.
     """
@@ -85,7 +86,7 @@ def read_config():
     return config
 
 
-def drive(config, publisher, terminal):
+def drive(config: TeleopConfig, publisher: rospy.Publisher, terminal: Terminal) -> int:
     """Until a key, a signal or the end of the terminal ends it."""
     teleop, period = Teleop(config), 1.0 / config.repeat_rate
     status, due = 0, time.monotonic()
@@ -119,11 +120,12 @@ def drive(config, publisher, terminal):
     return status
 
 
-def main():
+def main() -> None:
     """Exit status: 0 ended by a key, 1 the terminal was closed, 2 there is none, or no master, or a wrong parameter."""
     if {'-h', '--help'} & set(sys.argv):
         print(
-            f"{__doc__}\n{HELP}\n\nParameters (_speed:=0.3): {TeleopConfig.__doc__}\nkey_timeout sets both timeouts, as teleop_twist_keyboard's users know it.\nDefaults: {TeleopConfig()}"
+            f'{__doc__}\n{HELP}\n\nParameters (_speed:=0.3): {TeleopConfig.__doc__}\nkey_timeout sets both '
+            f"timeouts, as teleop_twist_keyboard's users know it.\nDefaults: {TeleopConfig()}"
         )
         sys.exit(0)
     if not sys.stdin.isatty():

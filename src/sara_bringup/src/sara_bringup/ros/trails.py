@@ -20,7 +20,7 @@ def _pose(message):
     return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 
 
-def main():
+def main() -> None:
     """Run the node. ~start: [x, y, yaw] in the map where the drive begins; each /set_pose begins it anew. ~map_frame:
     map.
     """

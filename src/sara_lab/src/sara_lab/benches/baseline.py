@@ -2,7 +2,14 @@
 speed.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Row
 
 TOLERANCE = 0.3
 """A figure may be worse by this share before it is named: medians in yardsticks come out within 20 % of each other on a
@@ -21,10 +28,13 @@ class Slower:
     factor: float
 
     def __str__(self):
-        return f"{self.name}: {self.what} {self.now:.3g}, was {self.before:.3g} ({self.factor:.2f} times; both at the peers' speed)"
+        return (
+            f'{self.name}: {self.what} {self.now:.3g}, was {self.before:.3g} ({self.factor:.2f} times; both at the '
+            "peers' speed)"
+        )
 
 
-def slower(rows, baseline, tolerance=TOLERANCE):
+def slower(rows: Iterable[Row], baseline: dict[str, dict], tolerance: float = TOLERANCE) -> list[str]:
     """The Slower of rows against the baseline's rows of the same name."""
     known, found = {row.name: row for row in baseline if not row.skipped}, []
     for row in rows:
@@ -41,7 +51,7 @@ def slower(rows, baseline, tolerance=TOLERANCE):
     return found
 
 
-def missing(rows, baseline):
+def missing(rows: Iterable[Row], baseline: dict[str, dict]) -> list[str]:
     """Names that the baseline has and the rows have not, or that are skipped now."""
     measured = {row.name for row in rows if not row.skipped}
     return [row.name for row in baseline if not row.skipped and row.name not in measured]

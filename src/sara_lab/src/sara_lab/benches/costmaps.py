@@ -5,8 +5,12 @@ Inflation: 1000 x 1000 cells of 0.05 m, SARA's footprint, cost_scaling_factor 5,
 scattered or as rectangles. Time is the process's CPU time, so that other work on the machine does not count.
 """
 
+from __future__ import annotations
+
 import math
 import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +23,9 @@ from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, Sou
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.observations import Observation
 
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock
+
 FOOTPRINT = np.array([[0.55, 0.30], [0.55, -0.30], [-0.55, -0.30], [-0.55, 0.30]])
 SENSORS = 9
 PEER_MS = {
@@ -30,7 +37,7 @@ PEER_MS = {
 """The C++ InflationLayer's medians on the machine of speed.json."""
 
 
-def obstacles(scattered, seed=0):
+def obstacles(scattered: bool, seed: int = 0) -> np.ndarray:
     """Return costs (1000, 1000) uint8 of which 5 % are lethal: single cells, or rectangles of up to 40 cells a side."""
     random = np.random.default_rng(seed)
     costs = np.zeros((1000, 1000), np.uint8)
@@ -52,11 +59,11 @@ def _taken(work, runs, clock):
     return np.array(taken[2:])
 
 
-def nine_ranges(random, moving, size=10.0):
+def nine_ranges(random: np.random.Generator, moving: bool, size: float = 10.0) -> Callable[[int], object]:
     """Return work(i): an update of a rolling costmap of ``size`` m a side with a reading of each of nine sensors about
     the robot.
     """
-    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=tuple('/s%d' % i for i in range(SENSORS))))
+    layer = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=tuple(f'/s{i}' for i in range(SENSORS))))
     costmap = LayeredCostmap(
         CostmapConfig(rolling_window=True, width=size, height=size),
         [layer, InflationLayer('inflation', InflationConfig(0.75, 4.0))],
@@ -70,7 +77,7 @@ def nine_ranges(random, moving, size=10.0):
             echo = random.uniform(0.2, 3.0)
             layer.add_range(
                 RangeReading(
-                    '/s%d' % k,
+                    f'/s{k}',
                     0.2 * i,
                     at.x,
                     at.y,
@@ -86,7 +93,7 @@ def nine_ranges(random, moving, size=10.0):
     return update
 
 
-def laser(random):
+def laser(random: np.random.Generator) -> Callable[[int], object]:
     """Return work(i): an update of the same costmap with a scan of 720 rays, marking and clearing."""
     layer = ObstacleLayer('obstacles', ObstacleConfig(sources=(SourceConfig('scan', clearing=True),)))
     costmap = LayeredCostmap(
@@ -121,7 +128,7 @@ CASES = {
 """What is timed: work(i), made of a random generator."""
 
 
-def bench_case(case, runs=300, clock=time.process_time):
+def bench_case(case: str, runs: int = 300, clock: Clock = time.process_time) -> tuple[float, float, int]:
     """Return (median ms, 99th percentile ms, runs) of a case. Kernels are compiled before anything is timed."""
     layered_costmap.warm()
     taken = _taken(
@@ -130,16 +137,16 @@ def bench_case(case, runs=300, clock=time.process_time):
     return float(np.median(taken)), float(np.percentile(taken, 99.0)), len(taken)
 
 
-def bench(runs=300, clock=time.process_time):
+def bench(runs: int = 300, clock: Clock = time.process_time) -> dict[str, tuple[float, float]]:
     """Return {case: (median ms, 99th percentile ms)}."""
     return {case: bench_case(case, runs, clock)[:2] for case in CASES}
 
 
-def main():
+def main() -> None:
     """Print the table."""
-    print('%-42s %10s %10s %10s' % ('', 'median ms', 'p99 ms', 'C++ ms'))
+    print(f'{"":42} {"median ms":>10} {"p99 ms":>10} {"C++ ms":>10}')
     for case, (median, p99) in bench().items():
-        print('%-42s %10.2f %10.2f %10s' % (case, median, p99, PEER_MS.get(case, '')))
+        print(f'{case:42} {median:10.2f} {p99:10.2f} {PEER_MS.get(case, ""):>10}')
 
 
 if __name__ == '__main__':

@@ -23,7 +23,17 @@ ALPHA, BETA, KAPPA = 0.001, 2.0, 0.0
 
 
 @kernel
-def ekf_steps(count, x, P, Q, dt, indices, extra, z, R):
+def ekf_steps(
+    count: int,
+    x: np.ndarray,
+    P: np.ndarray,
+    Q: np.ndarray,
+    dt: float,
+    indices: np.ndarray,
+    extra: np.ndarray,
+    z: np.ndarray,
+    R: np.ndarray,
+) -> None:
     """`count` predicts over dt (s) with a correct each, in place."""
     for _ in range(count):
         predict(x, P, Q, dt, x)
@@ -31,7 +41,17 @@ def ekf_steps(count, x, P, Q, dt, indices, extra, z, R):
 
 
 @kernel
-def ukf_steps(count, x, P, Q, dt, indices, extra, z, R):
+def ukf_steps(
+    count: int,
+    x: np.ndarray,
+    P: np.ndarray,
+    Q: np.ndarray,
+    dt: float,
+    indices: np.ndarray,
+    extra: np.ndarray,
+    z: np.ndarray,
+    R: np.ndarray,
+) -> None:
     """The same for the unscented filter."""
     for _ in range(count):
         unscented_step(x, P, Q, False, dt, ALPHA, BETA, KAPPA)

@@ -4,12 +4,19 @@ The cases are the peer's: (x, y, vx) with the seven variables off the plane forc
 variances 0.01.
 """
 
+from __future__ import annotations
+
 import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from canserial.dbc.bus import BusDescription
 from sara_lab.benches import filter_core as bench_core
 from sara_lab.benches.peers import peers
 from sara_lab.benches.timed import Limit, timed
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock, Timed
 
 COLUMNS = {
     'x, y, vx and forced zeros': 'predict_and_correct_planar_x_y_vx_plus_forced_zeros',
@@ -31,7 +38,7 @@ CALLS, BLOCKS = 2000, 25
 SLOWER = 20  # times: so many calls fewer of filterpy
 
 
-def filter_core(calls=CALLS, blocks=BLOCKS, clock=time.process_time):
+def filter_core(calls: int = CALLS, blocks: int = BLOCKS, clock: Clock = time.process_time) -> Iterator[Timed]:
     """us of a predict with a correct."""
     for kind, ways in WAYS.items():
         for case, column in COLUMNS.items():
@@ -53,7 +60,7 @@ def filter_core(calls=CALLS, blocks=BLOCKS, clock=time.process_time):
                 )
 
 
-def frames(count=2000, blocks=25, clock=time.process_time):
+def frames(count: int = 2000, blocks: int = 25, clock: Clock = time.process_time) -> Iterator[Timed]:
     """Encoder frames of the bus decoded per second."""
     bus = BusDescription.default()
     coded = [bus.encode('ENCODER_LEFT', steps=number, time=1000 * number) for number in range(count)]

@@ -6,9 +6,14 @@ poses; without the costmap, as the peers' are. It is the process's CPU time, so 
 count.
 """
 
+from __future__ import annotations
+
+import contextlib
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +21,9 @@ from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.planners.planning import GLOBAL_PLANNERS, PlanError
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock
 
 CASES = {
     'NavfnROS': ('navfn/NavfnROS', {}, 'navfn_dijkstra'),
@@ -42,7 +50,13 @@ class PlannerRow:
     plans: int
 
 
-def bench_rows(folders, maps=None, cases=tuple(CASES), queries=30, clock=time.process_time):
+def bench_rows(
+    folders: Iterable[Path | str],
+    maps: Sequence[str] | None = None,
+    cases: object = tuple(CASES),
+    queries: int = 30,
+    clock: Clock = time.process_time,
+) -> Iterator[PlannerRow]:
     """Yield a PlannerRow for each map and case.
 
     folders: where MAP.npz files are looked for; of two of the same name the first is taken. maps: names, None for all.
@@ -86,10 +100,8 @@ def _times(costmap, entries, case, queries, clock):
     taken = []
     for start, goal in ends[:1] + ends[:queries]:
         begin = clock()
-        try:
+        with contextlib.suppress(PlanError):  # finding that there is no path takes its time, too
             planner.plan(costmap, start, goal)
-        except PlanError:
-            pass  # that there is no way takes its time too
         taken.append(1e3 * (clock() - begin))
     return taken[1:]
 
@@ -101,15 +113,13 @@ def _peer(entries, column):
     return 1e3 * float(np.median(entries['time_s'][:, entries['planners'].tolist().index(column)]))
 
 
-def main():
+def main() -> None:
     """Print the table of the folders named on the command line."""
     import sys
 
     for row in bench_rows(sys.argv[1:]):
-        print(
-            '%-12s %-26s %8.2f ms, p99 %8.2f ms, %s'
-            % (row.map, row.planner, row.median, row.p99, f'peer {row.peer:.2f} ms' if row.peer else 'no peer')
-        )
+        peer = f'peer {row.peer:.2f} ms' if row.peer else 'no peer'
+        print(f'{row.map:12} {row.planner:26} {row.median:8.2f} ms, p99 {row.p99:8.2f} ms, {peer}')
 
 
 if __name__ == '__main__':

@@ -3,21 +3,29 @@
 Each figure is a bench of its own; `exponents` says how steep a family of them is, and growth_plot draws it.
 """
 
+from __future__ import annotations
+
 import time
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_common.planar import Pose2D
 from sara_lab.benches import costmaps as bench_costmap
-from sara_lab.benches.timed import timed
+from sara_lab.benches.timed import Timed, timed
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.state import SIZE, VX, VYAW
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import OdometryData
 from sara_nav.costmaps import layered_costmap
 from sara_nav.costmaps.costmap import Costmap, InflationConfig, inflate
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.planners.planning import GLOBAL_PLANNERS
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock, Row
 
 SIDES = (250, 500, 1000, 2000)  # cells
 LATTICE_MOST = 1000  # cells: beyond, a plan of it takes longer than the rest of the bench
@@ -34,7 +42,7 @@ FAMILIES = {'planning': 'cells', 'filtering': 'inputs', 'costmap update': 'cells
 """Of which name begins so, what grows along it."""
 
 
-def field(side, resolution=RESOLUTION):
+def field(side: int, resolution: float = RESOLUTION) -> Costmap:
     """A Costmap of side x side cells, free but for a grid of posts of 0.3 m, inflated for SARA."""
     costs = np.zeros((side, side), np.uint8)
     for row in range(BLOCK, side - BLOCK // 2, BLOCK):
@@ -54,7 +62,7 @@ def _times(work, runs, clock):
     return taken[1:]
 
 
-def planning(sides=SIDES, runs=5, clock=time.process_time):
+def planning(sides: Sequence[int] = SIDES, runs: int = 5, clock: Clock = time.process_time) -> Iterator[Timed]:
     """ms of a plan from corner to corner."""
     for side in sides:
         costmap = field(side)
@@ -70,67 +78,37 @@ def planning(sides=SIDES, runs=5, clock=time.process_time):
             yield timed(f'planning by {name}, {side} x {side} cells', 'ms', _times(work, runs, clock))
 
 
-def filtering(inputs=INPUTS, seconds=4.0, runs=7, clock=time.process_time):
+def filtering(
+    inputs: Sequence[int] = INPUTS, seconds: float = 4.0, runs: int = 7, clock: Clock = time.process_time
+) -> Iterator[Timed]:
     """ms of CPU for a second of the EKF at 50 Hz with so many odometries of 50 Hz each (vx, vyaw)."""
+    for count in inputs:
+        times = np.array(_times(_filtered(count, seconds), runs, clock))
+        yield timed(f'filtering a second, {count} input{"s" if count > 1 else ""}', 'ms', times / seconds)
+
+
+def _filtered(count, seconds):
+    """A function that runs an EKF of `count` odometries for so many seconds more."""
     covariance = 0.01 * np.eye(6)
     covariance.flags.writeable = False
-    for count in inputs:
-        params = {
-            'frequency': 50.0,
-            'two_d_mode': True,
-            'odom_frame': 'odom',
-            'base_link_frame': 'base_link',
-            'world_frame': 'odom',
-        }
-        mask = [
-            name in ('vx', 'vyaw')
-            for name in (
-                'x',
-                'y',
-                'z',
-                'roll',
-                'pitch',
-                'yaw',
-                'vx',
-                'vy',
-                'vz',
-                'vroll',
-                'vpitch',
-                'vyaw',
-                'ax',
-                'ay',
-                'az',
-            )
-        ]
-        for k in range(count):
-            params.update({f'odom{k}': f'odom{k}', f'odom{k}_config': mask})
-        engine, now = FilterEngine(FilterConfig.from_params(params, 'ekf'), TransformBuffer()), [100.0]
+    params = dict(frequency=50.0, two_d_mode=True, odom_frame='odom', base_link_frame='base_link', world_frame='odom')
+    mask = [index in (VX, VYAW) for index in range(SIZE)]
+    for k in range(count):
+        params.update({f'odom{k}': f'odom{k}', f'odom{k}_config': mask})
+    engine, now = FilterEngine(FilterConfig.from_params(params, 'ekf'), TransformBuffer()), [100.0]
+    moving = dict(linear=(0.5, 0.0, 0.0), angular=(0.0, 0.0, 0.1), twist_covariance=covariance)
 
-        def drive(engine=engine, now=now, count=count):
-            for _ in range(int(50 * seconds)):
-                now[0] += 0.02
-                for k in range(count):
-                    engine.add_odometry(
-                        f'odom{k}',
-                        OdometryData(
-                            now[0] - 1e-4 * k,
-                            'odom',
-                            'base_link',
-                            linear=(0.5, 0.0, 0.0),
-                            angular=(0.0, 0.0, 0.1),
-                            twist_covariance=covariance,
-                        ),
-                    )
-                engine.tick(now[0])
+    def drive():
+        for _ in range(int(50 * seconds)):
+            now[0] += 0.02
+            for k in range(count):
+                engine.add_odometry(f'odom{k}', OdometryData(now[0] - 1e-4 * k, 'odom', 'base_link', **moving))
+            engine.tick(now[0])
 
-        yield timed(
-            f'filtering a second, {count} input{"s" if count > 1 else ""}',
-            'ms',
-            np.array(_times(drive, runs, clock)) / seconds,
-        )
+    return drive
 
 
-def windows(sizes=WINDOWS, runs=100, clock=time.process_time):
+def windows(sizes: Sequence[float] = WINDOWS, runs: int = 100, clock: Clock = time.process_time) -> Iterator[Timed]:
     """ms of an update of a rolling costmap with nine ranges."""
     layered_costmap.warm()
     for size in sizes:
@@ -144,7 +122,7 @@ def windows(sizes=WINDOWS, runs=100, clock=time.process_time):
         yield timed(f'costmap update with nine ranges, {side} x {side} cells', 'ms', _times(update, runs, clock))
 
 
-def size_of(name):
+def size_of(name: str) -> tuple[str, str, int] | None:
     """(family, series, size) of a figure's name, None where it is none of these."""
     for family in FAMILIES:
         if name.startswith(family) and ',' in name:
@@ -154,7 +132,7 @@ def size_of(name):
     return None
 
 
-def series(rows):
+def series(rows: Iterable[Row]) -> dict[str, dict[str, list[tuple[int, float]]]]:
     """{family: {series: [(size, ms at the peers' speed), ...]}} of rows."""
     found = {}
     for row in rows:
@@ -165,7 +143,7 @@ def series(rows):
     return found
 
 
-def exponent(points):
+def exponent(points: Sequence[tuple[int, float]]) -> float:
     """The slope of log(time) over log(size)."""
     sizes, times = np.log(np.array(points, float)).T
     return float(np.polyfit(sizes, times, 1)[0])

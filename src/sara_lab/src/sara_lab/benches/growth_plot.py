@@ -1,9 +1,18 @@
 """The figure of growth: time over size, one panel for each family."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from sara_lab.benches.growth import FAMILIES, exponent, series
 
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Row
 
-def draw(rows, path):
+
+def draw(rows: Iterable[Row], path: Path) -> None:
     """Write a PNG of the rows' families; returns whether there was anything to draw."""
     import matplotlib
 

@@ -8,10 +8,13 @@ finds no way between are left out. Every plan is looked at each centimetre and f
 padded footprint touches anything. Times are CPU times of a whole plan, without the costmap.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +23,12 @@ from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import pad_footprint, radii
 from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner
-from sara_nav.maps.map_io import load_map
+from sara_nav.maps.map_io import GridMap, load_map
 from sara_nav.planners.navfn import NavfnConfig, NavfnROS
 from sara_nav.planners.planning import PlanError, path_length
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock
 
 PADDING = 0.01
 
@@ -44,7 +50,7 @@ class LatticeRow:
     astern: float
 
 
-def fine(plan, metres=0.01, radians=0.02):
+def fine(plan: np.ndarray, metres: float = 0.01, radians: float = 0.02) -> np.ndarray:
     """Return poses (m, 3) along a plan (n, 3), no further apart than that."""
     rows = [plan[:1]]
     for a, b in zip(plan[:-1], plan[1:]):
@@ -54,7 +60,7 @@ def fine(plan, metres=0.01, radians=0.02):
     return np.vstack(rows)
 
 
-def free_poses(world, count, random):
+def free_poses(world: LocalWorld, count: int, random: np.random.Generator) -> list[Pose2D]:
     """Return ``count`` Pose2Ds at which the LocalWorld's footprint touches nothing."""
     g, found = world.geometry, []
     while len(found) < count:
@@ -65,7 +71,7 @@ def free_poses(world, count, random):
     return found
 
 
-def bench(name, grid_map, pairs, seed, clock=time.process_time):
+def bench(name: str, grid_map: GridMap, pairs: int, seed: int, clock: Clock = time.process_time) -> LatticeRow:
     """Return the LatticeRow of a GridMap."""
     footprint = pad_footprint(np.array(FOOTPRINT), PADDING)
     costmap = build(grid_map, radii(footprint)[0], inflation=InflationConfig())
@@ -103,7 +109,7 @@ def bench(name, grid_map, pairs, seed, clock=time.process_time):
     )
 
 
-def main():
+def main() -> None:
     """Print a line for each map named on the command line."""
     parser = argparse.ArgumentParser(prog='bench_lattice', description=__doc__.splitlines()[0])
     parser.add_argument('maps', nargs='+', metavar='MAP.yaml')
@@ -113,19 +119,9 @@ def main():
     for path in question.maps:
         row = bench(path, load_map(path), question.pairs, question.seed)
         print(
-            "%s: %d of %d found, %d touch; median %.1f ms, p99 %.1f ms, longest %.0f ms; %.2f m longer than navfn's, "
-            '%.1f m astern in all'
-            % (
-                row.map.split('/')[-1],
-                row.found,
-                row.pairs,
-                row.touching,
-                row.median,
-                row.p99,
-                row.longest,
-                row.longer,
-                row.astern,
-            ),
+            f'{row.map.split("/")[-1]}: {row.found} of {row.pairs} found, {row.touching} touch; '
+            f'median {row.median:.1f} ms, p99 {row.p99:.1f} ms, longest {row.longest:.0f} ms; '
+            f"{row.longer:.2f} m longer than navfn's, {row.astern:.1f} m astern in all",
             flush=True,
         )
 

@@ -5,8 +5,12 @@ curved way, default samples, SARA's footprint, the robot on the way at speed; ev
 included. Time is the process's CPU time, so that other work on the machine does not count.
 """
 
+from __future__ import annotations
+
 import math
 import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,9 @@ from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.move_base import local_planners as local_planner
 from sara_nav.planners.local_command import DRIVING, LOCAL_PLANNERS
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock
 
 FOOTPRINT = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 CASES = {
@@ -30,7 +37,7 @@ CASES = {
 """What is timed: a planner by name and what differs from its defaults; the first four are the peer's cases."""
 
 
-def make_world(seed=0):
+def make_world(seed: int = 0) -> tuple[LocalWorld, np.ndarray]:
     """Return (LocalWorld, plan (n, 3)): a way that winds between obstacles, the same for every seed."""
     random = np.random.default_rng(seed)
     along = np.linspace(-4.5, 4.5, 181)
@@ -44,14 +51,16 @@ def make_world(seed=0):
     return LocalWorld(Costmap(costs, GridGeometry(200, 200, 0.05, -5.0, -5.0)), FOOTPRINT), plan
 
 
-def samples_of(config):
+def samples_of(config: object) -> int:
     """Return how many trajectories a cycle scores with this configuration, as the peer's figures count them."""
     if hasattr(config, 'vtheta_samples'):
         return (config.vx_samples + 1) * config.vtheta_samples
     return config.vx_samples * config.vth_samples if hasattr(config, 'vth_samples') else 1
 
 
-def bench(cycles=400, clock=time.process_time, cases=tuple(CASES)):
+def bench(
+    cycles: int = 400, clock: Clock = time.process_time, cases: Sequence[str] = tuple(CASES)
+) -> dict[str, tuple[float, float, float]]:
     """Return {case: (median ms, 99th percentile ms, trajectories scored per second)} over ``cycles`` control cycles
     each.
 
@@ -81,8 +90,8 @@ def bench(cycles=400, clock=time.process_time, cases=tuple(CASES)):
     return result
 
 
-def main():
+def main() -> None:
     """Print the table."""
-    print('%-32s %10s %10s %16s' % ('one control cycle', 'median ms', 'p99 ms', 'trajectories/s'))
+    print(f'{"one control cycle":32} {"median ms":>10} {"p99 ms":>10} {"trajectories/s":>16}')
     for case, (median, p99, rate) in bench().items():
-        print('%-32s %10.2f %10.2f %16.0f' % (case, median, p99, rate))
+        print(f'{case:32} {median:10.2f} {p99:10.2f} {rate:16.0f}')

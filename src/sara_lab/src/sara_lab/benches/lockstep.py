@@ -1,14 +1,21 @@
 """The whole chair and stack in one process: how many times faster than real time it drives the square."""
 
+from __future__ import annotations
+
 import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from sara_lab.benches.timed import Limit, timed
 from sara_lab.experiments.missions import run
 
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock, Timed
+
 DRIVES = 2
 
 
-def square(drives=DRIVES, clock=time.process_time):
+def square(drives: int = DRIVES, clock: Clock = time.process_time) -> Iterator[Timed]:
     """Drives of seed 0, after one that is not counted."""
     run('square', 0)
     rates = []

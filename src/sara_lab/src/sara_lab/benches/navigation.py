@@ -3,6 +3,7 @@ local planner.
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from sara_bringup.paths import share
@@ -30,17 +31,17 @@ PLAN_LIMITS['willow', 'LatticePlanner'] = Limit('median', 150.0)
 QUERIES, FEW = 30, 8  # plans of a figure that has a limit, and of one that has none
 
 
-def shared_data():
+def shared_data() -> Path:
     """The folder of the peers' data: SARA_SHARED_DATA, else `shared/data` beside the project."""
     return Path(os.environ.get('SARA_SHARED_DATA', share('sara_nav').resolve().parents[1].parent / 'shared' / 'data'))
 
 
-def plan_folders():
+def plan_folders() -> list[Path]:
     """Where the peers' plans are looked for: the shared data, then the data of sara_nav's tests."""
     return [shared_data() / 'reference' / 'plans', share('sara_nav').resolve() / 'test' / 'data' / 'plans']
 
 
-def global_planners():
+def global_planners() -> Iterator[Timed]:
     """Each planner on each map of the peers' figures; whole plans, without the costmap."""
     for name, entry in peers()['plan_ms_median'].items():
         found = False
@@ -62,7 +63,7 @@ def global_planners():
             yield Timed(f'plan on {name}', text=f'{name}.npz is in none of {", ".join(map(str, plan_folders()))}')
 
 
-def costmaps():
+def costmaps() -> Iterator[Timed]:
     """Inflation of 1000 x 1000 cells, and updates of a rolling 10 x 10 m costmap."""
     limits = {'scattered': Limit('median', 20.0), 'rectangles': Limit('median', 8.0)}
     for case in bench_costmap.CASES:
@@ -71,7 +72,7 @@ def costmaps():
         yield Timed(case, 'ms', median, p99, runs, peer=bench_costmap.PEER_MS.get(case), limit=limit)
 
 
-def local_planners():
+def local_planners() -> Iterator[Timed]:
     """A whole control cycle of each local planner, distance grids included, and the trajectories it scores."""
     for case in bench_local.CASES:
         (median, p99, rate), cycles = bench_local.bench(400, cases=[case])[case], 400

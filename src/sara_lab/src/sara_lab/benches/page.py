@@ -1,11 +1,18 @@
 """docs/bench.md, made of the rows: a summary of at most 25 lines; every figure is in the JSON file beside it."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from sara_lab.benches import growth
 from sara_lab.benches.table import number, wanted
 from sara_lab.benches.timed import PEERS_YARDSTICK_MS
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Row
 
 HEAD = f"""# How fast SARA is
 
@@ -41,7 +48,7 @@ LINES = {  # what a line is called: the names of its rows
 JSON_ONLY = r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up'
 
 
-def page(rows, image):
+def page(rows: Sequence[Row], image: str) -> str:
     """The page; image: path of the figure of growth, or None."""
     missed = [row.name for row in rows if row.met is False]
     lines = summary(rows)
@@ -58,7 +65,7 @@ def page(rows, image):
     return text
 
 
-def summary(rows):
+def summary(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
     """[(name, rows)] of the table: rows of a line of LINES together, others by themselves; growth has its figure."""
     found = {}
     for row in rows:

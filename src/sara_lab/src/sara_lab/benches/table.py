@@ -1,16 +1,24 @@
 """The one table of `make bench`: as text while it is measured, and as Markdown."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Row
+
 COLUMNS = ('', 'median', 'p99', 'runs', 'yardstick ms', "at the peers' speed", 'peer', 'ratio', 'wanted', 'met', 'MB')
 
 
-def number(value):
+def number(value: float | None) -> str:
     """Three figures of it."""
     if value is None:
         return ''
     return f'{value:.0f}' if abs(value) >= 100.0 else f'{value:.3g}'
 
 
-def wanted(row):
+def wanted(row: Row) -> str:
     """The limit in words."""
     if row.limit is None:
         return ''
@@ -20,12 +28,12 @@ def wanted(row):
     return f'{what}{sign} {row.limit.bound:g}{unit}'
 
 
-def verdict(row):
+def verdict(row: Row) -> str:
     """yes, NO, or nothing."""
     return {True: 'yes', False: 'NO', None: ''}[row.met]
 
 
-def cells(row):
+def cells(row: Row) -> tuple[str, ...]:
     """A row's columns as text."""
     if row.skipped:
         return (row.name, '', '', '', '', '', '', '', wanted(row), '', '')
@@ -45,7 +53,7 @@ def cells(row):
     )
 
 
-def line(row):
+def line(row: Row) -> str:
     """The row on a terminal."""
     if row.skipped:
         return f'  {row.name}: not measured: {row.text}'
@@ -64,7 +72,7 @@ def line(row):
     return f'  {name}: {median}; ' + ', '.join(part for part in parts if part)
 
 
-def markdown(rows):
+def markdown(rows: Iterable[Row]) -> str:
     """The table; notes stand below it."""
     lines = ['| ' + ' | '.join(COLUMNS) + ' |', '|' + ' --- |' * len(COLUMNS)]
     lines += ['| ' + ' | '.join(cells(row)) + ' |' for row in rows if not row.skipped]

@@ -5,9 +5,16 @@ speed it is ours / our yardstick x theirs, and the ratio to a peer is that by th
 way round), so that 1 is as good as the peer and 0.5 twice as good.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+
+Clock = Callable[[], float]
+"""Seconds, as time.process_time gives them."""
 
 PEERS_YARDSTICK_MS = 121.0
 """The yardstick on the machine where the C++ peers were timed (data/peers_speed.json)."""
@@ -45,12 +52,12 @@ class Timed:
     text: str = ''
 
     @property
-    def skipped(self):
+    def skipped(self) -> bool:
         """Whether it could not be measured; `text` says why."""
         return self.median is None
 
 
-def timed(name, unit, samples, **more):
+def timed(name: str, unit: str, samples: np.ndarray | Sequence[float], **more) -> Timed:
     """A Timed of samples (n,)."""
     samples = np.asarray(samples, float)
     return Timed(
@@ -65,23 +72,23 @@ def timed(name, unit, samples, **more):
 
 @dataclass(frozen=True)
 class Row(Timed):
-    """A Timed with the yardstick (ms) `before` and `after` it, in the same run; bench: by whose name it is asked for."""
+    """A Timed with the yardstick (ms) `before` and `after` it in the same run; `bench`: the name that asks for it."""
 
     bench: str = ''
     before: float = PEERS_YARDSTICK_MS
     after: float = PEERS_YARDSTICK_MS
 
     @classmethod
-    def of(cls, figure, bench, before, after):
+    def of(cls, figure: Timed, bench: str, before: float, after: float) -> Row:
         """The Row of a Timed."""
         return cls(**vars(figure), bench=bench, before=before, after=after)
 
     @property
-    def yardstick(self):
+    def yardstick(self) -> float:
         """ms, of this moment."""
         return 0.5 * (self.before + self.after)
 
-    def at_peers_speed(self, value):
+    def at_peers_speed(self, value: float | None) -> float | None:
         """A figure of this row on a machine as fast as the peers'."""
         if value is None or not self.scaled:
             return value
@@ -89,7 +96,7 @@ class Row(Timed):
         return value / factor if self.rate else value * factor
 
     @property
-    def ratio(self):
+    def ratio(self) -> float | None:
         """To the peer; None without one."""
         if self.skipped or not self.peer:
             return None
@@ -97,7 +104,7 @@ class Row(Timed):
         return self.peer / ours if self.rate else ours / self.peer
 
     @property
-    def met(self):
+    def met(self) -> bool | None:
         """Whether the limit is kept; None where there is none, or no figure."""
         if self.limit is None or self.skipped:
             return None
@@ -108,7 +115,7 @@ class Row(Timed):
             return None
         return value >= self.limit.bound if self.rate and self.limit.of == 'median' else value <= self.limit.bound
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """Plain data."""
         return {
             **vars(self),
@@ -119,7 +126,7 @@ class Row(Timed):
         }
 
     @classmethod
-    def from_json(cls, data):
+    def from_json(cls, data: dict[str, Any]) -> Row:
         """Of to_json()."""
         fields = {name: data.get(name) for name in cls.__dataclass_fields__ if name in data}
         return replace(cls(**fields), limit=Limit(**data['limit']) if data.get('limit') else None)

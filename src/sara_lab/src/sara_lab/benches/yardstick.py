@@ -4,14 +4,20 @@ Small matrix products called from Python, a sort of a million doubles, a sum in 
 here took n there.
 """
 
+from __future__ import annotations
+
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from sara_lab.benches.timed import Clock
 
 TIMES = 3
 
 
-def work():
+def work() -> int:
     """The yardstick once."""
     random = np.random.default_rng(0)
     step, matrix = random.standard_normal((15, 15)), np.eye(15)
@@ -22,7 +28,7 @@ def work():
     return sum(number * number for number in range(400_000))
 
 
-def measure(times=TIMES, clock=time.process_time):
+def measure(times: int = TIMES, clock: Clock = time.process_time) -> float:
     """Median of so many, ms of the process's own time."""
     taken = []
     for _ in range(times):

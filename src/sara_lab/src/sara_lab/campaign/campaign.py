@@ -12,9 +12,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
-from sara_lab.campaign.driving import calm, doors, journeys, squares, travel
 from sara_lab.campaign.filters import filter_fuzz, nees
+from sara_lab.campaign.squares import squares
+from sara_lab.campaign.travels import doors, journeys, travel
 
 PARTS = {
     'square': square,
@@ -32,8 +34,21 @@ PARTS = {
 }
 
 
-def main():
+def main() -> None:
     """Exit status 0 if every case meets its acceptance."""
+    arguments = _arguments()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    commit, figures_of, failed = _commit(), {}, []
+    for name in arguments.parts or PARTS:
+        figures, bad = _run(name, arguments.seeds, arguments.out)
+        figures_of[name] = {'commit': commit, 'seeds': arguments.seeds, **figures}
+        failed += bad
+    if arguments.json:
+        _write(arguments.json, figures_of)
+    sys.exit(1 if failed else 0)
+
+
+def _arguments():
     parser = argparse.ArgumentParser(prog='campaign', description=__doc__)
     parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
     parser.add_argument('--seeds', type=int, default=50)
@@ -49,41 +64,28 @@ def main():
         parser.error(f'there is no part {", ".join(unknown)}; there are {", ".join(PARTS)}')
     if arguments.seeds < 1:
         parser.error(f'--seeds is {arguments.seeds}, allowed are whole numbers of 1 or more')
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    commit, figures_of, failed = _commit(), {}, []
-    for name in arguments.parts or PARTS:
-        part = PARTS[name](arguments.seeds, arguments.out)
-        results = [
-            _result(arguments.out / f'{case}.json', work)
-            for case, work in tqdm(part.cases.items(), unit='case', desc=name)
-        ]
-        lines, figures = part.summary(results)
-        bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
-        bad += [(name, [sentence]) for sentence in part.verdict(figures)]
-        print(f'\n{name}: {len(results) - sum(bool(result["faults"]) for result in results)} of {len(results)} passed')
-        print('\n'.join(lines + [f'NOT MET: {case}: {"; ".join(faults)}' for case, faults in bad]), flush=True)
-        figures_of[name] = {
-            'commit': commit,
-            'seeds': arguments.seeds,
-            'cases': len(results),
-            'failed': [case for case, _ in bad],
-            **figures,
-        }
-        failed += bad
-    if arguments.json:
-        before = json.loads(arguments.json.read_text()) if arguments.json.exists() else {}
-        arguments.json.write_text(
-            json.dumps(
-                {
-                    name: figures_of.get(name, before.get(name))
-                    for name in PARTS
-                    if name in figures_of or name in before
-                },
-                indent=1,
-            )
-            + '\n'
-        )
-    sys.exit(1 if failed else 0)
+    return arguments
+
+
+def _run(name, seeds, folder):
+    """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
+    part = PARTS[name](seeds, folder)
+    results = [
+        _result(folder / f'{case}.json', work) for case, work in tqdm(part.cases.items(), unit='case', desc=name)
+    ]
+    lines, figures = part.summary(results)
+    bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
+    bad += [(name, [sentence]) for sentence in part.verdict(figures)]
+    print(f'\n{name}: {len(results) - sum(bool(result["faults"]) for result in results)} of {len(results)} passed')
+    print('\n'.join(lines + [f'NOT MET: {case}: {"; ".join(faults)}' for case, faults in bad]), flush=True)
+    return {'cases': len(results), 'failed': [case for case, _ in bad], **figures}, bad
+
+
+def _write(path, figures_of):
+    """Write the figures; parts that were not run keep theirs."""
+    before = json.loads(path.read_text()) if path.exists() else {}
+    kept = {name: figures_of.get(name, before.get(name)) for name in PARTS if name in figures_of or name in before}
+    path.write_text(json.dumps(kept, indent=1) + '\n')
 
 
 def _result(path, work):

@@ -3,6 +3,7 @@ sensors.
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from sara_lab.experiments.gains import gain_of
 from sara_lab.experiments.missions import EXPERIMENTS, run
 
 
-def square(seeds, folder):
+def square(seeds: int, folder: Path) -> Part:
     """The thesis's square, on chairs whose gyro's gain has been found by full turns, as E6 does."""
     goals = len(load_mission(config_file(EXPERIMENTS['square'])).goals)
 
@@ -49,7 +50,7 @@ def _square_summary(results):
     return lines_of(figures), figures
 
 
-def hazard_times(seeds, _folder):
+def hazard_times(seeds: int, _folder: Path) -> Part:
     """Every hazard, on the way to a goal and at 0.8 m/s."""
 
     def case(name, seed, cruise):
@@ -83,14 +84,15 @@ def _hazard_summary(results):
             'moved_after_m': max(result['drifted'] for result in of),
         }
         lines.append(
-            '{:24} {cases:5} {worst_s:8.2f} {worst_share_of_allowed:10.0%} {worst_way_m:13.2f} {moved_after_m:14.3f}'.format(
-                name, **figures[name]
-            )
+            (
+                '{:24} {cases:5} {worst_s:8.2f} {worst_share_of_allowed:10.0%} {worst_way_m:13.2f} '
+                '{moved_after_m:14.3f}'
+            ).format(name, **figures[name])
         )
     return lines, figures
 
 
-def obstacle(seeds, _folder):
+def obstacle(seeds: int, _folder: Path) -> Part:
     """What the map does not know appears 1.5 m ahead at 0.8 m/s."""
 
     def case(seed):
@@ -112,7 +114,7 @@ def _obstacle_summary(results):
     return lines_of(figures), figures
 
 
-def odometry(seeds, _folder):
+def odometry(seeds: int, _folder: Path) -> Part:
     """calibrate_odometry on chairs with a wrong track and unequal wheels."""
     return Part(
         {f'odometry_{seed}': lambda seed=seed: odometry_trial.trial(seed) for seed in range(seeds)}, _odometry_summary
@@ -133,7 +135,7 @@ def _odometry_summary(results):
     return lines_of(figures), figures
 
 
-def sensors(seeds, _folder):
+def sensors(seeds: int, _folder: Path) -> Part:
     """E1, E2, E3 and E6, chair by chair; what is judged over all chairs, `experiment sensors` judges."""
 
     def case(seed):

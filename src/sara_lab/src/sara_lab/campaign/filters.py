@@ -1,5 +1,7 @@
 """Parts of the campaign that judge the filters: fuzz and NEES."""
 
+from pathlib import Path
+
 from sara_lab.campaign.part import Part, lines_of
 from sara_lab.fuzz.localization import fuzz
 from sara_lab.studies import consistency
@@ -7,7 +9,7 @@ from sara_lab.studies import consistency
 FUZZ_MESSAGES, FUZZ_CASES = 1_000_000, 20
 
 
-def filter_fuzz(_seeds, _folder):
+def filter_fuzz(_seeds: int, _folder: Path) -> Part:
     """A million random messages through EKF and UKF, whatever the number of chairs."""
 
     def case(seed):
@@ -22,7 +24,7 @@ def _fuzz_summary(results):
     return lines_of(figures), figures
 
 
-def nees(seeds, _folder):
+def nees(seeds: int, _folder: Path) -> Part:
     """Whether the filters are as sure as they may be: NEES of (x, y, yaw), the truth drawn from their own model; twice
     as many seeds as chairs.
     """

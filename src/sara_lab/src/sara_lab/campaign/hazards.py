@@ -6,6 +6,8 @@ move_base drives towards a goal, which must be given up; or somebody commands 0.
 it whatever happens, which must not move the chair again.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -116,12 +118,12 @@ class Outcome:
     contacts: int
 
     @property
-    def allowed(self):
+    def allowed(self) -> float:
         """s to rest."""
         return HAZARDS[self.hazard].time + self.speed / HARD_BRAKING + 0.25
 
     @property
-    def faults(self):
+    def faults(self) -> list[str]:
         """What does not hold, a sentence each."""
         found = []
         if not self.stopped_after <= self.allowed + 1e-9:
@@ -139,7 +141,7 @@ class Outcome:
         return found
 
 
-def driving(seed):
+def driving(seed: int) -> Lockstep:
     """A Lockstep whose move_base drives towards GOAL, at a moment drawn from the seed."""
     lockstep = Lockstep(share() / 'maps' / 'room.yaml', START, seed)
     lockstep.start_up()
@@ -148,7 +150,7 @@ def driving(seed):
     return lockstep
 
 
-def cruising(seed):
+def cruising(seed: int) -> Lockstep:
     """A Lockstep that is told to drive FAST in the hall, and goes on being told, at a moment drawn from the seed."""
     lockstep = Lockstep(share() / 'maps' / 'hall.yaml', HALL_START, seed)
     lockstep.start_up()
@@ -161,13 +163,13 @@ def _moment(seed):
     return np.random.default_rng((seed, 4)).uniform(*AFTER_S)
 
 
-def run(lockstep, seconds):
+def run(lockstep: Lockstep, seconds: float) -> None:
     """Step for so long."""
     for _ in range(round(seconds * STEPS_PER_S)):
         lockstep.step()
 
 
-def happen(name, seed, cruise=False):
+def happen(name: str, seed: int, cruise: bool = False) -> Outcome:
     """Let the hazard happen on the chair `seed`, on its way to a goal or cruising; the Outcome."""
     hazard, lockstep = HAZARDS[name], cruising(seed) if cruise else driving(seed)
     chair, speed, where = lockstep.chair, lockstep.chair.velocity[0], lockstep.chair.pose
@@ -214,7 +216,7 @@ def _resumes(lockstep, heading):
     return math.dist(lockstep.chair.pose[:2], before[:2]) > 0.1
 
 
-def obstacle_ahead(seed):
+def obstacle_ahead(seed: int) -> tuple[float, float, float, int]:
     """Something the map does not know appears OBSTACLE_M ahead of the chair that drives FAST. Returns (speed m/s, s to
     rest, gap m, contacts).
     """

@@ -5,6 +5,7 @@ The whole stack drives it, in lockstep: the manoeuvres are commanded as navigati
 """
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ LONGEST_S = 400.0
 class LoggedDrive(Lockstep):
     """A Lockstep that keeps what calibrate_odometry reads from a bag, and the truth at the wheels' stamps."""
 
-    def __init__(self, seed):
+    def __init__(self, seed: int) -> None:
         super().__init__(share() / 'maps' / 'hall.yaml', START, seed)
         nominal = self.chair.config.wheel_radius
         drawn = dataclasses.replace(
@@ -43,7 +44,7 @@ class LoggedDrive(Lockstep):
             self.truth.append(self.chair.pose)
 
 
-def trial(seed):
+def trial(seed: int) -> dict[str, Any]:
     """{'separation', 'left', 'right': what was found over the truth, less 1; 'before', 'after': return errors, m;
     'contacts', 'faults'} of one chair.
     """

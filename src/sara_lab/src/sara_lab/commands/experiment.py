@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import figures, table, verdict
-from sara_bringup.paths import config_file, share
+from sara_bringup.paths import config_file
 from sara_lab.experiments.missions import EXPERIMENTS, run
 
 SPEED = 2.0  # simulated seconds per second, over ROS
@@ -24,7 +24,7 @@ def _process_age_s():
     return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf('SC_CLK_TCK')
 
 
-def square(arguments):
+def square(arguments: argparse.Namespace) -> list[str]:
     """`experiment square`. Exit status 0 if the drive meets the square's acceptance; with --ekf thesis, which is there
     for comparison, if it ran.
     """
@@ -33,7 +33,10 @@ def square(arguments):
     )
     age = _process_age_s()
     print(
-        f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: {lockstep.time / age:.1f} times real time",
+        (
+            f"{lockstep.time:.1f} s of the chair's time in {age:.2f} s, start of the process included: "
+            f'{lockstep.time / age:.1f} times real time'
+        ),
         file=sys.stderr,
     )
     from sara_lab.judge.drives import track_of
@@ -55,7 +58,7 @@ def square(arguments):
     return faults if arguments.ekf == 'default' else []
 
 
-def sensors(arguments):
+def sensors(arguments: argparse.Namespace) -> list[str]:
     """`experiment sensors`. Exit status 0 if the chips give the thesis's figures."""
     from tqdm import tqdm
 
@@ -70,122 +73,13 @@ def sensors(arguments):
     return sensor_report.verdict(chairs)
 
 
-def pages_folder():
-    """Where the pages of the experiments belong: docs/experiments of the workspace, or of the working directory where
-    there is none.
-    """
-    docs = share().parents[1] / 'docs'
-    return (docs if docs.is_dir() else Path('docs')) / 'experiments'
-
-
-def thesis(arguments):
+def thesis(arguments: argparse.Namespace) -> list[str]:
     """`experiment E1` to `E10`, and `all`: lockstep runs over several chairs, pages, figures and JSON; with --ros some
     of them over ROS too. Exit status 0 if what must hold does.
     """
-    from tqdm import tqdm
+    from sara_lab.commands.thesis import run
 
-    from sara_lab.experiments import agreement, pages, runner
-    from sara_lab.experiments.registry import EXPERIMENTS as known
-
-    chosen = list(known.values()) if arguments.name == 'all' else [known[arguments.name]]
-    seeds = {experiment.name: arguments.seeds or experiment.seeds for experiment in chosen}
-    folder, faults, failed = arguments.out or pages_folder(), [], []
-    if arguments.ros:
-        failed = _over_ros(arguments, chosen, folder)
-    over_ros = {
-        experiment.name: agreement.load(experiment.name, folder) or agreement.load(experiment.name, pages_folder())
-        for experiment in chosen
-    }
-    cases = {
-        case.key: case
-        for experiment in chosen
-        for case in (
-            *experiment.cases(seeds[experiment.name]),
-            *agreement.references(experiment, over_ros[experiment.name]),
-        )
-    }
-    costs = {}
-    results = runner.run(
-        list(cases.values()),
-        arguments.processes,
-        lambda total: tqdm(total=total, unit='run', smoothing=0.05),
-        arguments.keep,
-        costs,
-    )
-    for experiment in chosen:
-        report = experiment.report(results)
-        if experiment.figures:
-            report = agreement.with_ros(
-                report,
-                experiment.name,
-                agreement.side(experiment, experiment.cases(seeds[experiment.name]), results),
-                over_ros[experiment.name],
-            )
-        written = pages.write(experiment, report, folder, seeds[experiment.name])
-        cost = sum(costs.get(case.key, 0.0) for case in experiment.cases(seeds[experiment.name]))
-        print(
-            f'{experiment.name}, {experiment.title}: {report.verdict} ({seeds[experiment.name]} chairs, {cost:.0f} s of CPU; {folder / written[0]}, {len(report.figures)} figures)',
-            flush=True,
-        )
-        faults += [f'{experiment.name}: {fault}' for fault in report.faults]
-    pages.summary(known, folder)
-    return faults + failed
-
-
-def _over_ros(arguments, chosen, folder):
-    """Run what is chosen over ROS and put its figures beside the pages; sentences about what came to nothing."""
-    import signal
-
-    from tqdm import tqdm
-
-    from sara_lab.experiments import agreement, runner, turns
-    from sara_lab.ros.experiments.beside import OverRosError
-    from sara_lab.ros.experiments.course_over_ros import BUSY
-    from sara_lab.ros.experiments.run_case import run_case
-
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what was started is ended
-    speed = arguments.speed or SPEED
-    cases = [
-        (experiment, case)
-        for experiment in chosen
-        if experiment.over_ros
-        for case in experiment.cases(arguments.ros)
-        if (any(word in case.key for word in arguments.only) if arguments.only else experiment.over_ros(case.key))
-    ]
-    if not cases:
-        return [
-            'nothing is there to run over ROS'
-            + f': no set-up is called {" or ".join(arguments.only)}' * bool(arguments.only)
-        ]
-    gains = runner.run(
-        [turns.case_of(seed) for seed in sorted({case.seed for _, case in cases if case.gain})],
-        arguments.processes,
-        lambda total: tqdm(total=total, unit='gain', disable=not total),
-        arguments.keep,
-    )
-    failed, done_before = [], {}
-    with tqdm(total=len(cases), unit='run over ROS', smoothing=0.05) as done:
-        for experiment, case in cases:
-            name = ' '.join(map(str, case.key))
-            done.set_description(name)
-
-            def say(text, name=name):
-                done.set_postfix_str(text)
-                if text.startswith(BUSY):
-                    tqdm.write(f'{name}: {text}', file=sys.stderr)
-
-            try:
-                if case.key not in done_before:  # E1 and E2, E4 and E5 have their runs in common
-                    done_before[case.key] = run_case(
-                        case, gains['E6', case.seed]['gain'] if case.gain else None, speed, say
-                    )
-                result = done_before[case.key]
-                agreement.store(experiment.name, folder, {case.key: experiment.figures(result)}, speed)
-            except OverRosError as error:
-                failed.append(f'{name}: {error}')
-                tqdm.write(failed[-1], file=sys.stderr)
-            done.update()
-    return failed
+    return run(arguments, arguments.speed or SPEED)
 
 
 def _count(text):
@@ -202,10 +96,24 @@ def _speed(text):
     return speed
 
 
-def main():
+def main() -> None:
     """Exit status 1 and a sentence per fault where the acceptance is not met."""
     parser = argparse.ArgumentParser(prog='experiment', description=__doc__)
     names = parser.add_subparsers(dest='name', required=True)
+    _add_drives(names)
+    for name in (*(f'E{number}' for number in range(1, 11)), 'all'):
+        _add_thesis(names, name)
+    arguments = parser.parse_args()
+    if arguments.function is thesis and not arguments.ros and (arguments.only or arguments.speed):
+        parser.error('--only and --speed go with --ros: in lockstep all set-ups are driven, as fast as can be')
+    faults = arguments.function(arguments)
+    for fault in faults:
+        print(f'NOT MET: {fault}', file=sys.stderr)
+    sys.exit(1 if faults else 0)
+
+
+def _add_drives(names):
+    """The sub-commands square and sensors."""
     for name, function, text in (
         ('square', square, "the thesis's square, driven by the whole stack"),
         (
@@ -219,49 +127,57 @@ def main():
         sub.add_argument('--seed', type=int, default=0, help='which chair is drawn')
         sub.add_argument('--json', action='store_true', help='JSON on stdout instead of the table')
         sub.add_argument('--out', type=Path, help='folder for figures and results')
-    for name in (*(f'E{number}' for number in range(1, 11)), 'all'):
-        sub = names.add_parser(
-            name,
-            help='E1 to E10' if name == 'all' else f"the thesis's experiment {name}: page, figures and JSON",
-            description=thesis.__doc__,
-        )
-        sub.set_defaults(function=thesis)
-        sub.add_argument(
-            '--seeds',
-            type=_count,
-            help="how many chairs, from seed 0 on; without it, as many as each experiment's page tells",
-        )
-        sub.add_argument(
-            '--processes', type=_count, default=2, help='at the same time; the result does not depend on it'
-        )
-        sub.add_argument('--out', type=Path, help='folder for pages, figures and JSON; docs/experiments without it')
-        sub.add_argument(
-            '--ros',
-            type=_count,
-            nargs='?',
-            const=1,
-            metavar='CHAIRS',
-            help='run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a minute a run',
-        )
-        sub.add_argument(
-            '--only',
-            nargs='+',
-            default=(),
-            metavar='NAME',
-            help='with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each experiment chooses',
-        )
-        sub.add_argument('--speed', type=_speed, help=f'with --ros: simulated seconds per second ({SPEED:g})')
-        sub.add_argument(
-            '--keep',
-            type=Path,
-            help="folder where each run's result is kept and taken from again while the code is the same: to go on after an interruption",
-        )
     names.choices['square'].add_argument('--ekf', choices=('default', 'thesis'), default='default')
     names.choices['sensors'].add_argument('--chairs', type=_count, default=10, help='how many, from --seed on')
-    arguments = parser.parse_args()
-    if arguments.function is thesis and not arguments.ros and (arguments.only or arguments.speed):
-        parser.error('--only and --speed go with --ros: in lockstep all set-ups are driven, as fast as can be')
-    faults = arguments.function(arguments)
-    for fault in faults:
-        print(f'NOT MET: {fault}', file=sys.stderr)
-    sys.exit(1 if faults else 0)
+
+
+def _add_thesis(names, name):
+    """The sub-command of an experiment, or of all."""
+    sub = names.add_parser(
+        name,
+        help='E1 to E10' if name == 'all' else f"the thesis's experiment {name}: page, figures and JSON",
+        description=thesis.__doc__,
+    )
+    sub.set_defaults(function=thesis)
+    sub.add_argument(
+        '--seeds',
+        type=_count,
+        help="how many chairs, from seed 0 on; without it, as many as each experiment's page tells",
+    )
+    sub.add_argument('--processes', type=_count, default=2, help='at the same time; the result does not depend on it')
+    sub.add_argument('--out', type=Path, help='folder for pages, figures and JSON; docs/experiments without it')
+    sub.add_argument(
+        '--keep',
+        type=Path,
+        help=(
+            "folder where each run's result is kept and taken from again while the code is the same: to go on "
+            'after an interruption'
+        ),
+    )
+    _add_ros(sub)
+
+
+def _add_ros(sub):
+    """The options of runs over ROS."""
+    sub.add_argument(
+        '--ros',
+        type=_count,
+        nargs='?',
+        const=1,
+        metavar='CHAIRS',
+        help=(
+            'run set-ups over ROS too, by the same descriptions, with so many chairs (1), and compare; about a '
+            'minute a run'
+        ),
+    )
+    sub.add_argument(
+        '--only',
+        nargs='+',
+        default=(),
+        metavar='NAME',
+        help=(
+            'with --ros: the set-ups of these names (ours, thesis, left, default, ...), not those that each '
+            'experiment chooses'
+        ),
+    )
+    sub.add_argument('--speed', type=_speed, help=f'with --ros: simulated seconds per second ({SPEED:g})')

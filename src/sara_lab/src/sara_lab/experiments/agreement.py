@@ -7,20 +7,28 @@ same, it must be that too. Drives are compared with drives in lockstep that have
 CHAIRS chairs.
 """
 
+from __future__ import annotations
+
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_lab.experiments.core import rounded, table
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.core import Case, Experiment, Report, Results
 
 LIMIT = 3.0
 CHAIRS = 50  # a spread over ten is itself known to a quarter, and does not hold what happens to one chair in twenty
 AS_NODES = 'as nodes'  # begins the key of a drive in lockstep with the timing of nodes
 
 
-def every_case(_key):
+def every_case(_key: tuple) -> bool:
     """Experiment.over_ros where every case is run over ROS."""
     return True
 
@@ -32,6 +40,9 @@ class Figure:
     name: str
     digits: int
 
+
+Values = dict[tuple, dict[Figure, float]]
+"""{(*set-up, seed): {Figure: value}}."""
 
 REACHED, OFF, YAW, STRAIGHT = (
     Figure('goals reached', 0),
@@ -47,8 +58,8 @@ HEADING, TURNED, SECONDS, CONTACTS = (
 )
 
 
-def of_drive(result):
-    """{Figure: value} of a result of drives.figures; what it has not got is left out."""
+def of_drive(result: dict) -> dict[Figure, float]:
+    """{Figure: value} of a result of drive_data.figures; what it has not got is left out."""
     true, turned = result['true'], result['turned']
     found = {
         REACHED: true['reached'],
@@ -71,28 +82,28 @@ class Compared:
     ros: tuple
 
     @property
-    def mean(self):
+    def mean(self) -> float:
         """Of the lockstep runs."""
         return float(np.mean(self.lockstep))
 
     @property
-    def deviation(self):
+    def deviation(self) -> float:
         """The lockstep's spread over the chairs; not a number for one chair."""
         return float(np.std(self.lockstep, ddof=1)) if len(self.lockstep) > 1 else math.nan
 
     @property
-    def apart(self):
+    def apart(self) -> float:
         """The furthest run over ROS from the lockstep's mean, in deviations."""
         off = max(abs(value - self.mean) for value in self.ros)
         return 0.0 if off < 1e-9 else off / self.deviation if self.deviation > 0.0 else math.inf
 
     @property
-    def agrees(self):
+    def agrees(self) -> bool | None:
         """None where one chair alone tells nothing of the spread."""
         return None if math.isnan(self.deviation) else self.apart <= LIMIT
 
 
-def references(experiment, ros):
+def references(experiment: Experiment, ros: Values) -> list[Case]:
     """The Cases in lockstep with which an Experiment's drives over ROS, {(*set-up, seed): ...}, are compared; their
     keys begin with AS_NODES.
     """
@@ -106,7 +117,7 @@ def references(experiment, ros):
     ]
 
 
-def side(experiment, cases, results):
+def side(experiment: Experiment, cases: Sequence[Case], results: Results) -> Values:
     """{(*set-up, seed): {Figure: value}} with which runs over ROS are compared: of the references among the `results`
     where a set-up has any, of its own Cases else.
     """
@@ -116,7 +127,7 @@ def side(experiment, cases, results):
     return {key: experiment.figures(result) for key, result in found.items()}
 
 
-def compare(lockstep, ros):
+def compare(lockstep: Values, ros: Values) -> dict[tuple, dict[Figure, Compared]]:
     """{set-up: {Figure: Compared}} of {(*set-up, seed): {Figure: value}} both."""
     found = {}
     for set_up in dict.fromkeys(key[:-1] for key in ros):
@@ -129,12 +140,12 @@ def compare(lockstep, ros):
     return found
 
 
-def file_of(name, folder):
+def file_of(name: str, folder: Path) -> Path:
     """Where an experiment's figures over ROS are kept."""
     return folder / f'{name}_ros.json'
 
 
-def store(name, folder, ros, speed):
+def store(name: str, folder: Path, ros: Values, speed: float) -> None:
     """Put {(*set-up, seed): {Figure: value}} beside an experiment's page, in place of those of the same set-ups and
     chairs. `speed`: times real time.
     """
@@ -155,7 +166,7 @@ def store(name, folder, ros, speed):
     )
 
 
-def load(name, folder):
+def load(name: str, folder: Path) -> Values:
     """What `store` has put there; empty where there is nothing."""
     path = file_of(name, folder)
     if not path.exists():
@@ -166,7 +177,7 @@ def load(name, folder):
     }
 
 
-def with_ros(report, name, lockstep, ros):
+def with_ros(report: Report, name: str, lockstep: Values, ros: Values) -> Report:
     """The Report with a section on what came over ROS, its data, and a fault for each set-up that disagrees. Nothing is
     added where nothing was run.
     """
@@ -175,19 +186,38 @@ def with_ros(report, name, lockstep, ros):
         return report
     known = [(set_up, figure, of) for set_up, figures in compared.items() for figure, of in figures.items()]
     out = [(set_up, figure, of) for set_up, figure, of in known if of.agrees is False]
+    faults = tuple(
+        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± '
+        f'{of.deviation:.{figure.digits}f}{_range(figure, of)}'
+        for set_up, figure, of in out
+    )
+    return replace(
+        report,
+        sections=(*report.sections, ('Over ROS', _text(name, ros, known, out) + _table(compared, known))),
+        data={**report.data, **_data(compared)},
+        faults=(*report.faults, *faults),
+    )
+
+
+def _text(name, ros, known, out):
+    """What was run, and how much of it agrees."""
     chairs = sorted({key[-1] for key in ros})
-    told = (
+    verdict = (
         f'{len(known) - len(out)} of {len(known)} figures agree'
         if all(of.agrees is not None for _, _, of in known)
         else 'One chair in lockstep tells nothing of the spread: more `--seeds` do'
     )
-    text = (
+    return (
         f'`rosrun sara_lab experiment {name} --ros`: the same descriptions through the launch files, the simulated '
         f'chair behind its adapter under all nodes; chair{"s" * (len(chairs) > 1)} {", ".join(map(str, chairs))}. '
         'Each cell: over ROS, chair by chair; in lockstep, mean ± standard deviation over '
         f'{max(len(of.lockstep) for _, _, of in known)} chairs (drives with the timing of nodes). Bold: more than '
-        f"{LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {told}.\n\n"
+        f"{LIMIT:g} deviations from lockstep's mean, with lockstep's least and greatest. {verdict}.\n\n"
     )
+
+
+def _table(compared, known):
+    """A row for each set-up; of one set-up, a row for each figure."""
     names = list(dict.fromkeys(figure for _, figure, _ in known))
     if len(compared) > 1:
         head, rows = (
@@ -199,12 +229,11 @@ def with_ros(report, name, lockstep, ros):
         )
     else:
         head, rows = ('', *map(_called, compared)), [(figure.name, _cell(figure, of)) for _, figure, of in known]
-    faults = tuple(
-        f'over ROS, {_called(set_up)}: {figure.name} {_values(figure, of)} instead of {of.mean:.{figure.digits}f} ± '
-        f'{of.deviation:.{figure.digits}f}{_range(figure, of)}'
-        for set_up, figure, of in out
-    )
-    data = {
+    return table(head, rows)
+
+
+def _data(compared):
+    return {
         'over_ros': {
             ' / '.join(map(str, set_up)): {
                 figure.name: {
@@ -219,12 +248,6 @@ def with_ros(report, name, lockstep, ros):
             for set_up, figures in compared.items()
         }
     }
-    return replace(
-        report,
-        sections=(*report.sections, ('Over ROS', text + table(head, rows))),
-        data={**report.data, **data},
-        faults=(*report.faults, *faults),
-    )
 
 
 def _called(set_up):

@@ -9,10 +9,16 @@ moment that decides whether the next odometry pulls that pose back. So all this 
 what comes of it is part of the spread over the chairs.
 """
 
+from __future__ import annotations
+
 import random
+from typing import TYPE_CHECKING
 
 from sara_bringup.lockstep.lockstep import COMMAND_STEPS, FILTER_STEPS
 from sara_lab.experiments.drives import Recorded
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.courses import Course, SetUp
 
 IDLE_STEPS = 20  # 0.2 s, the period of the slowest sensor
 
@@ -20,7 +26,7 @@ IDLE_STEPS = 20  # 0.2 s, the period of the slowest sensor
 class AsNodes(Recorded):
     """A Recorded whose nodes work at phases of their own, drawn by `seed`, with what was sent until the step before."""
 
-    def __init__(self, course, seed, setup, gain):
+    def __init__(self, course: Course, seed: int, setup: SetUp, gain: float | None) -> None:
         super().__init__(course, seed, setup, gain)
         drawn = random.Random(f'timers of chair {seed}')
         self._idle_steps = drawn.randrange(IDLE_STEPS)
@@ -28,13 +34,13 @@ class AsNodes(Recorded):
             drawn.randrange(steps) for steps in (self._control_steps, FILTER_STEPS, COMMAND_STEPS)
         )
 
-    def start_up(self):
+    def start_up(self) -> None:
         """As Lockstep's; what is asked for next comes a moment later."""
         super().start_up()
         for _ in range(self._idle_steps):
             self.step()
 
-    def step(self):
+    def step(self) -> None:
         """Advance everything by 10 ms: the nodes in another order than Lockstep's, and what they hear last."""
         self.tick += 1
         frames, now = self.chair.step(), self.chair.time

@@ -1,10 +1,14 @@
 """What an experiment is, and what is reported of it: plain data that pages.py writes and runner.py fills."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 CONFIRMED, PARTLY, CONTRADICTED = 'confirmed', 'confirmed in part', 'contradicted, and explained'
+Results = dict[tuple, dict]  # {Case.key: what its function gave}
+Finding = tuple[str, str, str]  # what the thesis finds, what we find, verdict
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class Report:
     short: str = ''
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         """Of all findings together."""
         verdicts = {verdict for _, _, verdict in self.findings}
         if verdicts == {CONFIRMED}:
@@ -83,7 +87,12 @@ class Experiment:
     figures: object = None
 
 
-def spread(values):
+def results_of(results: Results, *key: str) -> list[dict]:
+    """The results whose keys begin with `key`, by chair."""
+    return [result for held, result in sorted(results.items()) if held[: len(key)] == key]
+
+
+def spread(values: Iterable[float | None]) -> dict[str, Any]:
     """A mean with its 95 % interval (bootstrap, 2000 draws of a fixed seed), median, 5th and 95th percentile, number;
     plain data.
     """
@@ -104,7 +113,7 @@ def spread(values):
     }
 
 
-def interval(found, digits=3, unit=''):
+def interval(found: dict[str, Any], digits: int = 3, unit: str = '') -> str:
     """A spread as text: mean [95 % interval]."""
     if not found['n']:
         return '-'
@@ -112,14 +121,14 @@ def interval(found, digits=3, unit=''):
     return f'{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]' + (f' {unit}' if unit else '')
 
 
-def mean(found, digits=3, unit=''):
+def mean(found: dict[str, Any], digits: int = 3, unit: str = '') -> str:
     """A spread's mean as text."""
     if not found['n']:
         return '-'
     return f'{round(found["mean"], digits) + 0.0:.{digits}f}' + (f' {unit}' if unit else '')
 
 
-def rounded(value, digits=6):
+def rounded(value: Any, digits: int = 6) -> Any:
     """Plain data with its floats rounded, NaN as None: what a file may hold."""
     if isinstance(value, dict):
         return {str(key): rounded(entry, digits) for key, entry in value.items()}
@@ -132,7 +141,7 @@ def rounded(value, digits=6):
     return int(value) if isinstance(value, np.integer) else bool(value) if isinstance(value, np.bool_) else value
 
 
-def table(head, rows):
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A markdown table of texts."""
     return '\n'.join(
         [

@@ -2,17 +2,36 @@
 drives.course_driven.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_lab.experiments import plotting
 from sara_lab.experiments.plotting import FUSED, IMU, TRUE, WHEELS
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 ARROW = 30.0  # points
+Walls = tuple[np.ndarray, float, tuple[float, float]]
+"""What is occupied (rows, columns), the resolution (m), the origin (x, y; m) of a map."""
 
 
-def path(file, traces, goals, start, walls=None, size=(7, 6.5), window=None, blue='fused'):
+def path(
+    file: Path,
+    traces: dict[str, dict[str, np.ndarray]],
+    goals: Sequence[tuple[float, float, float]],
+    start: Sequence[float],
+    walls: Walls | None = None,
+    size: tuple[float, float] = (7, 6.5),
+    window: tuple[float, float, float, float] | None = None,
+    blue: str = 'fused',
+) -> None:
     """The paths of {title: trace}, a panel each, with the goals (x, y, deg) as arrows. `walls`: (occupied, resolution,
     origin) of the map; `window`: (x0, x1, y0, y1) of it that is shown, m. `blue`: what the localization is called.
     """
@@ -79,7 +98,7 @@ def _walls(axis, occupied, resolution, origin):
     axis.imshow(occupied, origin='lower', extent=extent, cmap='Greys', vmin=0, vmax=2)
 
 
-def definition(file, goals, start):
+def definition(file: Path, goals: Sequence[tuple[float, float, float]], start: tuple[float, float, float]) -> None:
     """Figure 4.21: the course as it is asked for."""
     with plotting.figure(file, size=(6, 5.5)) as (_, axis):
         points = np.array([start[:2], *(goal[:2] for goal in goals)])
@@ -109,7 +128,7 @@ def _ends(axis, trace):
         axis.axvline(end, color='dimgrey', linewidth=1.0, linestyle=':')
 
 
-def rates(file, trace):
+def rates(file: Path, trace: dict[str, np.ndarray]) -> None:
     """Turn rate of IMU and wheels over time."""
     with plotting.figure(file, size=(9, 4)) as (_, axis):
         plotting.series(axis, trace['t'], trace['imu_rate'], IMU, 'IMU')
@@ -120,7 +139,7 @@ def rates(file, trace):
         axis.legend(loc='upper left', ncols=3, bbox_to_anchor=(0.0, 1.14))
 
 
-def angles(file, trace, position='fused'):
+def angles(file: Path, trace: dict[str, np.ndarray], position: str = 'fused') -> None:
     """Yaw of IMU, wheels and truth over time, and below it x and y as navigation has them (`position`)."""
     with plotting.figure(file, 2, size=(9, 6.5), sharex=True, height_ratios=(3, 2)) as (_, (axis, below)):
         for name, values, colour, style, width in (
@@ -142,14 +161,14 @@ def angles(file, trace, position='fused'):
             one.legend(loc='upper left', ncols=4)
 
 
-def quarters(axis):
+def quarters(axis: Axes) -> None:
     """Ticks of an angle in deg at quarters, or at whole turns where there are many."""
     low, high = axis.get_ylim()
     step = 90 if high - low < 1000 else 360
     axis.set_yticks(np.arange(step * math.ceil(low / step), high + 1, step))
 
 
-def turned(yaw):
+def turned(yaw: np.ndarray) -> np.ndarray:
     """An angle over time, unwrapped, deg; from where it began, brought into one turn. It is not a number where it was
     none.
     """
@@ -160,7 +179,7 @@ def turned(yaw):
     return found
 
 
-def boxes(file, groups, label):
+def boxes(file: Path, groups: dict[str, dict[str, Sequence[float]]], label: str) -> None:
     """Distributions side by side on a logarithmic axis: {group: {name: values}}; `label` of the axis. Boxes hold half
     the values, whiskers 5 to 95 %, a point is a chair.
     """

@@ -8,7 +8,7 @@ from pathlib import Path
 from sara_lab.experiments.sensor_experiments import full_turns
 
 
-def gain_of(seed, folder):
+def gain_of(seed: int, folder: Path | str) -> float:
     """The gain of the chair `seed`; `folder`: a Path, where gain_SEED.json is kept."""
     path = Path(folder) / f'gain_{seed}.json'
     if not path.exists():

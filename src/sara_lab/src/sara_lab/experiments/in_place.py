@@ -2,10 +2,25 @@
 figures 4.19 and 4.20).
 """
 
+from collections.abc import Sequence
+
 from sara_lab.experiments import drive_figures, plotting, sensor_figures
 from sara_lab.experiments.agreement import every_case, of_drive
-from sara_lab.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Figure, Report, Row, interval, spread
-from sara_lab.experiments.drives import DEFAULT, LONG, OURS, XY_VX, Course, SetUp, course_driven
+from sara_lab.experiments.core import (
+    CONFIRMED,
+    PARTLY,
+    Case,
+    Experiment,
+    Figure,
+    Report,
+    Results,
+    Row,
+    interval,
+    results_of,
+    spread,
+)
+from sara_lab.experiments.courses import DEFAULT, LONG, OURS, XY_VX, Course, SetUp
+from sara_lab.experiments.drives import course_driven
 
 RATE = 0.2  # rad/s
 PAUSE_S = 2.0
@@ -27,7 +42,7 @@ turned.
 """
 
 
-def cases(seeds):
+def cases(seeds: int) -> list[Case]:
     """Both set-ups, both ways."""
     return [
         Case(
@@ -43,54 +58,66 @@ def cases(seeds):
     ]
 
 
-def report(results):
-    """The Report."""
-    rows, data, faults, sections = [], {}, [], []
-    found = {name: [result for key, result in sorted(results.items()) if key[:2] == ('E7', name)] for name in SETUPS}
-    for name, drives in found.items():
-        steps = len(drives) * 4
-        reached = sum(drive['true']['reached'] for drive in drives)
-        off = spread([abs(yaw) for drive in drives for yaw in drive['true']['yaw']])
-        aside = spread([position for drive in drives for position in drive['true']['position']])
-        beyond = spread([leg['all'] - abs(leg['net']) for drive in drives for leg in drive['legs']])
-        jerk = spread([drive['turn_acceleration'] for drive in drives])
-        data[name] = {
-            'reached': reached,
-            'steps': steps,
-            'yaw_off_deg': off,
-            'position_off_m': aside,
-            'to_and_fro_deg': beyond,
-            'turn_acceleration_rad_s2': jerk,
-        }
-        rows += [
-            Row(f'{name}: steps reached', '4 of 4, both ways', f'{reached} of {steps}', ''),
-            Row(
-                f'{name}: true yaw off a step',
-                '-',
-                interval(off, 2, 'deg') + f', at most {off["max"]:.2f}',
-                "yaw tolerance 3 deg; k = 1.08 is not the chair's own"
-                if name == 'thesis'
-                else 'yaw tolerance 2 deg, and what the gyro drifts',
-            ),
-            Row(
-                f'{name}: turned back and forth',
-                'smooth',
-                interval(beyond, 2, 'deg') + f', at most {beyond["max"]:.2f}',
-                'corrections',
-            ),
-            Row(
-                f'{name}: strongest turn acceleration',
-                'no sudden motion',
-                interval(jerk, 2, 'rad/s2'),
-                "the safety gate's profile ends at 0.8 rad/s2 as commanded",
-            ),
-            Row(f'{name}: chair moved aside', '-', interval(aside, 3, 'm'), ''),
-        ]
-    ours = data['ours']
+def judged(drives: Sequence[dict]) -> dict:
+    """What is compared, over the drives of a set-up."""
+    return {
+        'reached': sum(drive['true']['reached'] for drive in drives),
+        'steps': len(drives) * 4,
+        'yaw_off_deg': spread([abs(yaw) for drive in drives for yaw in drive['true']['yaw']]),
+        'position_off_m': spread([position for drive in drives for position in drive['true']['position']]),
+        'to_and_fro_deg': spread([leg['all'] - abs(leg['net']) for drive in drives for leg in drive['legs']]),
+        'turn_acceleration_rad_s2': spread([drive['turn_acceleration'] for drive in drives]),
+    }
+
+
+def report(results: Results) -> Report:
+    """E7's Report."""
+    data = {name: judged(results_of(results, 'E7', name)) for name in SETUPS}
+    both, ours = data['thesis'], data['ours']
+    faults = []
     if ours['reached'] != ours['steps']:
         faults.append(f'ours: {ours["steps"] - ours["reached"]} of {ours["steps"]} steps were not reached')
-    both = data['thesis']
-    findings = (
+    return Report(
+        _findings(both, ours, faults),
+        tuple(row for name, of in data.items() for row in _rows(name, of)),
+        tuple(_figures(results)),
+        (),
+        data,
+        tuple(faults),
+        f"Every step is reached; the true yaw is {both['yaw_off_deg']['mean']:.1f} deg off with the thesis's set-up, "
+        f'{ours["yaw_off_deg"]["mean"]:.1f} with ours.',
+    )
+
+
+def _rows(name, of):
+    return [
+        Row(f'{name}: steps reached', '4 of 4, both ways', f'{of["reached"]} of {of["steps"]}', ''),
+        Row(
+            f'{name}: true yaw off a step',
+            '-',
+            interval(of['yaw_off_deg'], 2, 'deg') + f', at most {of["yaw_off_deg"]["max"]:.2f}',
+            "yaw tolerance 3 deg; k = 1.08 is not the chair's own"
+            if name == 'thesis'
+            else 'yaw tolerance 2 deg, and what the gyro drifts',
+        ),
+        Row(
+            f'{name}: turned back and forth',
+            'smooth',
+            interval(of['to_and_fro_deg'], 2, 'deg') + f', at most {of["to_and_fro_deg"]["max"]:.2f}',
+            'corrections',
+        ),
+        Row(
+            f'{name}: strongest turn acceleration',
+            'no sudden motion',
+            interval(of['turn_acceleration_rad_s2'], 2, 'rad/s2'),
+            "the safety gate's profile ends at 0.8 rad/s2 as commanded",
+        ),
+        Row(f'{name}: chair moved aside', '-', interval(of['position_off_m'], 3, 'm'), ''),
+    ]
+
+
+def _findings(both, ours, faults):
+    return (
         (
             'every step is reached, both ways',
             f"{both['reached']} of {both['steps']} with the thesis's set-up, {ours['reached']} of {ours['steps']} "
@@ -107,6 +134,9 @@ def report(results):
             else PARTLY,
         ),
     )
+
+
+def _figures(results):
     figures = []
     for number, way in ((19, 'left'), (20, 'right')):
         traces = {name: results['E7', name, way, 0]['trace'] for name in SETUPS}
@@ -117,16 +147,7 @@ def report(results):
                 lambda path, traces=traces: _draw(path, traces),
             )
         )
-    return Report(
-        findings,
-        tuple(rows),
-        tuple(figures),
-        tuple(sections),
-        data,
-        tuple(faults),
-        f"Every step is reached; the true yaw is {both['yaw_off_deg']['mean']:.1f} deg off with the thesis's set-up, "
-        f'{ours["yaw_off_deg"]["mean"]:.1f} with ours.',
-    )
+    return figures
 
 
 def _draw(path, traces):

@@ -1,5 +1,7 @@
 """Missions that are experiments by themselves, driven in lockstep by the whole stack: the thesis's square."""
 
+from collections.abc import Callable
+
 from sara_bringup.lockstep.lockstep import Lockstep, drive
 from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
@@ -8,7 +10,9 @@ from sara_bringup.paths import config_file, share
 EXPERIMENTS = {'square': 'square.yaml'}
 
 
-def run(name, seed, ekf='default', progress=None, gain=None):
+def run(
+    name: str, seed: int, ekf: str = 'default', progress: Callable[[str], None] | None = None, gain: float | None = None
+) -> tuple[Drive, Lockstep]:
     """Drive the experiment `name` on the chair `seed`, whose gyro has been calibrated to `gain`, or not; return its
     Drive and the Lockstep it ran on.
     """

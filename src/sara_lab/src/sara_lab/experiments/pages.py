@@ -2,14 +2,21 @@
 made.
 """
 
+from __future__ import annotations
+
 import json
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sara_lab.experiments.core import rounded, table
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.core import Experiment, Report
 
 SUMMARY = 'README.md'
 
 
-def write(experiment, report, folder, seeds):
+def write(experiment: Experiment, report: Report, folder: Path, seeds: int) -> list[str]:
     """E1.md, E1.json and the figures into `folder` (a Path). Returns the names written."""
     folder.mkdir(parents=True, exist_ok=True)
     for figure in report.figures:
@@ -33,7 +40,7 @@ def write(experiment, report, folder, seeds):
     return [f'{experiment.name}.md', f'{experiment.name}.json', *(f'{figure.name}.png' for figure in report.figures)]
 
 
-def page(experiment, report, seeds):
+def page(experiment: Experiment, report: Report, seeds: int) -> str:
     """The page as markdown."""
     lines = [
         f'# {experiment.name}: {experiment.title}',
@@ -77,7 +84,7 @@ def _chairs(seeds):
     return f'{seeds} chairs' if seeds > 1 else 'one chair'
 
 
-def summary(experiments, folder):
+def summary(experiments: dict[str, Experiment], folder: Path) -> str:
     """The summary page of all experiments whose JSON is in `folder`; written there. Returns its text."""
     rows = []
     for name, experiment in experiments.items():

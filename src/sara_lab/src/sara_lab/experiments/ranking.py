@@ -2,12 +2,14 @@
 chance.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 DRAWS = 4000
 
 
-def ranking(values):
+def ranking(values: dict[str, Sequence[float]]) -> str:
     """The names of {name: one value a chair} in the order of their means, `<` where the mean of the paired differences
     is above zero with 97.5 % of the bootstrap's draws, `~` where it may be chance. Less is better.
     """
@@ -18,7 +20,7 @@ def ranking(values):
     return text
 
 
-def apart(better, worse):
+def apart(better: Sequence[float], worse: Sequence[float]) -> bool:
     """Whether `worse` is larger than `better` on the same chairs, beyond chance (bootstrap of the paired differences, a
     fixed seed).
     """

@@ -1,6 +1,9 @@
-"""E1, E2 and E3: accelerometer, gyroscope and yaw of the resting chair, before and after calibration (thesis 4.2.1 to
-4.2.3.1).
+"""E1 and E2: accelerometer and gyroscope of the resting chair, before and after calibration (thesis 4.2.1, 4.2.2); and
+the cases of E3 (yaw_at_rest.py).
 """
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -8,21 +11,40 @@ from sara_lab.experiments import sensor_experiments as experiments
 from sara_lab.experiments import sensor_figures
 from sara_lab.experiments import sensor_report as thesis
 from sara_lab.experiments.agreement import Figure, every_case
-from sara_lab.experiments.core import CONFIRMED, CONTRADICTED, PARTLY, Case, Experiment, Report, Row, interval, spread
+from sara_lab.experiments.core import (
+    CONFIRMED,
+    CONTRADICTED,
+    PARTLY,
+    Case,
+    Experiment,
+    Finding,
+    Report,
+    Results,
+    Row,
+    interval,
+    results_of,
+    spread,
+)
 from sara_sim.config import ChairConfig
 
 AXES = 'xyz'
 GRAVITY = (0.0, 0.0, thesis.GRAVITY)
+WHY = {
+    ('before', 'accel'): "the offset of the thesis's chip; each chair's mounting is tilted a little",
+    ('before', 'gyro'): 'each chair has its own drifting bias',
+    ('after', 'accel'): "the register's step is 0.0096 m/s2; noise drawn between tables 4.1 and 4.2",
+    ('after', 'gyro'): "the register's step is 0.0305 deg/s: up to half of it stays",
+}
 QUIET = 0.1  # share of the chip's noise, where one thing is changed
 
 
-def rest_case(seed):
+def rest_case(seed: int) -> dict:
     """Mean, sigma, skewness and excess kurtosis of a minute before and after; the samples of chair 0 too."""
     rest = experiments.before_and_after(seed)
     return {**moments(rest), **({'rest': rest} if seed == 0 else {})}
 
 
-def moments(rest):
+def moments(rest: dict[str, experiments.AtRest]) -> dict:
     """Those of {"before": AtRest, "after": AtRest}, and how many frames there were."""
     result = {
         f'{which}_{when}': _moments(getattr(rest[when], which))
@@ -43,7 +65,7 @@ def _moments(samples):
     }
 
 
-def yaw_case(seed):
+def yaw_case(seed: int) -> dict:
     """The minutes of E3; of chair 0 the curves too. `quiet`: the last firmware's minute with a tenth of the chip's
     noise, the one thing changed.
     """
@@ -66,67 +88,88 @@ def yaw_case(seed):
     return {**result, **({'minutes': minutes} if seed == 0 else {})}
 
 
-def _of(results, kind):
-    return [result for key, result in sorted(results.items()) if key[0] == kind]
+@dataclass(frozen=True)
+class Rest:
+    """One chip of all chairs: the `results` of the cases, `which` chip (accel or gyro), the thesis's `tables` of mean
+    and sigma before and after, their `unit`, the mean that would be `ideal`, and the `limit` of what may be left.
+    """
+
+    results: list[dict]
+    which: str
+    tables: dict
+    unit: str
+    ideal: tuple[float, float, float]
+    limit: float
+
+    @cached_property
+    def axes(self) -> dict[str, dict]:
+        """{'x_before': {'mean': spread, 'sigma': spread}, ...}."""
+        return {
+            f'{axis}_{when}': {
+                name: spread([result[f'{self.which}_{when}'][name][k] for result in self.results])
+                for name in ('mean', 'sigma')
+            }
+            for when in ('before', 'after')
+            for k, axis in enumerate(AXES)
+        }
+
+    @cached_property
+    def off(self) -> dict[str, np.ndarray]:
+        """{'before', 'after': (chairs, 3) how far the mean is off}."""
+        return {
+            when: np.array(
+                [np.abs(np.array(result[f'{self.which}_{when}']['mean']) - self.ideal) for result in self.results]
+            )
+            for when in ('before', 'after')
+        }
+
+    def rows(self) -> tuple[Row, ...]:
+        """The table."""
+        return tuple(
+            Row(
+                f'{axis} {when}: mean, sigma',
+                f'{self.tables[when][0][k]:g}, {self.tables[when][1][k]:g} {self.unit}',
+                f'{interval(self.axes[f"{axis}_{when}"]["mean"], 4)}, '
+                f'{interval(self.axes[f"{axis}_{when}"]["sigma"], 4, self.unit)}',
+                WHY[when, self.which],
+            )
+            for when in ('before', 'after')
+            for k, axis in enumerate(AXES)
+        )
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Those that accelerometer and gyroscope have in common."""
+        worst = self.off['after'].max()
+        kurtosis = np.abs(
+            [result[f'{self.which}_after'][name] for result in self.results for name in ('kurtosis', 'skew')]
+        )
+        normal = float(np.percentile(kurtosis, 95))
+        return (
+            (
+                'the calibration in the sensor node takes the systematic error away',
+                f'the mean is {self.off["before"].max():.3f} {self.unit} off at most before, {worst:.4f} after',
+                CONFIRMED if worst <= self.limit else PARTLY,
+            ),
+            (
+                'the rest is normally distributed',
+                f"skewness and excess kurtosis are within {normal:.2f} of a normal distribution's (95 % of the "
+                'histograms)',
+                CONFIRMED if normal < 0.8 else PARTLY,
+            ),
+        )
 
 
-def _rest_report(results, which, tables, unit, ideal):
-    found = _of(results, 'rest')
-    rows, data, faults = [], {}, []
-    for when in ('before', 'after'):
-        moments = [result[f'{which}_{when}'] for result in found]
-        for k, axis in enumerate(AXES):
-            mean, sigma = (spread([moment[name][k] for moment in moments]) for name in ('mean', 'sigma'))
-            data[f'{axis}_{when}'] = {'mean': mean, 'sigma': sigma}
-            why = {
-                (
-                    'before',
-                    'accel',
-                ): "the offset of the thesis's chip; each chair's mounting is tilted a little",
-                ('before', 'gyro'): 'each chair has its own drifting bias',
-                ('after', 'accel'): f"the register's step is 0.0096 {unit}; noise drawn between tables 4.1 and 4.2",
-                ('after', 'gyro'): f"the register's step is 0.0305 {unit}: up to half of it stays",
-            }[when, which]
-            thesis = f'{tables[when][0][k]:g}, {tables[when][1][k]:g} {unit}'
-            ours = f'{interval(mean, 4)}, {interval(sigma, 4, unit)}'
-            rows.append(Row(f'{axis} {when}: mean, sigma', thesis, ours, why))
-    off = {
-        when: np.array([np.abs(np.array(result[f'{which}_{when}']['mean']) - ideal) for result in found])
-        for when in ('before', 'after')
-    }
-    kurtosis = np.abs([result[f'{which}_after'][name] for result in found for name in ('kurtosis', 'skew')])
-    return found, rows, data, faults, off, kurtosis
-
-
-def _rest_findings(which, unit, off, kurtosis, limit, extra=()):
-    worst = off['after'].max()
-    normal = float(np.percentile(kurtosis, 95))
-    return (
-        (
-            'the calibration in the sensor node takes the systematic error away',
-            f'the mean is {off["before"].max():.3f} {unit} off at most before, {worst:.4f} after',
-            CONFIRMED if worst <= limit else PARTLY,
-        ),
-        (
-            'the rest is normally distributed',
-            f"skewness and excess kurtosis are within {normal:.2f} of a normal distribution's (95 % of the histograms)",
-            CONFIRMED if normal < 0.8 else PARTLY,
-        ),
-        *extra,
-    )
-
-
-def accelerometer(results):
+def accelerometer(results: Results) -> Report:
     """E1."""
-    found, rows, data, faults, off, kurtosis = _rest_report(results, 'accel', thesis.ACCELERATION, 'm/s2', GRAVITY)
+    rest = Rest(results_of(results, 'rest'), 'accel', thesis.ACCELERATION, 'm/s2', GRAVITY, thesis.ACCEL_AFTER)
+    found, off = rest.results, rest.off
+    faults = []
     ratio = np.array([np.array(result['accel_after']['sigma']) / result['accel_before']['sigma'] for result in found])
     extra = (
-        (
-            'sigma rises with the calibration (table 4.1 to 4.2: x 0.0576 to 0.1097)',
-            f'it does not: after / before is {ratio.mean():.2f} on average. An offset register adds a constant, which '
-            "changes no spread; the thesis's two recordings must have differed in something else",
-            CONTRADICTED,
-        ),
+        'sigma rises with the calibration (table 4.1 to 4.2: x 0.0576 to 0.1097)',
+        f'it does not: after / before is {ratio.mean():.2f} on average. An offset register adds a constant, which '
+        "changes no spread; the thesis's two recordings must have differed in something else",
+        CONTRADICTED,
     )
     if off['after'].max() > thesis.ACCEL_AFTER:
         faults.append(
@@ -140,144 +183,32 @@ def accelerometer(results):
         'not raise it.',
     )
     return Report(
-        _rest_findings('accel', 'm/s2', off, kurtosis, thesis.ACCEL_AFTER, extra),
-        tuple(rows),
+        (*rest.findings(), extra),
+        rest.rows(),
         tuple(sensor_figures.at_rest(found[0]['rest'], 'accel', 0)),
         (section,),
-        {'axes': data, 'sigma_after_over_before': spread(ratio.ravel())},
+        {'axes': rest.axes, 'sigma_after_over_before': spread(ratio.ravel())},
         tuple(faults),
         f'The mean is {off["after"].max():.3f} m/s2 off at most after calibration; sigma does not rise with it.',
     )
 
 
-def gyroscope(results):
+def gyroscope(results: Results) -> Report:
     """E2."""
-    found, rows, data, faults, off, kurtosis = _rest_report(results, 'gyro', thesis.RATE, 'deg/s', (0.0, 0.0, 0.0))
+    rest = Rest(results_of(results, 'rest'), 'gyro', thesis.RATE, 'deg/s', (0.0, 0.0, 0.0), thesis.RATE_AFTER_NODE)
+    off, faults = rest.off, []
     if off['after'].max() > thesis.RATE_AFTER_NODE:
         faults.append(
             f"a gyroscope's mean is {off['after'].max():.4f} deg/s after its calibration in the node (at most "
             f'{thesis.RATE_AFTER_NODE:.4f})'
         )
     return Report(
-        _rest_findings('gyro', 'deg/s', off, kurtosis, thesis.RATE_AFTER_NODE),
-        tuple(rows),
-        tuple(sensor_figures.at_rest(found[0]['rest'], 'gyro', 0)),
-        data={'axes': data},
+        rest.findings(),
+        rest.rows(),
+        tuple(sensor_figures.at_rest(rest.results[0]['rest'], 'gyro', 0)),
+        data={'axes': rest.axes},
         faults=tuple(faults),
         short=f'The mean is {off["after"].max():.3f} deg/s off at most after calibration in the node.',
-    )
-
-
-def yaw(results):
-    """E3."""
-    found = _of(results, 'yaw')
-    node, pc = (
-        np.array([abs(result['node']['rate']) for result in found]),
-        np.array([[abs(trial['left']) for trial in result['pc']] for result in found]),
-    )
-    ends = {
-        key: np.array([abs(result[key]['end']) for result in found]) for key in ('node', 'fixed', 'tenths', 'quiet')
-    }
-    ends['pc'] = np.array([abs(trial['end']) for result in found for trial in result['pc']])
-    less = 1.0 - pc.mean() / node.mean()
-    first = found[0]['pc']
-    data = {
-        'node_deg_s': spread(node),
-        'pc_left_deg_s': spread(pc.ravel()),
-        **{f'end_{key}_deg': spread(values) for key, values in ends.items()},
-    }
-    rows = [
-        Row(
-            'mean |error|, calibrated in the sensor node (table 4.8)',
-            f'{thesis.ERROR_NODE} deg/s',
-            interval(spread(node), 4, 'deg/s'),
-            "the register's step of 0.0305 deg/s",
-        ),
-        Row(
-            'mean |error|, calibrated on the PC',
-            f'{thesis.ERROR_PC} deg/s',
-            interval(spread(pc.ravel()), 4, 'deg/s'),
-            'noise and drift of the bias during the calibration',
-        ),
-        Row('less by', '75 %', f'{100 * less:.0f} %', ''),
-        Row(
-            'offsets found, errors (table 4.7; ours: chair 0)',
-            '-0.6442, -0.6449, -0.6512, -0.6488; -0.0063, -0.0051, 0.0082, 0.0030 deg/s',
-            ', '.join(f'{trial["offset"]:.4f}' for trial in first)
-            + '; '
-            + ', '.join(f'{trial["rate"]:+.4f}' for trial in first)
-            + ' deg/s',
-            '',
-        ),
-    ]
-    rows += [
-        Row(
-            f'yaw after a minute, {what}',
-            theirs,
-            interval(spread(ends[key]), 2, 'deg') + f', at most {ends[key].max():.2f}',
-            why,
-        )
-        for key, what, theirs, why in (
-            (
-                'node',
-                'calibrated in the sensor node',
-                'over 1 deg',
-                'grows with the error, which differs between chairs',
-            ),
-            ('pc', 'calibrated on the PC', 'well under 1 deg', ''),
-            (
-                'fixed',
-                'fixed offset of -0.645 deg/s',
-                '(figure 4.11)',
-                'it fits one chip on one day',
-            ),
-            ('tenths', 'last firmware, in tenths', 'no drift', 'noise carries the mean through the rounding'),
-        )
-    ]
-    faults = (
-        [f'calibration on the PC leaves {pc.mean():.4f} deg/s on average (at most {thesis.RATE_AFTER_PC})']
-        if pc.mean() > thesis.RATE_AFTER_PC
-        else []
-    )
-    findings = (
-        (
-            'calibrating on the PC leaves 75 % less than in the sensor node',
-            f'{100 * less:.0f} % less: {pc.mean():.4f} instead of {node.mean():.4f} deg/s',
-            CONFIRMED if less > 0.6 else PARTLY,
-        ),
-        (
-            'calibrated in the sensor node, yaw is over 1 deg off after a minute; on the PC well under it',
-            f"{np.mean(ends['node'] > 1.0):.0%} of the chairs are over 1 deg with the node's calibration (mean "
-            f"{ends['node'].mean():.2f} deg), {np.mean(ends['pc'] > 1.0):.0%} with the PC's ({ends['pc'].mean():.2f} "
-            'deg)',
-            CONFIRMED if ends['pc'].mean() < 0.5 * ends['node'].mean() else PARTLY,
-        ),
-        (
-            'sent in tenths of a degree per second, yaw does not drift any more',
-            f'it does: {ends["tenths"].mean():.2f} deg in a minute. The rounding hides a small mean only where there '
-            'is no noise: with '
-            f'a tenth of the noise {ends["quiet"].mean():.2f} deg are left',
-            CONTRADICTED if ends['tenths'].mean() > 0.3 else CONFIRMED,
-        ),
-    )
-    section = (
-        "One thing changed: the chip's noise",
-        'A rate below half a tenth is sent as 0, which hides a small offset if nothing else moves the rate. But the '
-        '200 ms means of this gyroscope have a sigma of 0.073 deg/s '
-        f'(table 4.5): they dither, and the mean survives the rounding. With {QUIET:g} of the noise the last firmware '
-        'drifts '
-        f'{ends["quiet"].mean():.3f} deg in a minute instead of {ends["tenths"].mean():.3f} deg, as in the thesis. '
-        'Turns below 0.05 deg/s are then lost as well, so this is no cure.',
-    )
-    return Report(
-        findings,
-        tuple(rows),
-        tuple(sensor_figures.yaw_at_rest(found[0]['minutes'], 0)),
-        (section,),
-        data,
-        tuple(faults),
-        f'Calibrating on the PC leaves {100 * less:.0f} % less; sent in tenths yaw drifts all the same, for the '
-        "gyroscope's noise is not small beside a tenth.",
     )
 
 
@@ -293,16 +224,6 @@ def _figures_at_rest(which, unit):
         }
 
     return figures
-
-
-def _figures_of_yaw(result):
-    """The same of E3; the truth, which the error of the PC's offset is taken against, is the simulator's alone."""
-    return {
-        Figure('mean rate, calibrated in the node, deg/s', 4): result['node']['rate'],
-        Figure('yaw after a minute, deg', 2): result['node']['end'],
-        Figure('mean rate, on the PC, deg/s', 4): float(np.mean([trial['rate'] for trial in result['pc']])),
-        Figure('yaw after a minute, on the PC, deg', 2): float(np.mean([trial['end'] for trial in result['pc']])),
-    }
 
 
 def _rest_cases(seeds):
@@ -333,18 +254,5 @@ EXPERIMENTS = (
         gyroscope,
         every_case,
         _figures_at_rest('gyro', 'deg/s'),
-    ),
-    Experiment(
-        'E3',
-        'yaw at rest',
-        'A minute at rest; yaw is the integral of the rate: calibrated in the sensor node, on the PC (four times), '
-        "with the thesis's fixed offset, "
-        "and with the last firmware, which sends tenths of deg/s (thesis 4.2.3.1). The PC's calibration is compared "
-        "with the chip's true bias.",
-        10,
-        lambda seeds: [Case(('yaw', seed), yaw_case, seed) for seed in range(seeds)],
-        yaw,
-        every_case,
-        _figures_of_yaw,
     ),
 )

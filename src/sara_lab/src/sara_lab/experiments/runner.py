@@ -2,29 +2,50 @@
 or on who finished first.
 """
 
+from __future__ import annotations
+
 import hashlib
 import multiprocessing
 import os
 import pickle
 import re
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from sara_bringup.paths import share
 from sara_lab.experiments import turns
 
+if TYPE_CHECKING:
+    from sara_lab.experiments.core import Case, Results
+
 REPORT_ONLY = {
     'agreement.py',
     'drive_figures.py',
+    'filter_costs.py',
+    'orientation_report.py',
     'pages.py',
     'plotting.py',
     'ranking.py',
     'runner.py',
     'sensor_figures.py',
+    'square_figures.py',
+    'square_findings.py',
+    'square_fusions.py',
+    'square_odometry.py',
+    'variances.py',
+    'yaw_at_rest.py',
 }  # of experiments/: no run depends on them
 
 
-def run(cases, processes=2, progress=None, keep=None, costs=None):
+def run(
+    cases: Sequence[Case],
+    processes: int = 2,
+    progress: Callable[[int], Any] | None = None,
+    keep: Path | None = None,
+    costs: dict[tuple, float] | None = None,
+) -> Results:
     """{key: result} in the order of `cases`. Those that need a chair's gain get it from E6's procedure, which runs
     first for their seeds.
 
@@ -56,7 +77,7 @@ def run(cases, processes=2, progress=None, keep=None, costs=None):
     return {case.key: results[case.key] for case in cases}
 
 
-def fingerprint(root=None):
+def fingerprint(root: Path | None = None) -> str:
     """Twelve characters that are others once a source, a parameter file or a map of our packages is another; `root`:
     the folder of the packages.
     """

@@ -2,6 +2,8 @@
 (thesis 4.3.4, figures 4.40 to 4.43).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sara_bringup.paths import share
@@ -15,25 +17,16 @@ from sara_lab.experiments.core import (
     Experiment,
     Figure,
     Report,
+    Results,
     Row,
     interval,
     mean,
+    results_of,
     spread,
     table,
 )
-from sara_lab.experiments.drives import (
-    BOTH,
-    DEFAULT,
-    FILTER,
-    LONG,
-    OURS,
-    TRUTH,
-    VX,
-    XY_VX,
-    Course,
-    SetUp,
-    course_driven,
-)
+from sara_lab.experiments.courses import BOTH, DEFAULT, FILTER, LONG, OURS, TRUTH, VX, XY_VX, Course, SetUp
+from sara_lab.experiments.drives import course_driven
 from sara_lab.experiments.ranking import ranking
 from sara_sim.world.world import World
 
@@ -63,7 +56,7 @@ again.
 """
 
 
-def cases(seeds):
+def cases(seeds: int) -> list[Case]:
     """E10's."""
     return [
         Case(
@@ -78,7 +71,7 @@ def cases(seeds):
     ]
 
 
-def judged(drives):
+def judged(drives: Sequence[dict]) -> dict:
     """Spreads over the drives."""
     return {
         'end_m': spread([drive['true']['position'][0] for drive in drives]),
@@ -92,13 +85,26 @@ def judged(drives):
     }
 
 
-def report(results):
-    """The Report."""
-    found = {
-        key: judged([result for held, result in sorted(results.items()) if held[:3] == ('E10', *key)]) for key in SETUPS
-    }
-    true, false = found['thesis', TRUE], found['thesis', FALSE]
-    ours_true, ours_false, own, fake = (found['ours', name] for name in (TRUE, FALSE, DEFAULT, TRUTH))
+def report(results: Results) -> Report:
+    """E10's Report."""
+    found = {key: judged(results_of(results, 'E10', *key)) for key in SETUPS}
+    true, false, own = found['thesis', TRUE], found['thesis', FALSE], found['ours', DEFAULT]
+    faults = [f"SARA's own reached {own['reached']:.0%} of its goals"] if own['reached'] < 1.0 else []
+    faults += [f"SARA's own: {own['contacts']} contacts"] if own['contacts'] else []
+    return Report(
+        _findings(found),
+        _rows(found),
+        _figures(results, found),
+        (('All set-ups', _all(found)), *_explained(found)),
+        {'set_ups': {' / '.join(key): of for key, of in found.items()}},
+        tuple(faults),
+        f"Off the goal: true {true['end_m']['mean']:.1f} m, false {false['end_m']['mean']:.1f} m, SARA's own "
+        f'{own["end_m"]["mean"]:.2f} m. With true nothing holds the heading, and x, y turn it.',
+    )
+
+
+def _all(found):
+    """The table of all set-ups, and how they rank."""
     head = (
         '',
         'reported as reached',
@@ -129,9 +135,14 @@ def report(results):
             for planner in ('thesis', 'ours')
         )
     )
+    return table(head, lines) + '\n\n' + ranks
+
+
+def _explained(found):
+    true, false = found['thesis', TRUE], found['thesis', FALSE]
+    own, fake = found['ours', DEFAULT], found['ours', TRUTH]
     vx_true, vx_false = found['thesis', VX_TRUE], found['thesis', VX_FALSE]
-    sections = (
-        ('All set-ups', table(head, lines) + '\n\n' + ranks),
+    return (
         (
             'One thing changed: vx instead of x, y and vx',
             'With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the '
@@ -149,8 +160,13 @@ def report(results):
             f"with SARA's fusion {mean(own['end_m'], 2, 'm')}, with the true pose {mean(fake['end_m'], 2, 'm')}.",
         ),
     )
+
+
+def _findings(found):
+    true, false = found['thesis', TRUE], found['thesis', FALSE]
+    ours_true, ours_false, own = (found['ours', name] for name in (TRUE, FALSE, DEFAULT))
     weaves = true['straight_m']['mean'] > 2.0 * false['straight_m']['mean']
-    findings = (
+    return (
         (
             'true: the path weaves',
             f'off the straight line by {interval(true["straight_m"], 2, "m")} (false: '
@@ -172,7 +188,11 @@ def report(results):
             CONFIRMED if ours_false['end_m']['high'] < ours_true['end_m']['low'] else PARTLY,
         ),
     )
-    rows = (
+
+
+def _rows(found):
+    true, false, own = found['thesis', TRUE], found['thesis', FALSE], found['ours', DEFAULT]
+    return (
         Row(
             'differential true (figures 4.40, 4.41)',
             'small oscillations, jumps of the heading',
@@ -199,24 +219,15 @@ def report(results):
             'default planner and fusion, own k',
         ),
     )
-    faults = [f"SARA's own reached {own['reached']:.0%} of its goals"] if own['reached'] < 1.0 else []
-    faults += [f"SARA's own: {own['contacts']} contacts"] if own['contacts'] else []
-    return Report(
-        findings,
-        rows,
-        _figures(results, found),
-        sections,
-        {'set_ups': {' / '.join(key): of for key, of in found.items()}},
-        tuple(faults),
-        f"Off the goal: true {true['end_m']['mean']:.1f} m, false {false['end_m']['mean']:.1f} m, SARA's own "
-        f'{own["end_m"]["mean"]:.2f} m. With true nothing holds the heading, and x, y turn it.',
-    )
 
 
 def _figures(results, found):
     world = World.from_yaml(share() / 'maps' / 'school.yaml')
     walls = (world.occupied, world.resolution, world.origin)
+    return (*_of_the_thesis(results, walls), *_ours(results, found, walls))
 
+
+def _of_the_thesis(results, walls):
     def pair(name):
         return {f"thesis's planner, {name}": results['E10', 'thesis', name, 0]['trace']}
 
@@ -236,7 +247,11 @@ def _figures(results, found):
                 lambda path, name=name: drive_figures.path(path, pair(name), (GOAL,), START, walls, (11, 4.2), WINDOW),
             ),
         ]
-    figures.append(
+    return figures
+
+
+def _ours(results, found, walls):
+    return [
         Figure(
             'e10_paths',
             "The same with SARA's own planner and fusion (chair 0).",
@@ -249,9 +264,7 @@ def _figures(results, found):
                 (11, 4.2),
                 WINDOW,
             ),
-        )
-    )
-    figures.append(
+        ),
         Figure(
             'e10_ends',
             'How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %, a point is a '
@@ -264,9 +277,8 @@ def _figures(results, found):
                 },
                 'off the goal (m)',
             ),
-        )
-    )
-    return tuple(figures)
+        ),
+    ]
 
 
 EXPERIMENT = Experiment(

@@ -5,7 +5,10 @@ Everything is measured where the thesis measured it, behind the bus: on decoded 
 thesis could not know, the truth, is asked of the simulator for the errors only.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,14 +62,14 @@ class AtRest:
     gyro: np.ndarray
 
     @classmethod
-    def record(cls, seed, calibrated):
+    def record(cls, seed: int, calibrated: bool) -> AtRest:
         """The chair `seed`, before or after its sensor node has written the offset registers."""
         bus = BusDescription.default()
         chair = _chair(seed, calibrated, bus)
         return cls.of(bus.decode(frame) for frame in _frames(chair, MINUTE_S))
 
     @classmethod
-    def of(cls, decoded):
+    def of(cls, decoded: Iterable[tuple[str, dict[str, float]]]) -> AtRest:
         """Of what was decoded: (name, values) of frames."""
         accel, gyro = [], []
         for name, values in decoded:
@@ -77,7 +80,7 @@ class AtRest:
         return cls(np.array(accel), np.array(gyro))
 
 
-def before_and_after(seed):
+def before_and_after(seed: int) -> dict[str, AtRest]:
     """{'before': AtRest, 'after': AtRest} of E1 and E2."""
     return {'before': AtRest.record(seed, False), 'after': AtRest.record(seed, True)}
 
@@ -96,7 +99,7 @@ class YawAtRest:
     bias: float
 
     @property
-    def left(self):
+    def left(self) -> float:
         """What a calibration on the PC left of the chip's bias, deg/s."""
         return self.bias - self.offset
 
@@ -111,12 +114,14 @@ def _minute(chair, bus, offset):
     return YawAtRest(t, yaw, mean, offset, float(bias.mean()))
 
 
-def integrated(t, rate):
+def integrated(t: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """(t from zero, mean rate, yaw) of rates at times: s, deg/s, deg."""
     return t - t[0], float(rate.mean()), np.concatenate(([0.0], np.cumsum(rate[1:] * np.diff(t))))
 
 
-def yaw_in_the_sensor_node(seed, bus=None, config=ChairConfig()):
+def yaw_in_the_sensor_node(
+    seed: int, bus: BusDescription | None = None, config: ChairConfig | None = ChairConfig()
+) -> YawAtRest:
     """Yaw with the offset registers as the only calibration. bus: another description, such as the last firmware's
     tenths. config: what the chair is drawn from.
     """
@@ -124,13 +129,13 @@ def yaw_in_the_sensor_node(seed, bus=None, config=ChairConfig()):
     return _minute(_chair(seed, True, bus, config), bus, 0.0)
 
 
-def yaw_with_a_fixed_offset(seed):
+def yaw_with_a_fixed_offset(seed: int) -> YawAtRest:
     """Yaw with the thesis's fixed offset taken off uncalibrated rates."""
     bus = BusDescription.default()
     return _minute(_chair(seed, False, bus), bus, FIXED_OFFSET)
 
 
-def yaw_calibrated_on_the_pc(seed):
+def yaw_calibrated_on_the_pc(seed: int) -> list[YawAtRest]:
     """TRIALS minutes of yaw, each after a calibration of its own by read.py's Reader; the sensor node does not
     calibrate.
     """
@@ -159,7 +164,7 @@ class Turns:
 class Turner:
     """Turns a chair by its joystick, as a person would, and reads the angle."""
 
-    def __init__(self, seed, **config):
+    def __init__(self, seed: int, **config) -> None:
         bus = BusDescription.default()
         self.chair = _chair(seed, True, bus)
         self.reader = Reader(ReaderConfig(**config), bus)
@@ -171,11 +176,11 @@ class Turner:
         for frame in self.chair.step():
             self.reader.on_frame(frame)
 
-    def start_over(self):
+    def start_over(self) -> None:
         """Count angles from here."""
         self._true, self._measured = self.chair.drive.yaw, self.reader.turned
 
-    def turn_to(self, angle):
+    def turn_to(self, angle: float) -> None:
         """Turn until the chair stands `angle` deg (left positive) from the start. Returns (true, measured without
         gain), deg.
         """
@@ -190,7 +195,7 @@ class Turner:
         return math.degrees(self.chair.drive.yaw - self._true), math.degrees(self.reader.turned - self._measured)
 
 
-def full_turns(seed):
+def full_turns(seed: int) -> Turns:
     """E6: the marks of table 4.11 both ways, the gain they give, and another full turn each way with it."""
     turner, procedure = Turner(seed, calibration_time=CALIBRATION_S), GainProcedure()
     for angle in procedure.angles:
@@ -206,6 +211,6 @@ def full_turns(seed):
     return Turns(result, tuple(check))
 
 
-def tenths():
+def tenths() -> BusDescription:
     """The bus of the thesis's last firmware: rates in tenths of a degree per second."""
     return BusDescription.named('sara_tenths')

@@ -1,11 +1,19 @@
 """The thesis's figures of the IMU, 4.1 to 4.18, from what sensor_experiments.py and orientation.py record."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sara_lab.experiments import plotting
 from sara_lab.experiments.core import Figure
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.sensor_experiments import AtRest
 
 AXES = 'xyz'
 MINUTE_S = 60.0
@@ -15,7 +23,7 @@ QUANTITIES = {
 }  # label, unit, number of the first of four figures
 
 
-def at_rest(rest, which, seed):
+def at_rest(rest: dict[str, AtRest], which: str, seed: int) -> list[Figure]:
     """Figures 4.1 to 4.4 (which: accel) or 4.5 to 4.8 (gyro) of {'before': AtRest, 'after': AtRest}."""
     label, _, first = QUANTITIES[which]
     found = []
@@ -40,7 +48,7 @@ def at_rest(rest, which, seed):
     return found
 
 
-def name(number):
+def name(number: int) -> str:
     """fig_4_07 of 7."""
     return f'fig_4_{number:02d}'
 
@@ -65,7 +73,7 @@ def _over_a_minute(path, samples, which):
         axes[-1].set_xlabel('time (s)')
 
 
-def histograms(path, errors, names, unit):
+def histograms(path: Path, errors: np.ndarray, names: Sequence[str], unit: str) -> None:
     """One histogram a column of `errors` (n, k), with the normal curve of its sigma."""
     with plotting.figure(path, 1, errors.shape[1], size=(4 * errors.shape[1], 4)) as (_, axes):
         for k, axis in enumerate(axes):
@@ -83,7 +91,7 @@ def histograms(path, errors, names, unit):
             axis.legend(loc='upper right')
 
 
-def yaw_at_rest(minutes, seed):
+def yaw_at_rest(minutes: dict[str, Any], seed: int) -> list[Figure]:
     """Figures 4.9 to 4.11 and 4.14 of {'node', 'pc': list, 'fixed', 'tenths'} of YawAtRest."""
     captions = (
         (9, 'node', "the sensor node's calibration alone"),
@@ -117,7 +125,7 @@ def _yaw(path, trials):
         axis.legend()
 
 
-def turn_both_ways(path, turns, measured, corrected):
+def turn_both_ways(path: Path, turns: Sequence[tuple], measured: str, corrected: str) -> None:
     """Figures 4.17 and 4.18: rate and angle of a full turn each way. `turns`: ((t, rate deg/s, angle deg, true deg),
     ...); labels of both lines.
     """

@@ -1,10 +1,18 @@
 """E1, E2, E3 and E6 side by side with the thesis: tables, verdicts, and the figures of its chapter 4."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sara_lab.experiments import sensor_experiments as experiments
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.sensor_experiments import Turns
 
 AXES = 'xyz'
 GRAVITY = 9.80665
@@ -27,7 +35,7 @@ SIGMA_NODE = 0.0734 * math.sqrt(20) / math.sqrt(2000)  # deg/s: 2000 samples of 
 RATE_AFTER_NODE = 0.5 * experiments.GYRO_STEP + 3.0 * SIGMA_NODE
 
 
-def run(seeds, progress=iter):
+def run(seeds: Iterable[int], progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> list[dict]:
     """The four experiments on the chairs `seeds`. progress: wraps the list of seeds. Returns a list of dicts, one a
     chair.
     """
@@ -66,7 +74,7 @@ def _at_rest_table(chairs, title, which, thesis, unit):
     return lines
 
 
-def table(chairs):
+def table(chairs: Sequence[dict]) -> str:
     """All four experiments as text."""
     lines = _at_rest_table(
         chairs,
@@ -88,13 +96,17 @@ def table(chairs):
         RATE,
         'deg/s',
     )
+    return '\n'.join([*lines, *_yaw_table(chairs), *_turns_table(chairs)])
+
+
+def _yaw_table(chairs):
     node, pc = (
         np.array([abs(chair['node'].rate) for chair in chairs]),
         np.array([[trial.left for trial in chair['pc']] for chair in chairs]),
     )
     measured = np.array([[trial.rate for trial in chair['pc']] for chair in chairs])
     drift = {key: np.array([abs(chair[key].yaw[-1]) for chair in chairs]) for key in ('node', 'fixed', 'tenths')}
-    lines += [
+    return [
         '',
         f'E3, tables 4.7 and 4.8: error of the yaw rate at rest; {len(chairs)} chairs',
         f'{"calibrated":34} {"thesis":>9} {"ours":>9}   deg/s           yaw after a minute',
@@ -112,7 +124,10 @@ def table(chairs):
         'of it through',
         '',
     ]
-    lines += [
+
+
+def _turns_table(chairs):
+    lines = [
         f'E6, table 4.11: turned angle by the gyroscope, mean of both ways; {len(chairs)} chairs',
         f'{"true":>6} {"thesis":>8} {"ours (lowest .. highest)":>28}   deg',
     ]
@@ -125,10 +140,10 @@ def table(chairs):
         f'{"k":>6} {1.08:8.2f} {gain.mean():10.4f} ({gain.min():.4f} .. {gain.max():.4f}); another full turn with it: '
         f'at most {np.abs(after).max():.2f} deg off'
     )
-    return '\n'.join(lines)
+    return lines
 
 
-def at_mark(turns, mark):
+def at_mark(turns: Turns, mark: float) -> float:
     """What the gyroscope says at a mark, mean of both ways, deg. The chair stops a little behind the mark: the line
     through the origin takes that out.
     """
@@ -143,7 +158,7 @@ def at_mark(turns, mark):
     )
 
 
-def verdict(chairs):
+def verdict(chairs: Sequence[dict]) -> list[str]:
     """What of the acceptance does not hold, a sentence each; empty is a pass.
 
     Means before calibration, turned angles and the error on the PC (as table 4.8 has it) are judged over all chairs:
@@ -170,7 +185,7 @@ def verdict(chairs):
     return faults
 
 
-def chair_faults(chair):
+def chair_faults(chair: dict) -> list[str]:
     """What does not hold of one chair, a sentence each."""
     faults, after = [], chair['rest']['after']
     accel_mean, gyro_mean = (
@@ -191,7 +206,7 @@ def chair_faults(chair):
     return faults
 
 
-def to_json(chairs):
+def to_json(chairs: Sequence[dict]) -> list[dict[str, Any]]:
     """The figures as plain data, a list with an entry a chair; m/s2, deg/s, deg."""
 
     def pair(samples):
@@ -215,7 +230,7 @@ def to_json(chairs):
     ]
 
 
-def figures(chair, folder):
+def figures(chair: dict, folder: Path) -> None:
     """The thesis's figures 4.1 to 4.11 and 4.14 for one chair, into `folder` (a Path)."""
     from sara_lab.experiments import sensor_figures
 

@@ -6,7 +6,18 @@ import numpy as np
 
 from sara_lab.experiments import core, sensor_experiments, sensor_figures, sensor_report
 from sara_lab.experiments.agreement import Figure, every_case
-from sara_lab.experiments.core import CONFIRMED, PARTLY, Case, Experiment, Report, Row, interval, spread
+from sara_lab.experiments.core import (
+    CONFIRMED,
+    PARTLY,
+    Case,
+    Experiment,
+    Report,
+    Results,
+    Row,
+    interval,
+    results_of,
+    spread,
+)
 
 SETTING = """
 The chair turns in place to 90, 180, 270 and 360 deg, both ways, by its joystick. read.py integrates the gyroscope's
@@ -22,7 +33,7 @@ ENOUGH, HALF_RANGE = (
 )  # fewer chairs than this need not have the mean of all scales, which are within so much of it
 
 
-def case(seed, trace=False):
+def case(seed: int, trace: bool = False) -> dict:
     """The marks both ways, k, and another full turn each way with it; `trace`: rate and angle over time."""
     recorder = _Recorder(seed) if trace else None
     result = judged(sensor_experiments.full_turns(seed))
@@ -31,7 +42,7 @@ def case(seed, trace=False):
     return result
 
 
-def judged(turns):
+def judged(turns: sensor_experiments.Turns) -> dict:
     """The result of Turns."""
     return {
         'gain': turns.gain.gain,
@@ -51,7 +62,7 @@ def _figures(result):
     }
 
 
-def case_of(seed):
+def case_of(seed: int) -> Case:
     """Its Case."""
     return Case(('E6', seed), case, seed, {'trace': seed == 0})
 
@@ -78,43 +89,65 @@ class _Recorder(sensor_experiments.Turner):
         return t - t[0], np.gradient(turned, t), turned, true
 
 
-def report(results):
-    """The Report."""
-    found = [result for key, result in sorted(results.items()) if key[0] == 'E6']
+def report(results: Results) -> Report:
+    """E6's Report."""
+    found = results_of(results, 'E6')
     gain = spread([result['gain'] for result in found])
     check = [abs(measured - true) for result in found for true, measured in result['check']]
-    rows, faults = [], []
+    residual = max(abs(true - corrected) for result in found for true, _, corrected in result['rows'])
+    faults = _faults(found, max(check))
+    return Report(
+        _findings(gain, max(check), residual, faults),
+        (*_rows_of_marks(found), *_rows(gain, max(check), residual)),
+        (_figure(found),),
+        data={'gain': gain, 'left_after_gain_deg': spread(check), 'gains': [result['gain'] for result in found]},
+        faults=tuple(faults),
+        short=f'k = {gain["mean"]:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.',
+    )
+
+
+def _rows_of_marks(found):
     for mark, theirs in sensor_report.TURNS.items():
         ours = spread([result['marks'][mark] for result in found])
-        rows.append(
-            Row(
-                f'a turn of {mark:.0f} deg is measured as',
-                f'{theirs:g} deg (k = {mark / theirs:.2f})',
-                interval(ours, 2, 'deg') + f' (k = {mark / ours["mean"]:.3f})',
-                "each chair's gyroscope has a scale of its own, 0.920 to 0.927",
-            )
+        yield Row(
+            f'a turn of {mark:.0f} deg is measured as',
+            f'{theirs:g} deg (k = {mark / theirs:.2f})',
+            interval(ours, 2, 'deg') + f' (k = {mark / ours["mean"]:.3f})',
+            "each chair's gyroscope has a scale of its own, 0.920 to 0.927",
         )
-        if abs(ours['mean'] - theirs) > sensor_report.TURN_BEFORE_GAIN + (
-            0.0 if len(found) >= ENOUGH else HALF_RANGE * mark
-        ):
-            faults.append(f'{mark:.0f} deg is read as {ours["mean"]:.2f}, the thesis has {theirs}')
-    residual = max(abs(true - corrected) for result in found for true, _, corrected in result['rows'])
-    rows += [
+
+
+def _rows(gain, worst, residual):
+    return [
         Row(
             'k', '1.08 (table 4.11), 1.09 (listing)', interval(gain, 4), 'a mean over chairs; every chair keeps its own'
         ),
         Row(
             'error of a full turn after k',
             '-',
-            f'at most {max(check):.2f} deg',
+            f'at most {worst:.2f} deg',
             "the offset's error and the noise, integrated",
         ),
         Row('furthest from a straight line', '-', f'{residual:.2f} deg', ''),
     ]
-    if max(check) > sensor_report.TURN_AFTER_GAIN:
-        faults.append(f'a full turn is {max(check):.2f} deg off after k')
+
+
+def _faults(found, worst):
+    faults = []
+    for mark, theirs in sensor_report.TURNS.items():
+        ours = spread([result['marks'][mark] for result in found])
+        if abs(ours['mean'] - theirs) > sensor_report.TURN_BEFORE_GAIN + (
+            0.0 if len(found) >= ENOUGH else HALF_RANGE * mark
+        ):
+            faults.append(f'{mark:.0f} deg is read as {ours["mean"]:.2f}, the thesis has {theirs}')
+    if worst > sensor_report.TURN_AFTER_GAIN:
+        faults.append(f'a full turn is {worst:.2f} deg off after k')
+    return faults
+
+
+def _findings(gain, worst, residual, faults):
     linear = residual < 2.0
-    findings = (
+    return (
         (
             'the gyroscope measures turns too small, in proportion to the angle',
             f'so it does: {interval(gain, 3)} times, and no turn is more than {residual:.1f} deg off the line',
@@ -122,25 +155,20 @@ def report(results):
         ),
         (
             'a factor k of about 1.08 mends it',
-            f"k = {gain['mean']:.3f}; with its own k a chair's full turn is at most {max(check):.2f} deg off",
+            f"k = {gain['mean']:.3f}; with its own k a chair's full turn is at most {worst:.2f} deg off",
             CONFIRMED if not faults else PARTLY,
         ),
     )
+
+
+def _figure(found):
     traced = next(result for result in found if 'trace' in result)
-    figure = core.Figure(
+    return core.Figure(
         sensor_figures.name(17),
         'Angular velocity and turned angle of a full turn each way, as measured and times k (chair 0).',
         lambda path: sensor_figures.turn_both_ways(
             path, [(*turn, traced['gain']) for turn in traced['trace']], 'measured', 'times k ='
         ),
-    )
-    return Report(
-        findings,
-        tuple(rows),
-        (figure,),
-        data={'gain': gain, 'left_after_gain_deg': spread(check), 'gains': [result['gain'] for result in found]},
-        faults=tuple(faults),
-        short=f'k = {gain["mean"]:.3f}; with its own k a full turn is at most {max(check):.2f} deg off.',
     )
 
 

@@ -2,8 +2,11 @@
 sensors and safety gate on.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -33,13 +36,13 @@ class Crossing:
     judgement: object
 
     @property
-    def faults(self):
+    def faults(self) -> list[str]:
         """What does not hold, one sentence each."""
         return ([] if self.reached else [f'not reached: {self.text}']) + [
             f'contact: {contact}' for contact in self.contacts
         ]
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         return {
             **asdict(self),
@@ -49,7 +52,7 @@ class Crossing:
         }
 
 
-def approach(number):
+def approach(number: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """(start, goal) of approach `number`: bearings spread evenly from side to side, from either room, the heading at
     the start and the goal's place drawn.
     """
@@ -69,7 +72,7 @@ def approach(number):
     return start, goal
 
 
-def cross(number, navigation=None):
+def cross(number: int, navigation: dict | None = None) -> Crossing:
     """Drive approach `number` on the chair of that number, localized by the true pose; returns the Crossing."""
     start, goal = approach(number)
     lockstep = Lockstep(share() / 'maps' / 'doorway.yaml', start, number, localization='fake', navigation=navigation)

@@ -35,7 +35,7 @@ OUTLINE_M, OUTLINE_RAD = 0.9, math.pi / 4  # between two outlines of the body
 PANEL_INCH = 7.2
 
 
-def driven(name, how, number):
+def driven(name: str, how: journeys.Planner, number: int) -> tuple[journeys.Outcome, Motion]:
     """(Outcome, Motion) of a journey."""
     t, poses = [], []
 
@@ -48,24 +48,15 @@ def driven(name, how, number):
     return outcome, Motion.of(np.array(t), np.array(poses))
 
 
-def picture(name, drives, path):
+def picture(name: str, drives: dict[str, list[tuple[journeys.Outcome, Motion]]], path: Path) -> None:
     """Draw a map's PNG: `drives` is {planners: [(Outcome, Motion)]}."""
     import matplotlib
 
     matplotlib.use('Agg')
     from matplotlib import pyplot
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
     world = World.from_yaml(journeys.map_file(name))
-    rows, columns = np.nonzero(world.occupied)
-    size, (x0, y0) = world.resolution, world.origin
-    left, right, low, high = (
-        x0 + size * columns.min(),
-        x0 + size * (columns.max() + 1),
-        y0 + size * rows.min(),
-        y0 + size * (rows.max() + 1),
-    )
+    left, right, low, high = _seen(world)
     across = 1 if right - left > 3 * (high - low) else 2
     down = math.ceil(len(drives) / across)
     width = PANEL_INCH * (1.6 if across == 1 else 1.0)
@@ -77,43 +68,69 @@ def picture(name, drives, path):
         layout='constrained',
     )
     for axis, (planners, of) in zip(axes.flat, drives.items()):
-        axis.imshow(
-            world.occupied,
-            origin='lower',
-            cmap='Greys',
-            vmin=0,
-            vmax=1.6,
-            interpolation='nearest',
-            extent=(x0, x0 + size * world.occupied.shape[1], y0, y0 + size * world.occupied.shape[0]),
-        )
-        for (outcome, motion), colour in zip(of, COLOURS):
-            _draw(axis, outcome, motion, colour)
-        told = ', '.join(f'{outcome.seconds:.0f} s' if outcome.reached else 'not reached' for outcome, _ in of)
-        discomfort = sum(outcome.judgement.discomfort for outcome, _ in of)
-        axis.set_title(
-            f'{planners}\n{told}; discomfort {discomfort:.0f} s'
-            + (f'; {sum(outcome.contacts for outcome, _ in of)} contacts' if any(o.contacts for o, _ in of) else ''),
-            fontsize=11,
-        )
-        axis.set(
-            xlim=(left - 0.2, right + 0.2), ylim=(low - 0.2, high + 0.2), aspect='equal', xlabel='x (m)', ylabel='y (m)'
-        )
+        _panel(axis, world, planners, of)
     for axis in list(axes.flat)[len(drives) :]:
         axis.axis('off')
+    handles = _legend(next(iter(drives.values())))
+    figure.legend(handles=handles, loc='upper center', bbox_to_anchor=(0.5, 0.0), ncols=4, fontsize=10)
+    figure.suptitle(f'Ways driven on the map {name}, localized by the true pose', fontsize=13)
+    figure.savefig(path, dpi=100, bbox_inches='tight')
+    pyplot.close(figure)
+
+
+def _seen(world):
+    """(left, right, low, high) of what is occupied, m."""
+    rows, columns = np.nonzero(world.occupied)
+    size, (x0, y0) = world.resolution, world.origin
+    return (
+        x0 + size * columns.min(),
+        x0 + size * (columns.max() + 1),
+        y0 + size * rows.min(),
+        y0 + size * (rows.max() + 1),
+    )
+
+
+def _panel(axis, world, planners, of):
+    """One planner's drives on the map."""
+    size, (x0, y0) = world.resolution, world.origin
+    axis.imshow(
+        world.occupied,
+        origin='lower',
+        cmap='Greys',
+        vmin=0,
+        vmax=1.6,
+        interpolation='nearest',
+        extent=(x0, x0 + size * world.occupied.shape[1], y0, y0 + size * world.occupied.shape[0]),
+    )
+    for (outcome, motion), colour in zip(of, COLOURS):
+        _draw(axis, outcome, motion, colour)
+    times = ', '.join(f'{outcome.seconds:.0f} s' if outcome.reached else 'not reached' for outcome, _ in of)
+    discomfort = sum(outcome.judgement.discomfort for outcome, _ in of)
+    contacts = sum(outcome.contacts for outcome, _ in of)
+    axis.set_title(
+        f'{planners}\n{times}; discomfort {discomfort:.0f} s' + (f'; {contacts} contacts' if contacts else ''),
+        fontsize=11,
+    )
+    left, right, low, high = _seen(world)
+    axis.set(
+        xlim=(left - 0.2, right + 0.2), ylim=(low - 0.2, high + 0.2), aspect='equal', xlabel='x (m)', ylabel='y (m)'
+    )
+
+
+def _legend(of):
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=f'journey {outcome.number}: {outcome.way:.1f} m')
-        for (outcome, _), colour in zip(next(iter(drives.values())), COLOURS)
+        for (outcome, _), colour in zip(of, COLOURS)
     ]
-    handles += [
+    return handles + [
         Line2D([], [], color='0.3', linewidth=2, linestyle=(0, (2, 1)), label='driven backwards'),
         Patch(edgecolor='0.3', facecolor='none', label='outline of the body, 1.08 x 0.58 m'),
         Line2D([], [], color='0.3', marker='o', linestyle='', label='start'),
         Line2D([], [], color='0.3', marker='*', markersize=11, linestyle='', label='goal; the arrow is its heading'),
     ]
-    figure.legend(handles=handles, loc='upper center', bbox_to_anchor=(0.5, 0.0), ncols=4, fontsize=10)
-    figure.suptitle(f'Ways driven on the map {name}, localized by the true pose', fontsize=13)
-    figure.savefig(path, dpi=100, bbox_inches='tight')
-    pyplot.close(figure)
 
 
 def _draw(axis, outcome, motion, colour):
@@ -154,7 +171,7 @@ def _draw(axis, outcome, motion, colour):
         )
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """Write paths_MAP.png of each map."""
     parser = argparse.ArgumentParser(prog='draw_paths', description=__doc__)
     parser.add_argument('maps', nargs='*', metavar='MAP', help=f'of {", ".join(NUMBERS)}; all without it')

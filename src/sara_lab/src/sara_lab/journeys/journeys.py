@@ -7,9 +7,14 @@ zones, which stop a chair for good that enters a door aslant. The chair is to co
 tolerances, and to touch nothing. Starts and goals are drawn once for a map, the same for every planner.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -50,12 +55,12 @@ class Planner:
     over: dict = None
 
     @property
-    def navigation(self):
+    def navigation(self) -> dict:
         """The tree of parameters that is laid over sara_nav.yaml's."""
         own = merged(parameters('sara_bringup', self.file) if self.file else {}, self.over or {})
         return own if self.sonars else merged(own, NO_RANGES)
 
-    def prepare(self, lockstep):
+    def prepare(self, lockstep: Lockstep) -> None:
         """Take the distance zones, and the caution that goes by the same sonars, off a Lockstep that is to drive
         without them.
         """
@@ -64,7 +69,7 @@ class Planner:
             lockstep.wheels.guard.zones.slowly = lambda *_command: 1.0
 
     @property
-    def tolerances(self):
+    def tolerances(self) -> tuple[float, float]:
         """(xy_goal_tolerance m, yaw_goal_tolerance rad), as they are set."""
         own = {**parameters('sara_nav', 'sara_nav.yaml').get(self.short, {}), **self.navigation.get(self.short, {})}
         return own['xy_goal_tolerance'], own['yaw_goal_tolerance']
@@ -108,7 +113,7 @@ class Outcome:
     judgement: object = None
 
     @property
-    def faults(self):
+    def faults(self) -> list[str]:
         """What is not as it should be, one sentence each."""
         xy, yaw = PLANNERS[self.planner].tolerances
         result = [] if self.reached else [f'not reached: {self.text}']
@@ -118,18 +123,18 @@ class Outcome:
             result.append(f"{self.yaw_error:+.3f} rad from the goal's yaw, yaw_goal_tolerance is {yaw:g}")
         return result + ([f'{self.contacts} contacts'] if self.contacts else [])
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         return {**asdict(self), 'judgement': self.judgement and self.judgement.to_json(), 'faults': self.faults}
 
 
-def map_file(name):
+def map_file(name: str) -> Path:
     """Path of a map's YAML file."""
     return share() / 'maps' / f'{name}.yaml'
 
 
 @cache
-def journeys(name):
+def journeys(name: str) -> list[tuple[tuple[float, float, float], tuple[float, float, float], float]]:
     """The PAIRS (start, goal, way) of a map: poses (x, y, yaw) about which the chair can turn, m from one to the other
     along navfn's plan.
     """
@@ -157,7 +162,13 @@ def journeys(name):
     return tuple(found)
 
 
-def drive(name, planner, number, watch=None, sonars=None):
+def drive(
+    name: str,
+    planner: str | Planner,
+    number: int,
+    watch: Callable[[Lockstep], None] | None = None,
+    sonars: bool | None = None,
+) -> Outcome:
     """Drive journey `number` of a map with a planner (a name of PLANNERS, or a Planner); the chair is drawn by the
     number. Returns the Outcome.
 

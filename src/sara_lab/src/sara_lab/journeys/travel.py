@@ -6,8 +6,12 @@ who walk about and stop for nobody; the same people, whom the safety gate was to
 judged by `judge`; who touched whom is told by contact_watch.py.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +19,8 @@ from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
 from sara_common.planar import Pose2D, wrap
 from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
-from sara_lab.judge.judge import Goal, Track, judge
+from sara_lab.judge.judge import judge
+from sara_lab.judge.judgement import Goal, Track
 from sara_nav.move_base.state_machine import ACTIVE, SUCCEEDED
 from sara_sim.world.world import World
 
@@ -58,12 +63,12 @@ class Outcome:
     judgement: object
 
     @property
-    def faults(self):
+    def faults(self) -> list[str]:
         """What must not be on any journey, one sentence each."""
         found = [f'contact: {contact}' for contact in self.contacts if not contact.blameless]
         return found + ([f'neither reached nor ended in words: {self.text}'] if self.late else [])
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         plain = {
             **asdict(self),
@@ -83,12 +88,12 @@ class Recorder:
     ContactWatch.
     """
 
-    def __init__(self, lockstep, watch=None):
+    def __init__(self, lockstep: Lockstep, watch: Callable[[Lockstep], None] | None = None) -> None:
         self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
 
-    def step(self):
+    def step(self) -> None:
         """Step, watch, and keep."""
         lockstep, chair = self.lockstep, self.lockstep.chair
         self.touched.before(chair)
@@ -109,7 +114,7 @@ class Recorder:
                 newest.command if newest is not None and newest.status == ACTIVE else (math.nan, math.nan)
             )
 
-    def track(self, goals):
+    def track(self, goals: Sequence[Goal]) -> Track:
         """The Track of what was kept."""
         return Track(
             np.array(self.t),
@@ -122,7 +127,7 @@ class Recorder:
         )
 
 
-def reach(recorder, pose, seconds):
+def reach(recorder: Recorder, pose: tuple[float, float, float], seconds: float) -> tuple[Goal, bool]:
     """Give a goal (x, y, yaw) and step until it ends, or for so long, and a second more; returns (Goal without a
     shortest way, whether it was late).
     """
@@ -140,14 +145,20 @@ def reach(recorder, pose, seconds):
     return Goal(tuple(pose), given, ended, end.status == SUCCEEDED, end.text, lockstep.time), late
 
 
-def drive(name, mode, number, gain=None, navigation=None, watch=None):
+def drive(
+    name: str,
+    mode: str,
+    number: int,
+    gain: float | None = None,
+    navigation: dict | None = None,
+    watch: Callable[[Lockstep], None] | None = None,
+) -> Outcome:
     """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
 
     `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the
     Lockstep after each step.
     """
     pair = pairs(name)[number]
-    world = World.from_yaml(map_file(name))
     lockstep = Lockstep(
         map_file(name),
         pair.start,
@@ -156,6 +167,7 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
         localization='ekf' if mode == 'fused' else 'fake',
         navigation=navigation,
     )
+    world = World.from_yaml(map_file(name))
     for obstacle in boxes(name) if mode == 'boxes' else people(name, number) if mode in AMONG_PEOPLE else ():
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
@@ -164,27 +176,23 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
     try:
         lockstep.start_up()
     except LockstepError as error:
-        return Outcome(
-            name,
-            mode,
-            number,
-            pair.start,
-            pair.goal,
-            pair.way,
-            False,
-            False,
-            str(error),
-            0.0,
-            math.nan,
-            math.nan,
-            0,
-            (),
-            None,
-        )
+        return _not_started(name, mode, number, str(error))
     pace, besides = (SLOW_PACE, MUCH_PATIENCE_S) if mode in AMONG_PEOPLE else (PACE, PATIENCE_S)
     goal, late = reach(recorder, pair.goal, besides + pair.way / pace)
     goal = replace(goal, shortest=pair.way)
-    last = lockstep.chair.pose
+    return _outcome(name, mode, number, recorder, (goal, late), judge(recorder.track([goal]), world))
+
+
+def _not_started(name, mode, number, why):
+    """The Outcome of a chair that did not come up."""
+    pair = pairs(name)[number]
+    place = (pair.start, pair.goal, pair.way)
+    return Outcome(name, mode, number, *place, False, False, why, 0.0, math.nan, math.nan, 0, (), None)
+
+
+def _outcome(name, mode, number, recorder, end, judgement):
+    """The Outcome; `end`: the Goal, and whether it was late."""
+    pair, (goal, late), last = pairs(name)[number], end, recorder.lockstep.chair.pose
     off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))
     kind = 'fused' if mode == 'fused' else 'true'
     there = off <= POSITION_M[kind] and abs(turned) <= YAW_DEG[kind]
@@ -204,5 +212,5 @@ def drive(name, mode, number, gain=None, navigation=None, watch=None):
         turned,
         recorder.recoveries,
         tuple(recorder.touched.contacts),
-        judge(recorder.track([goal]), world),
+        judgement,
     )

@@ -5,9 +5,12 @@ A pair is hard but fair: any pose about whose body PAIR_GAP is free, at start an
 itself (body_space.py). No planner has a say in it.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -46,7 +49,7 @@ class Pair:
     way: float
 
 
-def map_file(name):
+def map_file(name: str) -> Path:
     """Path of a map's YAML file."""
     return share() / 'maps' / f'{name}.yaml'
 
@@ -60,7 +63,9 @@ def _random(name, purpose, *numbers):
     return np.random.default_rng([sum(name.encode()), sum(purpose.encode()), *numbers])
 
 
-def shortest_way(name, start, goal, radius=0.5 * BODY[1]):
+def shortest_way(
+    name: str, start: tuple[float, float, float], goal: tuple[float, float, float], radius: float = 0.5 * BODY[1]
+) -> float | None:
     """(n, 2) points and m of the shortest way for a disc of that radius (m) between two places; (None, NaN) where there
     is none.
     """
@@ -103,7 +108,7 @@ def _covered(grid, boxes):
 
 
 @cache
-def pairs(name):
+def pairs(name: str) -> list[Pair]:
     """The PAIRS of a map."""
     grid, world, space, random = _grid(name), World.from_yaml(map_file(name)), _space(name), _random(name, 'pairs')
     found = []
@@ -126,7 +131,7 @@ def _pose(grid, world, random):
 
 
 @cache
-def boxes(name):
+def boxes(name: str) -> list[Obstacle]:
     """The BOXES of a map, as Obstacles: placed at random, but so that every pair keeps PAIR_GAP at start and goal, and
     a way with BOX_MARGIN to the boxes.
     """
@@ -156,7 +161,7 @@ def _all_connected(name, there):
     return all(space.connected(pair.start, pair.goal) for pair in pairs(name))
 
 
-def people(name, number):
+def people(name: str, number: int) -> list[Obstacle]:
     """The PEOPLE who walk about on journey `number`, as Obstacles: to STROLL random places and back, never through a
     wall, whatever the chair does.
     """

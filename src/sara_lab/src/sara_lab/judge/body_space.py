@@ -7,6 +7,7 @@ lies there; nothing else, so that what is connected here can be driven indeed, a
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -23,7 +24,15 @@ class BodySpace:
     from those.
     """
 
-    def __init__(self, occupied, resolution, origin, body, margin, apart=None):
+    def __init__(
+        self,
+        occupied: np.ndarray,
+        resolution: float,
+        origin: tuple[float, float],
+        body: tuple[float, float],
+        margin: float,
+        apart: float = None,
+    ) -> None:
         self.resolution, self.origin = resolution, origin
         self.free = np.empty((HEADINGS, *occupied.shape), np.bool_)
         for k in range(HEADINGS):
@@ -35,7 +44,7 @@ class BodySpace:
         self._labels = 0
         self._steps = np.array([_step(2.0 * math.pi * k / HEADINGS) for k in range(HEADINGS)])
 
-    def connected(self, start, goal):
+    def connected(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Whether the body gets from one pose (x, y, yaw) to the other."""
         a, b = self._reached(start), self._reached(goal)
         return a != 0 and a == b
@@ -57,7 +66,7 @@ class BodySpace:
 
 
 def _spread(occupied, size, body, margin, yaw):
-    """(rows, columns) bool: cells on whose middle the body, turned by yaw, with its margin overlaps an occupied cell."""
+    """(rows, columns) bool: cells on whose middle the body, turned by yaw, with its margin overlaps an obstacle."""
     half, side = 0.5 * body[0] + margin, 0.5 * body[1] + margin
     reach = math.ceil((math.hypot(half, side)) / size) + 1
     dx, dy = np.meshgrid(size * np.arange(-reach, reach + 1), size * np.arange(-reach, reach + 1))
@@ -126,7 +135,7 @@ def _flood(free, label, steps, k, row, column, number):
     return 0
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     free = np.ones((2, 2, 2), np.bool_)
     _flood(free, np.zeros(free.shape, np.int32), np.ones((2, 2), np.int64), 0, 0, 0, 1)

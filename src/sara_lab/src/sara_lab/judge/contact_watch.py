@@ -4,10 +4,17 @@ A person who walks into a chair that stands is not the chair's doing. The chair'
 place that is nearest to the other, towards the other, as it was before the contact stalled the wheels.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 from sara_lab.judge.judge import BODY
+
+if TYPE_CHECKING:
+    from sara_sim.chair import SimulatedChair
 
 PERSON = 'person'  # names of obstacles that are people begin so
 CREEPING = 0.05  # m/s: slower than this towards a person who walks into it, the chair is not to blame
@@ -27,19 +34,21 @@ class Contact:
     walking: bool = False
 
     @property
-    def blameless(self):
+    def blameless(self) -> bool:
         """Whether somebody walked into a chair that hardly moved towards them."""
         return self.walking and self.approach < CREEPING
 
     def __str__(self):
         return f'{self.what} at {self.t:.1f} s, {self.approach:.2f} m/s towards it'
 
-    def to_json(self):
+    def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         return {**asdict(self), 'blameless': self.blameless}
 
 
-def towards(pose, velocity, place, body=BODY):
+def towards(
+    pose: Sequence[float], velocity: Sequence[float], place: Sequence[float], body: tuple[float, float] = BODY
+) -> float:
     """Speed (m/s) at which the body at `pose` (x, y, yaw), moving with `velocity` (v, w), nears a place (x, y) by its
     nearest point; < 0: it leaves.
     """
@@ -54,18 +63,18 @@ def towards(pose, velocity, place, body=BODY):
 
 
 class ContactWatch:
-    """Call `before(chair)` before and `after(chair)` after each step of a sara_sim chair. `contacts`: list of Contact."""
+    """Watches a sara_sim chair: call `before` and `after` with it around each step. `contacts`: list of Contact."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.contacts = []
         self._open = {}
         self._moved = None
 
-    def before(self, chair):
+    def before(self, chair: SimulatedChair) -> None:
         """Note how the chair moves."""
         self._moved = chair.pose, chair.velocity
 
-    def after(self, chair):
+    def after(self, chair: SimulatedChair) -> None:
         """See whether it touches something now."""
         if not chair.drive.touching:
             self._open.clear()

@@ -1,13 +1,19 @@
 """A recorded drive as something to judge."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sara_lab.judge.judge import Goal, Track
+from sara_lab.judge.judgement import Goal, Track
+
+if TYPE_CHECKING:
+    from sara_bringup.missions.drive import Drive
 
 
-def track_of(drive):
+def track_of(drive: Drive) -> Track:
     """The Track of a Drive: straight legs from the start and from corner to corner; the true path where it is known
     throughout, else the fused one.
 

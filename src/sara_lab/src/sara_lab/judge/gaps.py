@@ -5,16 +5,22 @@ Two convex shapes that do not overlap are nearest at a corner of one of them; so
 corners' distances to the other shape. Overlap is a gap of 0.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ahead_of_time import kernel
 
+if TYPE_CHECKING:
+    from sara_sim.world.world import World
+
 REACH = 1.0  # m: what is farther is not looked for
 
 
-def at(world, pose, body, obstacles=True):
+def at(world: World, pose: tuple[float, float, float], body: tuple[float, float], obstacles: bool = True) -> float:
     """m between the rectangle `body` (length, width; m) at a pose (x, y, yaw) and the nearest of a sara_sim World,
     REACH at most; 0: they overlap.
     """
@@ -25,8 +31,8 @@ def at(world, pose, body, obstacles=True):
     )
 
 
-def along(world, t, pose, body, step):
-    """(m,) gaps at poses (n, 3) at times (n,), one of them each `step` s or more; obstacles are where they were then."""
+def along(world: World, t: np.ndarray, pose: np.ndarray, body: tuple[float, float], step: float) -> np.ndarray:
+    """(m,) gaps at poses (n, 3) at times (n,), one each `step` s or more; obstacles are where they were then."""
     chosen = [0]
     for k in range(1, len(t)):
         if t[k] - t[chosen[-1]] >= step - 1e-9:
@@ -116,7 +122,7 @@ def _gaps(occupied, size, origin_x, origin_y, poses, half, side, shapes, reach):
 
 
 @kernel
-def from_line(points, line):
+def from_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     """Distances (n,) of points (n, 2) from a line through points (k, 2), m."""
     result = np.empty(len(points))
     for i in range(len(points)):
@@ -132,7 +138,7 @@ def from_line(points, line):
     return result
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     _gaps(np.zeros((2, 2), np.bool_), 0.05, 0.0, 0.0, np.zeros((1, 3)), 0.5, 0.3, np.zeros((1, 6)), 0.1)
     from_line(np.zeros((1, 2)), np.zeros((2, 2)))

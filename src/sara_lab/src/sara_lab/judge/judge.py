@@ -2,7 +2,7 @@
 alike.
 
 A Track is what happened: poses over time, the goals that were given and how each ended. `judge` makes a Judgement of
-it: time, way, gap to what stands about, weaving, turns, the ending, comfort, contacts, corner errors. Speeds,
+it: time, length, gap to what stands about, weaving, turns, the ending, comfort, contacts, corner errors. Speeds,
 accelerations and jerks are derivatives of the pose (motion.py), which no planner and no estimate has a say in.
 
 Discomfort is that of Gulati and Kuipers (S. Gulati, "A framework for characterization and planning of safe,
@@ -14,277 +14,119 @@ m2/s5, and w = 9.75 / 1.28 s6/m2 makes the two as bad as each other there.
 """
 
 import math
-from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_common.planar import wrap
 from sara_lab.judge import gaps
+from sara_lab.judge.judgement import Corner, Goal, Judgement, Track, Turn
 from sara_lab.judge.motion import Motion, reversals
 
+if TYPE_CHECKING:
+    from sara_sim.world.world import World
+
 BODY = (1.08, 0.58)  # m, length and width of the chair
-DECIMALS = 9  # of what is printed
 WEIGHTS = (1.0, 9.75 / 1.28, 9.75 / 1.28)  # of a second (-), of tangential and of normal jerk squared (s6/m2)
 TURNING = 0.05  # rad/s: a rate from which on the heading goes to one side
 STANDING = 0.05  # m/s: slower than this is no driving: standing, or turning in place
 SMALLEST_TURN_DEG = 5.0  # what a turn in place amounts to at least
-LAST_M = 1.0  # m before the end of the way: the last metre
+LAST_M = 1.0  # m before the end of a path: the last metre
 GAP_STEP_S = 0.04  # between two looks at the gap
 
 
-@dataclass(frozen=True)
-class Goal:
-    """A goal: `pose` asked for (x, y, yaw; m, rad), when it was `given` and `ended` (s), whether it was `reached`, and
-    the planner's word.
-
-    `judged`: s, when the chair's place is compared with it, a second after the end, say; None: at the end. `straight`:
-    (x, y) where a straight leg to it begins, None where its way is none. `shortest`: m, the shortest way there that the
-    body has; None: not known.
-    """
-
-    pose: tuple
-    given: float
-    ended: float
-    reached: bool
-    text: str = ''
-    judged: float = None
-    straight: tuple = None
-    shortest: float = None
-
-
-@dataclass(frozen=True)
-class Track:
-    """A drive as it happened. `t`: (n,) s, growing. `pose`: (n, 3) x, y, yaw in the map frame, m, rad. `source`: whose
-    pose it is, true or fused. `goals`: tuple of Goal, in order. `plans`: ((t, (k, 3) plan), ...), each good from t on.
-    `commanded`: (n, 2) v, w of the navigation, NaN where nothing was commanded, or None. `contacts`: how many; None:
-    not known.
-    """
-
-    t: np.ndarray
-    pose: np.ndarray
-    source: str = 'true'
-    goals: tuple = ()
-    plans: tuple = ()
-    commanded: np.ndarray = None
-    contacts: int = None
-
-    def __post_init__(self):
-        faults = []
-        if self.t.ndim != 1 or self.pose.shape != (len(self.t), 3):
-            faults.append(f't is {self.t.shape} and pose {self.pose.shape}, allowed are (n,) and (n, 3)')
-        elif len(self.t) < 2 or not (
-            np.isfinite(self.t).all() and (np.diff(self.t) > 0.0).all() and np.isfinite(self.pose).all()
-        ):
-            faults.append('a track needs two poses or more, all finite, at growing times')
-        elif self.commanded is not None and self.commanded.shape != (len(self.t), 2):
-            faults.append(f'commanded is {self.commanded.shape}, allowed is (n, 2)')
-        if self.source not in ('true', 'fused'):
-            faults.append(f"source is {self.source!r}, allowed are 'true' and 'fused'")
-        if faults:
-            raise ValueError('; '.join(faults))
-
-
-@dataclass(frozen=True)
-class Turn:
-    """A turn in place: when it began (s), how far the chair turned in all, and how far it had to, the short way; deg."""
-
-    t: float
-    turned: float
-    shortest: float
-
-    @property
-    def beyond(self):
-        """Degrees beyond the shortest."""
-        return self.turned - self.shortest
-
-
-@dataclass(frozen=True)
-class Corner:
-    """Where a goal ended: distance (m) and yaw (deg, + to the left) off what was asked."""
-
-    position: float
-    yaw: float
-    reached: bool
-    text: str
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """A drive in figures. Not a number: not asked, or not known.
-
-    `seconds`: with a goal. `length`: m driven. `shortest`: m, of the goals whose shortest way is known; `detour`:
-    length driven for those over it.
-    `gap_min`, `gap_p5`: m between body and what stands about, `gaps.REACH` at most. `cross_track_p95`,
-    `cross_track_max`: m off the straight legs, while it drives.
-    `off_plan_p95`: m off the newest plan, while it drives. `reversals`: changes of the turn's side, `reversals_per_m`
-    of way; `commanded_reversals_per_m`: the same in the commands. `turns`: those in place. `last_metre`: s, of each
-    goal reached: from 1 m of way left until it ended, final turn included; `last_way`: the same until the last
-    centimetre was driven. `acceleration_*`, `jerk_*`: r.m.s. while it moves, m/s2, m/s3. `discomfort`: s, of the
-    module's formula.
-    """
-
-    source: str
-    seconds: float
-    length: float
-    shortest: float
-    detour: float
-    gap_min: float
-    gap_p5: float
-    cross_track_p95: float
-    cross_track_max: float
-    off_plan_p95: float
-    reversals: int
-    reversals_per_m: float
-    commanded_reversals_per_m: float
-    turns: tuple
-    last_metre: tuple
-    last_way: tuple
-    acceleration_rms: float
-    acceleration_tangential_rms: float
-    acceleration_normal_rms: float
-    jerk_tangential_rms: float
-    jerk_normal_rms: float
-    discomfort: float
-    contacts: int
-    corners: tuple = field(default_factory=tuple)
-
-    @property
-    def beyond_shortest(self):
-        """Degrees beyond the shortest of the worst turn in place; NaN without one."""
-        return max((turn.beyond for turn in self.turns), default=math.nan)
-
-    def to_json(self):
-        """All as plain data; None for what is not known. Numbers have nine decimals: the last bits of a sum depend on
-        where in memory its terms lie, and differ from process to process.
-        """
-
-        def plain(value):
-            if isinstance(value, float):
-                return None if math.isnan(value) else round(value, DECIMALS)
-            if isinstance(value, dict):
-                return {key: plain(entry) for key, entry in value.items()}
-            return [plain(entry) for entry in value] if isinstance(value, (list, tuple)) else value
-
-        return {**plain(asdict(self)), 'beyond_shortest_deg': plain(self.beyond_shortest)}
-
-    def table(self):
-        """All as text, a line for each figure."""
-        return table([('', self)])
-
-
-ROWS = (
-    ('pose', '', lambda j: j.source),
-    ('time', 's', lambda j: j.seconds),
-    ('way driven', 'm', lambda j: j.length),
-    ('shortest way', 'm', lambda j: j.shortest),
-    ('driven / shortest', '', lambda j: j.detour),
-    ('gap, smallest', 'm', lambda j: j.gap_min),
-    ('gap, p5', 'm', lambda j: j.gap_p5),
-    ('cross-track, p95', 'm', lambda j: j.cross_track_p95),
-    ('cross-track, max', 'm', lambda j: j.cross_track_max),
-    ('off the plan, p95', 'm', lambda j: j.off_plan_p95),
-    ('reversals', '1/m', lambda j: j.reversals_per_m),
-    ('reversals of commands', '1/m', lambda j: j.commanded_reversals_per_m),
-    ('turns in place', '', lambda j: len(j.turns)),
-    ('worst turn beyond', 'deg', lambda j: j.beyond_shortest),
-    ('last metre, longest', 's', lambda j: max(j.last_way, default=math.nan)),
-    ('  with its final turn', 's', lambda j: max(j.last_metre, default=math.nan)),
-    ('acceleration r.m.s.', 'm/s2', lambda j: j.acceleration_rms),
-    ('  tangential', 'm/s2', lambda j: j.acceleration_tangential_rms),
-    ('  normal', 'm/s2', lambda j: j.acceleration_normal_rms),
-    ('jerk r.m.s., tangential', 'm/s3', lambda j: j.jerk_tangential_rms),
-    ('  normal', 'm/s3', lambda j: j.jerk_normal_rms),
-    ('discomfort', 's', lambda j: j.discomfort),
-    ('contacts', '', lambda j: j.contacts),
-    ('corners reached', '', lambda j: f'{sum(corner.reached for corner in j.corners)}/{len(j.corners)}'),
-    ('corner off, worst', 'm', lambda j: max((corner.position for corner in j.corners), default=math.nan)),
-    ('', 'deg', lambda j: max((abs(corner.yaw) for corner in j.corners), default=math.nan)),
-)
-
-
-def table(columns):
-    """Judgements side by side as text: `columns` is [(name, Judgement)]."""
-
-    def shown(value):
-        if value is None or isinstance(value, float) and math.isnan(value):
-            return '-'
-        return f'{value:.3f}' if isinstance(value, float) else str(value)
-
-    width = max([12] + [len(name) + 2 for name, _ in columns])
-    lines = [' ' * 30 + ''.join(f'{name:>{width}}' for name, _ in columns)] if any(name for name, _ in columns) else []
-    return '\n'.join(
-        lines
-        + [
-            f'{name:24} {unit:5}' + ''.join(f'{shown(value(j)):>{width}}' for _, j in columns)
-            for name, unit, value in ROWS
-        ]
-    )
-
-
-def judge(track, world=None, body=BODY, weights=WEIGHTS):
-    """The Judgement of a Track. `world`: sara_sim.world.world.World, for the gap: what is occupied, and the obstacles
-    where they were at each time; None: no gap.
-    `body`: length, width, m. `weights`: of time, tangential and normal jerk squared in the discomfort.
+def judge(
+    track: Track,
+    world: 'World | None' = None,
+    body: tuple[float, float] = BODY,
+    weights: tuple[float, float, float] = WEIGHTS,
+) -> Judgement:
+    """The Judgement of a Track. `world`: for the gap: what is occupied, and the obstacles where they were at each time;
+    None: no gap. `body`: length, width, m. `weights`: of time, tangential and normal jerk squared in the discomfort.
     """
     motion = Motion.of(track.t, track.pose)
-    t, goals = motion.t, track.goals or (Goal(tuple(track.pose[-1]), track.t[0], track.t[-1], True),)
-    under_way = np.zeros(len(t), bool)
+    goals = track.goals or (Goal(tuple(track.pose[-1]), track.t[0], track.t[-1], True),)
+    under_way = np.zeros(len(motion.t), bool)
     for goal in goals:
-        under_way |= (t >= goal.given) & (t <= goal.ended)
-    driving, moving = under_way & (np.abs(motion.v) > STANDING), under_way & motion.moving
+        under_way |= _during(motion, goal)
+    driving = under_way & (np.abs(motion.v) > STANDING)
     length, seconds = motion.way(under_way), float(sum(goal.ended - goal.given for goal in goals))
-    known = [goal for goal in goals if goal.shortest is not None]
-    shortest = float(sum(goal.shortest for goal in known)) if known else math.nan
-    for_known = sum(motion.way((t >= goal.given) & (t <= goal.ended)) for goal in known)
-    gap = (
-        gaps.along(world, t[under_way], motion.pose[under_way], body, GAP_STEP_S)
-        if world is not None and under_way.any()
-        else np.empty(0)
-    )
+    shortest, detour = _detour(motion, goals)
+    gap_min, gap_p5 = _gaps(motion, under_way, world, body)
     across = np.concatenate([_across(motion, goal, driving) for goal in goals])
     changes = reversals(motion.w[under_way], TURNING)
-    squares = [
-        float(np.sum(np.where(under_way, part**2, 0.0)) * motion.dt)
-        for part in (motion.jerk_tangential, motion.jerk_normal)
-    ]
-    commanded = math.nan
-    if track.commanded is not None and length > 0.0:
-        rates = track.commanded[:, 1]
-        commanded = reversals(rates[np.isfinite(rates)], TURNING) / length
-    endings = [_ending(motion, goal) for goal in goals if goal.reached]
+    endings = [ending for goal in goals if goal.reached and (ending := _ending(motion, goal))]
+    jerk_t, jerk_n = (_integral(part, motion, under_way) for part in (motion.jerk_tangential, motion.jerk_normal))
     return Judgement(
-        track.source,
-        seconds,
-        length,
-        shortest,
-        for_known / shortest if shortest > 0.0 else math.nan,
-        *((float(gap.min()), float(np.percentile(gap, 5))) if len(gap) else (math.nan, math.nan)),
-        _percentile(across, 95),
-        _percentile(across, 100),
-        _percentile(_off_plan(track, motion, driving), 95),
-        changes,
-        changes / length if length > 0.0 else math.nan,
-        commanded,
-        tuple(turn for goal in goals for turn in _turns(motion, goal)),
-        tuple(ending[0] for ending in endings if ending),
-        tuple(ending[1] for ending in endings if ending),
-        *(
-            _rms(part[moving])
-            for part in (
-                np.hypot(motion.acceleration_tangential, motion.acceleration_normal),
-                motion.acceleration_tangential,
-                motion.acceleration_normal,
-                motion.jerk_tangential,
-                motion.jerk_normal,
-            )
-        ),
-        weights[0] * seconds + weights[1] * squares[0] + weights[2] * squares[1],
-        track.contacts,
-        tuple(_corner(track, goal) for goal in track.goals),
+        source=track.source,
+        seconds=seconds,
+        length=length,
+        shortest=shortest,
+        detour=detour,
+        gap_min=gap_min,
+        gap_p5=gap_p5,
+        cross_track_p95=_percentile(across, 95),
+        cross_track_max=_percentile(across, 100),
+        off_plan_p95=_percentile(_off_plan(track, motion, driving), 95),
+        reversals=changes,
+        reversals_per_m=changes / length if length > 0.0 else math.nan,
+        commanded_reversals_per_m=_commanded_reversals(track, length),
+        turns=tuple(turn for goal in goals for turn in _turns(motion, goal)),
+        last_metre=tuple(ending[0] for ending in endings),
+        last_way=tuple(ending[1] for ending in endings),
+        **_comfort(motion, under_way & motion.moving),
+        discomfort=weights[0] * seconds + weights[1] * jerk_t + weights[2] * jerk_n,
+        contacts=track.contacts,
+        corners=tuple(_corner(track, goal) for goal in track.goals),
     )
 
 
-def cross_track(track):
+def _during(motion, goal):
+    """(n,) bool: the times at which the goal was pursued."""
+    return (motion.t >= goal.given) & (motion.t <= goal.ended)
+
+
+def _detour(motion, goals):
+    """(m, of the goals whose shortest path is known; length driven for those over it)."""
+    known = [goal for goal in goals if goal.shortest is not None]
+    shortest = float(sum(goal.shortest for goal in known)) if known else math.nan
+    driven = sum(motion.way(_during(motion, goal)) for goal in known)
+    return shortest, driven / shortest if shortest > 0.0 else math.nan
+
+
+def _gaps(motion, under_way, world, body):
+    """(smallest, 5th percentile) of the gap between body and world, m."""
+    if world is None or not under_way.any():
+        return math.nan, math.nan
+    gap = gaps.along(world, motion.t[under_way], motion.pose[under_way], body, GAP_STEP_S)
+    return (float(gap.min()), float(np.percentile(gap, 5))) if len(gap) else (math.nan, math.nan)
+
+
+def _commanded_reversals(track, length):
+    """Reversals of the commanded turn rate, 1/m."""
+    if track.commanded is None or length <= 0.0:
+        return math.nan
+    rates = track.commanded[:, 1]
+    return reversals(rates[np.isfinite(rates)], TURNING) / length
+
+
+def _integral(part, motion, under_way):
+    """The integral over time of a jerk squared, m2/s5."""
+    return float(np.sum(np.where(under_way, part**2, 0.0)) * motion.dt)
+
+
+def _comfort(motion, moving):
+    """R.m.s. of accelerations and jerks while the chair moves, by the names of Judgement."""
+    return {
+        'acceleration_rms': _rms(np.hypot(motion.acceleration_tangential, motion.acceleration_normal)[moving]),
+        'acceleration_tangential_rms': _rms(motion.acceleration_tangential[moving]),
+        'acceleration_normal_rms': _rms(motion.acceleration_normal[moving]),
+        'jerk_tangential_rms': _rms(motion.jerk_tangential[moving]),
+        'jerk_normal_rms': _rms(motion.jerk_normal[moving]),
+    }
+
+
+def cross_track(track: Track) -> np.ndarray:
     """(m,) distances (m) of all poses from the straight leg they belong to, while the chair drives; for percentiles
     over several drives.
     """
@@ -296,7 +138,7 @@ def _across(motion, goal, driving):
     """The same for one goal."""
     if goal.straight is None:
         return np.empty(0)
-    on = driving & (motion.t >= goal.given) & (motion.t <= goal.ended)
+    on = driving & _during(motion, goal)
     x, y = goal.pose[0] - goal.straight[0], goal.pose[1] - goal.straight[1]
     off = motion.pose[on, :2] - goal.straight
     return np.abs(x * off[:, 1] - y * off[:, 0]) / math.hypot(x, y)
@@ -314,7 +156,7 @@ def _off_plan(track, motion, driving):
 
 
 def _turns(motion, goal):
-    """The turns in place on the way to a goal: what is turned between two stretches of driving."""
+    """The turns in place before a goal: what is turned between two stretches of driving."""
     inside = (motion.t >= goal.given) & (motion.t <= (goal.ended if goal.judged is None else goal.judged))
     standing = np.concatenate([[False], inside & (np.abs(motion.v) < STANDING), [False]])
     first, last = np.flatnonzero(~standing[:-1] & standing[1:]), np.flatnonzero(standing[:-1] & ~standing[1:]) - 1
@@ -326,8 +168,8 @@ def _turns(motion, goal):
 
 
 def _ending(motion, goal):
-    """(s from LAST_M of way left to the goal's end, s to the last centimetre of way); None where the way was shorter."""
-    on = np.flatnonzero((motion.t >= goal.given) & (motion.t <= goal.ended))
+    """(s from LAST_M left to the goal's end, s from there to the last centimetre); None where the drive was shorter."""
+    on = np.flatnonzero(_during(motion, goal))
     if len(on) < 2:
         return None
     left = motion.driven[on[-1]] - motion.driven[on]

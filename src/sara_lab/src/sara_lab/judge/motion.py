@@ -6,6 +6,8 @@ every 10 or 20 ms; a step of jerk shorter than it is blurred. Along and across a
 tangent of a chair that does not slip sideways, and known at rest too.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -30,7 +32,7 @@ class Motion:
     w: np.ndarray
 
     @classmethod
-    def of(cls, t, pose):
+    def of(cls, t: np.ndarray, pose: np.ndarray) -> Motion:
         """The motion of poses (n, 3) at times (n,); spaced unevenly, they are read off straight lines between them."""
         dt = float(np.median(np.diff(t)))
         pose = np.column_stack([pose[:, :2], np.unwrap(pose[:, 2])])
@@ -43,21 +45,21 @@ class Motion:
         return cls(t, dt, pose, c * x + s * y, w)
 
     @property
-    def yaw(self):
+    def yaw(self) -> np.ndarray:
         """(n,) rad, unwrapped."""
         return self.pose[:, 2]
 
     @property
-    def moving(self):
+    def moving(self) -> np.ndarray:
         """(n,) bool."""
         return (np.abs(self.v) > MOVING_V) | (np.abs(self.w) > MOVING_W)
 
     @cached_property
-    def driven(self):
+    def driven(self) -> np.ndarray:
         """(n,) m, way driven until each time."""
         return np.concatenate([[0.0], np.hypot(*np.diff(self.pose[:, :2], axis=0).T).cumsum()])
 
-    def way(self, chosen):
+    def way(self, chosen: np.ndarray) -> float:
         """m driven in the steps whose both ends are chosen (n bool)."""
         return float(np.diff(self.driven)[chosen[1:] & chosen[:-1]].sum())
 
@@ -75,22 +77,22 @@ class Motion:
         return c * x + s * y, c * y - s * x
 
     @property
-    def acceleration_tangential(self):
+    def acceleration_tangential(self) -> np.ndarray:
         """(n,) m/s2."""
         return self._second[0]
 
     @property
-    def acceleration_normal(self):
+    def acceleration_normal(self) -> np.ndarray:
         """(n,) m/s2, to the left; v w on a circle."""
         return self._second[1]
 
     @property
-    def jerk_tangential(self):
+    def jerk_tangential(self) -> np.ndarray:
         """(n,) m/s3: the derivative of the acceleration vector, along the heading (-v w^2 on a circle)."""
         return self._third[0]
 
     @property
-    def jerk_normal(self):
+    def jerk_normal(self) -> np.ndarray:
         """(n,) m/s3, to the left."""
         return self._third[1]
 
@@ -118,7 +120,7 @@ def _fit(size):
     return np.linalg.pinv(np.vander(np.arange(size) - size // 2, ORDER + 1, increasing=True).astype(float))
 
 
-def reversals(w, threshold):
+def reversals(w: np.ndarray, threshold: float) -> int:
     """How often a rate (n,) that exceeds the threshold on one side next exceeds it on the other."""
     side = np.sign(w[np.abs(w) > threshold])
     return int(np.count_nonzero(np.diff(side)))

@@ -8,6 +8,8 @@ filter claims to know more than it does, below it less.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from sara_common.planar import wrap_exact
@@ -25,13 +27,13 @@ TRIAL_VARIANCES = {VX: 4e-4, VYAW: 1e-4}
 TRIAL_START = {X: 1e-4, Y: 1e-4, YAW: 1e-4, VX: 0.04, VYAW: 0.01}
 
 
-def nees(error, P) -> float:
+def nees(error: np.ndarray, P: np.ndarray) -> float:
     """e' P^-1 e of an error (k,) and its covariance (k, k)."""
     return float(np.asarray(error) @ np.linalg.solve(P, error))
 
 
 def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, float]:
-    """Where the mean of `samples` independent chi-square values of `dof` degrees of freedom lies with that probability."""
+    """Bounds of the mean of `samples` independent chi-square values of `dof` degrees of freedom."""
     from scipy.special import chdtri
 
     tail, all_dof = 0.5 * (1.0 - probability), dof * samples
@@ -39,7 +41,7 @@ def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, 
 
 
 def nees_trial(seed: int, filter: str = 'ekf', seconds: float = 30.0, rate: float = 20.0) -> float:
-    """NEES of (x, y, yaw) after a drive of a robot that is drawn from the filter's own model; vx and vyaw are measured."""
+    """NEES of (x, y, yaw) after a drive of a robot drawn from the filter's own model; vx and vyaw are measured."""
     rng, dt = np.random.default_rng(seed), 1.0 / rate
     noise, start = np.full(SIZE, 1e-12), np.full(SIZE, 1e-9)
     for variances, given in ((noise, TRIAL_NOISE), (start, TRIAL_START)):
@@ -74,7 +76,7 @@ def nees_trial(seed: int, filter: str = 'ekf', seconds: float = 30.0, rate: floa
     return nees(error, output.covariance[np.ix_(PLANAR_POSE, PLANAR_POSE)])
 
 
-def nees_campaign(seeds, filter: str = 'ekf') -> tuple[float, float, float]:
+def nees_campaign(seeds: Iterable[int], filter: str = 'ekf') -> tuple[float, float, float]:
     """(mean NEES of (x, y, yaw) over the seeds, and the two ends of its 95 % interval)."""
     values = [nees_trial(seed, filter) for seed in seeds]
     return (float(np.mean(values)),) + interval(len(PLANAR_POSE), len(values))

@@ -43,11 +43,12 @@ SETS = {
     'vx + yaw, vyaw': dict(odom0_config=_mask(6)),
 }
 THESIS = next(iter(SETS))
+DURATION = 12.0  # s of a drive
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What came of one straight drive: estimated way per true way; the formula's; how stale odom -> base_link was (s)."""
+    """One straight drive: estimated per true length, the formula's, and how stale odom -> base_link was (s)."""
 
     scale: float
     predicted: float
@@ -70,6 +71,65 @@ def parameters(name: str, predict: bool) -> dict:
     )
 
 
+class _Straight:
+    """The filter on a straight drive with perfect sensors: `odometry`, `imu` and `tick` at times of the drive, s."""
+
+    def __init__(self, config, variance, speed):
+        self.transforms = TransformBuffer()
+        self.engine = FilterEngine(config, self.transforms)
+        self.variance, self.speed = variance, speed
+        self.times, self.ways, self.staleness, self.gains = [], [], [], []
+        # Of each map -> odom: its stamp, and by how much the state was younger than odom -> base_link.
+        self._dated, self._stale = [0.0], [0.0]
+        self._output, self._newest, self._corrected = None, 0.0, False
+
+    def odometry(self, t):
+        """A measurement of the wheels."""
+        self.staleness.append(float(np.interp(t, self._dated[-16:], self._stale[-16:])))
+        self._newest, self._corrected = t, True
+        self.transforms.set_transform('odom', 'base_link', Transform.from_xyz_rpy(self.speed * t), START + t)
+        covariance = np.eye(6) * self.variance
+        position, velocity = (self.speed * t, 0.0, 0.0), (self.speed, 0.0, 0.0)
+        self.engine.add_odometry(
+            'odom0',
+            OdometryData(
+                START + t,
+                'odom',
+                'base_link',
+                position,
+                (0.0, 0.0, 0.0, 1.0),
+                covariance,
+                velocity,
+                (0.0, 0.0, 0.0),
+                covariance,
+            ),
+        )
+
+    def imu(self, t):
+        """A measurement of the IMU."""
+        still = (0.0, 0.0, 0.0)
+        data = ImuData(START + t, 'base_link', (*still, 1.0), np.eye(3) * 0.01, still, np.eye(3) * 1e-5)
+        self.engine.add_imu('imu0', data)
+
+    def tick(self, t):
+        """A tick of the filter's timer."""
+        self._output = output = self.engine.tick(START + t) or self._output
+        if output is None:
+            return
+        if output.transform is not None:
+            made = output.transform
+            self.transforms.set_transform(made.parent, made.child, made.transform, made.stamp)
+            self._dated.append(made.stamp - START)
+            self._stale.append(max(0.0, output.stamp - START - self._newest))
+        self.times.append(output.stamp - START)
+        self.ways.append(float(output.state[X]))
+        if self._corrected:  # what a prediction has added to the variance since is taken off
+            noise = self.engine.config.process_noise_covariance[X, X]
+            grown = noise * (output.stamp - START - self._newest)
+            self.gains.append((float(output.covariance[X, X]) - grown) / self.variance)
+        self._corrected = False
+
+
 def drive(
     odometry_rate: float,
     imu_rate: float,
@@ -77,64 +137,20 @@ def drive(
     predict: bool = False,
     variance: float = 1e-3,
     speed: float = 0.5,
-    duration: float = 12.0,
 ) -> Drive:
-    """Drive straight on with perfect sensors (rates in Hz, variance of the odometry in m2 and (m/s)2, m/s, s)."""
-    transforms = TransformBuffer()
-    engine = FilterEngine(FilterConfig.from_params(parameters(name, predict)), transforms)
-    events = [(k / odometry_rate, 0) for k in range(int(duration * odometry_rate))]
-    events += [(k / imu_rate + IMU_PHASE, 1) for k in range(int(duration * imu_rate))]
-    events += [(k / FREQUENCY + TICK_PHASE, 2) for k in range(int(duration * FREQUENCY))]
-    times, ways, staleness, gains = [], [], [], []
-    dated, stale = (
-        [0.0],
-        [0.0],
-    )  # of each map -> odom: its stamp, and by how much the state was younger than odom -> base_link
-    output, newest, corrected = None, 0.0, False
+    """Drive straight on for DURATION with perfect sensors (rates in Hz, variance of the odometry in m2 and (m/s)2,
+    m/s).
+    """
+    run = _Straight(FilterConfig.from_params(parameters(name, predict)), variance, speed)
+    events = [(k / odometry_rate, 0) for k in range(int(DURATION * odometry_rate))]
+    events += [(k / imu_rate + IMU_PHASE, 1) for k in range(int(DURATION * imu_rate))]
+    events += [(k / FREQUENCY + TICK_PHASE, 2) for k in range(int(DURATION * FREQUENCY))]
     for t, kind in sorted(events):
-        stamp = START + t
-        if kind == 0:
-            staleness.append(float(np.interp(t, dated[-16:], stale[-16:])))
-            newest, corrected = t, True
-            transforms.set_transform('odom', 'base_link', Transform.from_xyz_rpy(speed * t), stamp)
-            engine.add_odometry(
-                'odom0',
-                OdometryData(
-                    stamp,
-                    'odom',
-                    'base_link',
-                    (speed * t, 0.0, 0.0),
-                    (0.0, 0.0, 0.0, 1.0),
-                    np.eye(6) * variance,
-                    (speed, 0.0, 0.0),
-                    (0.0, 0.0, 0.0),
-                    np.eye(6) * variance,
-                ),
-            )
-        elif kind == 1:
-            engine.add_imu(
-                'imu0',
-                ImuData(stamp, 'base_link', (0.0, 0.0, 0.0, 1.0), np.eye(3) * 0.01, (0.0, 0.0, 0.0), np.eye(3) * 1e-5),
-            )
-        else:
-            output = engine.tick(stamp) or output
-            if output is None:
-                continue
-            if output.transform is not None:
-                made = output.transform
-                transforms.set_transform(made.parent, made.child, made.transform, made.stamp)
-                dated.append(made.stamp - START)
-                stale.append(max(0.0, output.stamp - START - newest))
-            times.append(output.stamp - START)
-            ways.append(float(output.state[X]))
-            if corrected:  # what a prediction has added to the variance since is taken off
-                grown = engine.config.process_noise_covariance[X, X] * (output.stamp - START - newest)
-                gains.append((float(output.covariance[X, X]) - grown) / variance)
-            corrected = False
-    settled = len(times) // 3
-    slope = np.polyfit(times[settled:], ways[settled:], 1)[0] / speed
-    late = float(np.mean(staleness[len(staleness) // 3 :]))
-    gain = float(np.median(gains)) if gains else float('nan')
+        (run.odometry, run.imu, run.tick)[kind](t)
+    settled = len(run.times) // 3
+    slope = np.polyfit(run.times[settled:], run.ways[settled:], 1)[0] / speed
+    late = float(np.mean(run.staleness[len(run.staleness) // 3 :]))
+    gain = float(np.median(run.gains)) if run.gains else float('nan')
     return Drive(float(slope), 1.0 + gain * late * odometry_rate, late)
 
 

@@ -1,4 +1,4 @@
-"""`rosrun sara_lab fuzz_bus --count 1000000 --seed 0`: random bytes and frames against everything that reads the bus."""
+"""`rosrun sara_lab fuzz_bus --count 1000000 --seed 0`: random bytes and frames into all that reads the bus."""
 
 import argparse
 import time
@@ -10,7 +10,7 @@ from sara_lab.fuzz.bus.lawicel import fuzz_lawicel
 BLOCK = 10000
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz tests; a failure ends with its seed and input."""
     from tqdm import tqdm
 

@@ -7,6 +7,7 @@ python-can runs.
 
 import random
 import re
+from collections.abc import Callable, Iterable
 from unittest import mock
 
 import serial
@@ -26,16 +27,16 @@ class FuzzFailure(AssertionError):
 class Port:
     """A serial port whose far end is `chunks`; it is unplugged when they are used up."""
 
-    def __init__(self, chunks):
+    def __init__(self, chunks: Iterable[bytes]) -> None:
         self.chunks = list(reversed(chunks))
         self.write_timeout = None
 
     @property
-    def in_waiting(self):
+    def in_waiting(self) -> int:
         """Bytes of the next chunk."""
         return len(self.chunks[-1]) if self.chunks else 0
 
-    def read(self, size=1):
+    def read(self, size: int = 1) -> bytes:
         """At most `size` bytes; raises serial.SerialException at the end."""
         if not self.chunks:
             raise serial.SerialException('device disconnected')
@@ -44,17 +45,17 @@ class Port:
             self.chunks.append(chunk[size:])
         return chunk[:size]
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Swallowed."""
         return len(data)
 
-    def flush(self):
+    def flush(self) -> None:
         """Nothing waits."""
 
     reset_input_buffer = close = flush
 
 
-def fuzz_lawicel(count, seed, on_frame=None):
+def fuzz_lawicel(count: int, seed: int, on_frame: Callable[[Frame], object] | None = None) -> int:
     """Feed `count` random lines to adapters; returns how many frames came.
 
     on_frame: called with each. Raises FuzzFailure, or whatever the adapter raised. The same seed gives the same bytes.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,7 +38,9 @@ class FuzzReport:
     faults: list[str] = field(default_factory=list)
 
 
-def fuzz(count: int, seed: int, progress=None, backend: str = 'compiled') -> FuzzReport:
+def fuzz(
+    count: int, seed: int, progress: Callable[[int], object] | None = None, backend: str = 'compiled'
+) -> FuzzReport:
     """`count` messages from a seed; `progress`, if given, is called with the number of messages so far.
     `backend`: the filters' parameter of that name.
     """
@@ -68,8 +71,8 @@ def _one_filter(rng, count, report, backend):
                 now = _step(rng, engine, now, report)
             except Exception as error:  # pylint: disable=broad-except
                 report.faults.append(
-                    'seed state lost after %d messages (%s, %s): %s: %s'
-                    % (report.messages, kind, parameters, type(error).__name__, error)
+                    f'seed state lost after {report.messages} messages ({kind}, {parameters}): '
+                    f'{type(error).__name__}: {error}'
                 )
                 return
     for status in engine.inputs.values():
@@ -82,13 +85,34 @@ def _one_filter(rng, count, report, backend):
     if twice:
         report.faults.append(f'said more than once: {twice[0]}')
     if engine.not_finite:
-        report.faults.append('the state was not finite %d times (%s, %s)' % (engine.not_finite, kind, parameters))
+        report.faults.append(f'the state was not finite {engine.not_finite} times ({kind}, {parameters})')
 
 
 def _step(rng, engine, now, report):
     """One message, and now and then a tick, a jump of the clock, a command, set_pose, a switch."""
     name = INPUTS[rng.integers(len(INPUTS))]
     stamp = _stamp(rng, now)
+    _message(rng, engine, name, stamp)
+    chance = rng.random()
+    if chance < 0.005:
+        now += float(rng.choice([-1e9, -100.0, -0.5, 100.0, 1e6]))
+    elif chance < 0.01:
+        engine.set_pose(PoseData(stamp, _frame(rng), _vector(rng, 5.0), _quaternion(rng), _covariance(rng, 6)), now)
+    elif chance < 0.02:
+        engine.add_control(_vector(rng, 1.0) + _vector(rng, 1.0), stamp)
+    elif chance < 0.025:
+        engine.toggle(bool(rng.integers(2)))
+    elif chance < 0.03:
+        engine.enable()
+    if rng.random() < 0.5:
+        now += rng.uniform(0.0, 0.1)
+        report.ticks += 1
+        _judge(engine.tick(now), report)
+    return now
+
+
+def _message(rng, engine, name, stamp):
+    """A message for one of INPUTS."""
     if name.startswith('odom'):
         engine.add_odometry(
             name,
@@ -122,22 +146,6 @@ def _step(rng, engine, now, report):
                 _covariance(rng, 3),
             ),
         )
-    chance = rng.random()
-    if chance < 0.005:
-        now += float(rng.choice([-1e9, -100.0, -0.5, 100.0, 1e6]))
-    elif chance < 0.01:
-        engine.set_pose(PoseData(stamp, _frame(rng), _vector(rng, 5.0), _quaternion(rng), _covariance(rng, 6)), now)
-    elif chance < 0.02:
-        engine.add_control(_vector(rng, 1.0) + _vector(rng, 1.0), stamp)
-    elif chance < 0.025:
-        engine.toggle(bool(rng.integers(2)))
-    elif chance < 0.03:
-        engine.enable()
-    if rng.random() < 0.5:
-        now += rng.uniform(0.0, 0.1)
-        report.ticks += 1
-        _judge(engine.tick(now), report)
-    return now
 
 
 def _judge(output, report):

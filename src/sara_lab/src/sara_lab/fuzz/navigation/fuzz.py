@@ -5,15 +5,22 @@ A robot that obeys is driven through a small house (fuzz_world.py) and meanwhile
 after each input the machine makes a step, and what it commands is judged (fuzz_trial.py).
 """
 
+from __future__ import annotations
+
 import random
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from sara_lab.fuzz.navigation.fuzz_inputs import choose
 from sara_lab.fuzz.navigation.fuzz_trial import ZERO, FuzzFailure, Trial
 
+if TYPE_CHECKING:
+    from sara_nav.goals.move_base_config import StepResult
+
 INPUTS_PER_MACHINE = 400
 
 
-def fuzz_move_base(count, seed, on_result=None):
+def fuzz_move_base(count: int, seed: int, on_result: Callable[[StepResult], None] | None = None) -> dict[str, int]:
     """Give ``count`` random inputs to machines; return {what came of them: how often}.
 
     on_result: called with each StepResult. Raises FuzzFailure, or whatever the machine raised. The same seed gives the
@@ -30,7 +37,7 @@ def fuzz_move_base(count, seed, on_result=None):
             kind(trial, chance)
             result = trial.step()
         except FuzzFailure as failure:
-            raise FuzzFailure('seed %d, input %d (%s): %s' % (seed, number, kind.__name__, failure)) from None
+            raise FuzzFailure(f'seed {seed}, input {number} ({kind.__name__}): {failure}') from None
         trial.count(result.status)
         if result.command != ZERO:
             trial.count('moving while ' + result.phase)

@@ -10,7 +10,7 @@ from sara_lab.fuzz.navigation.fuzz import fuzz_move_base
 BLOCK = 10000
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz; a failure ends with its seed and input."""
     from tqdm import tqdm
 
@@ -19,7 +19,7 @@ def main(arguments=None):
     parser.add_argument('--seed', type=int, default=0)
     options = parser.parse_args(arguments)
     if options.count < 1:
-        parser.error('--count is %d but must be at least 1' % options.count)
+        parser.error(f'--count is {options.count} but must be at least 1')
     began, tally = time.monotonic(), {}
     with tqdm(total=options.count, desc='inputs to move_base', delay=1.0, disable=None) as progress:
         for number, first in enumerate(range(0, options.count, BLOCK)):
@@ -27,7 +27,5 @@ def main(arguments=None):
             for what, often in fuzz_move_base(size, options.seed * 1000000 + number).items():
                 tally[what] = tally.get(what, 0) + often
             progress.update(size)
-    print(
-        '%d inputs to move_base, no failure, %.1f s: %s'
-        % (options.count, time.monotonic() - began, ', '.join('%s %d' % item for item in sorted(tally.items())))
-    )
+    seen = ', '.join(f'{what} {often}' for what, often in sorted(tally.items()))
+    print(f'{options.count} inputs to move_base, no failure, {time.monotonic() - began:.1f} s: {seen}')

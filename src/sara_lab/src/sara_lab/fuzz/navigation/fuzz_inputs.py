@@ -1,6 +1,11 @@
 """What the fuzz does to move_base: each input is a function of the trial and chance; the machine's step follows it."""
 
+from __future__ import annotations
+
 import math
+import random
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,17 +16,20 @@ from sara_nav.goals.goal_input import GoalError, global_pose
 from sara_nav.goals.move_base_config import ABORTED, PREEMPTED
 from sara_nav.grids.footprint import FootprintError, pad_footprint, parse_footprint
 
+if TYPE_CHECKING:
+    from sara_lab.fuzz.navigation.fuzz_trial import Trial
 
-def nothing(trial, chance):
+
+def nothing(trial: Trial, chance: random.Random) -> None:
     """A cycle like others."""
 
 
-def good_goal(trial, chance):
+def good_goal(trial: Trial, chance: random.Random) -> None:
     """A goal in the house."""
     trial.set_goal(Pose2D(chance.uniform(0.5, 5.5), chance.uniform(0.5, 5.5), chance.uniform(-math.pi, math.pi)))
 
 
-def goal_message(trial, chance):
+def goal_message(trial: Trial, chance: random.Random) -> None:
     """A goal as a client sends it, in frames that there are or not, with quaternions that are none."""
 
     def find(frame):
@@ -43,30 +51,30 @@ def goal_message(trial, chance):
     trial.set_goal(pose)
 
 
-def raw_goal(trial, chance):
+def raw_goal(trial: Trial, chance: random.Random) -> None:
     """A goal with numbers that are none."""
     trial.set_goal(world.pose(chance, 0.3))
 
 
-def flood(trial, chance):
+def flood(trial: Trial, chance: random.Random) -> None:
     """Many goals in one cycle."""
     for _ in range(20):
         trial.set_goal(world.pose(chance))
 
 
-def cancel(trial, chance):
+def cancel(trial: Trial, chance: random.Random) -> None:
     """Given up."""
     trial.machine.cancel(trial.t)
     trial.end(PREEMPTED)
 
 
-def abort(trial, chance):
+def abort(trial: Trial, chance: random.Random) -> None:
     """Given up by whoever stops the robot."""
     trial.machine.abort('Enough.')
     trial.end(ABORTED)
 
 
-def strange_pose(trial, chance):
+def strange_pose(trial: Trial, chance: random.Random) -> None:
     """No pose, an old one, one that is none, another place; speeds that are none."""
     trial.strange = True
     trial.told = chance.choice((None, trial.pose, world.pose(chance, 0.4)))
@@ -74,7 +82,7 @@ def strange_pose(trial, chance):
     trial.velocity = chance.choice((None, (world.number(chance), world.number(chance))))
 
 
-def leap(trial, chance):
+def leap(trial: Trial, chance: random.Random) -> None:
     """The clock leaps; back, it ends the goal."""
     by = chance.choice((0.3, 2.0, 30.0, -3.0, -100.0))
     trial.t += by
@@ -82,12 +90,12 @@ def leap(trial, chance):
         trial.end(ABORTED)
 
 
-def standing_clock(trial, chance):
+def standing_clock(trial: Trial, chance: random.Random) -> None:
     """Another cycle at the time of the last one."""
     trial.t -= DT
 
 
-def map_message(trial, chance):
+def map_message(trial: Trial, chance: random.Random) -> None:
     """A map, or what is none."""
     try:
         grid_map = world.grid_map(chance)
@@ -101,7 +109,7 @@ def map_message(trial, chance):
         trial.count('bad maps')
 
 
-def map_update(trial, chance):
+def map_update(trial: Trial, chance: random.Random) -> None:
     """A part of a map, which may lie off it."""
     values = np.full((chance.choice((0, 1, 9)), chance.choice((0, 1, 9))), chance.choice((0, 100, -1)), np.int8)
     x, y = chance.choice((-1, 0, 5, 58, 10**6)), chance.choice((-1, 0, 5, 58, 10**6))
@@ -112,14 +120,14 @@ def map_update(trial, chance):
             trial.count('bad map updates')
 
 
-def ranges(trial, chance):
+def ranges(trial: Trial, chance: random.Random) -> None:
     """What range sensors say."""
     for costmap in trial.costmaps():
         for source in ('front', 'rear'):
             costmap.layers['ultrasonic'].add_range(world.reading(chance, source, trial.pose, trial.t))
 
 
-def scan(trial, chance):
+def scan(trial: Trial, chance: random.Random) -> None:
     """What a scanner or a camera says."""
     for costmap in trial.costmaps():
         try:
@@ -128,13 +136,13 @@ def scan(trial, chance):
             trial.count('bad observations')
 
 
-def clear(trial, chance):
+def clear(trial: Trial, chance: random.Random) -> None:
     """The service clear_costmaps."""
     local = trial.pose if trial.offset is None else trial.offset.compose(trial.pose)
     trial.machine.costmaps.reset(trial.t, trial.pose, local)
 
 
-def make_plan(trial, chance):
+def make_plan(trial: Trial, chance: random.Random) -> None:
     """The service make_plan."""
     try:
         plan, text = trial.machine.make_plan(
@@ -150,7 +158,7 @@ def make_plan(trial, chance):
     trial.count('plans')
 
 
-def reconfigure(trial, chance):
+def reconfigure(trial: Trial, chance: random.Random) -> None:
     """Another configuration, taken when it has no faults, as dynamic_reconfigure does."""
     config = world.configuration(chance, trial.machine.config)
     if config.faults():
@@ -159,7 +167,7 @@ def reconfigure(trial, chance):
     trial.machine.reconfigure(config)
 
 
-def footprint(trial, chance):
+def footprint(trial: Trial, chance: random.Random) -> None:
     """Another footprint by topic."""
     corners = [[world.number(chance, -0.3, 0.3, 0.05) for _ in 'xy'] for _ in range(chance.choice((0, 2, 3, 5)))]
     try:
@@ -195,7 +203,7 @@ INPUTS = (
 """Inputs and how often they come."""
 
 
-def choose(trial, chance):
+def choose(trial: Trial, chance: random.Random) -> Callable[[Trial, random.Random], None]:
     """Return the next input: a calm trial is mostly left to drive, so that the robot gets somewhere."""
     if chance.random() < trial.calm:
         return nothing if trial.machine.active else good_goal

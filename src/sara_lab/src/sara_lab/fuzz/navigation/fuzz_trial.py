@@ -1,10 +1,19 @@
 """A robot that obeys move_base while it is fuzzed, and the judge of what it is told."""
 
+from __future__ import annotations
+
 import math
+import random
+from typing import TYPE_CHECKING
 
 from sara_common.planar import Pose2D
 from sara_lab.fuzz.navigation import fuzz_world as world
 from sara_nav.goals.move_base_config import ABORTED, ACTIVE, IDLE, PREEMPTED, SUCCEEDED
+
+if TYPE_CHECKING:
+    from sara_nav.costmaps.layered_costmap import LayeredCostmap
+    from sara_nav.costmaps.layers.static import StaticLayer
+    from sara_nav.goals.move_base_config import StepResult
 
 DT = 0.05
 FASTEST, QUICKEST = 0.56, 1.01
@@ -19,7 +28,7 @@ class FuzzFailure(AssertionError):
 class Trial:
     """One machine, the robot it drives, and what is expected of its next step."""
 
-    def __init__(self, chance, tally):
+    def __init__(self, chance: random.Random, tally: dict[str, int]) -> None:
         self.machine, self.offset = world.machine(chance)
         self.tally = tally
         self.calm = chance.choice((0.0, 0.0, 0.7, 0.97, 1.0))
@@ -36,19 +45,19 @@ class Trial:
         for layer in self.static():
             layer.set_map(first)
 
-    def costmaps(self):
+    def costmaps(self) -> tuple[LayeredCostmap, LayeredCostmap]:
         """Return both costmaps."""
         return self.machine.global_costmap, self.machine.local_costmap
 
-    def static(self):
+    def static(self) -> list[StaticLayer]:
         """Return the static layers."""
         return [costmap.layers['static'] for costmap in self.costmaps()]
 
-    def count(self, what):
+    def count(self, what: str) -> None:
         """Note that something came of an input."""
         self.tally[what] = self.tally.get(what, 0) + 1
 
-    def set_goal(self, pose):
+    def set_goal(self, pose: Pose2D) -> None:
         """Give a goal; a refusal must say why and end in the next step."""
         reason = self.machine.set_goal(pose, self.t)
         self.goal = not reason
@@ -59,12 +68,12 @@ class Trial:
         if not pose.is_finite() and not reason:
             raise FuzzFailure(f'{pose} was taken for a goal')
 
-    def end(self, status):
+    def end(self, status: str) -> None:
         """The goal was given up; the next step must say so."""
         if self.goal:
             self.goal, self.expected = False, status
 
-    def step(self):
+    def step(self) -> StepResult:
         """Let the machine make a step and judge it; the robot obeys."""
         told, at = (self.told, self.told_at) if self.strange else (self.pose, self.t)
         local = None if self.offset is None or told is None else self.offset.compose(told) if told.is_finite() else told

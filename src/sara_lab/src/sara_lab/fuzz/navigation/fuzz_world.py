@@ -5,6 +5,7 @@ All chance comes from the random.Random that is given, so that a seed says every
 
 import dataclasses
 import math
+import random
 
 import numpy as np
 
@@ -32,7 +33,7 @@ FRAMES = ('map', '/map', 'odom', 'nowhere', '', '/', 'base_link')
 FOOTPRINT = parse_footprint([[0.2, 0.15], [0.2, -0.15], [-0.2, -0.15], [-0.2, 0.15]])
 
 
-def house(chance):
+def house(chance: random.Random) -> GridMap:
     """Return a GridMap of 6 m x 6 m: two rooms and a door, which is sometimes walled up."""
     data = np.zeros((60, 60), np.int8)
     data[[0, -1]] = data[:, [0, -1]] = 100
@@ -44,19 +45,19 @@ def house(chance):
     return GridMap(data, GridGeometry(60, 60, 0.1, 0.0, 0.0))
 
 
-def number(chance, low=-2.0, high=8.0, strange=0.15):
+def number(chance: random.Random, low: float = -2.0, high: float = 8.0, strange: float = 0.15) -> float:
     """Return a number, now and then a strange one."""
     return chance.choice(STRANGE) if chance.random() < strange else chance.uniform(low, high)
 
 
-def pose(chance, strange=0.1):
+def pose(chance: random.Random, strange: float = 0.1) -> Pose2D:
     """Return a Pose2D in or about the house."""
     return Pose2D(
         number(chance, 0.0, 6.0, strange), number(chance, 0.0, 6.0, strange), number(chance, -4.0, 4.0, strange)
     )
 
 
-def message(chance):
+def message(chance: random.Random) -> tuple:
     """Return (frame, position, quaternion) as a client may send them."""
     yaw = chance.uniform(-math.pi, math.pi)
     quaternion = [0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)]
@@ -73,7 +74,7 @@ def message(chance):
     )
 
 
-def grid_map(chance):
+def grid_map(chance: random.Random) -> GridMap:
     """Return a GridMap, or raise what says that there is none: empty, of resolution 0, of another size than it says."""
     if chance.random() < 0.5:
         return house(chance)
@@ -91,7 +92,7 @@ def grid_map(chance):
     return GridMap(data, geometry, chance.choice((0.0, 0.0, 0.5, math.nan)))
 
 
-def reading(chance, source, at, t):
+def reading(chance: random.Random, source: str, at: Pose2D, t: float) -> RangeReading:
     """Return a RangeReading, more often than not a sound one from about the robot."""
     if chance.random() < 0.7:
         return RangeReading(
@@ -118,7 +119,7 @@ def reading(chance, source, at, t):
     )
 
 
-def observation(chance, at, t):
+def observation(chance: random.Random, at: Pose2D, t: float) -> Observation:
     """Return an Observation of a scan or of points at random; raises ObservationError for scans that are none."""
     if chance.random() < 0.6:
         ranges = [number(chance, 0.0, 4.0) for _ in range(chance.choice((0, 1, 40)))]
@@ -138,7 +139,7 @@ def observation(chance, at, t):
     return Observation(chance.choice(('scan', 'scan', 'unknown')), number(chance, t - 2.0, t, 0.1), origin, points)
 
 
-def configuration(chance, config):
+def configuration(chance: random.Random, config: MoveBaseConfig) -> MoveBaseConfig:
     """Return a MoveBaseConfig with one value changed, which may make no sense."""
     name = chance.choice(sorted(LIMITS))
     value = number(chance, *LIMITS[name], strange=0.4)
@@ -147,7 +148,7 @@ def configuration(chance, config):
     return dataclasses.replace(config, **{name: value})
 
 
-def costmap(chance, rolling):
+def costmap(chance: random.Random, rolling: bool) -> LayeredCostmap:
     """Return a LayeredCostmap with one layer of each kind."""
     layers = [
         StaticLayer('static', StaticLayerConfig(track_unknown_space=chance.random() < 0.5)),
@@ -166,7 +167,18 @@ def costmap(chance, rolling):
     return LayeredCostmap(config, layers, pad_footprint(FOOTPRINT, 0.01))
 
 
-def machine(chance):
+def _planner(chance, registry):
+    """A planner of the registry at random."""
+    cls = registry.find(chance.choice(registry.names()))
+    values = {}
+    if 'default_tolerance' in cls.config_class.__dataclass_fields__:
+        values['default_tolerance'] = chance.choice((0.0, 0.0, 0.5))
+    if 'max_expansions' in cls.config_class.__dataclass_fields__:
+        values['max_expansions'] = chance.choice((100, 1500))  # most of these goals have no path: give up soon
+    return cls(cls.config_class(**values))
+
+
+def machine(chance: random.Random) -> tuple[MoveBase, Pose2D | None]:
     """Return (a MoveBase with planners and recoveries at random, the Pose2D of the map's origin in the local frame or
     None).
     """
@@ -183,17 +195,7 @@ def machine(chance):
         stuck_timeout=chance.choice((0.0, 1.0)),
         recovery_memory=chance.choice((0.0, 1.0)),
     )
-    planners = []
-    for registry in (GLOBAL_PLANNERS, LOCAL_PLANNERS):
-        cls = registry.find(chance.choice(registry.names()))
-        values = {}
-        if 'default_tolerance' in cls.config_class.__dataclass_fields__:
-            values['default_tolerance'] = chance.choice((0.0, 0.0, 0.5))
-        if (
-            'max_expansions' in cls.config_class.__dataclass_fields__
-        ):  # most of these goals have no way: giving up is not to take long
-            values['max_expansions'] = chance.choice((100, 1500))
-        planners.append(cls(cls.config_class(**values)))
+    planners = [_planner(chance, registry) for registry in (GLOBAL_PLANNERS, LOCAL_PLANNERS)]
     recoveries = [
         ClearCostmapRecovery(
             'clear', ClearCostmapConfig(chance.choice((0.0, 1.0, 3.0)), chance.random() < 0.5, chance.random() < 0.5)

@@ -8,6 +8,7 @@ docs/bench.json, docs/bench.md and its figure.
 """
 
 import argparse
+import contextlib
 import importlib
 import json
 import os
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,7 +51,7 @@ OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack')
 PATIENCE_S = 300.0  # for one bench
 
 
-def rows(name, benches=None):
+def rows(name: str, benches: dict[str, str] | None = None) -> Iterator[Row]:
     """Yield the Rows of a bench, each with the yardstick before and after it; what a bench raises becomes a Row that
     says so.
     """
@@ -72,7 +74,7 @@ def rows(name, benches=None):
         before = after
 
 
-def child(name, path, benches=None):
+def child(name: str, path: Path | str, benches: dict[str, str] | None = None) -> None:
     """Run one bench in this process; rows are printed as they come, and written to a file as JSON."""
     found = []
     for row in rows(name, benches):
@@ -87,13 +89,11 @@ def _end(process):
         if process.poll() is not None:
             return
         os.killpg(process.pid, how)
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            pass
 
 
-def run(names, out):
+def run(names: Sequence[str], out: Path) -> list[Row]:
     """The Rows of these benches, each in a process of its own."""
     found = []
     for number, name in enumerate(names, 1):
@@ -127,18 +127,18 @@ def run(names, out):
     return found
 
 
-def docs():
+def docs() -> Path:
     """docs/ of the workspace, or of the working directory where there is none."""
     folder = share().resolve().parents[1] / 'docs'
     return folder if folder.is_dir() else Path('docs')
 
 
-def load(path):
+def load(path: Path | str) -> list[Row]:
     """The Rows of a JSON file."""
     return [Row.from_json(entry) for entry in json.loads(Path(path).read_text())['rows']]
 
 
-def write(found, folder, prefix):
+def write(found: Sequence[Row], folder: Path, prefix: str) -> None:
     """PREFIX.json, PREFIX.md and images of Rows into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f'{prefix}.json').write_text(
@@ -149,7 +149,7 @@ def write(found, folder, prefix):
     (folder / f'{prefix}.md').write_text(page.page(found, f'images/{prefix}_growth.png' if drawn else None))
 
 
-def check(found, known, whole, tolerance):
+def check(found: Sequence[Row], known: dict[str, dict], whole: bool, tolerance: float) -> bool:
     """Print what got slower and what is missing; returns whether anything was."""
     slower = baseline.slower(found, known, tolerance)
     for entry in slower:
@@ -158,12 +158,13 @@ def check(found, known, whole, tolerance):
     for name in absent:
         print(f'NOT MEASURED, but in the baseline: {name}')
     print(
-        f'{len(slower)} of {sum(not row.skipped for row in found)} figures got worse by more than {100 * tolerance:.0f} %'
+        f'{len(slower)} of {sum(not row.skipped for row in found)} figures got worse by more than '
+        f'{100 * tolerance:.0f} %'
     )
     return bool(slower or absent)
 
 
-def main():
+def main() -> None:
     """Exit status 1 if --check finds anything."""
     parser = argparse.ArgumentParser(prog='bench', description=__doc__.splitlines()[0])
     parser.add_argument('--only', nargs='+', metavar='NAME', choices=BENCHES, help=f'of {", ".join(BENCHES)}')
@@ -204,7 +205,7 @@ def main():
     sys.exit(status)
 
 
-def merged(old, new):
+def merged(old: list[Row], new: list[Row]) -> list[Row]:
     """The old Rows with those of the benches that were measured anew replaced, in the benches' order."""
     fresh = {row.bench for row in new}
     rows_ = [row for row in old if row.bench not in fresh] + new

@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 RATE = 50.0
 
 
-def main():
+def main() -> None:
     rospy.init_node('bare')
     newest = {}
     subscribers = [

@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 import rosgraph
@@ -33,20 +34,20 @@ DRAIN_S = 2.0
 class Feed:
     """The bus: encoder frames of both wheels, in turn, at a fixed rate."""
 
-    def __init__(self, terminal, rate):
+    def __init__(self, terminal: Terminal, rate: float) -> None:
         self.terminal, self.rate = terminal, rate
         self.adapter = LawicelAdapter()
         self.bus = BusDescription.default()
         self.sent = {}  # number -> when its bytes were written, s
         self.dropped = 0
 
-    def listen(self):
+    def listen(self) -> None:
         """Answer the PC once."""
         answer, _ = self.adapter.feed(self.terminal.read(0.0))
         if answer:
             self.terminal.write(answer)
 
-    def run(self, seconds):
+    def run(self, seconds: float) -> None:
         """Write frames for so long; the caller's thread keeps the pace."""
         names, start = ('ENCODER_RIGHT', 'ENCODER_LEFT'), time.monotonic()
         for number in range(int(seconds * self.rate)):
@@ -63,7 +64,7 @@ class Feed:
             self.dropped += not self.terminal.write(data)
 
 
-def measure(rate, seconds, log=None):
+def measure(rate: float, seconds: float, log: IO[str] | None = None) -> dict[str, Any]:
     """{name: figure} of one run. log: a file for what the nodes say; None: the terminal."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -93,7 +94,12 @@ def measure(rate, seconds, log=None):
             memory = max(peak_memory_mb(pid) for pid in pids.values())
             used = {name: (cpu_seconds(pid) - before[name]) / (time.monotonic() - began) for name, pid in pids.items()}
             time.sleep(DRAIN_S)
-    counted = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate))
+    return _figures(feed, arrived, rate, seconds, (memory, used))
+
+
+def _figures(feed, arrived, rate, seconds, costs):
+    """Plain data; `arrived`: {number of a frame: when}; `costs`: memory in MB, {node: share of a core}."""
+    counted, (memory, used) = range(int(RAMP_S * rate), int((RAMP_S + seconds) * rate)), costs
     latency = 1e3 * np.array([arrived[number] - feed.sent[number] for number in counted if number in arrived])
     return {
         'frames': len(counted),
@@ -112,7 +118,7 @@ FRAMES_PERIOD_S = 0.1  # of each wheel's counter, as on the chair
 PAIR_S = 0.02  # between the two wheels' frames
 
 
-def measure_odometry(seconds, log=None):
+def measure_odometry(seconds: float, log: IO[str] | None = None) -> tuple[list[float], int]:
     """([ms from the bytes of the later frame of a pair to the odometry made of it, ...], how many pairs made none),
     with diff_drive_controller; log: as in `measure`.
     """
@@ -135,21 +141,8 @@ def measure_odometry(seconds, log=None):
             while not (feed.adapter.is_open and topic.get_num_connections()):
                 feed.listen()
                 time.sleep(0.001)
-            start, pairs = time.monotonic(), int((RAMP_S + seconds) / FRAMES_PERIOD_S)
-            for number in range(2 * pairs):
-                due = start + number // 2 * FRAMES_PERIOD_S + number % 2 * PAIR_S
-                while time.monotonic() < due:
-                    feed.listen()
-                    time.sleep(max(0.0, min(0.005, due - time.monotonic())))
-                data = feed.adapter.frame_bytes(
-                    feed.bus.encode(
-                        ('ENCODER_RIGHT', 'ENCODER_LEFT')[number % 2],
-                        steps=100 * (number // 2),
-                        time=1000 * (number // 2),
-                    )
-                )
-                feed.sent[number] = time.monotonic()
-                feed.dropped += not terminal.write(data)
+            pairs = int((RAMP_S + seconds) / FRAMES_PERIOD_S)
+            _feed_pairs(feed, terminal, pairs)
             time.sleep(0.2)
     for number in range(2 * int(RAMP_S / FRAMES_PERIOD_S) + 1, 2 * pairs - 2, 2):
         came = [at for at in arrived if feed.sent[number] <= at < feed.sent[number + 1]]
@@ -160,7 +153,26 @@ def measure_odometry(seconds, log=None):
     return latency, lost
 
 
-def main():
+def _feed_pairs(feed, terminal, pairs):
+    """Both wheels' frames, as often as the chair sends them."""
+    start = time.monotonic()
+    for number in range(2 * pairs):
+        due = start + number // 2 * FRAMES_PERIOD_S + number % 2 * PAIR_S
+        while time.monotonic() < due:
+            feed.listen()
+            time.sleep(max(0.0, min(0.005, due - time.monotonic())))
+        data = feed.adapter.frame_bytes(
+            feed.bus.encode(
+                ('ENCODER_RIGHT', 'ENCODER_LEFT')[number % 2],
+                steps=100 * (number // 2),
+                time=1000 * (number // 2),
+            )
+        )
+        feed.sent[number] = time.monotonic()
+        feed.dropped += not terminal.write(data)
+
+
+def main() -> None:
     """Exit status 0 if nothing was lost and the 99th percentile is under 5 ms."""
     parser = argparse.ArgumentParser(prog='bench_bus', description=__doc__)
     parser.add_argument('--rate', type=int, default=1000, help='frames per second')
@@ -170,7 +182,8 @@ def main():
     print(f'{arguments.rate} frames/s through canserial.py and read.py for {arguments.seconds:g} s', flush=True)
     result = measure(arguments.rate, arguments.seconds)
     print(
-        f'  lost {result["lost"]} of {result["frames"]} ({result["refused_by_the_port"]} not taken by the port); byte to topic p50 {result["p50_ms"]:.2f} ms, p99 {result["p99_ms"]:.2f} ms, '
+        f'  lost {result["lost"]} of {result["frames"]} ({result["refused_by_the_port"]} not taken by the '
+        f'port); byte to topic p50 {result["p50_ms"]:.2f} ms, p99 {result["p99_ms"]:.2f} ms, '
         f'max {result["max_ms"]:.1f} ms; CPU '
         + ', '.join(f'{name[1:]} {share:.0f} %' for name, share in result['cpu_percent'].items())
     )

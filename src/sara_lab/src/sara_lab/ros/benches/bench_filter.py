@@ -16,6 +16,7 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import rospy
@@ -59,7 +60,7 @@ def _feed(seconds, odometry_pub, imu_pub, odometry, imu):
             odometry_pub.publish(odometry)
 
 
-def measure(seconds: float, odometry_pub, imu_pub) -> dict[str, dict]:
+def measure(seconds: float, odometry_pub: rospy.Publisher, imu_pub: rospy.Publisher) -> dict[str, dict]:
     """{node: {cpu_percent, peak_mb, output_hz}} of /filter and /bare on the present master."""
     arrived, ears, outputs = {node: [] for node in OUTPUTS}, [], []
     for node, (odometry, transforms) in OUTPUTS.items():
@@ -91,7 +92,7 @@ def measure(seconds: float, odometry_pub, imu_pub) -> dict[str, dict]:
     return result
 
 
-def runs(kinds, seconds, rounds=1):
+def runs(kinds: Sequence[str], seconds: float, rounds: int = 1) -> Iterator[tuple[str, dict[str, dict]]]:
     """Yield (kind, measure()'s result) for each of the kinds, `rounds` times in turn, on a master of their own. Makes
     this process a ROS node.
     """
@@ -117,7 +118,7 @@ def runs(kinds, seconds, rounds=1):
         rospy.signal_shutdown('done')
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog='bench_filter', description='CPU and memory of a live filter node.')
     parser.add_argument('--filter', choices=['ekf', 'ukf', 'both'], default='both')
     parser.add_argument('--seconds', type=float, default=20.0)
@@ -128,7 +129,8 @@ def main(argv=None):
         node, bare = result['/filter'], result['/bare']
         results[kind] = {**node, 'bare': bare}
         print(
-            '{}_localization_node: {:.2f} % of a core, {:.0f} MB, {:.1f} Hz out (the peer: {:.2f} %); {:.2f} of a bare rospy node with this traffic, '
+            '{}_localization_node: {:.2f} % of a core, {:.0f} MB, {:.1f} Hz out (the peer: {:.2f} %); {:.2f} '
+            'of a bare rospy node with this traffic, '
             'which takes {:.2f} %, {:.0f} MB (the peer: {:.2f} of 1.5 %)'.format(
                 kind,
                 node['cpu_percent'],

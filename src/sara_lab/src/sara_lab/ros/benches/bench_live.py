@@ -3,6 +3,7 @@ time on a ROS master of their own.
 """
 
 import os
+from collections.abc import Iterator
 
 from sara_bringup.ros.masters import in_a_process
 from sara_lab.benches.timed import Limit, Timed, timed
@@ -14,7 +15,7 @@ NAV_PLANNER, PEERS_NAV_PERCENT = 'RotateThenPursue', 6.3
 LIMITS = {'ekf': Limit('median', 2.5)}
 
 
-def filter_nodes():
+def filter_nodes() -> Iterator[list[Timed]]:
     """CPU of ekf_localization_node and ukf_localization_node, and of a bare rospy node with the same traffic at the
     same time.
     """
@@ -31,7 +32,10 @@ def filter_nodes():
                 peer=peer,
                 limit=LIMITS.get(kind),
                 memory=max(result['/filter']['peak_mb'] for result in taken),
-                text=f'{ratio:.2f} of the bare node beside it; the peer took {peer / bench_filter.PEERS_BARE_PERCENT:.2f} of one',
+                text=(
+                    f'{ratio:.2f} of the bare node beside it; the peer took '
+                    f'{peer / bench_filter.PEERS_BARE_PERCENT:.2f} of one'
+                ),
             ),
             timed(
                 f'a bare rospy node with the same traffic, beside the {kind}',
@@ -54,7 +58,7 @@ def _runs(kind):
     return list(bench_filter.runs([kind], FILTER_SECONDS, ROUNDS[kind]))
 
 
-def bus():
+def bus() -> Iterator[Timed]:
     """From the adapter's bytes to a topic, at 1000 frames a second."""
     with open(os.devnull, 'w', encoding='utf-8') as log:
         result = bench_bus.measure(BUS_RATE, BUS_SECONDS, log)
@@ -72,18 +76,21 @@ def bus():
     )
 
 
-def odometry():
+def odometry() -> Iterator[Timed]:
     """From an encoder frame's bytes to the odometry that it makes, at the chair's own rate."""
     with open(os.devnull, 'w', encoding='utf-8') as log:
         latency, lost = bench_bus.measure_odometry(ODOMETRY_SECONDS, log)
     yield timed('encoder frame to odometry', 'ms', latency, scaled=False, text=f'{lost} frames made none')
 
 
-def move_base():
+def move_base() -> Iterator[Timed]:
     """move_base's CPU while it drives 12 m at 10 Hz with the default planner."""
     os.makedirs(bench_nav.LOG.parent, exist_ok=True)
     result = bench_nav.drive(NAV_PLANNER)
-    text = f'idle {result["idle_percent"]:.1f} %; {result.get("missed_cycles", "?")} cycles missed; {"arrived" if result["reached"] else "NOT arrived: " + result["text"]} after {result["seconds"]:.0f} s'
+    text = (
+        f'idle {result["idle_percent"]:.1f} %; {result.get("missed_cycles", "?")} cycles missed; '
+        f'{"arrived" if result["reached"] else "NOT arrived: " + result["text"]} after {result["seconds"]:.0f} s'
+    )
     yield Timed(
         'move_base driving at 10 Hz',
         '% of a core',

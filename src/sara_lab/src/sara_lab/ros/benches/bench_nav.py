@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import actionlib
 import rosgraph
@@ -41,7 +42,7 @@ LOG = Path('out/bench_nav.log')
 class Robot:
     """A point that turns; `pose` is (x, y, yaw). `alive`: while it moves and speaks."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.pose, self.speed, self._command = START, (0.0, 0.0), (0.0, 0.0)
         self.alive, self._broadcaster = True, tf2_ros.TransformBroadcaster()
         self._odometry = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
@@ -109,7 +110,7 @@ def _transform(parent, child, pose, stamp=None):
     return message
 
 
-def measure(planner, timeout=120.0):
+def measure(planner: str, timeout: float = 120.0) -> dict[str, Any]:
     """{name: figure} of one drive with a planner (a name of journeys.PLANNERS), in the ROS graph of this node."""
     robot = Robot()
     cycles = {}
@@ -132,18 +133,13 @@ def measure(planner, timeout=120.0):
             raise RuntimeError('move_base is not there after 60 s')
         pid = process_of('/move_base')
         time.sleep(3.0)
-        idle_before, idle_began = cpu_seconds(pid), time.monotonic()
-        time.sleep(4.0)
-        idle = (cpu_seconds(pid) - idle_before) / (time.monotonic() - idle_began)
-        before, began = cpu_seconds(pid), time.monotonic()
-        client.send_goal(goal_at(GOAL))
-        done = client.wait_for_result(rospy.Duration(timeout))
+        idle = _share_of_core(pid, lambda: time.sleep(4.0))
+        began = time.monotonic()
+        used = _share_of_core(pid, lambda: client.send_goal_and_wait(goal_at(GOAL), rospy.Duration(timeout)))
         seconds = time.monotonic() - began
-        used = (cpu_seconds(pid) - before) / seconds
-        reached = done and client.get_state() == GoalStatus.SUCCEEDED
         return {
             'planner': planner,
-            'reached': reached,
+            'reached': client.get_state() == GoalStatus.SUCCEEDED,
             'text': client.get_goal_status_text(),
             'seconds': seconds,
             'cpu_percent': 100.0 * used,
@@ -157,7 +153,14 @@ def measure(planner, timeout=120.0):
         diagnostics.unregister()
 
 
-def drive(planner):
+def _share_of_core(pid, work):
+    """The share of a core that a process takes while `work()` lasts."""
+    before, began = cpu_seconds(pid), time.monotonic()
+    work()
+    return (cpu_seconds(pid) - before) / (time.monotonic() - began)
+
+
+def drive(planner: str) -> dict[str, Any]:
     """Start map_server and move_base with a ROS master of their own, and measure."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -171,7 +174,7 @@ def drive(planner):
         return measure(planner)
 
 
-def main():
+def main() -> None:
     """Exit status 0 if every drive ended at its goal and took no more CPU than it may."""
     parser = argparse.ArgumentParser(prog='bench_nav', description=__doc__)
     parser.add_argument('planners', nargs='*', metavar='PLANNER', help=f'of {", ".join(PLANNERS)}; all without it')
@@ -192,7 +195,8 @@ def main():
         result = results[-1]
         peer = f' (C++: {result["peers_percent"]} %)' if result['peers_percent'] else ''
         print(
-            f'  {planner:22} {result["cpu_percent"]:5.1f} %{peer}, idle {result["idle_percent"]:.1f} %, {result["memory_mb"]:.0f} MB, {result["seconds"]:.0f} s, '
+            f'  {planner:22} {result["cpu_percent"]:5.1f} %{peer}, idle {result["idle_percent"]:.1f} %, '
+            f'{result["memory_mb"]:.0f} MB, {result["seconds"]:.0f} s, '
             f'{result.get("missed_cycles", "?")} cycles missed, '
             f'{"there" if result["reached"] else "NOT there: " + result["text"]}',
             flush=True,

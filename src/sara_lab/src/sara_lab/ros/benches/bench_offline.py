@@ -5,6 +5,7 @@ here.
 import math
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import rosbag
@@ -33,7 +34,7 @@ PARAMETERS = {
 }
 
 
-def write_drive(path, seconds=SECONDS):
+def write_drive(path: Path | str, seconds: float = SECONDS) -> None:
     """A bag of a robot that drives eights: odometry at 50 Hz, an IMU at 100 Hz."""
     odometry, imu = Odometry(), Imu()
     odometry.header.frame_id, odometry.child_frame_id, imu.header.frame_id = 'odom', 'base_link', 'base_link'
@@ -71,11 +72,14 @@ def _bag(path, params, kind, static, drive_s, name, limit=None):
         's',
         taken,
         limit=limit,
-        text=f'{messages} messages of {drive_s:.0f} s: {drive_s / median:.0f} times real time, without the start of the process',
+        text=(
+            f'{messages} messages of {drive_s:.0f} s: {drive_s / median:.0f} times real time, without the start of '
+            'the process'
+        ),
     )
 
 
-def bags():
+def bags() -> Iterator[Timed]:
     """CPU time of a whole bag, the bag's reading included."""
     husky = shared_data() / 'bags' / 'test1.bag'
     for kind in ('ekf', 'ukf'):

@@ -7,7 +7,9 @@ import math
 import os
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import actionlib
 import rosgraph
@@ -37,7 +39,7 @@ SIMULATED = Calibration(gyro_offset=(0.0, 0.0, 0.0), gyro_sigma=(0.09, 0.09, 0.0
 class Ears:
     """When (monotonic s) things happened first since `forget`: "command" of move_base, "motion" of the chair."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.first, self.why = {}, None
         self._subscribers = [
             rospy.Subscriber('/cmd_vel/navigation', Twist, lambda m: self._heard('command', m), tcp_nodelay=True),
@@ -62,22 +64,23 @@ class Ears:
         if abs(twist.linear.x) > MOVES or abs(twist.angular.z) > MOVES:
             self.first.setdefault(what, time.monotonic())
 
-    def forget(self):
+    def forget(self) -> None:
         """Listen anew."""
         self.first = {}
 
-    def wait(self, *names, seconds=PATIENCE_S):
+    def wait(self, *names, seconds: float = PATIENCE_S) -> None:
         """Until all of them happened. Raises TimeoutError."""
         end = time.monotonic() + seconds
         while not all(name in self.first for name in names):
             if time.monotonic() > end:
                 raise TimeoutError(
-                    f'no {", ".join(name for name in names if name not in self.first)} after {seconds:.0f} s; {self.why}'
+                    f'no {", ".join(name for name in names if name not in self.first)} after {seconds:.0f} s; '
+                    f'{self.why}'
                 )
             time.sleep(0.002)
 
 
-def descendants(pid):
+def descendants(pid: int) -> list[int]:
     """Process ids of a process and of all it started, itself first."""
     found = [pid]
     for task in Path(f'/proc/{pid}/task').glob('*/children'):
@@ -86,7 +89,7 @@ def descendants(pid):
     return found
 
 
-def name_of(pid):
+def name_of(pid: int) -> str:
     """The node's name (`__name:=`), else the program's."""
     words = Path(f'/proc/{pid}/cmdline').read_text().split('\0')
     named = [word.removeprefix('__name:=') for word in words if word.startswith('__name:=')]
@@ -114,7 +117,7 @@ def _until_command(client, ears):
     return ears.first['command'] - sent
 
 
-def start_and_drive(driving):
+def start_and_drive(driving: bool) -> dict[str, Any]:
     """A launch and its first goal: {"start": [(what, s since roslaunch), ...], "start_cpu": s of all processes until
     the chair moves}; where it goes on
     `driving`, the beginnings of more goals besides: {"commands": [s, ...], "cpu", "memory": {name: ...}}.
@@ -140,46 +143,47 @@ def start_and_drive(driving):
             while not client.wait_for_server(rospy.Duration(0.05)):
                 time.sleep(0.01)
             mark('move_base answers')
-            ears.wait('pose', 'gate')
-            mark('the pose is known', ears.first['pose'])
-            mark('the gate is open', ears.first['gate'])
-            ears.forget()
-            sent = time.monotonic()
-            client.send_goal(goal_at(GOAL))
-            ears.wait('command', 'motion')
-            commands = [ears.first['command'] - sent]
-            mark('the first goal is sent', sent)
-            mark('the first command', ears.first['command'])
-            mark('the chair moves', ears.first['motion'])
+            commands = [_first_goal(client, ears, mark)]
             pids = descendants(process.pid)
             start_cpu = sum(cpu_seconds(pid) for pid in pids)
-            if not driving:
-                return {
-                    'start': sorted(marks, key=lambda entry: entry[1]),
-                    'start_cpu': start_cpu,
-                    'commands': commands,
-                }
-            cpu, reached = _costs(
-                pids,
-                lambda: (
-                    client.wait_for_result(rospy.Duration(PATIENCE_S)) and client.get_state() == GoalStatus.SUCCEEDED
-                ),
-            )
-            if not reached:
-                raise RuntimeError(f'the goal was not reached: {client.get_goal_status_text()}')
-            commands += [_until_command(client, ears) for _ in range(MORE)]
-            names = {pid: name_of(pid) for pid in pids}
-            memory = {names[pid]: peak_memory_mb(pid) for pid in pids}
+            start = {'start': sorted(marks, key=lambda entry: entry[1]), 'start_cpu': start_cpu}
+            return {**start, **(_drive_on(client, ears, pids, commands) if driving else {'commands': commands})}
+
+
+def _first_goal(client, ears, mark):
+    """Send the first goal once the chair may drive; s from it to the first command."""
+    ears.wait('pose', 'gate')
+    mark('the pose is known', ears.first['pose'])
+    mark('the gate is open', ears.first['gate'])
+    ears.forget()
+    sent = time.monotonic()
+    client.send_goal(goal_at(GOAL))
+    ears.wait('command', 'motion')
+    mark('the first goal is sent', sent)
+    mark('the first command', ears.first['command'])
+    mark('the chair moves', ears.first['motion'])
+    return ears.first['command'] - sent
+
+
+def _drive_on(client, ears, pids, commands):
+    """To the first goal, then the beginnings of more."""
+    cpu, reached = _costs(
+        pids,
+        lambda: client.wait_for_result(rospy.Duration(PATIENCE_S)) and client.get_state() == GoalStatus.SUCCEEDED,
+    )
+    if not reached:
+        raise RuntimeError(f'the goal was not reached: {client.get_goal_status_text()}')
+    commands = commands + [_until_command(client, ears) for _ in range(MORE)]
+    names = {pid: name_of(pid) for pid in pids}
+    memory = {names[pid]: peak_memory_mb(pid) for pid in pids}
     return {
-        'start': sorted(marks, key=lambda entry: entry[1]),
-        'start_cpu': start_cpu,
         'commands': commands,
         'cpu': {names[pid]: share for pid, share in cpu.items()},
         'memory': memory,
     }
 
 
-def stack():
+def stack() -> Iterator[Timed | list[Timed]]:
     """From a few launches."""
     starts = sorted(
         (in_a_process(start_and_drive, number == STARTS - 1) for number in range(STARTS)),
@@ -199,11 +203,15 @@ def stack():
     ]
     result = next(start for start in starts if 'cpu' in start)
     firsts = ', '.join(f'{start["commands"][0]:.2f}' for start in starts)
-    total, memory = sum(result['cpu'].values()), sum(result['memory'].values())
     yield timed(
         'goal to first command', 's', result['commands'], scaled=False, text=f'the first after each launch {firsts} s'
     )
-    yield [
+    yield _costs_of_nodes(result)
+
+
+def _costs_of_nodes(result):
+    total, memory = sum(result['cpu'].values()), sum(result['memory'].values())
+    return [
         Timed(
             'the whole stack with the simulator, driving',
             '% of a core',

@@ -12,13 +12,13 @@ import rospy
 
 def cpu_seconds(pid: int) -> float:
     """User and system time a process has used so far."""
-    fields = Path('/proc/%d/stat' % pid).read_text().rsplit(')', 1)[1].split()
+    fields = Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def peak_memory_mb(pid: int) -> float:
     """The most memory that a process has held, MB."""
-    line = next(line for line in Path('/proc/%d/status' % pid).read_text().splitlines() if line.startswith('VmHWM'))
+    line = next(line for line in Path(f'/proc/{pid}/status').read_text().splitlines() if line.startswith('VmHWM'))
     return int(line.split()[1]) / 1024.0
 
 

@@ -6,10 +6,14 @@ process can be a node of one master only.
 bench_over_ros.py starts it beside launch/bench_top.launch, and makes the experiments' results of what it leaves.
 """
 
+from __future__ import annotations
+
 import math
 import pickle
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import rospy
@@ -27,13 +31,16 @@ from sara_lab.experiments.sensor_experiments import MINUTE_S, PAUSE_S, TURN_AXIS
 from sara_lowlevel.config import SensorConfig
 from sara_sim.srv import Fault
 
+if TYPE_CHECKING:
+    from canserial.frame import Frame
+
 WAIT_S = 180.0  # of the wall clock, for read.py's calibration or a turn
 
 
 class Bench:
     """Everything that is heard from now on: `frames` of the bus; `imu`: (t, yaw), `true`: (t, yaw), rad."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.frames, self.imu, self.true = [], [], []
         rospy.Subscriber(
             '/canrx', CAN, lambda message: self.frames.append(msg_to_frame(message)), queue_size=1000, tcp_nodelay=True
@@ -52,28 +59,28 @@ class Bench:
         )
         goals.until(lambda: self.frames and self.true, 'frames of the bus and the true pose', WAIT_S)
 
-    def settle(self):
+    def settle(self) -> None:
         """Until a chip that nobody waited for has settled."""
         goals.until(lambda: rospy.get_time() >= SensorConfig().settle_time, 'the clock', WAIT_S)
 
-    def calibrated(self):
+    def calibrated(self) -> None:
         """Until read.py gives a yaw."""
         goals.until(lambda: self.imu, "read.py's calibration", WAIT_S)
 
-    def minute(self):
+    def minute(self) -> list[Frame]:
         """Frames of a minute."""
         first = len(self.frames)
         pause(MINUTE_S)
         return self.frames[first:]
 
-    def yaw(self):
+    def yaw(self) -> tuple[np.ndarray, np.ndarray]:
         """(t, yaw) of a minute by read.py, rad, unwrapped."""
         first = len(self.imu)
         pause(MINUTE_S)
         t, yaw = np.array(self.imu[first:]).T
         return t, np.unwrap(yaw)
 
-    def turn_to(self, angle, since):
+    def turn_to(self, angle: float, since: float) -> tuple[float, float]:
         """By the joystick until the chair has turned `angle` deg (left positive) since the time `since` (s); (true,
         measured) then, deg.
         """
@@ -88,25 +95,25 @@ class Bench:
         return self.turned(self.true, since), self.turned(self.imu, since)
 
     @staticmethod
-    def turned(rows, since):
+    def turned(rows: Sequence[tuple[float, float]], since: float) -> float:
         """deg since a time."""
         rows = np.array(rows)
         return math.degrees(np.diff(np.unwrap(rows[max(0, np.searchsorted(rows[:, 0], since) - 1) :, 1])).sum())
 
 
-def minute_before(bench):
+def minute_before(bench: Bench) -> list[Frame]:
     """Frames of a minute of a chip that has settled."""
     bench.settle()
     return bench.minute()
 
 
-def yaw_of_read(bench):
+def yaw_of_read(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
     """A minute of yaw by read.py, calibrated."""
     bench.calibrated()
     return bench.yaw()
 
 
-def turns(bench):
+def turns(bench: Bench) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """E6: (true, measured) at each mark both ways, then of a full turn each way, deg."""
     bench.calibrated()
     marks, since = [], None
@@ -117,7 +124,7 @@ def turns(bench):
     return marks, [bench.turn_to(angle, rospy.get_time()) for angle in (360.0, -360.0)]
 
 
-def filters(bench):
+def filters(bench: Bench) -> list[tuple[list[Frame], np.ndarray]]:
     """E4: ((frames, true yaws) of a minute at rest, of a full turn to the left, to the right)."""
     bench.calibrated()
     found = []
@@ -136,7 +143,7 @@ def filters(bench):
 TASKS = {'before': minute_before, 'after': Bench.minute, 'yaw': yaw_of_read, 'turns': turns, 'filters': filters}
 
 
-def main(words):
+def main(words: Sequence[str]) -> int:
     """The process."""
     goals.wait_for_launch(WAIT_S)
     goals.begin('bench')

@@ -2,8 +2,12 @@
 give in lockstep.
 """
 
+from __future__ import annotations
+
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +16,9 @@ from canserial.dbc.bus import BusDescription
 from sara_lab.experiments import orientation, rest, sensor_experiments, turns
 from sara_lab.experiments.sensor_experiments import CALIBRATION_S, AtRest, Turns, integrated
 from sara_lab.ros.experiments.beside import beside
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.core import Case
 
 LONGEST_S = {
     'before': 75.0,
@@ -22,14 +29,14 @@ LONGEST_S = {
 }  # of the chair's time, about
 
 
-def run_case(case, speed, say):
+def run_case(case: Case, speed: float, say: Callable[[str], None]) -> dict:
     """The result of a case of E1 to E6. Raises OverRosError."""
     return {rest.rest_case: _rest, rest.yaw_case: _yaw, orientation.case: _filters, turns.case: _turns}[case.function](
         lambda task, **launch: heard(task, case.seed, speed, say, **launch)
     )
 
 
-def heard(task, seed, speed, say=lambda text: None, **launch):
+def heard(task: str, seed: int, speed: float, say: Callable[[str], None] = lambda text: None, **launch) -> Any:
     """What bench_node.py leaves of one of its TASKS with the chair `seed`; `launch`: arguments of bench_top.launch.
     Raises OverRosError.
     """
@@ -76,7 +83,7 @@ def _filters(hear):
     for frames, yaws in hear('filters'):
         listener = orientation.Listener(BusDescription.default())
         for frame, yaw in zip(frames, yaws):
-            listener.hear(frame, yaw)
+            listener.on_frame(frame, yaw)
         arrays.append(listener.arrays())
     return orientation.compared(arrays[0], arrays[1:])
 

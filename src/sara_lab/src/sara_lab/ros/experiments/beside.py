@@ -1,10 +1,13 @@
-"""A launch and a module of ours run beside each other with a ROS master of their own, and are ended whatever happens."""
+"""Runs a launch and a module of ours side by side with a ROS master of their own, and ends them in any case."""
 
 import pickle
 import re
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from sara_bringup.ros.masters import environment, launched
 
@@ -18,7 +21,9 @@ class OverRosError(RuntimeError):
     """A run over ROS that came to nothing; the text is a sentence, with the last words of whoever failed."""
 
 
-def beside(launch, node, folder, seconds, say):
+def beside(
+    launch: tuple[str, str, dict[str, Any]], node: tuple, folder: Path, seconds: float, say: Callable[[str], None]
+) -> Any:
     """Start a launch (package, file, {argument: value}) and a module of ours beside it (name, words; the last, a file
     for its pickled result, is added), with a master of their own; what it leaves.
     `folder`: for them alone. `seconds`: of the wall clock that it should take. Raises OverRosError.

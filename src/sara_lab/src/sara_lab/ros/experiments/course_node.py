@@ -7,11 +7,15 @@ course_over_ros.py starts it beside the launch. What is heard is kept with its s
 newest of everything, as in lockstep.
 """
 
+from __future__ import annotations
+
 import math
 import pickle
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
@@ -25,9 +29,13 @@ from sara_bringup.missions.places import pose as place
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of
-from sara_lab.experiments.drives import BOTH, CLICK_TICKS, CLICKS, SHOWN_M, TRUTH, WHEELS
-from sara_lab.judge.judge import Goal
+from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS
+from sara_lab.experiments.drives import CLICK_TICKS, CLICKS, SHOWN_M
+from sara_lab.judge.judgement import Goal
 from sara_sim.chair import STEP_S
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.courses import Course, SetUp
 
 TRUE, FUSED, ODOMETRY, IMU, COMMAND = (
     '/ground_truth',
@@ -41,7 +49,7 @@ WAIT_S = 120.0  # of the wall clock, for the stack to come up: the gyro's calibr
 HEARD_S = 10.0  # of the wall clock, for what comes 50 times a second, or once
 
 
-def of(topic, message):
+def of(topic: str, message: Any) -> tuple[float, ...]:
     """What is kept of a message."""
     if topic == COMMAND:
         return message.linear.x, message.angular.z
@@ -55,7 +63,7 @@ def of(topic, message):
 class Listener:
     """Everything that is heard from now on: {topic: [(stamp s, values...)]}, and the simulator's count of contacts."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.heard, self.contacts, self.told = {topic: [] for topic in WIDTHS}, 0, 0
         for topic, kind in ((TRUE, Odometry), (FUSED, Odometry), (ODOMETRY, Odometry), (IMU, Imu), (COMMAND, Twist)):
             rospy.Subscriber(topic, kind, self._keep, topic, tcp_nodelay=True)
@@ -71,12 +79,12 @@ class Listener:
                 if value.key == 'contacts':
                     self.contacts, self.told = int(value.value), self.told + 1
 
-    def newest(self, topic):
+    def newest(self, topic: str) -> tuple[float, ...] | None:
         """Its values, None before the first."""
         return self.heard[topic][-1][1:] if self.heard[topic] else None
 
-    def rows(self, since, until, start, fusion):
-        """(n, drives.COLUMNS) of the true poses from `since` to `until`; `start`: of the course, on the map."""
+    def rows(self, since: float, until: float, start: tuple[float, float, float], fusion: str) -> np.ndarray:
+        """(n, drive_data.COLUMNS) of the true poses from `since` to `until`; `start`: of the course, on the map."""
         kept = {
             topic: np.array(sorted(rows)) if rows else np.empty((0, WIDTHS[topic] + 1))
             for topic, rows in self.heard.items()
@@ -106,7 +114,7 @@ def _newest(rows, t):
     return found
 
 
-def point_out(listener, start, posed):
+def point_out(listener: Listener, start: tuple[float, float, float], posed: str) -> int:
     """RViz's "2D Pose Estimate", again until the filter shows it; experiment.launch has seen to who hears it. Returns
     how often it took.
     """
@@ -130,8 +138,8 @@ def point_out(listener, start, posed):
     return clicks
 
 
-def drive(course, setup):
-    """Drive it; {rows, goals, contacts, clicks}, what drives.figures takes, and the `speed` that the machine kept up,
+def drive(course: Course, setup: SetUp) -> dict[str, Any]:
+    """Drive it; {rows, goals, contacts, clicks} for drive_data.figures, and the `speed` that the machine kept up,
     times real time. Raises goals.Unavailable.
     """
     listener, driver = Listener(), goals.Driver(WAIT_S)
@@ -166,7 +174,7 @@ def drive(course, setup):
     }
 
 
-def main(words):
+def main(words: Sequence[str]) -> int:
     """The process: what is pickled in the first file is driven, what came of it goes into the second."""
     course, setup = pickle.loads(Path(words[0]).read_bytes())
     goals.wait_for_launch(WAIT_S)

@@ -4,35 +4,44 @@ chair.
 roslaunch and course_node.py run as children with a master of their own, and are ended whatever happens.
 """
 
+from __future__ import annotations
+
 import pickle
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from sara_bringup.paths import share
-from sara_lab.experiments import drives
+from sara_lab.experiments import courses, drive_data
 from sara_lab.ros.experiments.beside import OverRosError, beside
 from sara_sim.chair import SimulatedChair
 from sara_sim.world.world import World
+
+if TYPE_CHECKING:
+    from sara_lab.experiments.courses import Course, SetUp
 
 BUSY = 'the machine is busy'
 KEPT_UP = 0.9  # of the asked speed; less is told
 
 
-def arguments(seed, course, setup, gain, folder, speed):
+def arguments(
+    seed: int, course: Course, setup: SetUp, gain: float | None, folder: Path, speed: float
+) -> dict[str, Any]:
     """{name: value} for experiment.launch. `folder`: a Path for what belongs to this run alone. Raises OverRosError
     where a set-up cannot be launched.
     """
     if setup.raw_rate:
         raise OverRosError("raw_rate has no launch file: read.py does not publish the chip's own rate")
-    tree = drives.navigation(setup.planner, setup.turn_rate)
+    tree = courses.navigation(setup.planner, setup.turn_rate)
     x, y, yaw = course.placed(course.start)
     steered = (
         'wheels'
-        if setup.fusion == drives.WHEELS or setup.steer_by_wheels
+        if setup.fusion == courses.WHEELS or setup.steer_by_wheels
         else 'fake'
-        if setup.fusion == drives.TRUTH
+        if setup.fusion == courses.TRUTH
         else 'ekf'
     )
     found = {
@@ -58,13 +67,21 @@ def arguments(seed, course, setup, gain, folder, speed):
         found.update(
             zip(
                 ('separation', 'left_radius', 'right_radius'),
-                drives.multipliers(setup, SimulatedChair(World.empty(), seed)),
+                courses.multipliers(setup, SimulatedChair(World.empty(), seed)),
             )
         )
     return found
 
 
-def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=lambda text: None):
+def course_over_ros(
+    seed: int,
+    course: Course,
+    setup: SetUp,
+    gain: float | None = None,
+    trace: bool = False,
+    speed: float = 2.0,
+    say: Callable[[str], None] = lambda text: None,
+) -> dict:
     """Drive a Course over ROS with the chair `seed`; the dict that drives.course_driven gives. `speed`: simulated
     seconds per second. `say`: called with each sentence on the way. Raises OverRosError.
     """
@@ -84,5 +101,5 @@ def course_over_ros(seed, course, setup, gain=None, trace=False, speed=2.0, say=
         say(f'{BUSY}: {driven["speed"]:.2f} instead of {speed:g} times real time; figures may suffer')
     return {
         'clicks': driven['clicks'],
-        **drives.figures(driven['rows'], driven['contacts'], course, driven['goals'], trace),
+        **drive_data.figures(driven['rows'], driven['contacts'], course, driven['goals'], trace),
     }

@@ -92,7 +92,10 @@ def write(path, folder, map_file=None):
         '| --- | --- | --- | --- | --- |',
     ] * bool(goals)
     lines += [
-        f'| {x:.2f}, {y:.2f}, {yaw:.0f} | {"yes" if corner.reached else "no"} | {corner.position:.3f} | {corner.yaw:+.2f} | {corner.text} |'
+        (
+            f'| {x:.2f}, {y:.2f}, {yaw:.0f} | {"yes" if corner.reached else "no"} | {corner.position:.3f} | '
+            f'{corner.yaw:+.2f} | {corner.text} |'
+        )
         for (x, y, yaw), corner in zip(goals, found.corners)
     ]
     lines += [
@@ -110,7 +113,7 @@ def write(path, folder, map_file=None):
     return found
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """The command; exit status 1 where the bag holds no drive."""
     parser = argparse.ArgumentParser(prog='report', description=__doc__)
     parser.add_argument('bag', help='recorded by sara.launch record:=true, or with the same topics')

@@ -12,6 +12,7 @@ import math
 import re
 import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import rosbag
@@ -37,8 +38,8 @@ class _Poses:
     def __init__(self, topic, dropped):
         self.topic, self.dropped, self.t, self.rows = topic, dropped, [], []
 
-    def add(self, message):
-        """An Odometry."""
+    def add_message(self, message, _received):
+        """Take an Odometry."""
         pose = message.pose.pose
         row = pose.position.x, pose.position.y, yaw_of(pose.orientation)
         t = message.header.stamp.to_sec()
@@ -64,69 +65,90 @@ def _time_of(stamp, received, first, last):
     return next((time for time in times if first - 1.0 <= time <= last + 1.0), None)
 
 
-def read_track(path, true=TRUE, fused=FUSED, goals=GOALS, results=RESULTS, commands=COMMANDS):
+class _Drive:
+    """What of a bag's messages belongs to a drive. `topics`: {name of a duty (true, fused, goals, results, commands):
+    topic}; `dropped`: a Counter of what is left out.
+    """
+
+    def __init__(self, topics, dropped):
+        self.poses = {topics[name]: _Poses(topics[name], dropped) for name in ('true', 'fused')}
+        self.given, self.ended, self.plans, self.commanded, self.contacts = {}, {}, [], [], []
+        self._takers = {
+            topics['goals']: self._goal,
+            topics['results']: self._result,
+            topics['commands']: self._command,
+            DIAGNOSTICS: self._diagnostics,
+            **{topic: poses.add_message for topic, poses in self.poses.items()},
+        }
+
+    def wants(self, topic):
+        """Whether messages of a topic are to be read."""
+        return topic in self._takers or bool(PLAN.match(topic))
+
+    def add(self, topic, message, received):
+        """Take a message of a topic that is wanted."""
+        self._takers.get(topic, self._plan)(message, received)
+
+    def _goal(self, message, received):
+        self.given[message.goal_id.id] = (message.goal_id.stamp, received, message.goal.target_pose.pose)
+
+    def _result(self, message, received):
+        reached = message.status.status == GoalStatus.SUCCEEDED
+        self.ended[message.status.goal_id.id] = (message.header.stamp, received, reached, message.status.text)
+
+    def _command(self, message, received):
+        self.commanded.append((received.to_sec(), message.linear.x, message.angular.z))
+
+    def _diagnostics(self, message, _received):
+        self.contacts += [
+            int(value.value)
+            for status in message.status
+            for value in status.values
+            if value.key == 'contacts' and value.value.isdigit()
+        ]
+
+    def _plan(self, message, received):
+        if len(message.poses) > 1:
+            poses = [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in message.poses]
+            self.plans.append((_stamp(message.header.stamp, received), np.array(poses)))
+
+
+def read_track(
+    path: Path | str,
+    true: str = TRUE,
+    fused: str = FUSED,
+    goals: str = GOALS,
+    results: str = RESULTS,
+    commands: str = COMMANDS,
+) -> tuple[Track, Counter]:
     """(Track, Counter of what was left out) of a bag; the arguments are names of topics. Raises BagError, and rosbag's
     own errors.
     """
     dropped = Counter()
-    poses = {name: _Poses(name, dropped) for name in (true, fused)}
-    given, ended, plans, commanded, contacts = {}, {}, [], [], []
+    drive = _Drive(dict(true=true, fused=fused, goals=goals, results=results, commands=commands), dropped)
     with rosbag.Bag(str(path)) as bag:
-        kinds = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
-        wanted = [
-            topic
-            for topic in kinds
-            if topic in (true, fused, goals, results, commands, DIAGNOSTICS) or PLAN.match(topic)
-        ]
+        wanted = [topic for topic in bag.get_type_and_topic_info().topics if drive.wants(topic)]
         for topic, message, received in bag.read_messages(topics=wanted):
-            if topic in poses:
-                poses[topic].add(message)
-            elif topic == goals:
-                given[message.goal_id.id] = (message.goal_id.stamp, received, message.goal.target_pose.pose)
-            elif topic == results:
-                ended[message.status.goal_id.id] = (
-                    message.header.stamp,
-                    received,
-                    message.status.status == GoalStatus.SUCCEEDED,
-                    message.status.text,
-                )
-            elif topic == commands:
-                commanded.append((received.to_sec(), message.linear.x, message.angular.z))
-            elif topic == DIAGNOSTICS:
-                contacts += [
-                    int(value.value)
-                    for status in message.status
-                    for value in status.values
-                    if value.key == 'contacts' and value.value.isdigit()
-                ]
-            elif len(message.poses) > 1:
-                plans.append(
-                    (
-                        _stamp(message.header.stamp, received),
-                        np.array(
-                            [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in message.poses]
-                        ),
-                    )
-                )
-    source = 'true' if len(poses[true].t) > 1 else 'fused'
-    chosen = poses[true if source == 'true' else fused]
+            drive.add(topic, message, received)
+    source = 'true' if len(drive.poses[true].t) > 1 else 'fused'
+    chosen = drive.poses[true if source == 'true' else fused]
     if len(chosen.t) < 2:
         raise BagError(f'{path} holds no drive: neither {true} nor {fused} has two poses or more')
     t, pose = np.array(chosen.t), np.array(chosen.rows)
-    found = tuple(_goals(given, ended, t, dropped))
-    if ended and not found:
+    found = tuple(_goals(drive.given, drive.ended, t, dropped))
+    if drive.ended and not found:
         raise BagError(
-            f'{path} has {len(ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none of the goals '
-            'at that time, neither by its stamps nor by when it was received'
+            f'{path} has {len(drive.ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none of '
+            'the goals at that time, neither by its stamps nor by when it was received'
         )
     return Track(
         t,
         pose,
         source,
         found,
-        tuple(plans),
-        _held(commanded, t) if commanded else None,
-        contacts[-1] - contacts[0] if contacts and source == 'true' else None,
+        tuple(drive.plans),
+        _held(drive.commanded, t) if drive.commanded else None,
+        drive.contacts[-1] - drive.contacts[0] if drive.contacts and source == 'true' else None,
     ), dropped
 
 
@@ -163,7 +185,7 @@ def _held(commanded, t):
     return held
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> None:
     """`judge BAG`: the judge's table of a recorded drive; exit status 1 where it holds none."""
     parser = argparse.ArgumentParser(prog='judge', description=main.__doc__)
     parser.add_argument('bag')

@@ -47,7 +47,7 @@ ALLOWED = 3.0
 SAME_STAMP = 5e-6
 
 
-def played(bag: Path, params: dict):
+def played(bag: Path, params: dict) -> np.ndarray:
     """(n, 4) stamp, x, y, z that a live ekf_localization_node publishes while the bag is played."""
     rows = []
     rospy.set_param('/filter', params)
@@ -74,7 +74,7 @@ def played(bag: Path, params: dict):
     return np.array(rows)
 
 
-def difference(ours: np.ndarray, known) -> np.ndarray:
+def difference(ours: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
     """(n,) m between ours and the peer's positions, at equal stamps, or in between where stamps differ throughout."""
     stamps, theirs = known['stamp'] + float(known['t0']), known['pose'][:, :3]
     nearest = np.clip(np.searchsorted(ours[:, 0], stamps - SAME_STAMP), 0, len(ours) - 1)
@@ -104,7 +104,7 @@ def check(name: str, data: Path, spread: dict) -> dict:
     return result
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='live_check', description="The live node against the peer's on the recorded drives."
     )
@@ -130,8 +130,8 @@ def main(argv=None):
         for name in arguments.sets:
             r = results[name] = check(name, data, spread)
             print(
-                '%-20s median %.1e m (allowed %.1e), p95 %.1e m (allowed %.1e): %s'
-                % (name, r['median'], r['allowed_median'], r['p95'], r['allowed_p95'], 'ok' if r['ok'] else 'TOO FAR'),
+                f'{name:20} median {r["median"]:.1e} m (allowed {r["allowed_median"]:.1e}), p95 {r["p95"]:.1e} m '
+                f'(allowed {r["allowed_p95"]:.1e}): {"ok" if r["ok"] else "TOO FAR"}',
                 flush=True,
             )
         rospy.signal_shutdown('done')

@@ -34,7 +34,7 @@ IMU_LINK = {
 }
 
 
-def draw(path: str):
+def draw(path: str) -> None:
     """The scale against the rates, measured (lines) and by the formula (rings)."""
     drawing, axes = figure(1, 2, (11.0, 4.6))
     left, right = axes[0]
@@ -79,9 +79,9 @@ def way(bag: Path, config, static) -> np.ndarray:
     return np.array(points)
 
 
-def tell(folder: Path):
+def tell(folder: Path) -> None:
     """How long the ways of the synthetic drives come out, per true way."""
-    print('%-18s' % 'drive' + ''.join('%34s' % name for name in thesis_set.SETS))
+    print(f'{"drive":18}' + ''.join(f'{name:>34}' for name in thesis_set.SETS))
     for name in DRIVES:
         truth = np.load(str(folder / (name + '_truth.npz')))
         true = path_length(truth['x'], truth['y'])
@@ -90,10 +90,10 @@ def tell(folder: Path):
             params = {**bag_tools.load_params(str(folder / (name + '__thesis.yaml'))), **inputs}
             points = way(folder / (name + '.bag'), FilterConfig.from_params(params), IMU_LINK.get(name, ()))
             scales.append(path_length(points[:, 0], points[:, 1]) / true)
-        print('%-18s' % name + ''.join(f'{scale:34.3f}' for scale in scales))
+        print(f'{name:18}' + ''.join(f'{scale:34.3f}' for scale in scales))
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='thesis_set_study', description="How much too long the legs of the thesis's set come out, and why."
     )

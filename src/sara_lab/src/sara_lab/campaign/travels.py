@@ -1,0 +1,166 @@
+"""The campaign's parts `doors`, `travel` and `journeys`: drives through a door and between poses on three maps, judged
+by limits that SARA's default planners are held to.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from sara_lab.campaign.comfort import calm_faults, calm_figures
+from sara_lab.campaign.part import Part, lines_of, mean, spread
+from sara_lab.experiments.gains import gain_of
+from sara_lab.journeys import doors as crossings
+from sara_lab.journeys import journeys as trips
+from sara_lab.journeys import travel as travels
+from sara_lab.journeys.travel_cases import MAPS, PAIRS
+
+SHORT_M = 10.0
+REACHED = {'true': 0.98, 'fused': 0.95, 'boxes': 0.90}  # share of journeys; fused: of those of SHORT_M at most
+COMFORT = ('reversals_per_m', 'last_metre_s', 'last_metre_and_turn_s', 'acceleration_rms')
+TRAVEL_LINE = (
+    '{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} '
+    '{gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} {discomfort_per_m:14.2f}'
+)
+
+
+def doors(_seeds: int, _folder: Path) -> Part:
+    """A door of 0.80 m from 20 angles, whatever the number of chairs."""
+    return Part(
+        {
+            f'doors_{number}': lambda number=number: crossings.cross(number).to_json()
+            for number in range(crossings.APPROACHES)
+        },
+        _doors_summary,
+    )
+
+
+def _doors_summary(results):
+    figures = {
+        'crossed': sum(result['reached'] for result in results),
+        'approaches': len(results),
+        'contacts': sum(len(result['contacts']) for result in results),
+        'gap_min_m': min(result['judgement']['gap_min'] for result in results),
+        'seconds': spread([result['judgement']['seconds'] for result in results]),
+    }
+    return lines_of(figures), figures
+
+
+def travel(_seeds: int, folder: Path) -> Part:
+    """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown
+    boxes, with people, with people who are expected.
+    """
+
+    def case(name, mode, number):
+        return travels.drive(name, mode, number, gain_of(number, folder) if mode == 'fused' else None).to_json()
+
+    return Part(
+        {
+            f'travel_{name}_{mode}_{number}': lambda name=name, mode=mode, number=number: case(name, mode, number)
+            for mode in travels.MODES
+            for name in MAPS
+            for number in range(PAIRS)
+        },
+        _travel_summary,
+        _travel_verdict,
+    )
+
+
+def _travel_summary(results):
+    lines = [
+        f'{"mode":8} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
+        f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14}'
+    ]
+    figures = {}
+    for mode in travels.MODES:
+        for name in (*MAPS, 'all'):
+            row = _travel_row([r for r in results if r['mode'] == mode and name in (r['map'], 'all')], name == 'all')
+            figures[f'{mode}_{name}'] = row
+            lines.append(TRAVEL_LINE.format(mode, name, **row))
+        comfort = {key: figures[f'{mode}_all'][key] for key in COMFORT}
+        lines += [f'{mode}: ' + line for line in lines_of(comfort)]
+    lines += [
+        f'not reached: {result["map"]} {result["mode"]} {result["number"]} ({result["way"]:.1f} m): {result["text"]}'
+        for result in results
+        if not result['reached']
+    ]
+    return lines, figures
+
+
+def _travel_row(results, with_comfort):
+    """Figures of the drives of one mode on one map, or on all maps."""
+    there = [result['judgement'] for result in results if result['reached']]
+    short = [result for result in results if result['way'] <= SHORT_M]
+    return {
+        'cases': len(results),
+        'reached': sum(result['reached'] for result in results),
+        'short': len(short),
+        'short_reached': sum(result['reached'] for result in short),
+        'contacts': sum(len(result['contacts']) for result in results),
+        'to_blame': sum(not contact['blameless'] for result in results for contact in result['contacts']),
+        'gap_min_m': min((found['gap_min'] for found in there), default=math.nan),
+        'detour': mean([found['detour'] for found in there]),
+        'speed': mean([found['length'] / found['seconds'] for found in there]),
+        'discomfort_per_m': mean([found['discomfort'] / found['length'] for found in there]),
+        **(calm_figures(there) if with_comfort else {}),
+    }
+
+
+def _travel_verdict(figures):
+    found = []
+    for mode, share in REACHED.items():
+        row = figures[f'{mode}_all']
+        reached, cases, which = (
+            (row['short_reached'], row['short'], f' of ways up to {SHORT_M:g} m')
+            if mode == 'fused'
+            else (row['reached'], row['cases'], '')
+        )
+        if reached < share * cases:
+            found.append(f'{mode}: {reached} of {cases} reached{which}, {share:.0%} are asked for')
+    return found + [f'true: {sentence}' for sentence in calm_faults(figures['true_all'], '')]
+
+
+def journeys(_seeds: int, _folder: Path) -> Part:
+    """Each local planner from ten starts to ten goals on each map, whatever the number of chairs."""
+    return Part(
+        {
+            f'journey_{name}_{planner}_{number}': lambda name=name, planner=planner, number=number: trips.drive(
+                name, planner, number
+            ).to_json()
+            for name in trips.MAPS
+            for planner in trips.PLANNERS
+            for number in range(trips.PAIRS)
+        },
+        _journeys_summary,
+    )
+
+
+def _journeys_summary(results):
+    lines = [
+        (
+            f'{"map":8} {"planner":22} {"reached":>7} {"contacts":>8} {"worst m off":>11} {"deg":>5} {"m/s":>5} '
+            f'{"longer by":>9} {"turned rad/m":>12}'
+        )
+    ]
+    figures = {}
+    for name in trips.MAPS:
+        for planner in trips.PLANNERS:
+            of = [result for result in results if (result['map'], result['planner']) == (name, planner)]
+            there = [result for result in of if result['reached']] or of
+            row = {
+                'cases': len(of),
+                'reached': sum(result['reached'] for result in of),
+                'contacts': sum(result['contacts'] for result in of),
+                'worst_position_m': max(result['position_error'] for result in there),
+                'worst_yaw_deg': max(abs(math.degrees(result['yaw_error'])) for result in there),
+                'mean_speed': float(np.mean([result['driven'] / max(result['seconds'], 1.0) for result in there])),
+                'longer_than_planned': float(np.mean([result['driven'] / result['way'] for result in there])) - 1.0,
+                'turned_per_m': float(np.mean([result['turned'] / result['way'] for result in there])),
+            }
+            figures[f'{name}_{planner}'] = row
+            lines.append(
+                '{:8} {:22} {reached:4}/{cases:<2} {contacts:8} {worst_position_m:11.3f} {worst_yaw_deg:5.1f} '
+                '{mean_speed:5.2f} {longer_than_planned:9.1%} '
+                '{turned_per_m:12.2f}'.format(name, planner, **row)
+            )
+    return lines, figures

@@ -1,0 +1,197 @@
+"""E4: what is reported of the sensor node's two filters side by side (thesis 4.2.3.1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sara_lab.experiments import core, plotting, sensor_figures
+from sara_lab.experiments.agreement import Figure, every_case
+from sara_lab.experiments.core import CONFIRMED, PARTLY, Experiment, Report, Results, Row, interval, results_of, spread
+from sara_lab.experiments.filter_costs import costs
+from sara_lab.experiments.orientation import FRAMES, cases
+
+
+@dataclass(frozen=True)
+class Filters:
+    """The `results` of the cases, and the `cost` of an update by filter (filter_costs)."""
+
+    results: list[dict]
+    cost: dict[str, tuple[int, int]]
+
+    @property
+    def drift(self) -> dict[str, np.ndarray]:
+        """{filter: (chairs,) yaw after a minute, deg}."""
+        return {key: np.array([result[key]['drift'] for result in self.results]) for key in FRAMES}
+
+    @property
+    def share(self) -> dict[str, np.ndarray]:
+        """{filter: (chairs, 2) measured over true angle of a full turn each way}."""
+        return {key: np.array([result[key]['share'] for result in self.results]) for key in FRAMES}
+
+    @property
+    def apart(self) -> np.ndarray:
+        """(chairs,) how far the two are apart after a minute, deg."""
+        return np.abs(self.drift['complementary'] - self.drift['madgwick'])
+
+
+def filters(results: Results) -> Report:
+    """E4's Report."""
+    of = Filters(results_of(results, 'orientation'), costs())
+    data = {
+        'cost': {key: {'operations': value[0], 'calls': value[1]} for key, value in of.cost.items()},
+        'apart_deg': spread(of.apart),
+        **{f'{key}_drift_deg': spread(np.abs(of.drift[key])) for key in FRAMES},
+        **{f'{key}_share': spread(of.share[key].ravel()) for key in FRAMES},
+    }
+    return Report(
+        _findings_of_filters(of),
+        (*_rows_of_filter(of, 'complementary', 'complementary'), *_rows_of_filter(of, 'madgwick', 'Madgwick')),
+        _drawn(of.results[0]['trace']),
+        data=data,
+        short="Both drift alike and need k; Madgwick's costs more.",
+    )
+
+
+def _rows_of_filter(of, key, name):
+    return [
+        Row(
+            f'{name}: |yaw| after a minute at rest',
+            'drifts, in proportion to time',
+            interval(spread(np.abs(of.drift[key])), 2, 'deg'),
+            "the offset that the sensor node's calibration leaves (E3)",
+        ),
+        Row(
+            f'{name}: share of a full turn',
+            '0.924 (332.5 of 360)' if key == 'complementary' else 'alike',
+            interval(spread(of.share[key].ravel()), 4),
+            "the gyroscope's scale, which neither can know",
+        ),
+        Row(
+            f'{name}: sigma of roll, pitch at rest',
+            '+-0.02 deg (figure 4.13)' if key == 'madgwick' else '0.1 deg (table 4.10)',
+            ' and '.join(
+                interval(spread([result[key]['sigma'][k] for result in of.results]), 3, 'deg') for k in (0, 1)
+            ),
+            'beta and A weigh gravity against the gyroscope'
+            if key == 'madgwick'
+            else "a tenth of each sample's gravity angle goes through, and with it its noise",
+        ),
+        Row(
+            f'{name}: one update costs',
+            'more' if key == 'madgwick' else 'less',
+            f'{of.cost[key][0]} operations and {of.cost[key][1]} calls of atan2, hypot, sqrt',
+            "counted on the node's own code",
+        ),
+    ]
+
+
+def _findings_of_filters(of):
+    return (
+        (
+            'the yaw of both drifts alike',
+            f'after a minute they are {of.apart.mean():.3f} deg apart on average, having drifted '
+            f'{np.abs(of.drift["complementary"]).mean():.2f} and {np.abs(of.drift["madgwick"]).mean():.2f} deg',
+            CONFIRMED if of.apart.max() < 0.5 * np.abs(of.drift['complementary']).mean() else PARTLY,
+        ),
+        (
+            "Madgwick's needs the factor k as well",
+            f'it turns {of.share["madgwick"].mean():.3f} of the true angle, the complementary filter '
+            f'{of.share["complementary"].mean():.3f}',
+            CONFIRMED if abs(of.share['madgwick'].mean() - of.share['complementary'].mean()) < 0.01 else PARTLY,
+        ),
+        (
+            "Madgwick's costs more and gains nothing",
+            f'{of.cost["madgwick"][0]} operations instead of {of.cost["complementary"][0]}, and no less drift; '
+            'its roll and '
+            'pitch are steadier '
+            f'({np.mean([result["madgwick"]["sigma"] for result in of.results]):.3f} instead of '
+            f'{np.mean([result["complementary"]["sigma"] for result in of.results]):.3f} deg), which navigation in the '
+            'plane does not use',
+            CONFIRMED if of.cost['madgwick'][0] > of.cost['complementary'][0] else PARTLY,
+        ),
+    )
+
+
+def _drawn(trace):
+    return (
+        core.Figure(
+            sensor_figures.name(12),
+            "Angles of Madgwick's filter with the chair at rest, the complementary filter's beside them (chair 0).",
+            lambda path: _angles(path, trace['rest'], 'both'),
+        ),
+        core.Figure(
+            sensor_figures.name(13),
+            "Angles at rest with the last firmware (rates in tenths), calibrated, Madgwick's filter (chair 0). The "
+            "mean of a minute is taken off roll and pitch, which show the mounting's tilt.",
+            lambda path: _angles(path, trace['last'], 'madgwick'),
+        ),
+        core.Figure(
+            sensor_figures.name(15),
+            "Histograms of roll and pitch at rest, last firmware, Madgwick's filter (chair 0).",
+            lambda path: sensor_figures.histograms(
+                path,
+                trace['last']['madgwick'][:, 1:3] - trace['last']['madgwick'][:, 1:3].mean(axis=0),
+                ('roll', 'pitch'),
+                'deg',
+            ),
+        ),
+        core.Figure(
+            sensor_figures.name(18),
+            "Angular velocity and turned angle of a full turn each way by Madgwick's filter, as measured and times k "
+            '(chair 0).',
+            lambda path: sensor_figures.turn_both_ways(
+                path, [_turn(turn) for turn in trace['turns']], 'Madgwick', 'times k ='
+            ),
+        ),
+    )
+
+
+def _turn(arrays):
+    t, angle, true = arrays['madgwick'][:, 0], arrays['madgwick'][:, 3], arrays['madgwick'][:, 4]
+    rate = np.interp(t, arrays['gyro'][:, 0], arrays['gyro'][:, 3])
+    return t - t[0], rate, angle, true, float(true[-1] / angle[-1])
+
+
+def _angles(path, arrays, which):
+    with plotting.figure(path, 3, size=(9, 7), sharex=True) as (_, axes):
+        for k, (axis, name) in enumerate(zip(axes, ('roll', 'pitch', 'yaw'))):
+            for key, colour, label in (
+                ('complementary', plotting.WHEELS, 'complementary'),
+                ('madgwick', plotting.FUSED, 'Madgwick'),
+            ):
+                if which in ('both', key):
+                    values = arrays[key][:, k + 1] - (
+                        arrays[key][:, k + 1].mean() if k < 2 and which != 'both' else 0.0
+                    )
+                    plotting.series(axis, arrays[key][:, 0] - arrays[key][0, 0], values, colour, label, linewidth=0.9)
+            axis.set(ylabel=f'{name} (deg)')
+            low, high = axis.get_ylim()
+            axis.set_ylim(low, high + 0.3 * (high - low))
+            axis.legend(loc='upper left', ncols=2)
+        axes[-1].set_xlabel('time (s)')
+
+
+def _figures_of_filters(result):
+    """What of a result is compared with a run over ROS."""
+    return {
+        Figure(f'{name}: {what}', digits): value
+        for key, name in (('complementary', 'complementary'), ('madgwick', 'Madgwick'))
+        for what, digits, value in (
+            ('yaw after a minute, deg', 2, result[key]['drift']),
+            ('share of a full turn', 4, float(np.mean(result[key]['share']))),
+            ('sigma of roll, deg', 3, result[key]['sigma'][0]),
+        )
+    }
+
+
+EXPERIMENT = Experiment(
+    'E4',
+    "complementary filter against Madgwick's",
+    'Both filters run in the sensor node on the same samples (A = 0.9; beta as configured): a minute at rest, and '
+    'a full turn each way (thesis 4.2.3.1 b, figures 4.12 to 4.18).',
+    10,
+    cases,
+    filters,
+    every_case,
+    _figures_of_filters,
+)
