@@ -1,16 +1,16 @@
-"""How fast the chair may go before what its range sensors see: distance zones from raw ranges, without a map.
+"""Distance zones: how fast the chair may drive, given raw ranges and no map.
 
-An echo says how far something is, not where in the sensor's cone: every place on the arc is reckoned with. For a
-command (v, w) each such place moves round the chair on a circle (a line if w is 0); where that first meets the body's
-rectangle is the contact, the way to it the free distance, u = |velocity of the place relative to the chair| the speed
-of approach. Allowed is what keeps u t_react + u^2 / (2 a_brake) below the free distance less the stop distance; that
-holds ahead, astern and in turns alike. The command is scaled as a whole, so that it stays on its curve. A creeping
-speed whose way to rest is shorter than the stop distance is
-always allowed before that: so narrow doors, whose jambs stand in the cones, are passed slowly. What comes towards a
-sensor by itself (movers.py), at m, is reckoned with where it will be when the chair stands, m (t_react + u / a_brake)
-nearer, and nothing creeps towards it.
-Two brakes are reckoned with: the gentle one sets the speed that is aimed at; where only the hard one is left, it is
-asked for.
+An echo tells how far an obstacle is, not where in the sensor's cone, so every place on the arc counts. For a command
+(v, w) each place moves around the chair on a circle (a line if w is 0). Where the circle first meets the body's
+rectangle is the contact; the path to it is the free distance, and u = |velocity of the place relative to the chair| the
+speed of approach. A speed is allowed if u t_react + u^2 / (2 a_brake) is below the free distance less the stop
+distance. That holds ahead, astern and in turns alike. The command is scaled as a whole, so it keeps its curve.
+
+A creep speed whose stopping distance is shorter than the stop distance is always allowed before the stop distance:
+narrow doors, whose jambs stand in the cones, are passed slowly. An obstacle that approaches a sensor by itself
+(approach_detector.py) at m counts as m (t_react + u / a_brake) nearer, and nothing creeps towards it.
+
+There are two brakes: the gentle one sets the speed that is aimed at; the hard one is used where only it is in time.
 Zones of this kind: nav2_collision_monitor's README (stop, slow-down, approach; several readings to trigger).
 """
 
@@ -20,15 +20,15 @@ from collections import deque
 import numpy as np
 
 from sara_control.zones import zone_places
-from sara_control.zones.caution import Caution, CautionConfig
+from sara_control.zones.approach_detector import REMEMBERED, ApproachDetector
+from sara_control.zones.caution import Caution, CautionConfig, Motion
 from sara_control.zones.lost_echoes import MOST, LostEchoes
-from sara_control.zones.moving_obstacles import REMEMBERED, Mover
-from sara_control.zones.range_filter import BelievedRange
-from sara_control.zones.zone_config import SLACK
+from sara_control.zones.range_filter import RangeFilter
+from sara_control.zones.zone_config import SLACK, ZoneConfig
 from sara_control.zones.zone_places import Body, Places, Stopping
 
 RAYS = 13  # places in a cone
-CRAWL = 0.04  # m/s: no faster towards somebody who comes,
+CRAWL = 0.04  # m/s: no faster towards a pedestrian who approaches,
 CAREFUL = 4.0  # s: and no faster than that up to the stop distance for so long afterwards
 
 
@@ -43,21 +43,20 @@ def _no_places(sensors):
 
 
 class Zones:
-    """Ranges in, speed limits out."""
+    """Ranges in, speed limits out. config: ZoneConfig. caution: CautionConfig. `sensors`: {name: RangeSensor}."""
 
-    def __init__(self, config, caution=CautionConfig()):
+    def __init__(self, config: ZoneConfig, caution: CautionConfig = CautionConfig()) -> None:
         zone_places.warm()  # nothing compiles on the move
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
         self._body = Body(0.5 * config.length, 0.5 * config.width + float(config.side_margin))
-        self._believed = {name: BelievedRange(config.trigger, config.release) for name in self.sensors}
+        self._filters = {name: RangeFilter(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
-        self._movers, self._raw_movers = (
-            {name: Mover(sensor, half) for name, sensor in self.sensors.items()} for _ in range(2)
+        self._detectors, self._raw_detectors = (
+            {name: ApproachDetector(sensor, half) for name, sensor in self.sensors.items()} for _ in range(2)
         )
-        self._untold = {
-            name: deque(maxlen=REMEMBERED) for name in self.sensors
-        }  # filtered readings that the Mover was not told of
+        # Filtered readings that their detector has not seen yet.
+        self._kept_readings = {name: deque(maxlen=REMEMBERED) for name in self.sensors}
         places, self._names = _no_places(config.sensors)
         self._places, self._nearest, self._farthest = places, math.inf, 0.0  # m: outside the body, from base_link
         self._fastest = 0.0  # m/s, of what comes by itself
@@ -74,7 +73,7 @@ class Zones:
         self.caution = Caution(caution, config.sensors, half, self._body)
 
     def _inside(self, sensor, directions):
-        """How far along each ray the body ends: an echo within it is of what stands at its edge."""
+        """Length of each ray within the body: a nearer echo is of an obstacle at the body's edge."""
         place = np.array([[sensor.x], [sensor.y]])
         half = np.array(self._body)[:, None]
         with np.errstate(divide='ignore', invalid='ignore'):
@@ -83,83 +82,85 @@ class Zones:
         inside = np.all(np.abs(place) < half, axis=0)[0]
         return np.maximum(ways.min(axis=0), 0.0) if inside else np.zeros(directions.shape[1])
 
-    def on_range(self, name, distance, stamp=None, v=0.0, w=0.0):
-        """A reading in m after REP-117: -Inf too near, +Inf nothing there. Returns False for NaN, a negative one or an
-        unknown name.
+    def on_range(self, name: str, distance: float, stamp: float | None = None, v: float = 0.0, w: float = 0.0) -> bool:
+        """Takes a filtered reading (m, REP-117: -Inf too near, +Inf nothing there). Returns False for NaN, a negative
+        reading or an unknown name.
 
-        stamp: s, of the reading, with the chair's speed v (m/s), w (rad/s) at that time; without it nothing is known of
-        what moves by itself.
+        stamp: s, of the reading, with the chair's speed v (m/s), w (rad/s) at that time. Without it the reading is not
+        searched for an approach.
         """
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
-        believed = self._believed[name]
-        before = believed.range
-        believed.add(distance)
+        filtered = self._filters[name]
+        before = filtered.range
+        filtered.add(distance)
         moved = stamp is not None and self._lost.carry(stamp, v, w)
-        if believed.range != before:
-            self._place(self.sensors[name], believed.range)
-            moved |= stamp is not None and self._lost.heard(self.sensors[name], before, believed.range)
+        if filtered.range != before:
+            self._place(self.sensors[name], filtered.range)
+            moved |= stamp is not None and self._lost.on_range_change(self.sensors[name], before, filtered.range)
         if moved:
             self._keep()
         if stamp is not None:
-            self._listen_late(name, distance, stamp, v, w)
+            self._detect_late(name, distance, stamp, v, w)
         return True
 
-    def _listen_late(self, name, distance, stamp, v, w):
-        """A filtered reading tells of movers where the raw ones do not; until then it is kept, and told to the Mover
-        when it is asked.
+    def _detect_late(self, name, distance, stamp, v, w):
+        """The filtered readings are searched for an approach where the raw ones are not trusted; until then they are
+        kept, for the detector to catch up.
         """
-        kept = self._untold[name]
-        if self._raw_movers[name].trusted(stamp):
+        kept, detector = self._kept_readings[name], self._detectors[name]
+        if self._raw_detectors[name].trusted(stamp):
             kept.append((stamp, distance, v, w))
             return
         while kept:
-            self._movers[name].add(*kept.popleft())
-        self._listen(self._movers[name], name, distance, stamp, v, w)
+            detector.add(*kept.popleft())
+        self._detect(detector, name, distance, stamp, v, w)
 
-    def on_raw_range(self, name, distance, stamp, v=0.0, w=0.0, told=False):
-        """The same reading as it came, before any filter, which tells a reading late of who moves by themselves; where
-        it scatters, the filtered one has to tell.
+    def on_raw_range(
+        self, name: str, distance: float, stamp: float, v: float = 0.0, w: float = 0.0, commanded: bool = False
+    ) -> bool:
+        """The same reading before any filter, which shows an approach one reading late. Where the raw reading is too
+        noisy, the filtered one is searched.
 
-        told: whether the wheels are told to move; w is measured, and tells of a turn that has just begun too late.
+        commanded: whether the wheels are told to turn; w is measured, and shows a turn that has just begun too late.
         """
         if name not in self.sensors or math.isnan(distance) or -math.inf < distance < 0.0:
             return False
-        raw = self._raw_movers[name]
+        raw = self._raw_detectors[name]
         trusted = raw.trusted(stamp)
         if trusted:
-            self._listen(raw, name, distance, stamp, v, w)
+            self._detect(raw, name, distance, stamp, v, w)
         else:
-            raw.add(stamp, distance, v, w, self.caution.about(stamp))
-        self.caution.add(name, distance, stamp, v, w, raw.sigma if trusted else math.inf, told)
-        if trusted and raw.sure(stamp):
-            self.caution.mover(name, distance, stamp)
-        if raw.coarse:
-            self.caution.doubted(name, stamp)
+            raw.add(stamp, distance, v, w, self.caution.pedestrians_nearby(stamp))
+        self.caution.on_range(name, distance, stamp, Motion(v, w, commanded), raw.sigma if trusted else math.inf)
+        if trusted and raw.confirmed(stamp):
+            self.caution.on_approach(name, distance, stamp)
+        if raw.noisy:
+            self.caution.on_noise(name, stamp)
         return True
 
-    def _listen(self, mover, name, distance, stamp, v, w):
-        """Whether somebody comes by themselves; they are believed at once."""
-        speed = mover.add(stamp, distance, v, w, self.caution.about(stamp))
-        self._come(name, speed)
+    def _detect(self, detector, name, distance, stamp, v, w):
+        """Searches a reading for an approach; that of a pedestrian is accepted at once."""
+        speed = detector.add(stamp, distance, v, w, self.caution.pedestrians_nearby(stamp))
+        self._set_approach(name, speed)
         self._now = stamp
         if speed > 0.0:
-            if mover.sure(stamp):
+            if detector.confirmed(stamp):
                 self._careful = stamp + CAREFUL
-            believed = self._believed[name]
-            if believed.range is not None and distance < believed.range:
-                believed.at_once(distance)
+            filtered = self._filters[name]
+            if filtered.range is not None and distance < filtered.range:
+                filtered.accept(distance)
                 self._place(self.sensors[name], distance)
 
-    def range(self, name):
-        """The range (m) that is believed, or None before the first reading."""
-        return self._believed[name].range
+    def range(self, name: str) -> float | None:
+        """The accepted range (m), or None before the first reading."""
+        return self._filters[name].range
 
-    def scale(self, v, w, gentle=True):
+    def scale(self, v: float, w: float, gentle: bool = True) -> tuple[float, str]:
         """(factor 0..1 on the command (v m/s, w rad/s), name of the sensor that asks for it or '').
 
-        gentle: by the gentle brake and its `ease`; else by the hard one, and creeping always passes: it comes to rest
-        gently in time.
+        gentle: by the gentle brake and its `ease`; else by the hard one, and creeping always passes, because the gentle
+        brake is in time for it.
         """
         if v == 0.0 and w == 0.0:
             return 1.0, ''
@@ -190,22 +191,22 @@ class Zones:
             not gentle,
         )
 
-    def slowly(self, v, w):
-        """The factor 0..1 on the command (v m/s, w rad/s) where people are about, 1 if not."""
+    def caution_factor(self, v: float, w: float) -> float:
+        """The factor 0..1 on the command (v m/s, w rad/s) while pedestrians are nearby or expected, 1 if not."""
         return self.caution.scale(v, w, self._now)
 
-    def people(self, now):
-        """Whether people are about."""
-        return self.caution.about(now)
+    def pedestrians_nearby(self, now: float) -> bool:
+        """Whether a pedestrian was detected lately, see Caution."""
+        return self.caution.pedestrians_nearby(now)
 
     @property
-    def somebody_moves(self):
-        """Whether a sensor hears somebody move, or has been sure of it lately."""
+    def pedestrian_moving(self) -> bool:
+        """Whether a sensor detects a pedestrian who moves, or has confirmed one lately."""
         return self._fastest > 0.0 or self._now < self._careful
 
     def _waits_for(self, places, v, w):
-        """Name of a sensor that hears somebody come, who is at the body when the chair stands, and into whose cone a
-        corner would move; ''.
+        """Name of a sensor with a pedestrian who approaches and reaches the body before the chair stands, and into
+        whose cone a corner would move; '' if there is none.
         """
         half_x, half_y = self._body
         for name, rays in self._rays_of.items():
@@ -216,22 +217,22 @@ class Zones:
                 return name
         return ''
 
-    def _come(self, name, speed):
-        """What a sensor hears comes by itself at speed (m/s)."""
+    def _set_approach(self, name, speed):
+        """The obstacle that a sensor measures approaches by itself at speed (m/s)."""
         places, rays = self._places, self._rays_of[name]
         if places.approach[rays.start] != speed:
             places.approach[rays] = speed
             self._fastest = float(places.approach.max())
 
     def _place(self, sensor, distance):
-        """Something is at this range (m) of a sensor, on any of its rays."""
+        """An obstacle is at this range (m) of a sensor, on any of its rays."""
         rays = self._rays_of[sensor.name]
         distance = float(sensor.near if distance == -math.inf else distance)
         zone_places.put(self._places, (rays.start, rays.stop), (float(sensor.x), float(sensor.y)), distance, self._body)
         self._nearest, self._farthest = zone_places.bounds(self._places)
 
     def _keep(self):
-        """Places whose echoes were lost are where they are by now."""
+        """Moves the places whose echoes were lost along with the chair."""
         places, kept = self._places, self._kept
         places.outside[kept], places.radius[kept] = math.inf, 0.0
         for i, lost in enumerate(self._lost.places, kept.start):
@@ -241,8 +242,8 @@ class Zones:
         self._nearest, self._farthest = zone_places.bounds(places)
 
     def _when_standing(self, later):
-        """The places after `later` s, and the least distance outside the body: what comes by itself is nearer then, at
-        the body's edge at most.
+        """The places after `later` s, and the least distance outside the body: an obstacle that approaches is nearer
+        then, at the body's edge at most.
         """
         places = self._places
         nearer = np.minimum(places.approach * later, places.to_body)
