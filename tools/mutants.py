@@ -25,7 +25,7 @@ JUDGED_BY = (
     'gate/comfort',
     'zones/zones',
     'zones/caution',
-    'zones/moving_obstacles',
+    'zones/approach_detector',
     'gate/guard',
     'gate/gate_config',
     'gate/safety',

@@ -1,1 +1,1 @@
-"""A differential drive without ros_control: odometry, commands, and the CAN base of SARA. ROS only in sara_control.ros."""
+"""A differential drive without ros_control, with its multiplexer and safety gate. ROS is only in sara_control.ros."""

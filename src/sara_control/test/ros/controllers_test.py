@@ -38,7 +38,8 @@ STEP = 0.01
 URDF = (
     '<robot name="bot"><link name="base"/>'
     + ''.join(
-        f'<link name="{side}"><collision><geometry>{{shape}}</geometry></collision></link><joint name="{side}_wheel" type="continuous">'
+        f'<link name="{side}"><collision><geometry>{{shape}}</geometry></collision></link>'
+        f'<joint name="{side}_wheel" type="continuous">'
         f'<parent link="base"/><child link="{side}"/><origin xyz="0 {y} 0"/></joint>'
         for side, y in (('left', 0.2), ('right', -0.2))
     )
@@ -356,8 +357,8 @@ class ControllersTest(unittest.TestCase):
             self.assertAlmostEqual(state.error.velocities[k], state.desired.velocities[k] - state.actual.velocities[k])
 
     def test_from_rest_a_step_is_limited_in_jerk_then_acceleration_then_speed(self):
-        """Half a second after a command of 10 m/s the robot drives at 0.4 m/s (5 m/s3 for 0.2 s, then 1 m/s2), less what
-        the command needs to arrive; after five seconds at the limit. The same holds for the turn, at 2 rad/s2.
+        """Half a second after a command of 10 m/s the robot drives at 0.4 m/s (5 m/s3 for 0.2 s, then 1 m/s2), less for
+        the command's delay; after five seconds at the limit. The same holds for the turn, at 2 rad/s2.
         """
         for axis, command, half, limit in ((1, twist(0.0, 10.0), 0.92, 2.0), (0, twist(10.0), 0.37, 1.0)):
             self.assertEqual(self.speeds('limited'), (0.0, 0.0))

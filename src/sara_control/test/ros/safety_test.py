@@ -281,7 +281,7 @@ class SafetyTest(unittest.TestCase):
         # They have gone, and are remembered: beside something that would hide them it creeps, and says why.
         self.chair.raw = {'SDI': math.inf, 'SLID': 0.45}
         self.until(
-            lambda: self.status() == 'The chair goes slowly because somebody is about.',
+            lambda: self.status() == 'The chair goes slowly because people are nearby.',
             'it does not say why it is slow',
         )
         self.wait(3.0)

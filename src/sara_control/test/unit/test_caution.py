@@ -17,8 +17,8 @@ from sara_control.gate.gate_config import GateConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
 from sara_control.gate.safety import Command, Inputs, SafetyGate
-from sara_control.zones.caution import BETWEEN, Caution, CautionConfig
-from sara_control.zones.moving_obstacles import PAUSE, Mover
+from sara_control.zones.approach_detector import PAUSE, ApproachDetector
+from sara_control.zones.caution import BETWEEN, Caution, CautionConfig, Motion
 from sara_control.zones.zones import Zones
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
@@ -33,28 +33,22 @@ def caution(config=CONFIG):
     return Caution(config, SENSORS, HALF, BODY)
 
 
-def hear(what, ranges, start=0.0, v=0.0, w=0.0, seconds=0.2, sigma=0.01):
+def feed(what, ranges, start=0.0, v=0.0, w=0.0, seconds=0.2, sigma=0.01):
     """Every sensor hears what `ranges` says (m; a number for all), every 0.2 s for so long; the time after."""
     count = round(seconds / 0.2)
     for k in range(count):
         for sensor in SENSORS:
-            what.add(
-                sensor.name,
-                ranges.get(sensor.name, math.inf) if isinstance(ranges, dict) else ranges,
-                start + 0.2 * k,
-                v,
-                w,
-                sigma,
-            )
+            distance = ranges.get(sensor.name, math.inf) if isinstance(ranges, dict) else ranges
+            what.on_range(sensor.name, distance, start + 0.2 * k, Motion(v, w), sigma)
     return start + 0.2 * count
 
 
 def alarmed(ranges, w=0.0):
     """Caution that has heard somebody far off, and hears this since; the time."""
     result = caution()
-    t = hear(result, ranges, 0.0, 0.3, w, 2.0)
-    result.mover('SDD', 2.0, t)
-    result.mover('SDD', 1.9, t + 0.2)
+    t = feed(result, ranges, 0.0, 0.3, w, 2.0)
+    result.on_approach('SDD', 2.0, t)
+    result.on_approach('SDD', 1.9, t + 0.2)
     return result, t + 0.2
 
 
@@ -78,29 +72,23 @@ def test_a_chair_that_stands_among_things_that_stand_hears_nobody(seed, sigma):
     for k in range(150):
         for name, distance in away.items():
             lost = noise.random() < 0.03
-            result.add(
-                name,
-                math.inf if lost else max(distance + noise.gauss(0.0, sigma), 0.16),
-                0.2 * k,
-                0.0,
-                noise.gauss(0.0, 0.005),
-                max(sigma, 0.01),
-            )
-        assert not result.about(0.2 * k)
+            echo = math.inf if lost else max(distance + noise.gauss(0.0, sigma), 0.16)
+            result.on_range(name, echo, 0.2 * k, Motion(0.0, noise.gauss(0.0, 0.005)), max(sigma, 0.01))
+        assert not result.pedestrians_nearby(0.2 * k)
 
 
 @given(st.sampled_from(SENSORS), st.floats(0.6, 2.0), st.floats(0.6, 1.2), st.sampled_from((-1.0, 1.0)))
 @settings(max_examples=60, deadline=None)
 def test_a_chair_that_stands_hears_who_walks_to_or_fro(sensor, away, walk, sense):
     result = caution()
-    t = hear(result, {sensor.name: away}, seconds=2.0)
-    assert not result.about(t)
+    t = feed(result, {sensor.name: away}, seconds=2.0)
+    assert not result.pedestrians_nearby(t)
     for k in (1, 2):
-        result.add(sensor.name, away + sense * walk * 0.2 * k, t + 0.2 * (k - 1), 0.0, 0.0, 0.01)
+        result.on_range(sensor.name, away + sense * walk * 0.2 * k, t + 0.2 * (k - 1), Motion(), 0.01)
     assert (
-        result.about(t + 0.2)
-        and result.about(t + 0.2 + CONFIG.memory - 1e-6)
-        and not result.about(t + 0.2 + CONFIG.memory)
+        result.pedestrians_nearby(t + 0.2)
+        and result.pedestrians_nearby(t + 0.2 + CONFIG.memory - 1e-6)
+        and not result.pedestrians_nearby(t + 0.2 + CONFIG.memory)
     )
 
 
@@ -108,28 +96,28 @@ def test_a_chair_that_moves_tells_nobody_by_what_it_hears_at_another_distance():
     for v, w in ((0.2, 0.0), (0.0, 0.2)):
         result, t = caution(), 0.0
         for k in range(20):
-            t = hear(result, 2.0 - 0.09 * k, t, v, w)
-        hear(result, 1.0, t, 0.0, 0.0)
-        assert not result.about(t + 0.2)
+            t = feed(result, 2.0 - 0.09 * k, t, v, w)
+        feed(result, 1.0, t, 0.0, 0.0)
+        assert not result.pedestrians_nearby(t + 0.2)
 
 
 def test_a_chair_that_has_just_been_told_to_turn_tells_nobody_by_the_wall_that_comes_into_a_cone():
     for told in (False, True):
         result = caution()
-        t = hear(result, 2.1, seconds=3.0)
-        result.add('STI', 0.83, t, 0.0, 0.02, 0.01, told)
-        assert result.about(t) == (not told)
+        t = feed(result, 2.1, seconds=3.0)
+        result.on_range('STI', 0.83, t, Motion(0.0, 0.02, told), 0.01)
+        assert result.pedestrians_nearby(t) == (not told)
 
 
 def test_a_mover_heard_once_may_be_a_wall_and_twice_is_somebody():
     result = caution()
     for t in (1.0, 3.0, 5.0):
-        result.mover('SDD', 1.0, t)
-        assert not result.about(t + 0.2)
-    result.mover('SDI', 1.0, 5.4)
-    assert result.about(5.5)
-    result.mover('SDI', 1.0, 5.4 + CONFIG.memory - 0.1)  # while people are about once is enough
-    assert result.about(5.3 + 2.0 * CONFIG.memory - 0.1)
+        result.on_approach('SDD', 1.0, t)
+        assert not result.pedestrians_nearby(t + 0.2)
+    result.on_approach('SDI', 1.0, 5.4)
+    assert result.pedestrians_nearby(5.5)
+    result.on_approach('SDI', 1.0, 5.4 + CONFIG.memory - 0.1)  # while people are about once is enough
+    assert result.pedestrians_nearby(5.3 + 2.0 * CONFIG.memory - 0.1)
 
 
 @given(
@@ -159,14 +147,14 @@ def test_with_nothing_near_people_about_do_not_slow_it():
 def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_left_while_it_stood_does_not():
     result, t = alarmed({'SDI': 0.4})
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
-    t = hear(result, math.inf, t, 0.2, 0.0, 1.6)  # 0.3 m on, and the cone is free
+    t = feed(result, math.inf, t, 0.2, 0.0, 1.6)  # 0.3 m on, and the cone is free
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
-    t = hear(result, math.inf, t, 0.2, 0.0, 3.0)  # 0.9 m
+    t = feed(result, math.inf, t, 0.2, 0.0, 3.0)  # 0.9 m
     assert result.scale(0.5, 0.0, t) == 1.0
     result, t = alarmed(math.inf)
-    t = hear(result, {'SDI': 0.4}, t, seconds=2.0)
+    t = feed(result, {'SDI': 0.4}, t, seconds=2.0)
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
-    t = hear(result, math.inf, t, seconds=1.4)
+    t = feed(result, math.inf, t, seconds=1.4)
     assert result.scale(0.5, 0.0, t) == 1.0
 
 
@@ -174,8 +162,8 @@ def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_lef
 @settings(max_examples=200, deadline=None)
 def test_for_a_while_after_somebody_was_near_the_whole_body_creeps(v, w):
     result = caution()
-    t = hear(result, {'SLIT': 0.9}, seconds=2.0)
-    hear(result, {'SLIT': 0.6}, t)
+    t = feed(result, {'SLIT': 0.9}, seconds=2.0)
+    feed(result, {'SLIT': 0.6}, t)
     for later in (0.0, CONFIG.near_memory - 0.1):
         factor = result.scale(v, w, t + later)
         for x in (-0.54, 0.54):
@@ -187,7 +175,7 @@ def test_for_a_while_after_somebody_was_near_the_whole_body_creeps(v, w):
 def test_who_touches_it_is_near():
     result, t = alarmed(math.inf)
     assert result.scale(0.5, 0.0, t) == 1.0
-    result.add('SLID', -math.inf, t, 0.3, 0.0, 0.01)
+    result.on_range('SLID', -math.inf, t, Motion(0.3), 0.01)
     assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
 
 
@@ -195,32 +183,32 @@ def test_a_sensor_that_goes_on_scattering_has_told_of_nobody_and_who_others_hear
     def doubt(name, start, seconds):
         result, t = alarmed(0.4)
         for k in range(round(seconds / 0.2) + 1):
-            result.doubted(name, t + start + 0.2 * k)
+            result.on_noise(name, t + start + 0.2 * k)
         return result, t + start + seconds
 
     result, t = doubt('SDD', 0.4, 4.0)
-    assert not result.about(t) and result.scale(0.5, 0.0, t) == 1.0
+    assert not result.pedestrians_nearby(t) and result.scale(0.5, 0.0, t) == 1.0
     for name, start, seconds in (
         ('SLID', 0.4, 4.0),
         ('SDD', 0.4, 2.0),
         ('SDD', 6.0, 4.0),
     ):  # another, for a while only, long after
         result, t = doubt(name, start, seconds)
-        assert result.about(t)
+        assert result.pedestrians_nearby(t)
 
 
 def test_without_a_memory_there_is_no_caution():
     result = caution(CautionConfig())
-    hear(result, 0.5, hear(result, 1.0, seconds=3.0))
-    result.mover('SDI', 0.5, 4.0)
-    result.mover('SDI', 0.5, 4.2)
-    assert not result.about(4.2) and result.scale(0.8, 0.8, 4.2) == 1.0
+    feed(result, 0.5, feed(result, 1.0, seconds=3.0))
+    result.on_approach('SDI', 0.5, 4.0)
+    result.on_approach('SDI', 0.5, 4.2)
+    assert not result.pedestrians_nearby(4.2) and result.scale(0.8, 0.8, 4.2) == 1.0
 
 
 def test_a_clock_set_back_forgets_them():
     result, t = alarmed(0.4)
-    hear(result, 0.4, t - 5.0)
-    assert not result.about(t - 5.0)
+    feed(result, 0.4, t - 5.0)
+    assert not result.pedestrians_nearby(t - 5.0)
 
 
 def test_faults_name_the_parameter_and_what_is_allowed():
@@ -239,17 +227,17 @@ def test_faults_name_the_parameter_and_what_is_allowed():
 
 def test_where_people_are_about_a_first_step_is_enough_though_the_chair_turns():
     for alert in (False, True):
-        mover = Mover(SIDE, HALF)
-        told = [mover.add(0.2 * k, distance, 0.0, 0.2, alert) for k, distance in enumerate((1.2, 1.2, 1.2, 1.0))]
+        detector = ApproachDetector(SIDE, HALF)
+        told = [detector.add(0.2 * k, distance, 0.0, 0.2, alert) for k, distance in enumerate((1.2, 1.2, 1.2, 1.0))]
         assert told[:3] == [0.0, 0.0, 0.0] and (told[3] > 0.2) == alert
-        assert mover.speed(0.6 + PAUSE + 0.01) == 0.0
+        assert detector.speed(0.6 + PAUSE + 0.01) == 0.0
 
 
 @pytest.mark.parametrize('nothing, alert, told', [(2, True, False), (3, True, True), (3, False, False)])
 def test_where_people_are_about_who_steps_in_where_nothing_was_heard_is_waited_for(nothing, alert, told):
-    mover = Mover(next(sensor for sensor in SENSORS if sensor.name == 'SJO'), HALF)
+    detector = ApproachDetector(next(sensor for sensor in SENSORS if sensor.name == 'SJO'), HALF)
     for k, distance in enumerate((*([math.inf] * nothing), 0.7)):
-        speed = mover.add(0.2 * k, distance, 0.1, 0.0, alert)
+        speed = detector.add(0.2 * k, distance, 0.1, 0.0, alert)
     assert (speed > 0.0) == told
 
 
@@ -311,7 +299,7 @@ def test_a_wall_that_a_turn_which_has_just_begun_brings_into_a_cone_is_nobody():
     ride.go(0.1)
     ride.ranges = {'STI': 0.83}  # before the gyroscope tells of the turn
     ride.go(0.4)
-    assert not ride.guard.zones.people(ride.t)
+    assert not ride.guard.zones.pedestrians_nearby(ride.t)
 
 
 def test_a_wall_that_was_there_all_the_time_slows_nobody():
@@ -357,7 +345,7 @@ def crowd(patience, drives=((40.0, 0.5),), still=False):
     zones = Zones(SAFETY.zones, CautionConfig(memory=200.0, patience=patience))
     gate = SafetyGate(GateConfig(), Comfort(Profile()), zones)
     for t in (0.0, 0.2):
-        zones.caution.mover('SDI', 2.0, t)
+        zones.caution.on_approach('SDI', 2.0, t)
     decisions, k = [], 10
     for seconds, v in ((0.1, 0.0), *drives):
         for _ in range(round(seconds / 0.02)):

@@ -137,7 +137,7 @@ LIMITS = {
 
 @pytest.mark.parametrize('name', LIMITS)
 def test_at_rest_in_time_and_never_again_by_itself(name):
-    """From v at rest within T + v / 1.5 + 0.25 s; the hazard passes, the stream of commands goes on: it does not move."""
+    """From v at rest within T + v / 1.5 + 0.25 s; the hazard passes, commands go on: it does not move."""
     for seed in range(12):
         v = (0.8, 0.5, 0.2, 0.12)[seed % 4]
         chair = driving(seed, v, (0.0, 0.1)[seed % 2])

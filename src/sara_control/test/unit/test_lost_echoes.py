@@ -22,7 +22,7 @@ def losing(name='SDI', distance=0.2, v=0.05, w=0.0):
     lost = LostEchoes(HALF)
     for stamp in (0.6, 0.8, 1.0):
         lost.carry(stamp, v, w)
-    lost.heard(SENSORS[name], distance, math.inf)
+    lost.on_range_change(SENSORS[name], distance, math.inf)
     return lost
 
 
@@ -51,7 +51,9 @@ def test_what_is_not_driven_up_to_or_farther_off_or_beside_the_chair_or_moves_on
     assert not any(losing(name).places for name in ('SLID', 'SLIT', 'SLDD', 'SLDT', 'SJO'))
     lost = losing(distance=0.4)
     assert (
-        not lost.heard(SENSORS['SDI'], 0.2, 0.3) and not lost.heard(SENSORS['SDI'], -math.inf, 0.2) and not lost.places
+        not lost.on_range_change(SENSORS['SDI'], 0.2, 0.3)
+        and not lost.on_range_change(SENSORS['SDI'], -math.inf, 0.2)
+        and not lost.places
     )
 
 
@@ -75,8 +77,8 @@ def test_a_place_stays_where_it_is_while_the_chair_moves(v, w, steps):
 def test_it_is_forgotten_when_a_cone_finds_it_free_and_after_some_way():
     lost = losing()
     lost.carry(1.4, -0.8, 0.0)  # back by 0.32 m: it is well within the cone again
-    assert not lost.heard(SENSORS['SDI'], 0.6, 0.5) and len(lost.places) == 1
-    assert lost.heard(SENSORS['SDI'], 0.5, 2.0) and not lost.places
+    assert not lost.on_range_change(SENSORS['SDI'], 0.6, 0.5) and len(lost.places) == 1
+    assert lost.on_range_change(SENSORS['SDI'], 0.5, 2.0) and not lost.places
     lost = losing()
     for k in range(1, 600):
         lost.carry(1.0 + 0.2 * k, 0.0, 0.0)
@@ -103,7 +105,7 @@ def creeping(jamb_y, yaw_rate, forgets, seconds=25.0):
     """
     zones, jamb = Zones(CONFIG), (1.04, jamb_y)
     if forgets:
-        zones._lost.heard = lambda *_: False
+        zones._lost.on_range_change = lambda *_: False
     x = y = yaw = t = v = w = 0.0
     last, stopped, gap = {name: [] for name in SENSORS}, math.inf, math.inf
     while t < min(seconds, stopped + 8.0):

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
-from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig, Said, Source
+from sara_control.mux.mux import NO_DRIVER, ROBOT, Mux, MuxConfig, SelectedCommand, Source
 
 TOPICS = [
     {'name': 'joystick', 'topic': '/cmd_vel/joystick', 'timeout': 0.5, 'priority': 100},
@@ -26,34 +26,34 @@ def mux(locks=()):
 
 def test_the_one_who_speaks_drives():
     one = mux()
-    assert one.driver == NOBODY and one.update(1.0) is None
-    assert one.on_command(1.0, 'navigation', 0.3, 0.1) == Said(0.3, 0.1, 'navigation')
-    assert one.on_command(1.1, 'navigation', 0.4, 0.1) == Said(0.4, 0.1, 'navigation')
+    assert one.driver == NO_DRIVER and one.update(1.0) is None
+    assert one.on_command(1.0, 'navigation', 0.3, 0.1) == SelectedCommand(0.3, 0.1, 'navigation')
+    assert one.on_command(1.1, 'navigation', 0.4, 0.1) == SelectedCommand(0.4, 0.1, 'navigation')
     assert one.update(1.6) is None and one.driver == 'navigation'
 
 
 def test_silence_ends_in_one_zero():
     one = mux()
     one.on_command(1.0, 'navigation', 0.3, 0.1)
-    assert one.update(1.51) == Said(0.0, 0.0, NOBODY)
-    assert one.update(1.53) is None and one.driver == NOBODY
-    assert one.take_driven_out() == ()
+    assert one.update(1.51) == SelectedCommand(0.0, 0.0, NO_DRIVER)
+    assert one.update(1.53) is None and one.driver == NO_DRIVER
+    assert one.take_preempted() == ()
 
 
 def test_the_higher_priority_wins_and_who_was_driven_out_must_come_anew():
     one = mux()
     one.on_command(1.0, 'navigation', 0.3, 0.0)
-    assert one.on_command(1.1, 'joystick', -0.2, 0.0) == Said(-0.2, 0.0, 'joystick')
-    assert one.take_driven_out() == ('navigation',) and one.take_driven_out() == ()
+    assert one.on_command(1.1, 'joystick', -0.2, 0.0) == SelectedCommand(-0.2, 0.0, 'joystick')
+    assert one.take_preempted() == ('navigation',) and one.take_preempted() == ()
     assert one.on_command(1.15, 'navigation', 0.3, 0.0) is None
-    assert one.on_command(1.2, 'joystick', 0.0, 0.0) == Said(0.0, 0.0, 'joystick')
+    assert one.on_command(1.2, 'joystick', 0.0, 0.0) == SelectedCommand(0.0, 0.0, 'joystick')
     t = 1.2
     while t < 3.0:  # navigation goes on as if nothing had been
         t += 0.05
-        assert one.on_command(t, 'navigation', 0.3, 0.0) in (None, Said(0.0, 0.0, NOBODY))
-    assert one.driver == NOBODY
-    assert one.on_command(3.1, 'navigation', 0.0, 0.0) == Said(0.0, 0.0, 'navigation')
-    assert one.on_command(3.2, 'navigation', 0.2, 0.0) == Said(0.2, 0.0, 'navigation')
+        assert one.on_command(t, 'navigation', 0.3, 0.0) in (None, SelectedCommand(0.0, 0.0, NO_DRIVER))
+    assert one.driver == NO_DRIVER
+    assert one.on_command(3.1, 'navigation', 0.0, 0.0) == SelectedCommand(0.0, 0.0, 'navigation')
+    assert one.on_command(3.2, 'navigation', 0.2, 0.0) == SelectedCommand(0.2, 0.0, 'navigation')
 
 
 def test_silence_makes_fresh_too():
@@ -62,53 +62,53 @@ def test_silence_makes_fresh_too():
     one.on_command(1.1, 'joystick', 0.2, 0.0)
     one.on_command(1.15, 'joystick', 0.0, 0.0)
     one.on_command(1.2, 'navigation', 0.3, 0.0)
-    assert one.update(1.8) == Said(0.0, 0.0, NOBODY)
-    assert one.on_command(1.9, 'navigation', 0.3, 0.0) == Said(0.3, 0.0, 'navigation')
+    assert one.update(1.8) == SelectedCommand(0.0, 0.0, NO_DRIVER)
+    assert one.on_command(1.9, 'navigation', 0.3, 0.0) == SelectedCommand(0.3, 0.0, 'navigation')
 
 
 def test_who_starts_while_another_drives_is_told_so():
     one = mux()
     one.on_command(1.0, 'joystick', 0.2, 0.0)
     assert one.on_command(1.1, 'touch', 0.1, 0.0) is None
-    assert one.take_driven_out() == ('touch',)
-    assert one.on_command(1.2, 'touch', 0.1, 0.0) is None and one.take_driven_out() == ()
+    assert one.take_preempted() == ('touch',)
+    assert one.on_command(1.2, 'touch', 0.1, 0.0) is None and one.take_preempted() == ()
 
 
-def test_a_zero_of_the_lower_is_not_driven_out():
+def test_a_zero_of_the_lower_is_not_preempted():
     one = mux()
     one.on_command(1.0, 'navigation', 0.0, 0.0)
     one.on_command(1.1, 'joystick', 0.2, 0.0)
-    assert one.take_driven_out() == ()
+    assert one.take_preempted() == ()
 
 
 def test_turning_is_wanting_too():
     one = mux()
     one.on_command(1.0, 'navigation', 0.0, 0.3)
     one.on_command(1.1, 'joystick', 0.2, 0.0)
-    assert one.take_driven_out() == ('navigation',)
+    assert one.take_preempted() == ('navigation',)
 
 
 def test_the_chairs_own_joystick():
     one = mux()
     one.on_command(1.0, 'navigation', 0.3, 0.0)
-    assert one.on_robot(1.1, True) == Said(0.0, 0.0, ROBOT) and one.driver == ROBOT
-    assert one.take_driven_out() == ('navigation',)
+    assert one.on_robot(1.1, True) == SelectedCommand(0.0, 0.0, ROBOT) and one.driver == ROBOT
+    assert one.take_preempted() == ('navigation',)
     assert one.on_command(1.2, 'navigation', 0.3, 0.0) is None and one.on_command(1.2, 'joystick', 0.3, 0.0) is None
-    assert one.on_robot(1.3, False) == Said(0.0, 0.0, NOBODY)
+    assert one.on_robot(1.3, False) == SelectedCommand(0.0, 0.0, NO_DRIVER)
     assert one.on_command(1.4, 'navigation', 0.3, 0.0) is None
     one.on_command(1.45, 'navigation', 0.0, 0.0)
-    assert one.on_command(1.5, 'navigation', 0.3, 0.0) == Said(0.3, 0.0, 'navigation')
+    assert one.on_command(1.5, 'navigation', 0.3, 0.0) == SelectedCommand(0.3, 0.0, 'navigation')
 
 
 def test_locks():
     one = mux([LOCKS[0]])
     assert one.locked(1.0) == 0
     one.on_command(1.0, 'navigation', 0.3, 0.0)
-    assert one.on_lock(1.1, 'pause', True) == Said(0.0, 0.0, NOBODY) and one.locked(9.9) == 20
-    assert one.on_command(1.2, 'touch', 0.2, 0.0) == Said(0.2, 0.0, 'touch')
+    assert one.on_lock(1.1, 'pause', True) == SelectedCommand(0.0, 0.0, NO_DRIVER) and one.locked(9.9) == 20
+    assert one.on_command(1.2, 'touch', 0.2, 0.0) == SelectedCommand(0.2, 0.0, 'touch')
     assert one.on_command(1.2, 'navigation', 0.2, 0.0) is None
     one.on_lock(1.3, 'pause', False)
-    assert one.locked(1.3) == 0 and one.update(2.0) == Said(0.0, 0.0, NOBODY)
+    assert one.locked(1.3) == 0 and one.update(2.0) == SelectedCommand(0.0, 0.0, NO_DRIVER)
 
 
 def test_a_lock_that_falls_silent_locks():
@@ -116,10 +116,10 @@ def test_a_lock_that_falls_silent_locks():
     assert one.locked(1.0) == 255 and one.on_command(1.0, 'joystick', 0.3, 0.0) is None
     one.on_lock(1.0, 'watchdog', False)
     one.on_command(1.1, 'joystick', 0.0, 0.0)
-    assert one.on_command(1.1, 'joystick', 0.3, 0.0) == Said(0.3, 0.0, 'joystick')
+    assert one.on_command(1.1, 'joystick', 0.3, 0.0) == SelectedCommand(0.3, 0.0, 'joystick')
     for t in (1.4, 1.8):
         one.on_command(t, 'joystick', 0.3, 0.0)
-    assert one.update(2.01) == Said(0.0, 0.0, NOBODY)
+    assert one.update(2.01) == SelectedCommand(0.0, 0.0, NO_DRIVER)
 
 
 def test_of_equals_the_first_and_a_lock_of_the_same_priority_lets_pass():
@@ -127,7 +127,7 @@ def test_of_equals_the_first_and_a_lock_of_the_same_priority_lets_pass():
     one = Mux(MuxConfig.from_params({'topics': topics, 'locks': [dict(LOCKS[0], priority=7)]}))
     one.on_lock(1.0, 'pause', True)
     one.on_command(1.0, 'navigation', 0.3, 0.0)
-    assert one.on_command(1.1, 'touch', 0.2, 0.0) == Said(0.2, 0.0, 'touch')
+    assert one.on_command(1.1, 'touch', 0.2, 0.0) == SelectedCommand(0.2, 0.0, 'touch')
     assert one.on_command(1.1, 'navigation', 0.3, 0.0) is None
 
 
@@ -138,13 +138,13 @@ def test_what_is_not_finite_is_dropped_and_counted(bad, angular):
     command = (0.0, bad) if angular else (bad, 0.0)
     assert one.on_command(1.1, 'joystick', *command) is None and one.on_command(1.1, 'navigation', *command) is None
     assert one.driver == 'navigation' and one.dropped == {'joystick': 1, 'navigation': 1}
-    assert one.update(1.51) == Said(0.0, 0.0, NOBODY), 'a bad command kept a source alive'
+    assert one.update(1.51) == SelectedCommand(0.0, 0.0, NO_DRIVER), 'a bad command kept a source alive'
 
 
 def test_a_clock_set_back_makes_silent():
     one = mux()
     one.on_command(100.0, 'navigation', 0.3, 0.0)
-    assert one.update(5.0) == Said(0.0, 0.0, NOBODY)
+    assert one.update(5.0) == SelectedCommand(0.0, 0.0, NO_DRIVER)
 
 
 EVENTS = st.lists(
@@ -169,22 +169,22 @@ def test_never_two_and_never_the_lesser(events):
     for event, v, dt in events:
         t += dt
         if event in priority:
-            said = one.on_command(t, event, v, 0.0)
+            selected = one.on_command(t, event, v, 0.0)
             newest[event] = (v, t)
         elif event in ('robot', 'free'):
             robot = event == 'robot'
-            said = one.on_robot(t, robot)
+            selected = one.on_robot(t, robot)
         elif event in ('lock', 'unlock'):
-            said = one.on_lock(t, 'pause', event == 'lock')
+            selected = one.on_lock(t, 'pause', event == 'lock')
         else:
-            said = one.update(t)
-        if said is not None and said.v:
-            assert not robot and said.source == one.driver and newest[said.source] == (said.v, t)
-            assert priority[said.source] >= one.locked(t)
+            selected = one.update(t)
+        if selected is not None and selected.v:
+            assert not robot and selected.source == one.driver and newest[selected.source] == (selected.v, t)
+            assert priority[selected.source] >= one.locked(t)
             assert not any(
-                priority[name] > priority[said.source] and value and t - stamp <= 0.5 and one.driver != name
+                priority[name] > priority[selected.source] and value and t - stamp <= 0.5 and one.driver != name
                 for name, (value, stamp) in newest.items()
-                if not one._heard[name].barred
+                if not one._inputs[name].blocked
             )
 
 

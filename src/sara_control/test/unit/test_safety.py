@@ -1,4 +1,4 @@
-"""The safety gate's state machine, branch by branch: what stops the chair, how hard, and what it takes to start again."""
+"""The safety gate's state machine, branch by branch: what stops the chair, how hard, and what starts it again."""
 
 import dataclasses
 import math

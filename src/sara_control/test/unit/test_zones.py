@@ -8,8 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
+from sara_control.zones import zone_places
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
-from sara_control.zones.zones import Zones
+from sara_control.zones.zone_places import Body
+from sara_control.zones.zones import RAYS, Zones
 
 INF = math.inf
 PLACES = {
@@ -294,16 +296,6 @@ def test_config_names_every_fault():
     )
 
 
-class CloseLook(Zones):
-    """Zones that look closely at every place."""
-
-    def _matters(self, places, v, w, reaction, braking):
-        return True
-
-    def _swept(self, places, v, w):
-        return np.ones(len(places.x), bool)
-
-
 @given(
     st.lists(st.sampled_from([-INF, INF]) | st.floats(0.0, 2.5), min_size=9, max_size=9),
     st.floats(-1.0, 1.0),
@@ -312,13 +304,23 @@ class CloseLook(Zones):
     st.booleans(),
 )
 @settings(max_examples=2000, deadline=None)
-def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, kind, gentle):
+def test_places_that_are_too_far_to_be_looked_at_change_nothing(ranges, v, w, kind, gentle):
     v, w = (0.0 if kind == 'turn' else v), (0.0 if kind == 'straight' else w)
-    quick, slow = Zones(CONFIG), CloseLook(CONFIG)
-    for name, distance in zip(quick.sensors, ranges):
-        quick.on_range(name, distance)
-        slow.on_range(name, distance)
-    assert quick.scale(v, w, gentle) == slow.scale(v, w, gentle)
+    limits = zones(**dict(zip(PLACES, ranges)), SJO=ranges[8])
+    quick = limits.scale(v, w, gentle)
+    limits._nearest = -INF  # a look at every place
+    assert limits.scale(v, w, gentle) == quick
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+@settings(max_examples=500, deadline=None)
+def test_the_body_never_meets_a_place_that_it_does_not_sweep(x, y, v, w):
+    """Nor is it stopped for it."""
+    body = Body(0.54, 0.31)
+    assume(zone_places.outside_of(x, y, body) > 0.0 and math.hypot(v, w) > 0.1)
+    if not zone_places.is_swept((x, y, math.hypot(x, y)), v, w, body):
+        assert drive_until_contact(v, w, x, y, 10.0) == 10.0
+        assert zone_places.free_distance((x, y), v, w, 10.0, body) == INF
 
 
 @given(
@@ -330,26 +332,28 @@ def test_what_is_left_out_before_looking_closely_changes_nothing(ranges, v, w, k
 )
 @settings(max_examples=300, deadline=None)
 def test_places_are_where_the_echoes_say(readings):
-    """As arrays say it, for all sensors at once and to the last digit."""
-    zones, heard = Zones(CONFIG), {}
+    """On the rays of the sensor's cone, at the echo's distance, and not within the body."""
+    zones, echoes = Zones(CONFIG), {}
     for name, distance in readings:
         zones._place(zones.sensors[name], distance)
-        heard[name] = distance
+        echoes[name] = distance
     places = zones._places
-    for name, distance in heard.items():
+    for name, distance in echoes.items():
         sensor, rays = zones.sensors[name], zones._rays_of[name]
         if distance == INF:
             assert (places.outside[rays] == INF).all() and (places.radius[rays] == 0.0).all()
             continue
-        along = np.maximum(sensor.near if distance == -INF else distance, places.way_out[rays])
-        x, y = sensor.x + along * places.directions[0, rays], sensor.y + along * places.directions[1, rays]
+        angles = sensor.yaw + np.linspace(-0.5, 0.5, RAYS) * CONFIG.field_of_view
+        along = np.maximum(sensor.near if distance == -INF else distance, places.inside[rays])
+        x, y = sensor.x + along * np.cos(angles), sensor.y + along * np.sin(angles)
         expected = {
             'x': x,
             'y': y,
-            'outside': zones._outside(x, y),
+            'outside': np.maximum(np.abs(x) - 0.54, np.abs(y) - 0.31),
             'radius': np.hypot(x, y),
-            'way': along - places.way_out[rays],
+            'to_body': along - places.inside[rays],
         }
         for part, values in expected.items():
-            assert (getattr(places, part)[rays] == values).all(), part
-    assert (places.nearest, places.farthest) == (places.outside.min(), places.radius.max())
+            np.testing.assert_allclose(getattr(places, part)[rays], values, rtol=0, atol=1e-12, err_msg=part)
+        assert (places.outside[rays] >= -1e-12).all() or not sensor.stops
+    assert (zones._nearest, zones._farthest) == (places.outside.min(), places.radius.max())

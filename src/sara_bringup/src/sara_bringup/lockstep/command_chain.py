@@ -48,7 +48,7 @@ class CommandChain:
         self.guard = Guard(SafetyConfig.from_params(parameters('sara_control', 'safety.yaml')))
         self.decision = self.positions = None
         self.abort = self.cancel = ''  # why goals are to be given up; whoever does it empties them
-        self._hear = {
+        self._handlers = {
             EncoderReading: self._encoder,
             ModeReading: self._mode,
             ImuReading: self._imu,
@@ -64,8 +64,8 @@ class CommandChain:
 
     def on_reading(self, reading: NamedTuple, now: float) -> OdometryState | None:
         """What read.py published. Returns the odometry's state where it moved on, else None."""
-        hear = self._hear.get(type(reading))
-        return hear(reading, now) if hear else None
+        handle = self._handlers.get(type(reading))
+        return handle(reading, now) if handle else None
 
     def on_navigation(self, v: float, w: float, now: float) -> None:
         """A command of move_base (m/s, rad/s)."""
@@ -73,25 +73,25 @@ class CommandChain:
 
     def on_command(self, source: str, v: float, w: float, now: float) -> None:
         """A command of one of the multiplexer's sources."""
-        self._said(self.mux.on_command(now, source, v, w), now)
+        self._pass_on(self.mux.on_command(now, source, v, w), now)
 
     def step(self, now: float) -> Any:
         """The frame for the wheels, 50 times a second."""
         if self.decision is not None:
             self.controller.on_command(self.decision.v, self.decision.w, now)
         frame = self.base.command(*self.controller.update(now, self.base.may_drive))
-        self._said(self.mux.update(now), now)
+        self._pass_on(self.mux.update(now), now)
         decision = self.decision = self.guard.step(now)
         if decision.give_up:
             self.abort = sentence(decision.state, decision.reason)
         return frame
 
-    def _said(self, said, now):
+    def _pass_on(self, selected, now):
         self.guard.on_source(self.mux.driver)
-        if self.mux.take_driven_out():
+        if self.mux.take_preempted():
             self.cancel = 'The user has taken over.'
-        if said is not None:
-            self.guard.on_command(now, said.v, said.w)
+        if selected is not None:
+            self.guard.on_command(now, selected.v, selected.w)
 
     def _encoder(self, reading, _now):
         self.guard.on_encoder(reading.stamp, reading.wheel, reading.steps, reading.time_100us)
@@ -104,7 +104,7 @@ class CommandChain:
     def _mode(self, reading, now):
         self.base.on_mode(reading.mode)
         self.guard.on_mode(now, reading.mode)
-        self._said(self.mux.on_robot(now, reading.mode != PC_DRIVES), now)
+        self._pass_on(self.mux.on_robot(now, reading.mode != PC_DRIVES), now)
 
     def _imu(self, reading, _now):
         self.guard.on_imu(reading.stamp, reading.angular_velocity)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_control.calibration.drive_log import LogError, stretches
+from sara_control.calibration.drive_log import DriveLog, LogError, stretches
 from sara_control.wheels.odometry import Odometry
 
 STRAIGHT = 0.2  # rad that a straight leg may turn
@@ -54,12 +54,19 @@ class Calibration:
     turned: tuple
     legs: tuple
 
-    def geometry(self, separation, radius):
+    def geometry(self, separation: float, radius: float) -> Geometry:
         """The Geometry with these multipliers."""
         return Geometry(self.separation * separation, self.left * radius, self.right * radius)
 
 
-def calibrate(log, separation, radius, gyro_scale_sigma=0.005, leg=None, leg_sigma=0.005):
+def calibrate(
+    log: DriveLog,
+    separation: float,
+    radius: float,
+    gyro_scale_sigma: float = 0.005,
+    leg: float | None = None,
+    leg_sigma: float = 0.005,
+) -> Calibration:
     """A Calibration of the nominal separation and radius (m) from a DriveLog.
 
     gyro_scale_sigma: how well the gyroscope's scale is known, relative: it is the separation's floor. leg: the true
@@ -73,28 +80,12 @@ def calibrate(log, separation, radius, gyro_scale_sigma=0.005, leg=None, leg_sig
             f'the recording has {sum(turned):.1f} rad of turns on the spot and {len(legs)} straight legs, '
             'at least half a turn and two legs are needed'
         )
-    density = _noise_density(log, rests)
-    rows = np.array(
-        [(radius * m.right, -radius * m.left, m.seconds) for m in moves] + [(0.0, 0.0, r.seconds) for r in rests]
-    )
-    gyro = np.array([stretch.gyro for stretch in moves + rests])
-    weight = 1.0 / np.sqrt(density * rows[:, 2] + READING**2)
-    (p, q, bias), covariance, left_over = _solve(rows * weight[:, None], gyro * weight)
-    residual = float(np.sqrt(np.mean((left_over / weight)[: len(moves)] ** 2)))
-    total = p + q
+    (p, q, bias), covariance, residual = _fit(moves, rests, radius, _noise_density(log, rests))
     if p <= 0.0 or q <= 0.0:
         raise LogError(
             'the gyroscope turns against the wheels: check the signs and the order of left_wheel and right_wheel'
         )
-    jacobian = np.array(
-        [
-            [-2.0 / (separation * total**2)] * 2 + [0.0],
-            [-2.0 * q / total**2, 2.0 * p / total**2, 0.0],
-            [2.0 * q / total**2, -2.0 * p / total**2, 0.0],
-        ]
-    )
-    sigmas = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
-    values = np.array([2.0 / (separation * total), 2.0 * q / total, 2.0 * p / total])
+    values, sigmas = _multipliers(p, q, covariance, separation)
     scale, scale_sigma = _scale(legs, leg, leg_sigma, values[1:], radius)
     relative = np.hypot(sigmas / values, [np.hypot(gyro_scale_sigma, scale_sigma), scale_sigma, scale_sigma])
     values *= scale
@@ -109,7 +100,7 @@ def calibrate(log, separation, radius, gyro_scale_sigma=0.005, leg=None, leg_sig
     )
 
 
-def odometry_path(log, geometry, start=0, end=None):
+def odometry_path(log: DriveLog, geometry: Geometry, start: int = 0, end: int | None = None) -> np.ndarray:
     """(k, 3) x, y, heading by these wheels from index start to end of the wheel times, from 0, 0, 0."""
     odometry = Odometry(geometry.separation, geometry.left_radius, geometry.right_radius, 1)
     path = []
@@ -119,7 +110,9 @@ def odometry_path(log, geometry, start=0, end=None):
     return np.array(path)
 
 
-def reference_path(log, geometry, bias, start=0, end=None):
+def reference_path(
+    log: DriveLog, geometry: Geometry, bias: float, start: int = 0, end: int | None = None
+) -> np.ndarray:
     """The same from the truth where it is known, else the wheels' way along the gyroscope's heading (its bias taken
     off).
     """
@@ -156,7 +149,7 @@ class Run:
     heading_after: float
 
 
-def end_errors(log, before, after, bias, pause=3.0):
+def end_errors(log: DriveLog, before: Geometry, after: Geometry, bias: float, pause: float = 3.0) -> list:
     """A Run for each piece between rests of `pause` s or more.
 
     The errors are how far the odometry's end lies from the reference's, both begun at one pose: what UMBmark calls the
@@ -216,8 +209,33 @@ def _noise_density(log, rests):
     return float(np.average(variances, weights=counts - 1) * np.median(np.diff(log.gyro_times)))
 
 
+def _multipliers(p, q, covariance, separation):
+    """Multipliers on separation, left and right radius for a mean radius of 1, and their standard deviations."""
+    total = p + q
+    jacobian = np.array(
+        [
+            [-2.0 / (separation * total**2)] * 2 + [0.0],
+            [-2.0 * q / total**2, 2.0 * p / total**2, 0.0],
+            [2.0 * q / total**2, -2.0 * p / total**2, 0.0],
+        ]
+    )
+    values = np.array([2.0 / (separation * total), 2.0 * q / total, 2.0 * p / total])
+    return values, np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
+
+
+def _fit(moves, rests, radius, density):
+    """((p, q, bias), their covariance, r.m.s. residual of the moves, rad) of the module's equation."""
+    rows = np.array(
+        [(radius * m.right, -radius * m.left, m.seconds) for m in moves] + [(0.0, 0.0, r.seconds) for r in rests]
+    )
+    gyro = np.array([stretch.gyro for stretch in moves + rests])
+    weight = 1.0 / np.sqrt(density * rows[:, 2] + READING**2)
+    solution, covariance, left_over = _solve(rows * weight[:, None], gyro * weight)
+    return solution, covariance, float(np.sqrt(np.mean((left_over / weight)[: len(moves)] ** 2)))
+
+
 def _solve(rows, values):
-    """(solution, covariance, residuals) of weighted rows; the covariance is scaled up where the residuals say so."""
+    """(solution, covariance, residuals) of weighted rows; large residuals scale the covariance up."""
     solution, _, rank, _ = np.linalg.lstsq(rows, values, rcond=None)
     free = len(values) - 3
     if rank < 3 or free < 1:

@@ -4,14 +4,18 @@ use.
 
 import math
 
+from sara_control.calibration.calibration import Calibration
 
-def report(calibration, runs):
+
+def report(calibration: Calibration, runs: list) -> str:
     """Text. runs: of calibration.end_errors."""
     c = calibration
     left, right = (math.degrees(angle) for angle in c.turned)
     lines = [
-        f'on the spot {left:.0f} deg to the left and {right:.0f} deg to the right, {c.legs[0]} straight legs of {c.legs[1]:.2f} m; '
-        f'gyroscope bias {math.degrees(c.bias):+.4f} deg/s, {math.degrees(c.residual):.2f} deg (rms) of a move not explained',
+        f'on the spot {left:.0f} deg to the left and {right:.0f} deg to the right, '
+        f'{c.legs[0]} straight legs of {c.legs[1]:.2f} m; '
+        f'gyroscope bias {math.degrees(c.bias):+.4f} deg/s, '
+        f'{math.degrees(c.residual):.2f} deg (rms) of a move not explained',
         '',
         f'{"":30}{"multiplier":>11}{"+-":>10}',
     ]
@@ -19,7 +23,8 @@ def report(calibration, runs):
     if min(c.turned) < 0.5 * max(c.turned):
         lines += [
             '',
-            'turned mostly one way: turn as much the other way, or an error of the gyroscope passes for one of the track',
+            'turned mostly one way: turn as much the other way, '
+            'or an error of the gyroscope passes for one of the track',
         ]
     lines += ['', f'{"run":>4}{"start s":>12}{"way m":>9}{"turned deg":>12}   error of the end before -> after']
     for number, run in enumerate(runs, 1):
@@ -31,7 +36,7 @@ def report(calibration, runs):
     return '\n'.join(lines)
 
 
-def yaml_text(calibration):
+def yaml_text(calibration: Calibration) -> str:
     """Parameters for the controller."""
     return ''.join(f'{name}: {value:.6f}  # +- {sigma:.6f}\n' for name, value, sigma in _rows(calibration))
 

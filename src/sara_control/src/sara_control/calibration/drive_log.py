@@ -22,7 +22,7 @@ class DriveLog:
     """wheel_times (n,) s, left, right (n,) rad; gyro_times (m,) s, rates (m,) rad/s, each the mean since the sample
     before it.
 
-    truth: (n, 3) x, y (m), yaw (rad) at the wheel times, if somebody measured it. Raises LogError for what cannot be
+    truth: (n, 3) x, y (m), yaw (rad) at the wheel times, if it was measured. Raises LogError for what cannot be
     used.
     """
 
@@ -47,17 +47,17 @@ class DriveLog:
         if self.truth is not None and np.shape(self.truth) != (len(self.wheel_times), 3):
             raise LogError('truth must be (x, y, yaw) for every wheel time')
 
-    def turned(self, times):
+    def turned(self, times: np.ndarray) -> np.ndarray:
         """Angle the gyroscope turned since its first sample, at these times (rad), its bias in it."""
         steps = np.diff(self.gyro_times) * self.rates[1:]
         return np.interp(times, self.gyro_times, np.concatenate(([0.0], np.cumsum(steps))))
 
-    def gyro_gap(self, start, end):
+    def gyro_gap(self, start: float, end: float) -> float:
         """The longest time without a gyroscope sample between two times, s."""
         inside = self.gyro_times[(self.gyro_times > start) & (self.gyro_times < end)]
         return float(np.diff(np.concatenate(([start], inside, [end]))).max())
 
-    def rests(self, radius, shortest):
+    def rests(self, radius: float, shortest: float) -> list:
         """[(first index, last index)] into the wheel times: where both wheels stood still for `shortest` s or more."""
         dt = np.diff(self.wheel_times)
         still = np.maximum(abs(np.diff(self.left)), abs(np.diff(self.right))) * radius < STILL * dt
@@ -80,12 +80,12 @@ class Stretch:
     gyro: float
 
     @property
-    def seconds(self):
+    def seconds(self) -> float:
         """Its length."""
         return self.end - self.start
 
 
-def stretches(log, radius, shortest=0.5):
+def stretches(log: DriveLog, radius: float, shortest: float = 0.5) -> list:
     """(moves, rests): Stretches; a move reaches from the middle of a rest to the middle of the next. Gyroscope gaps are
     left out.
 

@@ -28,10 +28,11 @@ class ManoeuvreConfig:
     pause: float = 4.0
 
 
-def problems(values):
+def problems(values: dict) -> list[str]:
     """One sentence per value of ManoeuvreConfig that no drive can have."""
     return [
-        f'{name} is {value!r}, allowed are {"whole numbers of 1 or more" if name in ("turns", "rounds") else "numbers above 0"}'
+        f'{name} is {value!r}, allowed are '
+        f'{"whole numbers of 1 or more" if name in ("turns", "rounds") else "numbers above 0"}'
         for name, value in values.items()
         if isinstance(value, bool)
         or not isinstance(value, int if name in ('turns', 'rounds') else (int, float))
@@ -39,7 +40,7 @@ def problems(values):
     ]
 
 
-def plan(config=ManoeuvreConfig()):
+def plan(config: ManoeuvreConfig = ManoeuvreConfig()) -> list:
     """[(kind, amount)]: ('rest', s), ('straight', m), ('turn', rad)."""
     moves = [('rest', config.pause)]
     for sign in (1.0, -1.0):
@@ -62,7 +63,7 @@ def plan(config=ManoeuvreConfig()):
 class Manoeuvres:
     """Steps through `plan`. `number`: the move under way, from 0; `done`: all are over."""
 
-    def __init__(self, config=ManoeuvreConfig(), moves=None):
+    def __init__(self, config: ManoeuvreConfig = ManoeuvreConfig(), moves: list | None = None) -> None:
         self.config = config
         self.moves = plan(config) if moves is None else moves
         self.number = 0
@@ -71,11 +72,11 @@ class Manoeuvres:
         self._speed = 0.0
 
     @property
-    def done(self):
+    def done(self) -> bool:
         """Whether the last move is over."""
         return self.number >= len(self.moves)
 
-    def step(self, t, x, y, heading):
+    def step(self, t: float, x: float, y: float, heading: float) -> tuple[float, float]:
         """(v, w) to command at time t (s) with this odometry (m, rad, not wrapped)."""
         dt = 0.0 if self._last is None else max(0.0, t - self._last)
         self._last = t

@@ -10,6 +10,7 @@ target is never overshot.
 import math
 from dataclasses import dataclass, fields
 from functools import cache
+from typing import NamedTuple
 
 from ahead_of_time import kernel
 from sara_common.config import ConfigError, number_faults
@@ -38,7 +39,7 @@ class Profile:
         if faults:
             raise ConfigError(faults)
 
-    def shape(self, v, w):
+    def shape(self, v: float, w: float) -> tuple[float, float]:
         """The command (m/s, rad/s) within the limits of speed, on the same curve."""
         factor = 1.0
         if v > self.max_forward:
@@ -52,7 +53,7 @@ class Profile:
         return v * factor, w * factor
 
 
-def read_profiles(params):
+def read_profiles(params: dict) -> dict[str, Profile]:
     """{name: Profile} from a dictionary name -> limits. Raises ConfigError with every fault."""
     if not isinstance(params, dict) or not params:
         raise ConfigError(f'profiles is {params!r}, allowed is a mapping from names to limits')
@@ -76,6 +77,23 @@ def read_profiles(params):
     return profiles
 
 
+class AxisLimits(NamedTuple):
+    """growing, shrinking: limits of the acceleration while the speed grows in size, and while it shrinks. jerk: limit."""
+
+    growing: float
+    shrinking: float
+    jerk: float
+
+
+class AxisState(NamedTuple):
+    """speed and acceleration of an axis; target: the last one, and rate: how fast targets have changed."""
+
+    speed: float
+    acceleration: float
+    target: float
+    rate: float
+
+
 class AxisLimiter:
     """One speed that follows a target. acceleration: limit while the speed grows in size; braking: while it shrinks;
     jerk: of both.
@@ -85,29 +103,28 @@ class AxisLimiter:
     is approached by way of rest, unless both limits are equal.
     """
 
-    def __init__(self, acceleration, braking, jerk):
+    def __init__(self, acceleration: float, braking: float, jerk: float) -> None:
         warm()
-        self._limits = float(acceleration), float(braking), float(jerk)
+        self._limits = AxisLimits(float(acceleration), float(braking), float(jerk))
         self.speed = self.acceleration = 0.0
         self._target = self._rate = 0.0
 
-    def set(self, speed):
-        """The speed is this now, without an acceleration: somebody else has changed it."""
+    def set(self, speed: float) -> None:
+        """Sets the speed, without an acceleration: another rule has changed it."""
         self.speed, self.acceleration = speed, 0.0
 
-    def step(self, target, dt):
+    def step(self, target: float, dt: float) -> float:
         """The speed after dt (s, above 0) on the way to target."""
-        self.speed, self.acceleration, self._rate = limited(
-            float(target), dt, self.speed, self.acceleration, self._target, self._rate, *self._limits
-        )
-        self._target = target
+        state = AxisState(self.speed, self.acceleration, self._target, self._rate)
+        self.speed, self.acceleration, self._rate = limited(float(target), dt, state, self._limits)
+        self._target = float(target)
         return self.speed
 
 
 class Comfort:
     """The chair's two speeds under a profile: `v` (m/s) and `w` (rad/s) are what is commanded now."""
 
-    def __init__(self, profile):
+    def __init__(self, profile: Profile) -> None:
         self._waiting = None
         self._use(profile)
 
@@ -117,25 +134,25 @@ class Comfort:
         self._turn = AxisLimiter(profile.turn_acceleration, profile.turn_acceleration, profile.turn_jerk)
 
     @property
-    def v(self):
+    def v(self) -> float:
         """m/s."""
         return self._forward.speed
 
     @property
-    def w(self):
+    def w(self) -> float:
         """rad/s."""
         return self._turn.speed
 
     @property
-    def moving(self):
+    def moving(self) -> bool:
         """Whether a speed is commanded that is not zero."""
         return self.v != 0.0 or self.w != 0.0
 
-    def change(self, profile):
+    def change(self, profile: Profile) -> None:
         """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
         self._waiting = profile
 
-    def step(self, v, w, dt):
+    def step(self, v: float, w: float, dt: float) -> tuple[float, float]:
         """One step of dt (s) towards (v, w), gently; the new (v, w)."""
         if self._waiting is not None and not self.moving:
             self._use(self._waiting)
@@ -146,7 +163,7 @@ class Comfort:
             self._turn.step(w, dt)
         return self.v, self.w
 
-    def brake(self, dt, braking, turn_braking):
+    def brake(self, dt: float, braking: float, turn_braking: float) -> tuple[float, float]:
         """One step of dt (s) towards rest on the same curve, at these decelerations (m/s2, rad/s2) and without a limit
         of jerk.
         """
@@ -156,7 +173,7 @@ class Comfort:
         self._turn.set(self.w * factor)
         return self.v, self.w
 
-    def rest(self):
+    def rest(self) -> None:
         """Nothing is commanded any more, from now on."""
         self._forward.set(0.0)
         self._turn.set(0.0)
@@ -169,14 +186,13 @@ def _opposed(one, other):
 
 
 @kernel
-def limited(target, dt, v, a, before, rate, growing, shrinking, jerk):
-    """(speed, acceleration, rate of the target) after dt (s) from the speed v and the acceleration a, on the way to
-    target; AxisLimiter says how.
-
-    before, rate: the last target, and how fast targets changed until then. growing, shrinking: limits of the
-    acceleration, see AxisLimiter.
+def limited(target, dt, state, limits):
+    """(speed, acceleration, rate of the target) after dt (s) from an AxisState towards the target, within AxisLimits;
+    see AxisLimiter.
     """
-    rate += ((target - before) / dt - rate) * (1.0 - math.exp(-dt / RATE_TIME))
+    v, a, rate = state.speed, state.acceleration, state.rate
+    growing, shrinking, jerk = limits.growing, limits.shrinking, limits.jerk
+    rate += ((target - state.target) / dt - rate) * (1.0 - math.exp(-dt / RATE_TIME))
     if _opposed(v, a) and _opposed(v, rate):
         kept_up = min(abs(a), abs(rate))
         target = math.copysign(max(abs(target) - 0.5 * kept_up**2 / jerk, 0.0), target)
@@ -195,6 +211,6 @@ def limited(target, dt, v, a, before, rate, growing, shrinking, jerk):
 
 
 @cache
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    limited(1.0, 0.02, 0.5, 0.0, 1.0, 0.0, 0.4, 0.8, 0.8)
+    limited(1.0, 0.02, AxisState(0.5, 0.0, 1.0, 0.0), AxisLimits(0.4, 0.8, 0.8))

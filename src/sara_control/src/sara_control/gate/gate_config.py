@@ -10,11 +10,11 @@ from sara_control.zones.zone_config import ZoneConfig
 
 @dataclass(frozen=True)
 class GateConfig:
-    """Times in s; a timeout of 0 says that this is not watched. Decelerations in m/s2 and rad/s2.
+    """Times in s; with a timeout of 0 an input is not watched. Decelerations in m/s2 and rad/s2.
 
     command_timeout: then the chair slows down gently; command_hard_timeout: then it brakes hard and needs a fresh
     command.
-    fresh_silence: how long commands must have ceased for the next one to be fresh. localization_for: sources that need
+    fresh_silence: pause after which the next command is a fresh one. localization_for: sources that need
     to know where the chair is. rest_speed: m/s.
     """
 
@@ -106,7 +106,7 @@ class PlausibilityConfig:
 class SafetyConfig:
     """All that the safety gate's YAML holds. rate: Hz. profiles: {name: Profile}; profile: the one in use at start.
 
-    handshake: whether the robot says who drives (SARA: `mode`). cancel_topics: where goals are given up.
+    handshake: whether the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
     """
 
     gate: GateConfig
@@ -120,7 +120,7 @@ class SafetyConfig:
     cancel_topics: tuple = ()
 
     @classmethod
-    def from_params(cls, params):
+    def from_params(cls, params: dict) -> 'SafetyConfig':
         """From the dictionary of config/safety.yaml. Raises ConfigError with every fault."""
         faults, parts = [], {}
         own = ('rate', 'profile', 'handshake', 'cancel_topics')

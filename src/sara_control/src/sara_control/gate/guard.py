@@ -5,10 +5,12 @@ node and a simulation in lockstep use this same object.
 """
 
 import math
+from collections.abc import Sequence
 
 from sara_control.gate.comfort import Comfort
+from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.plausibility import Plausibility
-from sara_control.gate.safety import AHEAD, Command, Inputs, SafetyGate
+from sara_control.gate.safety import AHEAD, Command, Decision, Inputs, SafetyGate
 from sara_control.zones.zones import Zones
 
 PC_DRIVES = 3  # modoPC
@@ -17,7 +19,7 @@ PC_DRIVES = 3  # modoPC
 class Guard:
     """config: SafetyConfig. All stamps in s on one clock. `dropped`: {kind: how often}."""
 
-    def __init__(self, config):
+    def __init__(self, config: SafetyConfig) -> None:
         self.config = config
         self.comfort = Comfort(config.profiles[config.profile])
         self.zones = Zones(config.zones, config.caution)
@@ -27,85 +29,85 @@ class Guard:
         self._ranges = dict.fromkeys(self.zones.sensors, -math.inf)
         self._bus = self._localization = -math.inf
         self._impact = False
-        self._turning = 0.0  # rad/s, measured
+        self._turn_rate = 0.0  # rad/s, measured
         self._pc_drives = None if config.handshake else True
         self._source = ''
         self._command = None
 
     @property
-    def dropped(self):
-        """What was not believed, by kind."""
+    def dropped(self) -> dict[str, int]:
+        """{kind: how many readings were dropped}."""
         return self.plausibility.dropped
 
     def _drop(self, kind):
         self.dropped[kind] = self.dropped.get(kind, 0) + 1
         return False
 
-    def on_command(self, t, v, w):
+    def on_command(self, t: float, v: float, w: float) -> bool:
         """The command (v m/s, w rad/s) came at t. False if it is not finite."""
         if not (math.isfinite(v) and math.isfinite(w)):
             return self._drop('command not finite')
         self._command = Command(v, w, t)
         return True
 
-    def on_source(self, name):
-        """Who commands from now on."""
+    def on_source(self, name: str) -> None:
+        """Name of the source that commands from now on."""
         self._source = name
 
-    def on_encoder(self, stamp, wheel, steps, time_100us):
-        """Counters of a wheel, see Plausibility. False if they are not believed."""
+    def on_encoder(self, stamp: float, wheel: int, steps: int, time_100us: int) -> bool:
+        """Counters of a wheel, see Plausibility. False if they are dropped."""
         self._bus = stamp
         return self.plausibility.on_encoder(stamp, wheel, steps, time_100us)
 
-    def on_imu(self, stamp, rates):
-        """Angular velocity, 3 x rad/s. False if it is not believed."""
+    def on_imu(self, stamp: float, rates: Sequence[float]) -> bool:
+        """Angular velocity, 3 x rad/s. False if it is dropped."""
         self._bus = stamp
-        believed = self.plausibility.on_imu(stamp, rates)
-        if believed:
-            self._turning = rates[2]
-        return believed
+        valid = self.plausibility.on_imu(stamp, rates)
+        if valid:
+            self._turn_rate = rates[2]
+        return valid
 
-    def on_range(self, stamp, name, distance):
-        """A range, see Zones. False if it is not believed."""
+    def on_range(self, stamp: float, name: str, distance: float) -> bool:
+        """A range, see Zones. False if it is dropped."""
         self._bus = stamp
-        if not self.zones.on_range(name, distance, stamp, self.comfort.v, self._turning):
+        if not self.zones.on_range(name, distance, stamp, self.comfort.v, self._turn_rate):
             return self._drop('range not known or not possible')
         self._ranges[name] = stamp
         return True
 
-    def on_raw_range(self, stamp, name, distance):
-        """A range as the sensor said it, before any filter, see Zones. False if it is not believed."""
-        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turning, self.comfort.moving):
+    def on_raw_range(self, stamp: float, name: str, distance: float) -> bool:
+        """A raw range, before any filter, see Zones. False if it is dropped."""
+        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turn_rate, self.comfort.moving):
             return self._drop('raw range not known or not possible')
         return True
 
-    def on_mode(self, t, mode):
-        """modoPC came at t: 3 says that the chair obeys."""
+    def on_mode(self, t: float, mode: int) -> None:
+        """modoPC came at t: at 3 the chair obeys."""
         self._bus = t
         if self.config.handshake:
             self._pc_drives = mode == PC_DRIVES
 
-    def on_impact(self, t, impact):
+    def on_impact(self, t: float, impact: bool) -> None:
         """Whether the chair feels an impact came at t."""
         self._bus = t
         self._impact = bool(impact)
 
-    def on_localization(self, stamp, *pose):
+    def on_localization(self, stamp: float, *pose: float) -> bool:
         """A pose measured at stamp; False if it holds anything that is not finite."""
         if not all(map(math.isfinite, pose)):
             return self._drop('pose not finite')
         self._localization = stamp
         return True
 
-    def on_emergency_stop(self, pressed):
+    def on_emergency_stop(self, pressed: bool) -> None:
         """The emergency stop's button."""
         self.gate.emergency_stop(bool(pressed))
 
-    def reset(self):
+    def reset(self) -> tuple[bool, str]:
         """Release the emergency stop; (done, why in a sentence)."""
         return self.gate.reset(self._command, self._inputs())
 
-    def set_profile(self, name):
+    def set_profile(self, name: str) -> bool:
         """Another rider, from the next rest on. False if there is no such profile."""
         if name not in self.config.profiles:
             return False
@@ -113,7 +115,7 @@ class Guard:
         self.profile = name
         return True
 
-    def step(self, t):
+    def step(self, t: float) -> Decision:
         """The Decision at t; to be called at a steady rate, and at once when something grave has come."""
         decision = self.gate.step(t, self._command, self._inputs())
         self.plausibility.on_command(t, decision.v, decision.w, self._pc_drives is True)
@@ -134,8 +136,8 @@ class Guard:
             watch.speed,
         )
 
-    def missing(self, t):
-        """Names of what is watched and has not spoken for a second at t, for a log that says what is waited for."""
+    def missing(self, t: float) -> list[str]:
+        """Names of watched inputs that have not come for a second at t, for the log."""
         gate, watch = self.config.gate, self.plausibility
         watched = [('encoders', watch.encoder_stamp, gate.encoder_timeout), ('imu', watch.imu_stamp, gate.imu_timeout)]
         watched += [(f'range {name}', stamp, gate.range_timeout) for name, stamp in self._ranges.items()]

@@ -1,26 +1,28 @@
-"""Wheels and turn rate against the command and against each other: what keeps talking and yet must not be believed.
+"""Compares wheels and turn rate with the command and with each other: finds sensors that send wrong readings.
 
-Straight from the encoder frames and the IMU, beside the odometry and not by way of it, so that an error there is not
-shared. Each wheel is followed on its own counters (modulo 2^32, in the motor node's own time). A wheel that does not
-turn as commanded is found by WheelWatch; one that turns as nobody told it to, and an IMU that contradicts the wheels,
-by readings in a row.
+It takes the encoder frames and the IMU directly, not the odometry, so that it does not share an error there. Each wheel
+is followed on its own counters (modulo 2^32, in the motor node's own time). A wheel that does not turn as commanded is
+found by WheelWatch; a wheel that turns without a command, and an IMU that contradicts the wheels, by consecutive
+readings.
 """
 
 import math
+from collections.abc import Sequence
 
+from sara_control.gate.gate_config import PlausibilityConfig
 from sara_control.gate.reasons import Reason
 from sara_control.wheels.wheel_watch import WheelWatch
 
 WRAP = 2**32
 TICK = 1e-4  # s
 RIGHT, LEFT = 0, 1
-LAG = 0.1  # s, of the motors: what the command is compared by
+LAG = 0.1  # s, of the motors: the command passes it before it is compared
 
 
 class _Wheel:
     """The last reading of one wheel, and the speed since the one before."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.steps = self.clock = None
         self.angle = 0.0
         self.speed = math.nan
@@ -28,11 +30,11 @@ class _Wheel:
 
 
 class Plausibility:
-    """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: when the
-    wheel that has been silent longer last spoke, s. `speed`: the faster wheel's, m/s, NaN before both are known.
+    """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: the
+    older of the two wheels' newest stamps, s. `speed`: the faster wheel's, m/s, NaN before both are known.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: PlausibilityConfig) -> None:
         self.config = config
         self.dropped = {}
         self.imu_stamp = -math.inf
@@ -54,8 +56,8 @@ class Plausibility:
         if not math.isnan(right.speed + left.speed):
             self.speed = max(abs(right.speed) * self.config.wheel_radius, abs(left.speed) * self.config.wheel_radius)
 
-    def on_command(self, t, v, w, obeyed):
-        """From t (s) on the chair is told (v, w); obeyed: whether it listens. At rest what was found is forgotten."""
+    def on_command(self, t: float, v: float, w: float, obeyed: bool) -> None:
+        """From t (s) on (v, w) is commanded; obeyed: whether the chair obeys. At rest a fault is cleared."""
         dt = 0.0 if self._last is None else min(max(t - self._last, 0.0), 0.1)
         self._last = t
         half = 0.5 * w * self.config.wheel_separation
@@ -73,8 +75,8 @@ class Plausibility:
         self._runaway = self._contrary = 0
         self.fault = None
 
-    def on_encoder(self, stamp, index, steps, time_100us):
-        """Counters of wheel `index` (0 right, 1 left) received at stamp (s). False if they are not believed."""
+    def on_encoder(self, stamp: float, index: int, steps: int, time_100us: int) -> bool:
+        """Counters of wheel `index` (0 right, 1 left) received at stamp (s). False if they are dropped."""
         if index not in (RIGHT, LEFT):
             return self._drop('unknown wheel')
         wheel = self._wheels[index]
@@ -106,8 +108,8 @@ class Plausibility:
         if self._runaway >= self.config.runaway_readings:
             self.fault = self.fault or Reason.RUNAWAY
 
-    def on_imu(self, stamp, rates):
-        """Angular velocity (3 x rad/s) measured at stamp (s). False if it is not believed."""
+    def on_imu(self, stamp: float, rates: Sequence[float]) -> bool:
+        """Angular velocity (3 x rad/s) measured at stamp (s). False if it is dropped."""
         if not all(math.isfinite(rate) and abs(rate) <= self.config.max_turn_rate for rate in rates):
             return self._drop('turn rate not possible')
         self.imu_stamp = stamp

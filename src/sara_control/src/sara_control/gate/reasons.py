@@ -1,4 +1,4 @@
-"""Why the chair does not do as it is told, in words its rider understands: one sentence each."""
+"""What the chair does and why, for its rider: one sentence each."""
 
 import enum
 
@@ -14,7 +14,7 @@ class State(enum.Enum):
     BRAKING = 'braking'  # brakes hard
     HELD = 'held'  # stands until the reason is gone
     WAITING = 'waiting'  # stands; the reason is gone, a fresh command is missing
-    MANUAL = 'manual'  # somebody else drives
+    MANUAL = 'manual'  # the chair's own joystick drives
 
 
 class Reason(enum.Enum):
@@ -27,21 +27,21 @@ class Reason(enum.Enum):
     BUS = 'the chair does not answer'
     ENCODERS = 'the wheel sensors do not answer'
     FROZEN = 'a wheel does not turn as it should'
-    RUNAWAY = 'a wheel turns as nobody told it to'
+    RUNAWAY = 'a wheel turns without a command'
     IMU = 'the turn sensor does not answer'
     TURN = 'the turn sensor and the wheels contradict each other'
     RANGES = 'an obstacle sensor does not answer'
     LOCALIZATION = 'the chair does not know where it is'
     COMMANDS = 'commands stopped coming'
-    UNKNOWN_DRIVER = 'the chair has not said yet who drives'
+    UNKNOWN_DRIVER = 'it is not known yet who drives'
     JOYSTICK = 'the joystick drives'
     FRONT = 'something is close in front'
     REAR = 'something is close behind'
     LEFT = 'something is close on the left'
     RIGHT = 'something is close on the right'
-    PEOPLE = 'somebody is about'
+    PEOPLE = 'people are nearby'
     EXPECTED = 'people are expected'
-    CROWD = 'people have been about for long'
+    CROWD = 'people have been in its way for long'
 
 
 _TEXTS = {
@@ -50,34 +50,34 @@ _TEXTS = {
     State.FADING: 'The chair slows down because {}.',
     State.BRAKING: 'The chair is stopping because {}.',
     State.HELD: 'The chair stands still because {}.',
-    State.WAITING: 'The chair stopped because {}; it is well again and waits for a new command.',
+    State.WAITING: 'The chair stopped because {}; that is over, and it waits for a new command.',
     State.MANUAL: 'The computer does not drive because {}.',
     State.IDLE: 'The chair is ready.',
-    State.DRIVING: 'The chair drives as it is told.',
+    State.DRIVING: 'The chair follows its commands.',
 }
 _GRAVE = frozenset({State.BRAKING, State.HELD, State.WAITING, State.MANUAL})
 
 
-def sentence(state, reason):
+def sentence(state: State, reason: Reason | None) -> str:
     """The sentence for a State and its Reason (None where there is none)."""
     return _TEXTS[state].format('' if reason is None else reason.value)
 
 
 class Announcer:
-    """Says what is new, but not in a flood: what is grave at once, the rest at most every `period` s."""
+    """Limits the rate of sentences: grave ones are published at once, others at most every `period` s."""
 
-    def __init__(self, period=1.0):
+    def __init__(self, period: float = 1.0) -> None:
         self._period = period
-        self._said = None
-        self._said_at = None
+        self._published = None
+        self._published_at = None
 
-    def say(self, t, state, reason):
-        """The sentence to publish at t (s), or None if it has been said or is not due."""
+    def say(self, t: float, state: State, reason: Reason | None) -> str | None:
+        """The sentence to publish at t (s), or None if it is the last one again or not due."""
         text = sentence(state, reason)
-        if text == self._said:
+        if text == self._published:
             return None
-        due = self._said_at is None or not 0.0 <= t - self._said_at < self._period
+        due = self._published_at is None or not 0.0 <= t - self._published_at < self._period
         if not (due or state in _GRAVE):
             return None
-        self._said, self._said_at = text, t
+        self._published, self._published_at = text, t
         return text

@@ -1,21 +1,23 @@
-"""The safety gate: the last word before the wheels. It passes a command on, slows it, or stops the chair.
+"""The safety gate: the last check of a command before the wheels. It passes a command on, slows it, or stops the chair.
 
-A state machine without ROS and without a clock: step(t, command, inputs) gives what the wheels are to do. It trusts
-neither planner nor map. Whatever is lost or wrong stops the chair, and from then on commands count for nothing until
-the chair stands, all is well, and the command has been zero, or silent for a while: a stream of commands that merely
-goes on never moves it again.
-The emergency stop is latched: only reset() releases it, at rest.
+A state machine without ROS and without a clock: step(t, command, inputs) returns what the wheels are to do. It trusts
+neither planner nor map. Every loss or fault stops the chair. After that, commands are ignored until the chair stands,
+the fault is gone, and the command has been zero or has paused for a while: a stream of commands that merely continues
+never moves the chair again. The emergency stop is latched: only reset() releases it, at rest.
 """
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from sara_control.gate.comfort import Comfort
+from sara_control.gate.gate_config import GateConfig
 from sara_control.gate.reasons import Reason, State
+from sara_control.zones.zones import Zones
 
 AHEAD = 0.1  # s: a stamp may be this far in the future
 LONGEST_STEP = 0.1  # s: after a longer pause speeds change as if it had been this long
-GIVE_UP_PERIOD = 1.0  # s between two words to a commander that is not listened to
+GIVE_UP_PERIOD = 1.0  # s between two requests to give up, to a source that goes on commanding
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,12 @@ class Command:
 
 
 class Inputs(NamedTuple):
-    """What the gate is told in a step.
+    """The gate's inputs in one step.
 
-    bus, encoders, imu, ranges, localization: when the newest good reading came, s; of several sensors, that of the one
-    that has been silent longest. fault: Reason of what is implausible, or None. impact: now. pc_drives: whether the
-    chair obeys commands, None while that is unknown. source: who commands, '' if unknown. speed: measured, m/s, NaN if
-    unknown.
+    bus, encoders, imu, ranges, localization: stamp of the newest valid reading, s; of several sensors, of the one whose
+    newest is oldest. fault: Reason of an implausible reading, or None. impact: whether the chair is hit now. pc_drives:
+    whether the chair obeys commands, None while unknown. source: name of the commanding source, '' if unknown. speed:
+    measured, m/s, NaN if unknown.
     """
 
     bus: float = -math.inf
@@ -49,10 +51,10 @@ class Inputs(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """v (m/s) and w (rad/s) for the wheels; give_up: commanders should drop their goals, they will not be reached by
-    themselves.
-    waits: it goes more slowly than told, or stands, while somebody moves near by, so that standing is no reason to try
-    something else.
+    """v (m/s) and w (rad/s) for the wheels; state and reason of it.
+
+    give_up: goals should be cancelled, the chair will not reach them without a new command. waits: the chair is slower
+    than commanded, or stands, while a pedestrian moves nearby; standing is no reason for a recovery then.
     """
 
     v: float
@@ -66,7 +68,7 @@ class Decision(NamedTuple):
 class SafetyGate:
     """config: GateConfig. comfort: Comfort. zones: Zones."""
 
-    def __init__(self, config, comfort, zones):
+    def __init__(self, config: GateConfig, comfort: Comfort, zones: Zones) -> None:
         self.config = config
         self.comfort = comfort
         self.zones = zones
@@ -81,34 +83,32 @@ class SafetyGate:
         self._armed = self._firm = False
         self._cause = Reason.START
         self._last = self._gave_up = self._armed_at = None
-        self._held_up = 0.0  # s
+        self._blocked_for = 0.0  # s
 
     @property
-    def latched(self):
+    def latched(self) -> bool:
         """Whether the emergency stop is on."""
         return self._latched
 
-    def emergency_stop(self, pressed):
+    def emergency_stop(self, pressed: bool) -> None:
         """The emergency stop's button; letting go of it does not release the stop."""
         self._pressed = pressed
         self._latched = self._latched or pressed
 
-    def reset(self, command, inputs):
-        """Release the emergency stop, if the chair stands and nobody wants it to move. Returns (done, why in a
-        sentence).
-        """
+    def reset(self, command: Command | None, inputs: Inputs) -> tuple[bool, str]:
+        """Release the emergency stop, if the chair stands and no motion is commanded. Returns (done, a sentence)."""
         if not self._latched:
             return True, 'The emergency stop is not on.'
         if self._pressed:
             return False, 'The emergency stop is still pressed.'
         if self.comfort.moving or not abs(inputs.speed) < self.config.rest_speed:
             return False, 'The emergency stop is released only when the chair stands still.'
-        if _wants(command):
+        if _moves(command):
             return False, 'The emergency stop is released only when no command to move is given.'
         self._latched = False
         return True, 'The emergency stop is released.'
 
-    def step(self, t, command, inputs):
+    def step(self, t: float, command: Command | None, inputs: Inputs) -> Decision:
         """The Decision at t (s). command: the newest Command there is, None before the first."""
         if self._last is None or t < self._last:
             self._gave_up = t
@@ -119,7 +119,7 @@ class SafetyGate:
         problem = Reason.CLOCK if elapsed < 0.0 else self._problem(t, command, inputs)
         if problem is None and self._armed:
             return self._drive(t, dt, command)
-        give_up = self._lose(t, command, problem)
+        give_up = self._disarm(t, command, problem)
         if problem in (Reason.JOYSTICK, Reason.UNKNOWN_DRIVER):
             self.comfort.rest()
             return self._decision(State.MANUAL, problem, give_up)
@@ -151,64 +151,66 @@ class SafetyGate:
         where = self.config.localization_timeout
         if where and inputs.source in self.config.localization_for and not _recent(t, inputs.localization, where):
             return Reason.LOCALIZATION
-        if self._armed and _wants(command) and not _recent(t, command.stamp, self.config.command_hard_timeout):
+        if self._armed and _moves(command) and not _recent(t, command.stamp, self.config.command_hard_timeout):
             return Reason.COMMANDS
         return None
 
-    def _lose(self, t, command, problem):
-        """Listen to nobody; returns whether it is time to tell the commanders so."""
+    def _disarm(self, t, command, problem):
+        """Ignore commands from now on. Returns whether it is time to have goals cancelled."""
         was_armed, self._armed = self._armed, False
         if problem is not None:
             self._cause = problem
-        nagging = _wants(command) and _recent(t, command.stamp, self.config.command_hard_timeout)
-        if was_armed or (nagging and t - self._gave_up >= GIVE_UP_PERIOD):
+        commanded = _moves(command) and _recent(t, command.stamp, self.config.command_hard_timeout)
+        if was_armed or (commanded and t - self._gave_up >= GIVE_UP_PERIOD):
             self._gave_up = t
             return True
         return False
 
     def _may_start(self, t, command):
-        """Whether a command that comes now is a fresh one."""
-        return not _wants(command) or not _recent(t, command.stamp, self.config.fresh_silence)
+        """Whether a command that comes now is a fresh one: the last was zero or is long ago."""
+        return not _moves(command) or not _recent(t, command.stamp, self.config.fresh_silence)
 
     def _drive(self, t, dt, command):
-        """All is well: the command as gently and as slowly as it must be."""
+        """No fault: the command, as gently and as slowly as it must be."""
         comfort, zones = self.comfort, self.zones
-        late = _wants(command) and not _recent(t, command.stamp, self.config.command_timeout)
-        v, w = comfort.profile.shape(command.v, command.w) if _wants(command) and not late else (0.0, 0.0)
-        # Where braking gently would not do any more it brakes hard, and goes on until braking gently would have done.
+        late = _moves(command) and not _recent(t, command.stamp, self.config.command_timeout)
+        v, w = comfort.profile.shape(command.v, command.w) if _moves(command) and not late else (0.0, 0.0)
+        # Where the gentle brake is too late it brakes hard, until the gentle one would have been in time.
         asked, at = zones.scale(comfort.v, comfort.w, gentle=self._firm)
         self._firm = asked < 1.0
         if self._firm:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
-            return self._decision(State.BRAKING, self._side(at), False, zones.somebody_moves)
+            return self._decision(State.BRAKING, self._side(at), False, zones.pedestrian_moving)
         factor, near = zones.scale(v, w)
-        slowly = zones.slowly(v, w)
-        if slowly < factor:
-            factor, near = slowly, ''
+        cautious = zones.caution_factor(v, w)
+        if cautious < factor:
+            factor, near = cautious, ''
         comfort.step(v * factor, w * factor, dt)
-        waits = factor < 1.0 and zones.somebody_moves
+        waits = factor < 1.0 and zones.pedestrian_moving
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
-        if self._tired(dt, waits and not comfort.moving, _wants(command)):
+        if self._out_of_patience(dt, waits and not comfort.moving, _moves(command)):
             return self._decision(State.BLOCKED, Reason.CROWD, True, waits)
         if near:
             return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False, waits)
-        if slowly < 1.0:
-            return self._decision(State.SLOWED, Reason.PEOPLE if zones.people(t) else Reason.EXPECTED, False, waits)
-        return self._decision(State.DRIVING if comfort.moving or _wants(command) else State.IDLE, None, False)
+        if cautious < 1.0:
+            return self._decision(
+                State.SLOWED, Reason.PEOPLE if zones.pedestrians_nearby(t) else Reason.EXPECTED, False, waits
+            )
+        return self._decision(State.DRIVING if comfort.moving or _moves(command) else State.IDLE, None, False)
 
-    def _tired(self, dt, held_up, wanted):
-        """Whether people in its way have held the chair up for so long that its commanders are told to give up; time in
-        which nobody wants it to move makes up for that.
+    def _out_of_patience(self, dt, blocked, commanded):
+        """Whether pedestrians have blocked the chair for so long that goals are to be given up. Time without a command
+        counts back.
         """
         patience = self.zones.caution.config.patience
-        if held_up:
-            self._held_up += dt
-        elif not wanted:
-            self._held_up = max(self._held_up - dt, 0.0)
-        if not 0.0 < patience <= self._held_up:
+        if blocked:
+            self._blocked_for += dt
+        elif not commanded:
+            self._blocked_for = max(self._blocked_for - dt, 0.0)
+        if not 0.0 < patience <= self._blocked_for:
             return False
-        self._held_up = 0.0
+        self._blocked_for = 0.0
         return True
 
     def _side(self, sensor):
@@ -218,8 +220,8 @@ class SafetyGate:
         return Decision(self.comfort.v, self.comfort.w, state, reason, give_up, waits)
 
 
-def _wants(command):
-    """Whether somebody wants the chair to move."""
+def _moves(command):
+    """Whether a command asks for motion."""
     return command is not None and (command.v != 0.0 or command.w != 0.0)
 
 

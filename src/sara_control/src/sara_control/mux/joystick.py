@@ -1,6 +1,7 @@
-"""Joystick axes to commands, with a dead band, an optional dead-man's button, and silence when the stick is let go."""
+"""Joystick axes to commands, with a dead band and an optional dead-man's button; none while the stick is released."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sara_common.config import ConfigError, is_number, number_faults
@@ -36,7 +37,7 @@ class JoystickConfig:
             raise ConfigError(faults)
 
     @classmethod
-    def from_params(cls, params):
+    def from_params(cls, params: object) -> 'JoystickConfig':
         """From a dictionary. Raises ConfigError."""
         if not isinstance(params, dict):
             raise ConfigError(f'joystick is {params!r}, allowed is a mapping of parameters')
@@ -53,14 +54,14 @@ class JoystickConfig:
 class Joystick:
     """config: JoystickConfig. `dropped`: readings without those axes or not finite."""
 
-    def __init__(self, config):
+    def __init__(self, config: JoystickConfig) -> None:
         self.config = config
         self.dropped = 0
         self._held = False
 
-    def on_axes(self, axes, buttons):
-        """(v m/s, w rad/s) for axes in -1..1 (left and forward positive) and buttons; one (0, 0) on letting go; else
-        None.
+    def on_axes(self, axes: Sequence[float], buttons: Sequence[int]) -> tuple[float, float] | None:
+        """(v m/s, w rad/s) for axes in -1..1 (left and forward positive) and buttons; one (0, 0) when the stick is
+        released; else None.
         """
         config = self.config
         if max(config.axis_forward, config.axis_left) >= len(axes) or config.deadman_button >= len(buttons):

@@ -1,11 +1,12 @@
-"""Who drives: several sources of commands, one of which is listened to, in the manner of twist_mux.
+"""Selects one of several sources of velocity commands, as twist_mux does.
 
-topics: each has a name, a topic, a timeout and a priority; the one of the highest priority that has spoken within its
-timeout drives (of equals the first). locks: a lock that says true, or has a timeout and was silent for longer, silences
-all sources of a lower priority. So far twist_mux. Beyond it: a source that falls silent while it drives is followed by
-one command of zero; one that is driven out by another, by a lock or by the robot's own joystick, is not heard again
-until it has said zero or been
-silent for its timeout: what the user has interrupted does not go on by itself.
+topics: each source has a name, a topic, a timeout and a priority. The source of the highest priority that has sent a
+command within its timeout drives (of equals the first). locks: a lock that is true, or that has a timeout and has sent
+nothing for longer, blocks all sources of a lower priority. So far twist_mux.
+
+Beyond it, a driving source that times out is followed by one command of zero. A source that is preempted by another, by
+a lock or by the robot's own joystick is ignored until it sends zero or pauses for its timeout: what the user has
+interrupted does not resume by itself.
 """
 
 import math
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 from sara_common.config import ConfigError
 
-NOBODY = 'nobody'
+NO_DRIVER = 'nobody'
 ROBOT = 'the joystick of the chair'
 AHEAD = 0.1  # s: older commands have a stamp before now; a command from the future was given on another clock
 KEYS = ('name', 'topic', 'timeout', 'priority')
@@ -38,7 +39,7 @@ class MuxConfig:
     locks: tuple = ()
 
     @classmethod
-    def from_params(cls, params):
+    def from_params(cls, params: dict) -> 'MuxConfig':
         """From twist_mux's lists `topics` and `locks`. Raises ConfigError with every fault."""
         faults = []
         topics = _read(params.get('topics', []), 'topics', faults)
@@ -46,8 +47,8 @@ class MuxConfig:
         for source in topics:
             if source.timeout == 0.0:
                 faults.append(
-                    f'topics: timeout of {source.name} is 0, allowed are numbers above 0: a command that never grows old '
-                    f'would drive for ever'
+                    f'topics: timeout of {source.name} is 0, allowed are numbers above 0: '
+                    'a command that never grows old would drive for ever'
                 )
         if not topics and not faults:
             faults.append('topics is empty, allowed is a list with one entry or more')
@@ -94,17 +95,17 @@ def _read(entries, kind, faults):
 
 
 @dataclass
-class _Heard:
-    """What a source said last, and whether it is listened to."""
+class _Input:
+    """The latest command of a source. blocked: it was preempted, and is ignored for now."""
 
     v: float = 0.0
     w: float = 0.0
     stamp: float = -math.inf
-    barred: bool = False
+    blocked: bool = False
 
 
-class Said(NamedTuple):
-    """A command (v m/s, w rad/s) to pass on and who gave it."""
+class SelectedCommand(NamedTuple):
+    """A command (v m/s, w rad/s) to pass on, and the source that gave it."""
 
     v: float
     w: float
@@ -112,58 +113,56 @@ class Said(NamedTuple):
 
 
 class Mux:
-    """config: MuxConfig. `driver`: name of the source that drives, NOBODY or ROBOT. `dropped`: {source: commands not
+    """config: MuxConfig. `driver`: name of the source that drives, NO_DRIVER or ROBOT. `dropped`: {source: commands not
     finite}.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: MuxConfig) -> None:
         self.config = config
-        self.driver = NOBODY
+        self.driver = NO_DRIVER
         self.dropped = {}
-        self._heard = {source.name: _Heard() for source in config.topics}
+        self._inputs = {source.name: _Input() for source in config.topics}
         self._sources = {source.name: source for source in config.topics}
-        self._all = [(source, self._heard[source.name]) for source in config.topics]
+        self._all = [(source, self._inputs[source.name]) for source in config.topics]
         self._locks = {lock.name: (False, -math.inf) for lock in config.locks}
         self._taken = False
-        self._driven_out = ()
+        self._preempted = ()
 
-    def take_driven_out(self):
-        """Names of the sources that wanted to drive and are not heard any more, since the last call: their goals are to
-        be dropped.
-        """
-        names, self._driven_out = self._driven_out, ()
+    def take_preempted(self) -> tuple[str, ...]:
+        """Names of the sources that were preempted since the last call: their goals are to be cancelled."""
+        names, self._preempted = self._preempted, ()
         return names
 
-    def on_command(self, t, name, v, w):
-        """Source `name` commands (v, w) at t (s). Returns what to pass on now, Said or None."""
+    def on_command(self, t: float, name: str, v: float, w: float) -> SelectedCommand | None:
+        """Source `name` commands (v, w) at t (s). Returns the SelectedCommand to pass on now, or None."""
         if not (math.isfinite(v) and math.isfinite(w)):
             self.dropped[name] = self.dropped.get(name, 0) + 1
             return None
-        heard = self._heard[name]
-        if heard.barred and (v == w == 0.0 or _silent(t, self._sources[name], heard)):
-            heard.barred = False
-        heard.v, heard.w, heard.stamp = v, w, t
-        said = self._decide(t)
-        if said is not None or self.driver != name:
-            return said
-        return Said(v, w, name)
+        latest = self._inputs[name]
+        if latest.blocked and (v == w == 0.0 or _timed_out(t, self._sources[name], latest)):
+            latest.blocked = False
+        latest.v, latest.w, latest.stamp = v, w, t
+        selected = self._decide(t)
+        if selected is not None or self.driver != name:
+            return selected
+        return SelectedCommand(v, w, name)
 
-    def on_lock(self, t, name, locked):
-        """Lock `name` says at t (s) whether it locks. Returns Said or None."""
+    def on_lock(self, t: float, name: str, locked: bool) -> SelectedCommand | None:
+        """Lock `name` is set or released at t (s). Returns a SelectedCommand or None."""
         self._locks[name] = (bool(locked), t)
         return self._decide(t)
 
-    def on_robot(self, t, taken):
-        """taken: the robot's own joystick drives, past this multiplexer. Returns Said or None."""
+    def on_robot(self, t: float, taken: bool) -> SelectedCommand | None:
+        """taken: the robot's own joystick drives, past this multiplexer. Returns a SelectedCommand or None."""
         self._taken = bool(taken)
         return self._decide(t)
 
-    def update(self, t):
-        """To be called often: what falls silent is noticed here. Returns Said or None."""
+    def update(self, t: float) -> SelectedCommand | None:
+        """Looks for timeouts at t (s); to be called often. Returns a SelectedCommand or None."""
         return self._decide(t)
 
-    def locked(self, t):
-        """The priority below which nobody is heard at t (s)."""
+    def locked(self, t: float) -> int:
+        """The priority below which sources are locked at t (s)."""
         least = 0
         for lock in self.config.locks:
             if lock.priority > least and self._is_locked(t, lock):
@@ -174,39 +173,39 @@ class Mux:
         locked, stamp = self._locks[lock.name]
         return locked or (lock.timeout > 0.0 and not t - stamp <= lock.timeout)
 
-    def _driver(self, speaking, least):
-        """Who may drive, of those that speak and whose priority is at least so much."""
+    def _driver(self, active, least):
+        """The driver among the (source, input) pairs that have not timed out, with this priority at least."""
         if self._taken:
             return ROBOT
-        driver, highest = NOBODY, -1
-        for source, heard in speaking:
-            if source.priority >= least and source.priority > highest and not heard.barred:
+        driver, highest = NO_DRIVER, -1
+        for source, latest in active:
+            if source.priority >= least and source.priority > highest and not latest.blocked:
                 driver, highest = source.name, source.priority
         return driver
 
     def _decide(self, t):
-        """Changes of the driver; returns what they say to the wheels, or None."""
+        """Chooses the driver; returns the command to pass on if it is another than before, or None."""
         least = self.locked(t)
-        speaking = [pair for pair in self._all if not _silent(t, *pair)]
-        before, self.driver = self.driver, self._driver(speaking, least)
-        self._bar(speaking, least)
+        active = [pair for pair in self._all if not _timed_out(t, *pair)]
+        before, self.driver = self.driver, self._driver(active, least)
+        self._block(active, least)
         if self.driver == before:
             return None
-        if self.driver in (NOBODY, ROBOT):
-            return Said(0.0, 0.0, self.driver)
-        heard = self._heard[self.driver]
-        return Said(heard.v, heard.w, self.driver)
+        if self.driver in (NO_DRIVER, ROBOT):
+            return SelectedCommand(0.0, 0.0, self.driver)
+        latest = self._inputs[self.driver]
+        return SelectedCommand(latest.v, latest.w, self.driver)
 
-    def _bar(self, speaking, least):
-        """Whoever wants to move and is not heard, for a driver or a lock of a higher priority, must come anew."""
+    def _block(self, active, least):
+        """Blocks the sources that command a motion and are preempted by a driver or a lock of a higher priority."""
         if self.driver in self._sources:
             least = max(least, self._sources[self.driver].priority)
-        for source, heard in speaking:
-            if (self._taken or source.priority < least) and (heard.v != 0.0 or heard.w != 0.0) and not heard.barred:
-                heard.barred = True
-                self._driven_out += (source.name,)
+        for source, latest in active:
+            if (self._taken or source.priority < least) and (latest.v != 0.0 or latest.w != 0.0) and not latest.blocked:
+                latest.blocked = True
+                self._preempted += (source.name,)
 
 
-def _silent(t, source, heard):
-    """Whether what a Source said last is too old at t (s), or from the future."""
-    return not -AHEAD <= t - heard.stamp <= source.timeout
+def _timed_out(t, source, latest):
+    """Whether the latest command of a Source is too old at t (s), or from the future."""
+    return not -AHEAD <= t - latest.stamp <= source.timeout

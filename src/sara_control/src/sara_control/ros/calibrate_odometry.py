@@ -16,44 +16,20 @@ from sara_control.calibration.drive_log import DriveLog, LogError
 from sara_control.wheels.config import ControllerConfig
 
 
-def read_log(path, config, joint_states, imu, truth=None):
+def read_log(path: str, config: ControllerConfig, joint_states: str, imu: str, truth: str | None = None) -> DriveLog:
     """A DriveLog from a bag: sensor_msgs/JointState and Imu by their stamps; truth: a topic with nav_msgs/Odometry or
     geometry_msgs/Pose*.
 
     What is not newer than the message before it is left out. Raises LogError.
     """
-    topics = [joint_states, imu] + ([truth] if truth else [])
-    wheels, gyro, poses = [], [], []
-    try:
-        with rosbag.Bag(str(path)) as bag:
-            for topic, message, _ in bag.read_messages(topics=topics):
-                stamp = message.header.stamp.to_sec()
-                if topic == joint_states:
-                    found = dict(zip(message.name, message.position))
-                    if all(joint in found for joint in config.left_joints + config.right_joints):
-                        wheels.append(
-                            (
-                                stamp,
-                                *(
-                                    np.mean([found[joint] for joint in side])
-                                    for side in (config.left_joints, config.right_joints)
-                                ),
-                            )
-                        )
-                elif topic == imu:
-                    gyro.append((stamp, message.angular_velocity.z))
-                else:
-                    poses.append((stamp, *_planar(message)))
-    except (OSError, rosbag.ROSBagException) as error:
-        raise LogError(f'the bag {path} cannot be read: {error}') from error
+    wheels, gyro, poses = _messages(path, config, joint_states, imu, truth)
     for rows, what in (
         (wheels, f'{joint_states} with the joints {", ".join(config.left_joints + config.right_joints)}'),
         (gyro, imu),
+        *([(poses, truth)] if truth else []),
     ):
         if len(rows) < 2:
             raise LogError(f'the bag {path} has {len(rows)} messages on {what}')
-    if truth and len(poses) < 2:
-        raise LogError(f'the bag {path} has {len(poses)} messages on {truth}')
     times, left, right = _rising(wheels).T
     gyro_times, rates = _rising(gyro).T
     if not truth:
@@ -61,6 +37,28 @@ def read_log(path, config, joint_states, imu, truth=None):
     pose_times, x, y, yaw = _rising(poses).T
     columns = [np.interp(times, pose_times, values) for values in (x, y, np.unwrap(yaw))]
     return DriveLog(times, left, right, gyro_times, rates, np.column_stack(columns))
+
+
+def _messages(path, config, joint_states, imu, truth):
+    """Rows of (stamp, left, right), (stamp, turn rate) and (stamp, x, y, yaw) from the bag's topics."""
+    rows = {topic: [] for topic in (joint_states, imu, truth)}
+    sides = config.left_joints, config.right_joints
+    try:
+        with rosbag.Bag(str(path)) as bag:
+            for topic, message, _ in bag.read_messages(topics=[topic for topic in rows if topic]):
+                stamp = message.header.stamp.to_sec()
+                if topic == joint_states:
+                    found = dict(zip(message.name, message.position))
+                    if all(joint in found for joint in sides[0] + sides[1]):
+                        means = (np.mean([found[joint] for joint in side]) for side in sides)
+                        rows[topic].append((stamp, *means))
+                elif topic == imu:
+                    rows[topic].append((stamp, message.angular_velocity.z))
+                else:
+                    rows[topic].append((stamp, *_planar(message)))
+    except (OSError, rosbag.ROSBagException) as error:
+        raise LogError(f'the bag {path} cannot be read: {error}') from error
+    return rows[joint_states], rows[imu], rows[truth]
 
 
 def _rising(rows):
@@ -85,14 +83,15 @@ def _planar(message):
     )
 
 
-def arguments(words):
+def arguments(words: list[str] | None) -> argparse.Namespace:
     """Of the command line."""
     parser = argparse.ArgumentParser(
         prog='calibrate_odometry',
         description=__doc__,
         epilog=(
-            'The drive: stand still a second or two between any two moves, and 4 s between runs; drive a square both ways and '
-            'turn on the spot both ways. `roslaunch sara_control calibration_drive.launch` drives it.'
+            'The drive: stand still a second or two between any two moves, and 4 s between runs; '
+            'drive a square both ways and turn on the spot both ways. '
+            '`roslaunch sara_control calibration_drive.launch` drives it.'
         ),
     )
     parser.add_argument('bag')
@@ -126,7 +125,7 @@ def arguments(words):
     return parser.parse_args(words)
 
 
-def main(words=None):
+def main(words: list[str] | None = None) -> int:
     """Run the command; exit status 1 and one sentence where it cannot."""
     options = arguments(sys.argv[1:] if words is None else words)
     try:

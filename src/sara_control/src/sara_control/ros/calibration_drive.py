@@ -1,5 +1,6 @@
 """calibration_drive: drives the manoeuvres that calibrate_odometry wants, by the odometry that is to be calibrated."""
 
+import contextlib
 import math
 from dataclasses import fields
 
@@ -17,7 +18,7 @@ SILENT = 0.5  # s without odometry after which it stands still
 class CalibrationDrive:
     """`cmd_vel` out, `odom` in; parameters are those of ManoeuvreConfig."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         given = {
             field.name: rospy.get_param(f'~{field.name}')
             for field in fields(ManoeuvreConfig)
@@ -32,7 +33,7 @@ class CalibrationDrive:
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=10, tcp_nodelay=True)
 
-    def on_odometry(self, message):
+    def on_odometry(self, message: Odometry) -> None:
         """Where it is, the heading unwrapped."""
         pose = message.pose.pose
         yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
@@ -40,7 +41,7 @@ class CalibrationDrive:
         self.heading = before + math.remainder(yaw - before, math.tau)
         self.odometry = message.header.stamp.to_sec(), pose.position.x, pose.position.y, self.heading
 
-    def run(self):
+    def run(self) -> None:
         """Until the manoeuvres are over."""
         rate = rospy.Rate(RATE, reset=True)
         shown = None
@@ -61,10 +62,8 @@ class CalibrationDrive:
             rospy.loginfo('the drive is over')
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('calibration_drive')
-    try:
+    with contextlib.suppress(rospy.ROSInterruptException):  # stopped half-way: its commands end, which stops the robot
         CalibrationDrive().run()
-    except rospy.ROSInterruptException:  # stopped half-way: commands that no longer come stop the robot
-        pass

@@ -10,14 +10,15 @@ from canserial.dbc.bus import BusDescription
 from canserial.msg import CAN, Encoder
 from canserial.reader.readings import EncoderReading
 from canserial.ros.conversions import frame_to_msg
-from sara_control.wheels.base import WheelBase
+from sara_control.wheels.base import WheelBase, WheelPositions
 from sara_control.wheels.can_base import CanBase
+from sara_control.wheels.config import ControllerConfig
 
 
 class CanChair(WheelBase):
     """One joint a side."""
 
-    def __init__(self, config, params):
+    def __init__(self, config: ControllerConfig, params: dict) -> None:
         super().__init__(config, params)
         if len(config.left_joints) != 1:
             raise ValueError(
@@ -32,30 +33,30 @@ class CanChair(WheelBase):
         rospy.Subscriber('mode', UInt8, self._on_mode, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber('encoders', Encoder, self._on_encoder, queue_size=20, tcp_nodelay=True)
 
-    def read(self, t):
+    def read(self, t: float) -> list[WheelPositions]:
         """What came since the last call."""
         with self._lock:
             positions = list(self._positions)
             self._positions.clear()
         return positions
 
-    def write(self, left, right, t):
+    def write(self, left: float, right: float, t: float) -> None:
         """A command frame; while the joystick drives, the question for control."""
         with self._lock:
             frame = self.can.command(left, right)
         self._cantx.publish(frame_to_msg(frame))
 
-    def stop(self):
+    def stop(self) -> None:
         """The frame that stops both wheels."""
         self._cantx.publish(frame_to_msg(self.can.stop()))
 
     @property
-    def may_drive(self):
-        """modoPC says so."""
+    def may_drive(self) -> bool:
+        """Whether modoPC allows it."""
         return self.can.may_drive
 
     @property
-    def state(self):
+    def state(self) -> str:
         """Who drives."""
         mode = self.can.mode
         return (

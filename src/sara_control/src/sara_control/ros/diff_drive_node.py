@@ -1,4 +1,4 @@
-"""diff_drive_controller as a node: `~cmd_vel` in, odometry, TF and joints out, the wheels behind a WheelBase (`~base`)."""
+"""diff_drive_controller as a node: `~cmd_vel` in; odometry, TF and joints out. `~base` names the wheels' WheelBase."""
 
 import math
 import threading
@@ -16,9 +16,10 @@ from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_control.cfg import DiffDriveControllerConfig
 from sara_control.ros.wheel_states import WheelStates
-from sara_control.wheels.base import BaseError, load_base
+from sara_control.wheels.base import BaseError, WheelPositions, load_base
 from sara_control.wheels.config import ControllerConfig, unknown
 from sara_control.wheels.controller import DiffDriveController
+from sara_control.wheels.odometry import OdometryState
 from sara_control.wheels.pacer import Pacer
 
 DYNAMIC = (
@@ -34,7 +35,7 @@ MULTIPLIERS = DYNAMIC[1:4]
 class DiffDriveNode:
     """The shell around DiffDriveController and a WheelBase."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         params = rospy.get_param('~', {})
         try:
             config = self.config = ControllerConfig.from_params(params, rospy.get_param('robot_description', None))
@@ -68,9 +69,9 @@ class DiffDriveNode:
         self.timer = rospy.Timer(rospy.Duration(1.0 / config.command_rate), self.on_timer, reset=True)
         rospy.on_shutdown(self.on_shutdown)
 
-    def on_reconfigure(self, wanted, level):
-        """Takes what was changed. The server clamps to the fields' range, the parameters may lie outside: what nobody
-        changed stays.
+    def on_reconfigure(self, wanted: dict, level: int) -> dict:
+        """Takes the values that were changed. The server clamps all to the fields' range; parameters may lie outside
+        and stay there unless they were changed.
         """
         names = DYNAMIC if self._offered is not None else ()
         changes = {name: wanted[name] for name in names if wanted[name] != _in_range(name, self._offered[name])}
@@ -93,14 +94,14 @@ class DiffDriveNode:
         self._offered = values
         return wanted
 
-    def on_command(self, message):
+    def on_command(self, message: Twist) -> None:
         """A new command for the robot."""
         with self.lock:
             self.controller.on_command(
                 message.linear.x, message.angular.z, rospy.get_time(), self.commands.get_num_connections()
             )
 
-    def read_wheels(self):
+    def read_wheels(self) -> None:
         """Positions the base has: odometry and joint states."""
         with self.lock:
             try:
@@ -114,12 +115,12 @@ class DiffDriveNode:
                 if state is not None:
                     self.publish_odometry(state)
 
-    def base_failed(self, what, error):
+    def base_failed(self, what: str, error: Exception) -> None:
         """The wheels' positions will be too old soon, and that stops everything."""
         self.base.counters[f'{what}_failed'] += 1
         rospy.logerr_throttle(10.0, f'the wheel base failed to {what}: {error!r}')
 
-    def publish_joints(self, positions):
+    def publish_joints(self, positions: WheelPositions) -> None:
         """Measured wheel positions and speeds."""
         left, right = (tuple(side) if hasattr(side, '__iter__') else (side,) for side in positions[:2])
         config = self.config
@@ -133,7 +134,7 @@ class DiffDriveNode:
         if self.wheel_states is not None:
             self.wheel_states.on_positions(message.position, message.velocity, positions.stamp)
 
-    def joint_speeds(self, angles, positions):
+    def joint_speeds(self, angles: list[float], positions: WheelPositions) -> list[float]:
         """rad/s, from the positions before; those of the last reading where there was no time between them."""
         before = getattr(self, '_joints', None)
         interval = (
@@ -148,7 +149,7 @@ class DiffDriveNode:
         self._joints = angles, positions.stamp, speeds
         return speeds
 
-    def publish_odometry(self, state):
+    def publish_odometry(self, state: OdometryState) -> None:
         """Odometry and its transform, if it is time."""
         if not self.pacer.due(state.stamp):
             return
@@ -168,7 +169,7 @@ class DiffDriveNode:
             self.broadcaster.sendTransform(transform)
         self.odom.publish(message)
 
-    def on_timer(self, _event):
+    def on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         """A cycle: positions, then the wheel command."""
         self.read_wheels()
         stamp = rospy.Time.now()
@@ -196,7 +197,7 @@ class DiffDriveNode:
         if self.wheel_states is not None:
             self.wheel_states.publish(commands, stamp)
 
-    def on_shutdown(self):
+    def on_shutdown(self) -> None:
         """The last word to the wheels is stop; the process may end only when it is on its way."""
         with self.lock:
             self.stopping.set()
@@ -206,7 +207,7 @@ class DiffDriveNode:
                 self.base_failed('stop', error)
         rospy.rostime.wallsleep(0.1)
 
-    def run(self):
+    def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
         warned = set()
         while not self.stopping.wait(1.0):
@@ -244,7 +245,7 @@ def _diagonal(values):
     return matrix
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('diff_drive_controller')
     DiffDriveNode().run()

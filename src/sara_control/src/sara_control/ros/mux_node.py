@@ -1,8 +1,9 @@
-"""cmd_vel_mux: the sources' commands in, that of the one who drives out; says who it is, and has goals dropped that
-were driven out.
+"""cmd_vel_mux: passes on the commands of one of several sources, publishes its name, and cancels the goals of sources
+that are preempted.
 """
 
 import threading
+from collections.abc import Callable
 from functools import partial
 
 import rospy
@@ -17,16 +18,16 @@ from sara_common.diagnostics import OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
-from sara_control.mux.mux import NOBODY, ROBOT, Mux, MuxConfig
+from sara_control.mux.mux import NO_DRIVER, ROBOT, Mux, MuxConfig
 
-RATE = 50.0  # Hz, at which silence is noticed
+RATE = 50.0  # Hz, at which timeouts are looked for
 KNOWN = ('topics', 'locks', 'joystick', 'handshake', 'cancel')
 
 
 class MuxNode:
     """The shell around Mux and Joystick."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         params = rospy.get_param('~', {})
         joystick = self.read(params)
         self.lock = threading.Lock()
@@ -56,7 +57,7 @@ class MuxNode:
         )
         rospy.on_shutdown(self.stopping.set)
 
-    def read(self, params):
+    def read(self, params: dict) -> JoystickConfig:
         """Makes the Mux; returns the JoystickConfig. Ends the node with every fault at once."""
         faults = [f'{name} is {params[name]!r}, but there is no such parameter' for name in params if name not in KNOWN]
         joystick = None
@@ -82,37 +83,37 @@ class MuxNode:
             stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')
         return joystick
 
-    def act(self, say):
-        """Let the multiplexer hear something, and pass on what it says. In this order: who drives, then what."""
+    def act(self, feed: Callable) -> None:
+        """Feeds the multiplexer and passes on what it selects: first the driver's name, then its command."""
         with self.lock:
-            said = say(rospy.get_time())
-            driver, driven_out = self.mux.driver, self.mux.take_driven_out()
+            selected = feed(rospy.get_time())
+            driver, preempted = self.mux.driver, self.mux.take_preempted()
             if driver != self.driver:
                 rospy.loginfo('%s drives', driver)
                 self.active.publish(driver)
                 self.driver = driver
-            for name in driven_out:
+            for name in preempted:
                 rospy.loginfo('%s was interrupted: it must command anew', name)
                 if name in self.cancel:
                     self.cancel[name].publish(GoalID())
-            if said is not None:
+            if selected is not None:
                 message = Twist()
-                message.linear.x, message.angular.z = said.v, said.w
+                message.linear.x, message.angular.z = selected.v, selected.w
                 self.out.publish(message)
 
-    def on_command(self, name, message):
+    def on_command(self, name: str, message: Twist) -> None:
         """A source commands."""
         self.act(lambda now: self.mux.on_command(now, name, message.linear.x, message.angular.z))
 
-    def on_lock(self, name, message):
-        """A lock says whether it locks."""
+    def on_lock(self, name: str, message: Bool) -> None:
+        """A lock is set or released."""
         self.act(lambda now: self.mux.on_lock(now, name, message.data))
 
-    def on_mode(self, message):
-        """The chair says who drives."""
+    def on_mode(self, message: UInt8) -> None:
+        """The chair reports who drives."""
         self.act(lambda now: self.mux.on_robot(now, message.data != PC_DRIVES))
 
-    def on_joystick(self, message):
+    def on_joystick(self, message: Joy) -> None:
         """Axes to a command, which comes back by the joystick's topic like any other."""
         command = self.joystick.on_axes(message.axes, message.buttons)
         if command is not None:
@@ -120,7 +121,7 @@ class MuxNode:
             twist.linear.x, twist.angular.z = command
             self.joystick_command.publish(twist)
 
-    def run(self):
+    def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
         warned = set()
         while not self.stopping.wait(1.0):
@@ -131,20 +132,20 @@ class MuxNode:
                 rospy.logwarn('dropped: commands of %s that are not finite; counted in /diagnostics', name)
                 warned.add(name)
             values = {f'not finite from {name}': count for name, count in dropped.items()}
-            values['heard from priority'] = locked
+            values['locked below priority'] = locked
             if driver == ROBOT:
                 level, text = WARN, f'{ROBOT} drives'
-            elif driver == NOBODY:
+            elif driver == NO_DRIVER:
                 level, text = (
                     OK,
-                    'nobody commands; waiting for ' + ', '.join(source.topic for source in self.mux.config.topics),
+                    'no source commands; waiting for ' + ', '.join(source.topic for source in self.mux.config.topics),
                 )
             else:
                 level, text = OK, f'{driver} drives'
             self.diagnostics.publish(level if not dropped else max(level, WARN), text, values)
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('cmd_vel_mux')
     MuxNode().run()

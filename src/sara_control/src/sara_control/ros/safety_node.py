@@ -1,8 +1,10 @@
-"""safety_gate: `cmd_vel_in` to `cmd_vel_out`, as gently, as slowly or not at all, by what the chair's own sensors say."""
+"""safety_gate: `cmd_vel_in` to `cmd_vel_out`, smoothed, slowed or stopped, by the readings of the chair's sensors."""
 
 import threading
+from collections.abc import Callable, Sequence
 from functools import partial
 
+import genpy
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
@@ -19,6 +21,7 @@ from sara_common.ros.diagnostics import Diagnostics
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
+from sara_control.zones.zone_config import RangeSensor
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
 LONGEST_PAUSE = 0.1  # s
@@ -29,7 +32,7 @@ SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
 class SafetyNode:
     """The shell around Guard."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         try:
             config = SafetyConfig.from_params(rospy.get_param('~', {}))
         except ConfigError as error:
@@ -51,8 +54,8 @@ class SafetyNode:
         self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), self.on_timer, reset=True)
         rospy.on_shutdown(self.on_shutdown)
 
-    def subscribe(self, config):
-        """What is listened to; what is not watched is not asked for."""
+    def subscribe(self, config: SafetyConfig) -> None:
+        """Subscribes to the commands and to every input that is watched."""
         gate = config.gate
         self.listen('cmd_vel_in', Twist, lambda now, m: self.guard.on_command(now, m.linear.x, m.angular.z))
         self.listen('emergency_stop', Bool, lambda _, m: self.guard.on_emergency_stop(m.data), at_once=True)
@@ -76,64 +79,66 @@ class SafetyNode:
                 ),
             )
         if gate.range_timeout:
-            for sensor in config.zones.sensors:
-                self.listen(
-                    f'{sensor.name}_range',
-                    Range,
-                    lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range),
-                )
-            self.listen(
-                'raw_ranges',
-                Range,
-                lambda now, m: self.guard.on_raw_range(
-                    _stamp(m, now), m.header.frame_id.rsplit('_frame', 1)[0], m.range
-                ),
-            )
+            self.subscribe_ranges(config.zones.sensors)
         if gate.localization_timeout:
             self.listen('cmd_vel_mux/active', String, lambda _, m: self.guard.on_source(m.data))
             self.listen(
                 'odometry/filtered', Odometry, lambda now, m: self.guard.on_localization(_stamp(m, now), *_numbers(m))
             )
 
-    def listen(self, topic, kind, hear, at_once=False):
-        """hear(now, message) for each message; at_once: the wheels are told without waiting for the next turn."""
-        rospy.Subscriber(topic, kind, partial(self.on_message, hear, at_once), queue_size=10, tcp_nodelay=True)
+    def subscribe_ranges(self, sensors: Sequence[RangeSensor]) -> None:
+        """The filtered ranges, a topic for each sensor, and the raw ones."""
+        for sensor in sensors:
+            self.listen(
+                f'{sensor.name}_range',
+                Range,
+                lambda now, m, name=sensor.name: self.guard.on_range(_stamp(m, now), name, m.range),
+            )
+        self.listen(
+            'raw_ranges',
+            Range,
+            lambda now, m: self.guard.on_raw_range(_stamp(m, now), m.header.frame_id.rsplit('_frame', 1)[0], m.range),
+        )
 
-    def on_message(self, hear, at_once, message):
+    def listen(self, topic: str, kind: type, handle: Callable, at_once: bool = False) -> None:
+        """Calls handle(now, message) for each message; at_once: a step follows without waiting for the next cycle."""
+        rospy.Subscriber(topic, kind, partial(self.on_message, handle, at_once), queue_size=10, tcp_nodelay=True)
+
+    def on_message(self, handle: Callable, at_once: bool, message: genpy.Message) -> None:
         """Something came."""
         with self.lock:
-            hear(rospy.get_time(), message)
+            handle(rospy.get_time(), message)
         if at_once:
             self.step()
 
-    def on_profile(self, _now, message):
+    def on_profile(self, _now: float, message: String) -> None:
         """Another rider."""
         if self.guard.set_profile(message.data):
             rospy.loginfo('the profile is %s, from the next rest on', message.data)
         else:
             rospy.logwarn('there is no profile %s; there are: %s', message.data, ', '.join(self.guard.config.profiles))
 
-    def on_expect_people(self, _now, message):
+    def on_expect_people(self, _now: float, message: Bool) -> None:
         """Whoever is with the chair knows that people are about, or that they have gone."""
         if self.guard.zones.caution.expect(message.data):
             rospy.loginfo('people are expected' if message.data else 'people are not expected')
         else:
             rospy.logwarn('people cannot be expected: caution/memory is 0')
 
-    def on_reset(self, _request):
+    def on_reset(self, _request: object) -> TriggerResponse:
         """The explicit release of the emergency stop."""
         with self.lock:
             done, why = self.guard.reset()
         rospy.loginfo(why)
         return TriggerResponse(success=done, message=why)
 
-    def on_timer(self, event):
-        """One turn. After a pause of this process itself, what has come in the meantime is heard first."""
+    def on_timer(self, event: object) -> None:
+        """One cycle. After a pause of this process, the messages that have come meanwhile are handled first."""
         if event.last_real is not None and (event.current_real - event.last_real).to_sec() > LONGEST_PAUSE:
             rospy.rostime.wallsleep(LONGEST_PAUSE / 10.0)
         self.step()
 
-    def step(self):
+    def step(self) -> None:
         """Tell the wheels what to do, and the rider why."""
         with self.lock:
             if self.stopping.is_set():  # asked and published under one lock: nothing follows the last stop
@@ -156,14 +161,14 @@ class SafetyNode:
             log = rospy.loginfo if LEVELS.get(decision.state, WARN) == OK else rospy.logwarn
             log(text)
 
-    def on_shutdown(self):
+    def on_shutdown(self) -> None:
         """The last word is stop."""
         with self.lock:
             self.stopping.set()
             self.out.publish(Twist())
         rospy.rostime.wallsleep(0.1)
 
-    def run(self):
+    def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
         warned = set()
         while not self.stopping.wait(1.0):
@@ -195,7 +200,7 @@ class SafetyNode:
 
 
 def _stamp(message, now):
-    """When it was measured; now, where it does not say."""
+    """The stamp of a message; now, where it has none."""
     stamp = message.header.stamp.to_sec()
     return stamp if stamp > 0.0 else now
 
@@ -206,7 +211,7 @@ def _numbers(odometry):
     return (pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w)
 
 
-def main():
+def main() -> None:
     """Run the node."""
     rospy.init_node('safety_gate')
     SafetyNode().run()

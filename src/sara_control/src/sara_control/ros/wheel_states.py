@@ -1,9 +1,12 @@
 """`~wheel_joint_controller_state`: what is asked of each wheel joint and what it does, once a cycle."""
 
 import math
+from collections.abc import Sequence
 
 import rospy
 from trajectory_msgs.msg import JointTrajectoryPoint
+
+from sara_control.wheels.config import ControllerConfig
 
 try:
     from control_msgs.msg import JointTrajectoryControllerState
@@ -14,7 +17,7 @@ except ImportError:  # not in Debian
 class WheelStates:
     """Positions in rad, speeds in rad/s, accelerations in rad/s2; efforts are not measured (NaN)."""
 
-    def __init__(self, config):
+    def __init__(self, config: ControllerConfig) -> None:
         self._joints = [*config.left_joints, *config.right_joints]
         zeros = [0.0] * len(self._joints)
         self._actual = zeros, zeros, zeros, None  # positions, speeds, accelerations, stamp
@@ -23,12 +26,12 @@ class WheelStates:
             '~wheel_joint_controller_state', JointTrajectoryControllerState, queue_size=10, tcp_nodelay=True
         )
 
-    def on_positions(self, positions, speeds, stamp):
+    def on_positions(self, positions: Sequence[float], speeds: Sequence[float], stamp: float) -> None:
         """Measured."""
         _, before, _, time = self._actual
         self._actual = list(positions), list(speeds), _rates(speeds, before, stamp, time), stamp
 
-    def publish(self, speeds, stamp):
+    def publish(self, speeds: Sequence[float], stamp: rospy.Time) -> None:
         """Commanded speeds; a desired position is where the wheel would be had it obeyed since the last measurement."""
         positions, actual_speeds, accelerations, measured_at = self._actual
         now = stamp.to_sec()

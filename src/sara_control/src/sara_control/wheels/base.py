@@ -9,6 +9,8 @@ import importlib
 from collections import Counter
 from typing import NamedTuple
 
+from sara_control.wheels.config import ControllerConfig
+
 KNOWN = {'can': 'sara_control.ros.can_chair:CanChair'}
 
 
@@ -41,30 +43,30 @@ class WheelBase(abc.ABC):
         None  # names of the robot's wheel joints, if it has names for them: others in the configuration are refused
     )
 
-    def __init__(self, config, params):
+    def __init__(self, config: ControllerConfig, params: dict) -> None:
         self.config = config
         self.counters = Counter()
         self.news = lambda: None
 
     @abc.abstractmethod
-    def read(self, t):
+    def read(self, t: float) -> list[WheelPositions]:
         """WheelPositions that were not read before, oldest first (a list, empty if there are none). t: now, s."""
 
     @abc.abstractmethod
-    def write(self, left, right, t):
+    def write(self, left: float, right: float, t: float) -> None:
         """Command these wheel speeds, rad/s, for the whole side."""
 
-    def stop(self):
+    def stop(self) -> None:
         """The last command before the node ends."""
         self.write(0.0, 0.0, 0.0)
 
     @property
-    def may_drive(self):
-        """Whether the wheels obey this node now (and nobody else, as a joystick)."""
+    def may_drive(self) -> bool:
+        """Whether the wheels obey this node now (and not a joystick of their own)."""
         return True
 
     @property
-    def state(self):
+    def state(self) -> str:
         """Who drives, in words."""
         return 'the PC drives'
 
@@ -73,7 +75,7 @@ class BaseError(ValueError):
     """One sentence on a base that cannot be had."""
 
 
-def load_base(name, config, params):
+def load_base(name: str, config: ControllerConfig, params: dict) -> WheelBase:
     """The WheelBase called `name`. Raises BaseError."""
     allowed = f'allowed are {", ".join(KNOWN)} and MODULE:CLASS'
     if not isinstance(name, str) or KNOWN.get(name, name).count(':') != 1:

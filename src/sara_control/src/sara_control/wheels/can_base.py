@@ -9,7 +9,10 @@ mean is right.
 import math
 from collections import Counter
 
+from canserial.dbc.bus import BusDescription
+from canserial.reader.readings import EncoderReading
 from sara_control.wheels.base import WheelPositions
+from sara_control.wheels.config import ControllerConfig
 
 WRAP = 2**32
 TICK = 1e-4  # s
@@ -28,7 +31,9 @@ class CanBase:
     PAIR_TOLERANCE = 0.005  # s
     STALE = 1.0  # s; a clock that went back by less repeats an old frame, by more was started anew
 
-    def __init__(self, bus, steps_per_turn=64000, max_wheel_speed=20.0, period=0.1):
+    def __init__(
+        self, bus: BusDescription, steps_per_turn: int = 64000, max_wheel_speed: float = 20.0, period: float = 0.1
+    ) -> None:
         self._bus = bus
         self._radians = math.tau / steps_per_turn
         self._max_wheel_speed = max_wheel_speed
@@ -44,20 +49,20 @@ class CanBase:
         self.counters = Counter()
 
     @classmethod
-    def from_config(cls, bus, config):
+    def from_config(cls, bus: BusDescription, config: ControllerConfig) -> 'CanBase':
         """With the settings of a ControllerConfig."""
         return cls(bus, config.steps_per_turn, config.max_wheel_speed, config.encoder_period)
 
     @property
-    def may_drive(self):
+    def may_drive(self) -> bool:
         """Whether the motor node takes commands from the PC."""
         return self.mode == PC_DRIVES
 
-    def on_mode(self, mode):
-        """The motor node says who drives (modoPC)."""
+    def on_mode(self, mode: int) -> None:
+        """The motor node reports who drives (modoPC)."""
         self.mode = mode
 
-    def on_encoder(self, reading):
+    def on_encoder(self, reading: EncoderReading) -> WheelPositions | None:
         """Takes an EncoderReading; returns WheelPositions when it completes a pair, else None."""
         if reading.wheel not in (RIGHT, LEFT):
             self.counters['unknown_wheel'] += 1
@@ -117,7 +122,7 @@ class CanBase:
             unmeasured,
         )
 
-    def command(self, left, right):
+    def command(self, left: float, right: float) -> object:
         """The frame that commands these wheel speeds (rad/s); a stop that asks for control while the PC has none."""
         if not (math.isfinite(left) and math.isfinite(right)):
             self.counters['command_not_finite'] += 1
@@ -134,7 +139,7 @@ class CanBase:
             'WHEEL_COMMAND', left=self._round(0, left), right=self._round(1, right), mode=CLOSED_LOOP
         )
 
-    def stop(self):
+    def stop(self) -> object:
         """The frame that stops both wheels at once."""
         self._rest = [0.0, 0.0]
         return self._bus.encode('WHEEL_COMMAND', left=0.0, right=0.0, mode=STOP)

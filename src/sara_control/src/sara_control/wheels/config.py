@@ -45,9 +45,9 @@ class ControllerConfig:
     left_wheel, right_wheel: a joint's name, or as many names on each side. The last block is ours, not the C++
     controller's:
     command_rate: wheel commands, Hz. encoder_timeout: without wheel positions for so long the wheels stop.
-    stop_deceleration: m/s2 of a stop that nobody commanded (None: as the limits allow, at once without limits).
+    stop_deceleration: m/s2 of a stop without a command (None: as the limits allow, at once without limits).
     frozen_distance: m of rim that a wheel's encoder may miss while the other wheel turns (see wheel_watch).
-    wheel_acceleration: m/s2 that a wheel's rim may have while nobody looks (see uncertainty). steps_per_turn,
+    wheel_acceleration: m/s2 of a wheel's rim while readings are lost (see uncertainty). steps_per_turn,
     encoder_period (s), max_wheel_speed (rad/s): of encoders on the bus: edges of a wheel turn, time between two
     readings, and what no wheel can do.
     """
@@ -122,32 +122,36 @@ class ControllerConfig:
             'are whole numbers of 1 or more',
         )
         check(FLAGS, lambda value: isinstance(value, bool), 'are true and false')
+        return faults + self._joint_faults()
+
+    def _joint_faults(self):
         left, right = self.left_joints, self.right_joints
         if len(left) != len(right):
-            faults.append(
-                f'left_wheel has {len(left)} joints and right_wheel {len(right)}, allowed is the same number on both sides'
-            )
-        elif len(set(left + right)) != len(left + right):
-            faults.append('left_wheel and right_wheel name a joint twice, allowed are joints of their own')
-        return faults
+            return [
+                f'left_wheel has {len(left)} joints and right_wheel {len(right)}, '
+                'allowed is the same number on both sides'
+            ]
+        if len(set(left + right)) != len(left + right):
+            return ['left_wheel and right_wheel name a joint twice, allowed are joints of their own']
+        return []
 
     @property
-    def left_joints(self):
+    def left_joints(self) -> tuple[str, ...]:
         """Names of the left wheels' joints."""
         return _names(self.left_wheel)
 
     @property
-    def right_joints(self):
+    def right_joints(self) -> tuple[str, ...]:
         """Names of the right wheels' joints."""
         return _names(self.right_wheel)
 
     @cached_property
-    def separation(self):
+    def separation(self) -> float:
         """The track with its multiplier, m."""
         return self.wheel_separation * self.wheel_separation_multiplier
 
     @cached_property
-    def radii(self):
+    def radii(self) -> tuple[float, float]:
         """Left and right wheel radius with their multipliers, m."""
         return (
             self.wheel_radius * self.left_wheel_radius_multiplier,
@@ -155,7 +159,7 @@ class ControllerConfig:
         )
 
     @classmethod
-    def from_params(cls, params, urdf=None):
+    def from_params(cls, params: dict, urdf: str | None = None) -> 'ControllerConfig':
         """From a (nested) dictionary as ROS gives it; other names in it are ignored (see `unknown`).
 
         urdf: text, or None: where wheel_separation or wheel_radius come from if the parameters do not say. Raises
@@ -193,7 +197,7 @@ class ControllerConfig:
         return config
 
 
-def unknown(params, ours=('base',)):
+def unknown(params: dict, ours: tuple[str, ...] = ('base',)) -> list[str]:
     """Names in the parameters under this controller's namespace that nothing reads: misspelt, or of something else.
 
     ours: what the node knows besides the configuration.
@@ -211,7 +215,7 @@ def unknown(params, ours=('base',)):
     return sorted(flatten(params).keys() - known)
 
 
-def flatten(params, prefix=''):
+def flatten(params: dict, prefix: str = '') -> dict:
     """Nested dictionaries as one, with names joined by '/'."""
     flat = {}
     for name, value in params.items():

@@ -1,16 +1,17 @@
 """Commands to wheel speeds and wheel positions to odometry: the pure part of a diff_drive_controller.
 
 The inverse kinematics are the usual ones, wheel = (v -+ w separation / 2) / radius. A cycle does what the C++
-controller
-does, in its order: a command older than cmd_vel_timeout counts as zero, then the limits of jerk, acceleration and
-speed. Without wheel positions for encoder_timeout, or when an encoder stands still although its wheel must turn, the
-wheels stop, and start again only on a command given after that.
+controller does, in its order: a command older than cmd_vel_timeout counts as zero, then the limits of jerk,
+acceleration and speed. Without wheel positions for encoder_timeout, or when an encoder stands still although its wheel
+must turn, the wheels stop, and start again only on a command given after that.
 """
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 
+from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.limiter import Motion, SpeedLimiter
 from sara_control.wheels.odometry import Odometry, OdometryState
 from sara_control.wheels.uncertainty import LossUncertainty
@@ -23,11 +24,11 @@ SHORTEST_CYCLE = 1e-6  # s: the time of a shorter cycle is counted in the next o
 class DiffDriveController:
     """config: ControllerConfig. All times in s on one clock. `counters` counts what was dropped, by kind.
 
-    `stopped_by`: why the wheels are held still although nobody commanded it, in words, else None.
+    `stopped_by`: why the wheels are stopped without a command, in words, else None.
     `command`: (v, w) of the last cycle, limited. `state`: the newest OdometryState, or None.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: ControllerConfig) -> None:
         self.config = config
         self.counters = Counter()
         self.odometry = Odometry(config.separation, *config.radii, config.velocity_rolling_window_size)
@@ -46,7 +47,7 @@ class DiffDriveController:
         self._positions_at = None
         self._release = None  # after a frozen encoder: 'rest' until a command of zero or none, then 'command'
 
-    def set_geometry(self, **multipliers):
+    def set_geometry(self, **multipliers: float) -> None:
         """New values of wheel_separation_multiplier, left_ and right_wheel_radius_multiplier. Raises ConfigError."""
         config = self.config = replace(self.config, **multipliers)
         odometry = self.odometry
@@ -54,7 +55,7 @@ class DiffDriveController:
         self._uncertainty.separation = config.separation
         self._watch.radii = config.radii
 
-    def on_command(self, v, w, t, publishers=1):
+    def on_command(self, v: float, w: float, t: float, publishers: int = 1) -> None:
         """Drive with v (m/s) and w (rad/s) from time t on; a command that is not finite is dropped and counted.
 
         publishers: how many there are that command; more than one stop the wheels unless that is allowed.
@@ -67,7 +68,15 @@ class DiffDriveController:
             v = w = 0.0
         self._wanted = (v, w, t)
 
-    def on_wheels(self, left, right, stamp, interval=None, missed=0.0, unmeasured=0.0):
+    def on_wheels(
+        self,
+        left: float | Iterable[float],
+        right: float | Iterable[float],
+        stamp: float,
+        interval: float | None = None,
+        missed: float = 0.0,
+        unmeasured: float = 0.0,
+    ) -> OdometryState | None:
         """Wheel positions (rad; a sequence for several joints a side) at `stamp`, see base.WheelPositions.
 
         Returns an OdometryState, or None for what is not newer than the last, not finite, or not used (open_loop).
@@ -94,6 +103,11 @@ class DiffDriveController:
         x, y = odometry.x, odometry.y
         if odometry.update(left, right, self._clock):
             lost.on_interval(odometry.heading, math.hypot(odometry.x - x, odometry.y - y), interval, missed)
+        self._watch_wheels(left, right, stamp)
+        return self._renew(stamp)
+
+    def _watch_wheels(self, left, right, stamp):
+        """Stops the robot if an encoder stands still, and makes the covariance grow by what it hides."""
         missed_before = self._watch.missed
         if self._watch.on_wheels(left, right, stamp):
             self.counters['encoder_frozen'] += 1
@@ -101,17 +115,15 @@ class DiffDriveController:
         if self._watch.missed != missed_before:
             # It adds up as one error, not as many independent ones: the variance goes from the old sum's to the new
             # one's.
-            lost.on_lost_way(
-                odometry.heading,
+            self._uncertainty.on_lost_way(
+                self.odometry.heading,
                 *(math.sqrt(now * now - then * then) for now, then in zip(self._watch.missed, missed_before)),
             )
-        return self._renew(stamp)
 
-    def update(self, t, driving=True):
+    def update(self, t: float, driving: bool = True) -> tuple[float, float]:
         """(left, right) wheel speeds in rad/s to command at time t.
 
-        driving: whether the wheels obey; while somebody else drives commands are forgotten, and a fresh one is needed
-        after.
+        driving: whether the wheels obey. While they do not, commands are dropped, and a new one is needed afterwards.
         """
         dt = self._cycle(t)
         if self.config.open_loop and self.odometry.update_open_loop(*self.command, t):
@@ -133,7 +145,7 @@ class DiffDriveController:
             self._watch.on_command(*wheels, t)
         return wheels
 
-    def wheels_known(self, t):
+    def wheels_known(self, t: float) -> bool:
         """Whether wheel positions came within encoder_timeout before t. In open loop a robot need not have any."""
         if self._positions_at is None:
             return self.config.open_loop
@@ -148,7 +160,7 @@ class DiffDriveController:
         return min(max(dt, 0.0), LONGEST_PERIODS / self.config.command_rate)
 
     def _target(self, t):
-        """(v, w) that is asked for now, or None for a stop; says why in `stopped_by`."""
+        """(v, w) that is asked for now, or None for a stop; the reason is in `stopped_by`."""
         self.stopped_by = None
         wanted = self._wanted
         # A command from the future means that the clock was set back: it must be given again.

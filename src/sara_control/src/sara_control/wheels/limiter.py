@@ -23,7 +23,7 @@ class Limits:
     jerk: tuple = None
 
     @classmethod
-    def from_params(cls, flat, axis, faults):
+    def from_params(cls, flat: dict, axis: str, faults: list[str]) -> 'Limits':
         """From the parameters `AXIS/has_KIND_limits`, `AXIS/max_KIND`, `AXIS/min_KIND` (default: -max); faults are
         added to the list.
         """

@@ -33,7 +33,7 @@ class OdometryState(NamedTuple):
 class Odometry:
     """wheel_separation, left_radius, right_radius: m. window: number of intervals whose speeds are averaged."""
 
-    def __init__(self, wheel_separation, left_radius, right_radius, window=10):
+    def __init__(self, wheel_separation: float, left_radius: float, right_radius: float, window: int = 10) -> None:
         self.wheel_separation = wheel_separation
         self.left_radius = left_radius
         self.right_radius = right_radius
@@ -44,7 +44,7 @@ class Odometry:
         self._time = None
         self._pending = (0.0, 0.0)
 
-    def start(self, left, right, time):
+    def start(self, left: float, right: float, time: float) -> None:
         """Count from these wheel positions (rad) and this time (s); the pose stays, the speed is forgotten."""
         self._wheels = (left, right)
         self._time = time
@@ -52,7 +52,7 @@ class Odometry:
         self._speeds.clear()
         self.linear = self.angular = 0.0
 
-    def update(self, left, right, time):
+    def update(self, left: float, right: float, time: float) -> bool:
         """Wheel positions (rad) at `time` (s). True if the speed was renewed.
 
         The first call only starts counting. Where time went back, counting starts anew from this reading.
@@ -77,7 +77,7 @@ class Odometry:
         self.linear, self.angular = (sum(speeds) / len(self._speeds) for speeds in zip(*self._speeds))
         return True
 
-    def update_open_loop(self, linear, angular, time):
+    def update_open_loop(self, linear: float, angular: float, time: float) -> bool:
         """The chair is taken to have moved with these speeds (m/s, rad/s) since the last call. True if it was not the
         first.
 
@@ -90,7 +90,7 @@ class Odometry:
         self._integrate(linear * (time - before), angular * (time - before))
         return True
 
-    def rebase(self, left, right):
+    def rebase(self, left: float, right: float) -> None:
         """Count on from these wheel positions (rad): what lies between was not measured. Pose and speed stay."""
         self._wheels = (left, right)
 

@@ -6,11 +6,11 @@ class Pacer:
 
     EARLY = 0.1  # of a period: stamps jitter
 
-    def __init__(self, rate):
+    def __init__(self, rate: float) -> None:
         self.rate = rate
         self._due = None
 
-    def due(self, t):
+    def due(self, t: float) -> bool:
         """Whether to publish now, at t (s). The first call starts the clock: one period later it is due."""
         if self.rate <= 0.0:
             return False

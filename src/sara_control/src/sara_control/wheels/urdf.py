@@ -15,7 +15,7 @@ class UrdfError(ValueError):
 class WheelGeometry:
     """text: the URDF. Raises UrdfError where it is none."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         try:
             self._robot = ElementTree.fromstring(text)
         except (ElementTree.ParseError, TypeError, ValueError) as error:
@@ -23,7 +23,7 @@ class WheelGeometry:
         if self._robot.tag != 'robot':
             raise UrdfError(f'robot_description is a <{self._robot.tag}>, allowed is a <robot>')
 
-    def separation(self, left, right):
+    def separation(self, left: str, right: str) -> float:
         """Distance of the origins of these two joints, m."""
         left, right = self._joint(left), self._joint(right)
         parents = [_attribute(joint, 'parent', 'link') for joint in (left, right)]
@@ -37,7 +37,7 @@ class WheelGeometry:
             raise UrdfError('in robot_description both wheel joints are at one place')
         return distance
 
-    def radius(self, joint):
+    def radius(self, joint: str) -> float:
         """Radius of the wheel on this joint, m."""
         name = _attribute(self._joint(joint), 'child', 'link')
         link = next((link for link in self._robot.findall('link') if link.get('name') == name), None)

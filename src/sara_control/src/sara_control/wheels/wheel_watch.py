@@ -111,6 +111,6 @@ def _wheel(speed, way, command, radius, gain, dt):
 
 
 @cache
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
     expected((0.0, 0.0), (0.0, 0.0), (1.0, 1.0), (0.1, 0.1), 0.02)

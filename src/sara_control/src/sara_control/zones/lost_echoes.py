@@ -1,53 +1,53 @@
-"""What was heard close ahead or astern and is heard no more, though only the chair has moved: it has left the cone by
-its edge, and stands there still.
+"""Remembers close obstacles ahead or astern that have left a sensor's cone because the chair moved.
 
-A sensor tells of what is in its cone alone. A chair that creeps up to a door aslant hears the jamb nearer and nearer,
-turns by a degree, and hears it no more: the jamb is beside the cone then, and before the corner of the body. So the
-outer end of the last arc is kept, carried along as the chair moves, until a cone finds it free, or the chair has gone
-on; one that stands learns nothing more of it. (What leaves by the inner end stands between the two cones that look the
-same way, and both have heard it from afar.) An echo that ends while the chair does not drive up to it (it stands, turns
-in place, or drives away) is not kept: it has gone away by itself, or the cone has been swung past it. (Range-only sonar
-tells of a place by where its echo begins and ends: J. Leonard, H. Durrant-Whyte, Directed sonar sensing for mobile
-robot navigation, 1992.)
+A range sensor measures only inside its cone. When the chair approaches a door at an angle, the jamb comes nearer and
+nearer; then the chair turns by a degree and the echo is gone. The jamb is still there, beside the cone and in front of
+the body's corner. So the outer end of the last arc is kept and moved along with the chair, until a cone finds the place
+free or the chair has driven on; a chair that stands learns nothing new about it. (An obstacle that leaves by the inner
+end is between two cones that look the same way; both have measured it from afar.) An echo is not kept if it ends while
+the chair does not approach it (the chair stands, turns in place, or drives away): the obstacle has moved, or the cone
+has turned past it.
+
+That the beginning and the end of an echo tell the place of an obstacle is from J. Leonard, H. Durrant-Whyte, Directed
+sonar sensing for mobile robot navigation, 1992.
 """
 
 import math
 from typing import NamedTuple
 
-# m: what is heard nearer than this is kept; farther away, the jambs of a door that is passed in its middle leave the
-# cones
+from sara_control.zones.zone_config import RangeSensor
+
+# m: a nearer echo is kept; farther away, the jambs of a door that is passed in its middle leave the cones, too
 CLOSE = 0.25
-NEAREST = 0.16  # m: what is heard nearer than a sensor measures (-Inf) is no farther than this
-GONE = 0.15  # m by which a range is farther at once when what was heard is heard no more
-MOVING = 0.005  # m/s towards where a sensor looks: the chair drives up to what is heard
-LATELY = 1.5  # s: median and release may be so late
-KEPT = 1.5  # m of way, for which the chair knows well enough how it moved
-INSIDE = math.radians(4.0)  # within a cone by so much, a place would be heard
-FREE = 0.1  # m: if what is heard there is farther than the place by so much, the place is free
+NEAREST = 0.16  # m: an echo nearer than a sensor measures (-Inf) is no farther than this
+GONE = 0.15  # m by which a range jumps when an echo is lost
+MOVING = 0.005  # m/s in the direction of a sensor: the chair approaches the echo
+LATELY = 1.5  # s: delay of the median and of the release
+KEPT = 1.5  # m that are driven until the odometry has drifted too much
+INSIDE = math.radians(4.0)  # an obstacle this far inside a cone gives an echo
+FREE = 0.1  # m: an echo this much farther than the place shows that the place is free
 MOST = 8  # places that are kept
-LONGEST_GAP = 0.5  # s without a reading after which nobody knows how the chair moved
+LONGEST_GAP = 0.5  # s without a reading: how the chair moved meanwhile is not known
 
 
 class LostPlace(NamedTuple):
-    """Where it is, x, y (m), in the base frame now; name: of the sensor that had heard it; way: m that were driven
-    since.
-    """
+    """x, y: place in the base frame now, m. name: of the sensor that lost it. driven: m since then."""
 
     x: float
     y: float
     name: str
-    way: float = 0.0
+    driven: float = 0.0
 
 
 class LostEchoes:
-    """half_angle: of a cone, rad. `places`: the LostPlaces."""
+    """half_angle: of a sensor's cone, rad. `places`: list of LostPlace."""
 
-    def __init__(self, half_angle):
+    def __init__(self, half_angle: float) -> None:
         self._half = half_angle
         self.places = []
-        self._last, self._moved = None, {1.0: -math.inf, -1.0: -math.inf}  # s at which it drove ahead, astern
+        self._last, self._moved = None, {1.0: -math.inf, -1.0: -math.inf}  # s: when it last drove ahead, astern
 
-    def carry(self, stamp, v, w):
+    def carry(self, stamp: float, v: float, w: float) -> bool:
         """The chair moved at v (m/s), w (rad/s) until stamp (s). Returns whether `places` changed."""
         before, self._last = self._last, stamp
         dt = 0.0 if before is None else stamp - before
@@ -60,21 +60,20 @@ class LostEchoes:
         if not self.places or dt == 0.0:
             return False
         c, s = math.cos(w * dt), math.sin(w * dt)
-        moved = [(p.x - v * dt, p.y, p.name, p.way + abs(v) * dt) for p in self.places if p.way <= KEPT]
-        self.places = [LostPlace(c * x + s * y, c * y - s * x, name, way) for x, y, name, way in moved]
+        moved = [(p.x - v * dt, p.y, p.name, p.driven + abs(v) * dt) for p in self.places if p.driven <= KEPT]
+        self.places = [LostPlace(c * x + s * y, c * y - s * x, name, driven) for x, y, name, driven in moved]
         return True
 
-    def heard(self, sensor, before, now):
-        """A sensor's believed range (m, +-Inf as in REP-117) has become another. Returns whether `places` changed."""
+    def on_range_change(self, sensor: RangeSensor, before: float | None, now: float) -> bool:
+        """A sensor's filtered range (m, +-Inf as in REP-117) has changed. Returns whether `places` changed."""
         count = len(self.places)
         self.places = [p for p in self.places if not self._free(sensor, now, p)]
         changed = len(self.places) != count
         if before is None or not self._left_by_the_edge(sensor, before, now):
             return changed
         away = max(before, NEAREST)
-        angle = sensor.yaw + math.copysign(
-            self._half, sensor.y * math.cos(sensor.yaw)
-        )  # on the left the outer end is left ahead, right astern
+        # The outer end of a left sensor's arc is on its left if the sensor looks ahead, on its right if astern.
+        angle = sensor.yaw + math.copysign(self._half, sensor.y * math.cos(sensor.yaw))
         self.places.append(LostPlace(sensor.x + away * math.cos(angle), sensor.y + away * math.sin(angle), sensor.name))
         del self.places[:-MOST]
         return True
@@ -91,7 +90,7 @@ class LostEchoes:
         )
 
     def _free(self, sensor, distance, place):
-        """Whether a sensor that hears nothing nearer than `distance` would hear the place."""
+        """Whether a sensor that measures `distance` shows that the place is free."""
         dx, dy = place.x - sensor.x, place.y - sensor.y
         off = math.remainder(math.atan2(dy, dx) - sensor.yaw, 2.0 * math.pi)
         return abs(off) < self._half - INSIDE and distance > math.hypot(dx, dy) + FREE

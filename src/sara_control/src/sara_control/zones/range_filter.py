@@ -1,25 +1,26 @@
-"""What of a sensor's readings is believed: the range that enough of them in a row bear out."""
+"""Filters range readings: a nearer or a farther range is accepted after enough consecutive readings confirm it."""
 
 from collections import deque
 
 
-class BelievedRange:
-    """`range`: m, +-Inf as in REP-117, None before the first reading. trigger, release: how many readings in a row make
-    it nearer, or farther.
+class RangeFilter:
+    """trigger, release: number of consecutive readings that confirm a nearer range, and a farther one.
+
+    `range`: the accepted range, m, +-Inf as in REP-117, None before the first reading.
     """
 
-    def __init__(self, trigger, release):
+    def __init__(self, trigger: int, release: int) -> None:
         self._trigger, self._release = trigger, release
         self._last = deque(maxlen=max(trigger, release))
         self.range = None
 
-    def at_once(self, distance):
-        """Believe a reading (m) without waiting for another."""
+    def accept(self, distance: float) -> None:
+        """Accepts a reading (m) without waiting for another."""
         self._last.clear()
         self.range = distance
 
-    def add(self, distance):
-        """A reading, m."""
+    def add(self, distance: float) -> None:
+        """Takes a reading, m."""
         self._last.append(distance)
         recent = list(self._last)
         nearer, farther = max(recent[-self._trigger :]), min(recent[-self._release :])

@@ -23,7 +23,7 @@ class RangeSensor:
     stops: bool = True
 
     @property
-    def side(self):
+    def side(self) -> str:
         """Where it looks: front, rear, left or right."""
         x, y = math.cos(self.yaw), math.sin(self.yaw)
         if abs(x) >= abs(y):
@@ -82,12 +82,12 @@ class ZoneConfig:
         if faults:
             raise ConfigError(faults)
 
-    def way_to_rest(self, u):
+    def way_to_rest(self, u: float) -> float:
         """How far the chair goes from speed u (m/s) to rest, m."""
         return u * self.reaction_time + u * u / (2.0 * self.braking)
 
     @classmethod
-    def from_params(cls, params):
+    def from_params(cls, params: dict) -> 'ZoneConfig':
         """From a dictionary; `sensors` maps names to x, y, yaw_deg and optionally near, stops. Raises ConfigError."""
         values = dict(params)
         faults = [

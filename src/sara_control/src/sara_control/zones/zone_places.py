@@ -1,62 +1,164 @@
-"""Where things may stand about the chair, place by place, compiled: what Zones asks at every command and after every
-echo, nearly always to no effect.
+"""Places about the chair where a range sensor's echo may come from, and the limit that they set to a command.
 
-The plain form of what `matters` leaves out is in zones, which looks closely at the rest; the tests hold the two
-together.
+An echo tells a distance, not a direction: on every ray of the sensor's cone there may be a place. The gate asks for
+the limit at every command, 50 times a second, so the functions are compiled. Lengths in m, speeds in m/s and rad/s, in
+the base frame.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
 
+SAMPLES = 40  # of the path to a place
+NEARER = 1e-6  # m: a place that comes nearer by less does not come nearer
+RESTING = 1e-9  # m/s: a place approached no faster than this is on the axis of the turn
+
+
+class Body(NamedTuple):
+    """Half the length and half the width of the body, centred on base_link."""
+
+    half_length: float
+    half_width: float
+
+
+class Places(NamedTuple):
+    """Arrays (n,), one entry for each ray of each sensor, then one for each echo that may be kept after it was lost.
+
+    x, y: of the place. outside: how far it is outside the body, by the axis on which it is farther; +Inf where there is
+    none. radius: its distance from base_link, 0 where there is none. to_body: how far it is from the body along its
+    ray. approach: speed at which it comes by itself. stops: whether it may stop the chair. directions (2, n): unit
+    vectors of the rays. inside: length of the ray within the body.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    outside: np.ndarray
+    radius: np.ndarray
+    to_body: np.ndarray
+    approach: np.ndarray
+    stops: np.ndarray
+    directions: np.ndarray
+    inside: np.ndarray
+
+
+class Stopping(NamedTuple):
+    """How the chair stops: at `stop_distance` (m) before contact, `reaction` s after the echo, at `braking` m/s2.
+    creep: speed that is allowed up to the stop distance; creeps_everywhere: and beyond it.
+    """
+
+    stop_distance: float
+    reaction: float
+    braking: float
+    creep: float
+    creeps_everywhere: bool
+
 
 @kernel
-def put(x, y, outside, radius, way, directions, way_out, first, last, sensor_x, sensor_y, distance, half_x, half_y):
-    """Put what a sensor at (sensor_x, sensor_y) hears at `distance` (m, +Inf: nothing) on its rays, first to last - 1
-    of all. Returns (how far outside the body the nearest of all is, how far from base_link the farthest), m.
+def outside_of(x, y, body):
+    """How far (x, y), numbers or arrays, is outside the body, by the axis on which it is farther; negative within."""
+    return np.maximum(np.abs(x) - body.half_length, np.abs(y) - body.half_width)
 
-    x, y, outside, radius, way (n,), m: of zones._Places, changed. directions (2, n) and way_out (n,), m: of the rays.
-    half_x, half_y: of the body, m.
-    """
-    for i in range(first, last):
+
+@kernel
+def put(places, rays, sensor, distance, body):
+    """Puts an echo at `distance` (+Inf: nothing) of a sensor at (x, y) on its rays, (first, last) of `places`."""
+    for i in range(rays[0], rays[1]):
         if distance == math.inf:
-            outside[i], radius[i] = math.inf, 0.0
+            places.outside[i], places.radius[i] = math.inf, 0.0
             continue
-        along = max(distance, way_out[i])
-        x[i], y[i] = sensor_x + along * directions[0, i], sensor_y + along * directions[1, i]
-        outside[i], radius[i] = max(abs(x[i]) - half_x, abs(y[i]) - half_y), math.hypot(x[i], y[i])
-        way[i] = along - way_out[i]
+        along = max(distance, places.inside[i])
+        x, y = sensor[0] + along * places.directions[0, i], sensor[1] + along * places.directions[1, i]
+        places.x[i], places.y[i] = x, y
+        places.outside[i], places.radius[i] = outside_of(x, y, body), math.hypot(x, y)
+        places.to_body[i] = along - places.inside[i]
+
+
+@kernel
+def bounds(places):
+    """(least distance of all places outside the body, greatest from base_link)."""
     nearest, farthest = math.inf, 0.0
-    for i in range(len(x)):
-        nearest, farthest = min(nearest, outside[i]), max(farthest, radius[i])
+    for i in range(len(places.x)):
+        nearest, farthest = min(nearest, places.outside[i]), max(farthest, places.radius[i])
     return nearest, farthest
 
 
 @kernel
-def matters(x, y, outside, radius, v, w, half_y, side_squared, corner_squared, stop_distance, reaction, braking):
-    """Whether the body meets any of the places (n,) on its curve (Zones._swept) and one of those is nearer than it
-    takes to rest from the speed at which it is approached. side_squared, corner_squared: squares of the body's least
-    and greatest radius, m2.
+def is_swept(place, v, w, body):
+    """Whether the body meets a place (x, y, radius) sooner or later on the curve of (v, w), ahead or astern.
+
+    On the curve a place keeps its distance from the centre of rotation (0, c), c = v / w; the body is met by distances
+    between those of its nearest and its farthest point. Squared, less c^2 and times |w|, that holds for a straight line
+    too.
     """
-    turn, sense = abs(w), math.copysign(1.0, w)
-    most, least = turn * corner_squared + 2.0 * half_y * abs(v), turn * side_squared - 2.0 * half_y * abs(v)
-    bounded = abs(v) > half_y * turn
-    for i in range(len(x)):
-        if outside[i] == math.inf:
-            continue
-        reach = turn * (radius[i] * radius[i]) - 2.0 * v * sense * y[i]
-        if reach > most or (bounded and reach < least):
-            continue
-        u = math.hypot(v - w * y[i], w * x[i])
-        if u > 1e-9 and outside[i] < stop_distance + u * reaction + u * u / (2.0 * braking):
-            return True
-    return False
+    _, y, radius = place
+    turn, half_width = abs(w), body.half_width
+    reach = turn * (radius * radius) - 2.0 * v * math.copysign(1.0, w) * y
+    if reach > turn * (body.half_length * body.half_length + half_width * half_width) + 2.0 * half_width * abs(v):
+        return False
+    if abs(v) <= half_width * turn:  # the centre is within the body's width, and its nearest point is no limit
+        return True
+    return reach >= turn * (half_width * half_width) - 2.0 * half_width * abs(v)
 
 
-def warm():
+@kernel
+def free_distance(place, v, w, within, body):
+    """How far a place (x, y) moves relative to the chair until it meets the body; +Inf if not `within` that."""
+    x, y = place
+    speed = math.hypot(v - w * y, w * x)
+    before = outside_of(x, y, body)
+    for k in range(SAMPLES):
+        t = within * ((k + 1) / SAMPLES) / speed
+        half_turn = 0.5 * w * t
+        chord = v * t * (math.sin(half_turn) / half_turn if half_turn != 0.0 else 1.0)
+        dx, dy = x - chord * math.cos(half_turn), y - chord * math.sin(half_turn)
+        c, s = math.cos(2.0 * half_turn), math.sin(2.0 * half_turn)
+        outside = outside_of(c * dx + s * dy, c * dy - s * dx, body)
+        if outside <= 0.0 and outside < before - NEARER:
+            return k * (within / SAMPLES)
+        before = outside
+    return math.inf
+
+
+@kernel
+def allowed_speed(room, stopping):
+    """The speed u from which the chair comes to rest within `room`: u reaction + u^2 / (2 braking) = room."""
+    reaction, braking = stopping.reaction, stopping.braking
+    return braking * (math.sqrt(reaction * reaction + 2.0 * max(room, 0.0) / braking) - reaction)
+
+
+@kernel
+def limit(places, v, w, body, stopping):
+    """(factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks for
+    it, -1 if none).
+    """
+    worst, at = math.inf, -1
+    for i in range(len(places.x)):
+        x, y = places.x[i], places.y[i]
+        if places.outside[i] == math.inf or not is_swept((x, y, places.radius[i]), v, w, body):
+            continue
+        u = math.hypot(v - w * y, w * x)
+        to_rest = stopping.stop_distance + u * stopping.reaction + u * u / (2.0 * stopping.braking)
+        if u <= RESTING or places.outside[i] >= to_rest:
+            continue
+        room = free_distance((x, y), v, w, to_rest, body) - stopping.stop_distance
+        allowed = allowed_speed(room, stopping) if room > 0.0 else 0.0
+        if places.approach[i] == 0.0 and (room > 0.0 or not places.stops[i] or stopping.creeps_everywhere):
+            allowed = max(allowed, stopping.creep)
+        if allowed / u < worst:
+            worst, at = allowed / u, i
+    return worst, at
+
+
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    x, y, outside, radius, way, way_out = np.zeros((6, 3))
-    put(x, y, outside, radius, way, np.zeros((2, 3)), way_out, 0, 3, 0.0, 0.0, 1.0, 0.5, 0.3)
-    matters(x, y, outside, radius, 0.1, 0.1, 0.3, 0.1, 0.4, 0.1, 0.2, 0.5)
+    body = Body(0.5, 0.3)
+    x, y, outside, radius, to_body, approach, inside = np.ones((7, 3))
+    places = Places(x, y, outside, radius, to_body, approach, np.ones(3, bool), np.ones((2, 3)), inside)
+    put(places, (0, 3), (0.0, 0.0), 1.0, body)
+    bounds(places)
+    limit(places, 0.1, 0.1, body, Stopping(0.1, 0.2, 0.5, 0.1, False))
+    outside_of(x, y, body)
+    outside_of(1.0, 1.0, body)

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_control.zones.moving_obstacles import FINEST, HOLD, PAUSE, Mover, Scatter
+from sara_control.zones.approach_detector import FINEST, HOLD, PAUSE, ApproachDetector, Scatter
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zones import Zones
 
@@ -19,9 +19,13 @@ FRONT = RangeSensor('SDI', 0.54, 0.18, math.radians(10.0))
 HALF = math.radians(30.0)
 
 
-def hear(mover, distances, v=0.0, w=0.0, t=0.0, period=0.2):
+def ahead():
+    return ApproachDetector(FRONT, HALF)
+
+
+def feed(detector, distances, v=0.0, w=0.0, t=0.0, period=0.2):
     """Readings one after another; the speeds that were told."""
-    return [mover.add(t + period * k, d, v, w) for k, d in enumerate(distances)]
+    return [detector.add(t + period * k, d, v, w) for k, d in enumerate(distances)]
 
 
 @given(st.floats(0.4, 1.5), st.floats(0.0, 0.8), st.integers(0, 10**6))
@@ -29,7 +33,7 @@ def hear(mover, distances, v=0.0, w=0.0, t=0.0, period=0.2):
 def test_who_walks_up_is_told_within_three_readings_whatever_the_chair_does(walk, v, seed):
     noise = random.Random(seed)
     closing = walk + v * math.cos(math.radians(10.0))
-    told = hear(Mover(FRONT, HALF), [3.0 - closing * 0.2 * k + noise.uniform(-0.01, 0.01) for k in range(4)], v)
+    told = feed(ahead(), [3.0 - closing * 0.2 * k + noise.uniform(-0.01, 0.01) for k in range(4)], v)
     assert told[-1] == pytest.approx(walk, abs=0.12 + 0.02 * v)
     assert told[0] == told[1] == 0.0
 
@@ -39,7 +43,7 @@ def test_who_walks_up_is_told_within_three_readings_whatever_the_chair_does(walk
 def test_walls_that_the_chair_drives_towards_or_along_are_no_movers(v, seed):
     noise = random.Random(seed)
     distances = [round(2.4 - v * 0.2 * k * noise.uniform(0.8, 1.0) + noise.uniform(-0.01, 0.01), 2) for k in range(8)]
-    assert not any(hear(Mover(FRONT, HALF), distances, v))
+    assert not any(feed(ahead(), distances, v))
 
 
 @given(st.floats(-0.4, 0.4), st.floats(0.3, 2.0), st.floats(-0.9, 0.9))
@@ -52,7 +56,8 @@ def test_a_long_wall_is_no_mover_while_the_chair_turns(w, away, bearing):
         edge = min(max(abs(normal) - HALF, 0.0), math.radians(44.0))
         return away / math.cos(edge)
 
-    assert not any(hear(Mover(RangeSensor('X', 0.0, 0.0, 0.0), HALF), [heard(0.2 * k) for k in range(8)], 0.0, w))
+    centred = ApproachDetector(RangeSensor('X', 0.0, 0.0, 0.0), HALF)
+    assert not any(feed(centred, [heard(0.2 * k) for k in range(8)], 0.0, w))
 
 
 def test_a_jamb_that_comes_into_the_cone_is_no_mover():
@@ -61,9 +66,9 @@ def test_a_jamb_that_comes_into_the_cone_is_no_mover():
         [2.2, 2.2, 0.6, 0.6, 0.6],
         [2.2, 2.2, 1.4, 0.6, 0.6],
     ):  # and not if a median makes two steps of it: nobody runs so fast
-        assert not any(hear(Mover(FRONT, HALF), jumps, 0.1, 0.3))  # turning
-        assert not any(hear(Mover(FRONT, HALF), jumps, -0.2))  # astern
-        assert not any(hear(Mover(side, HALF), jumps, 0.3))  # beside it
+        assert not any(feed(ahead(), jumps, 0.1, 0.3))  # turning
+        assert not any(feed(ahead(), jumps, -0.2))  # astern
+        assert not any(feed(ApproachDetector(side, HALF), jumps, 0.3))  # beside it
 
 
 @given(st.sampled_from(CONFIG.sensors), st.floats(0.35, 2.0), st.floats(0.2, 1.15), st.integers(0, 10**6))
@@ -75,56 +80,56 @@ def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_wait
     away = math.cos(sensor.yaw)
     v = 0.0 if abs(away) < 0.7 else math.copysign(noise.uniform(0.0, 0.4), away)
     before = [distance + nearer + noise.uniform(0.0, 0.01) for _ in range(3)]
-    mover = Mover(sensor, HALF)
-    told = hear(mover, [*before, distance, distance], v)
+    detector = ApproachDetector(sensor, HALF)
+    told = feed(detector, [*before, distance, distance], v)
     assert told[:3] == [0.0, 0.0, 0.0] and told[3] > 0.3
-    assert mover.speed(0.6 + PAUSE) > 0.0 and mover.speed(0.61 + PAUSE) == 0.0  # one that stays is no mover
+    assert detector.speed(0.6 + PAUSE) > 0.0 and detector.speed(0.61 + PAUSE) == 0.0  # one that stays is no detector
 
 
 def test_one_flicker_of_an_echo_that_was_as_near_before_is_nobody():
-    assert not any(hear(Mover(FRONT, HALF), [2.2, 0.6, 2.2, 0.6, 2.2, 0.6], 0.0))
+    assert not any(feed(ahead(), [2.2, 0.6, 2.2, 0.6, 2.2, 0.6], 0.0))
 
 
 def test_a_braking_chair_hears_late_what_it_did_and_meets_nobody():
-    mover, distance, told = Mover(FRONT, HALF), 2.0, []
+    detector, distance, told = ahead(), 2.0, []
     speeds = [0.5, 0.5, 0.5, 0.34, 0.18, 0.02, 0.0, 0.0]
     for k, v in enumerate(speeds):
-        told.append(mover.add(0.2 * k, round(distance, 2), v, 0.0))
+        told.append(detector.add(0.2 * k, round(distance, 2), v, 0.0))
         distance -= 0.2 * speeds[max(k - 1, 0)]
     assert not any(told)
 
 
 def test_somebody_is_reckoned_with_for_a_while_and_then_no_more():
-    mover = Mover(FRONT, HALF)
-    assert hear(mover, [2.0, 1.8, 1.6])[-1] > 0.9
-    assert mover.speed(0.4 + HOLD) > 0.9
-    assert mover.speed(0.41 + HOLD) == 0.0
-    assert mover.add(0.6, math.inf, 0.0, 0.0) > 0.9  # no echo: still there as far as anybody knows
+    detector = ahead()
+    assert feed(detector, [2.0, 1.8, 1.6])[-1] > 0.9
+    assert detector.speed(0.4 + HOLD) > 0.9
+    assert detector.speed(0.41 + HOLD) == 0.0
+    assert detector.add(0.6, math.inf, 0.0, 0.0) > 0.9  # no echo: still there as far as anybody knows
 
 
 def test_nearby_the_first_step_makes_it_wait_for_a_second():
-    mover = Mover(FRONT, HALF)
-    assert hear(mover, [0.9, 0.75])[-1] == pytest.approx(0.75)
-    assert mover.speed(0.2 + PAUSE) > 0.0
-    assert mover.add(0.4, 0.75, 0.0, 0.0) > 0.0 and mover.add(0.7, 0.75, 0.0, 0.0) == 0.0
-    assert not any(hear(Mover(FRONT, HALF), [1.5, 1.35]))
-    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.5]))  # no walk: something came into the cone
-    assert not any(hear(Mover(FRONT, HALF), [0.9, 0.7], 0.0, 0.2))  # a turning cone sweeps over edges all the time:
-    assert hear(Mover(FRONT, HALF), [0.9, 0.7, 0.5], 0.0, 0.2)[-1] > 0.5  # there it takes two
+    detector = ahead()
+    assert feed(detector, [0.9, 0.75])[-1] == pytest.approx(0.75)
+    assert detector.speed(0.2 + PAUSE) > 0.0
+    assert detector.add(0.4, 0.75, 0.0, 0.0) > 0.0 and detector.add(0.7, 0.75, 0.0, 0.0) == 0.0
+    assert not any(feed(ahead(), [1.5, 1.35]))
+    assert not any(feed(ahead(), [0.9, 0.5]))  # no walk: something came into the cone
+    assert not any(feed(ahead(), [0.9, 0.7], 0.0, 0.2))  # a turning cone sweeps over edges all the time:
+    assert feed(ahead(), [0.9, 0.7, 0.5], 0.0, 0.2)[-1] > 0.5  # there it takes two
 
 
 @pytest.mark.parametrize('then', [0.1, -5.0])
 def test_a_clock_set_back_forgets_everything(then):
-    mover = Mover(FRONT, HALF)
-    hear(mover, [2.0, 1.8, 1.6], t=1.0)
-    assert mover.add(then, 1.4, 0.0, 0.0) == 0.0
-    assert mover.add(then + 0.2, 1.2, 0.0, 0.0) == 0.0
+    detector = ahead()
+    feed(detector, [2.0, 1.8, 1.6], t=1.0)
+    assert detector.add(then, 1.4, 0.0, 0.0) == 0.0
+    assert detector.add(then + 0.2, 1.2, 0.0, 0.0) == 0.0
 
 
 def test_readings_with_a_pause_between_are_not_compared():
-    mover = Mover(FRONT, HALF)
+    detector = ahead()
     for k, distance in enumerate((2.4, 2.0, 1.6, 1.2)):
-        assert mover.add(1.0 * k, distance, 0.0, 0.0) == 0.0
+        assert detector.add(1.0 * k, distance, 0.0, 0.0) == 0.0
 
 
 def approached(walk, start=2.2, sensors=('SDI', 'SDD'), until=4):
@@ -259,6 +264,6 @@ def test_a_sensor_that_scatters_by_decimetres_tells_of_nobody(sigma, seed):
     """0.3 m is the simulator's fault sonar_noisy: in ten minutes of it somebody seems to come now and then, as before a
     wall. (4 % of the readings on average, in single minutes up to 16 %.)
     """
-    noise, mover = random.Random(seed), Mover(FRONT, HALF)
-    told = hear(mover, [abs(1.0 + noise.gauss(0.0, sigma)) for _ in range(3000)])
+    noise, detector = random.Random(seed), ahead()
+    told = feed(detector, [abs(1.0 + noise.gauss(0.0, sigma)) for _ in range(3000)])
     assert sum(speed > 0.0 for speed in told[10:]) < 0.08 * 2990

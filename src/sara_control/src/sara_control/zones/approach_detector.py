@@ -1,0 +1,191 @@
+"""Detects in the readings of one range sensor whether a pedestrian approaches, as opposed to a wall that the chair
+drives towards.
+
+The distance to a static obstacle shrinks no faster than the sensor itself moves, plus, while the chair turns, the speed
+at which the edge of the cone sweeps along a wall that still reflects: |w| d tan(30 degrees) at distance d. A distance
+that shrinks faster, twice in a row and no faster than a person runs, belongs to an obstacle that moves by itself; a
+wall that comes into the cone makes one jump, not two steps of a walk. While the chair's own motion brings nothing into
+the cone (it stands, or drives straight in the direction of the sensor), a jump close by is a pedestrian who stepped in.
+
+Raw readings are best: a median shows a pedestrian one reading late. Steps that the sensor's own scatter explains are
+ignored; the scatter is estimated from the readings, and a sensor that scatters by decimetres detects nothing.
+"""
+
+import math
+from collections import deque
+
+from sara_control.zones.zone_config import RangeSensor
+
+READINGS = 3  # in a row that have to agree
+STEEPEST = math.tan(math.radians(30.0))  # of walls along which a turning cone sweeps; steeper ones reflect little
+LATE = 0.8  # s that a reading may lag behind what the chair does: the median of three, the wheels
+LONGEST_GAP = 0.65  # s between two readings that are compared: one of 0.2 s may be lost, and another have no echo
+NEAR = 0.9  # m: nearer than this one step is enough,
+STEP = 0.35, 1.3  # m/s, if it is within this range
+ALERT_NEAR = 1.5  # m: while pedestrians are known to be nearby, one step is enough within this distance,
+ALERT_STEP = 0.2, 2.5  # m/s, if it is within this range, whether the chair turns or not
+PAUSE = 0.45  # s that one step counts: until the next reading confirms it or not
+HOLD = 0.8  # s that an approach counts after its last reading; a longer time would stop the chair for walls, too
+# m by which a reading is nearer than both before it when a pedestrian steps into the cone
+JUMP = 0.3
+JUMP_NEAR = 1.2  # m: farther away jumps are ignored
+NOTHING = 3  # consecutive readings without an echo that count as free space: one or two are lost at times
+STILL = 0.02, 0.1  # m/s, rad/s: slower motion of the chair brings nothing into a side cone; into any cone
+STEPPING = 0.8  # m/s: assumed speed of a pedestrian who stepped in
+CERTAIN = 3.0  # standard deviations of the sensor's scatter that a step or a jump must exceed
+RECENT = 11  # deviations of which the standard deviation is estimated, by their median: outliers hardly count
+REMEMBERED = 16  # readings on which the state of an ApproachDetector depends, at most
+FINEST = 0.01  # m: least standard deviation
+COARSE = 0.05  # m: a sensor that scatters more cannot detect a single step
+
+
+class Scatter:
+    """Estimates the noise of one sensor: a robust standard deviation of each reading from the line between its
+    neighbours.
+
+    sigma: standard deviation, m, FINEST at least.
+    """
+
+    def __init__(self) -> None:
+        self._three = deque(maxlen=3)
+        self._off = deque(maxlen=RECENT)
+        self.sigma = FINEST
+
+    def add(self, stamp: float, distance: float) -> None:
+        """Takes a reading (m, finite) at stamp (s)."""
+        if self._three and not 0.0 < stamp - self._three[-1][0] <= LONGEST_GAP:
+            self._three.clear()
+        self._three.append((stamp, distance))
+        if len(self._three) == 3:
+            (first, a), (middle, b), (last, c) = self._three
+            share = (middle - first) / (last - first)
+            self._off.append(abs(b - a - share * (c - a)) / math.sqrt(1.0 + share**2 + (1.0 - share) ** 2))
+            if len(self._off) >= RECENT // 2:
+                # 0.6745: median of the size of a standard normal variable
+                self.sigma = max(sorted(self._off)[len(self._off) // 2] / 0.6745, FINEST)
+
+
+class ApproachDetector:
+    """sensor: RangeSensor. half_angle: of its cone, rad. slowest, fastest: range of a pedestrian's own speed, m/s."""
+
+    def __init__(self, sensor: RangeSensor, half_angle: float, slowest: float = 0.25, fastest: float = 2.5) -> None:
+        self._sensor = sensor
+        self._half_angle = half_angle
+        self._axis = math.cos(sensor.yaw), math.sin(sensor.yaw)
+        self._slowest, self._fastest = slowest, fastest
+        self._last = None
+        self._moved = deque()  # (stamp, m/s the chair itself came nearer, |w|) of the last LATE seconds
+        self._excess = deque(maxlen=READINGS - 1)
+        self._steps = deque(maxlen=READINGS - 1)
+        self._scatter = Scatter()
+        self._before = deque(maxlen=2)
+        self._nothing = 0  # readings without an echo in a row
+        self._speeds = deque(maxlen=4)
+        self._speed, self._until = 0.0, -math.inf
+        self._newest, self._confirmed_at = -math.inf, -math.inf
+
+    def add(self, stamp: float, distance: float, v: float, w: float, alert: bool = False) -> float:
+        """Takes a reading (m, +-Inf as in REP-117) at stamp (s), while the chair moves at v (m/s), w (rad/s).
+
+        alert: pedestrians are known to be nearby. Returns the obstacle's own speed towards the sensor, m/s, 0 if it
+        does not move.
+        """
+        if self._moved and stamp <= self._moved[-1][0]:  # the clock was set back
+            self._forget()
+            self._moved.clear()
+            self._until = self._confirmed_at = -math.inf
+        self._newest = stamp
+        self._moved.append((stamp, *self._own(v, w)))
+        self._speeds.append(v)
+        while self._moved[0][0] < stamp - LATE:
+            self._moved.popleft()
+        if math.isfinite(distance):
+            if self._last is not None and stamp - self._last[0] > LONGEST_GAP:
+                self._forget()
+            if alert and self._nothing >= NOTHING:
+                self._before.extend((math.inf, math.inf))
+            self._scatter.add(stamp, distance)
+            if self._last is not None:
+                self._compare(stamp, distance, alert)
+            elif self._stepped_in(distance, JUMP):
+                self._speed, self._until = STEPPING, stamp + PAUSE
+            self._last = stamp, distance
+            self._before.append(distance)
+        self._nothing = self._nothing + 1 if distance == math.inf else 0
+        return self.speed(stamp)
+
+    def speed(self, now: float) -> float:
+        """The obstacle's own speed towards the sensor at `now`, m/s; 0 if nothing has moved lately."""
+        return self._speed if now <= self._until else 0.0
+
+    def trusted(self, now: float) -> bool:
+        """Whether readings have come in the last second, and their noise permits a detection."""
+        return 0.0 <= now - self._newest <= 1.0 and not self.noisy
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the readings are too noisy for a detection."""
+        return self._scatter.sigma > COARSE
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the sensor's noise, m."""
+        return self._scatter.sigma
+
+    def confirmed(self, now: float) -> bool:
+        """Whether the newest reading, at `now`, confirmed an approach: two steps in a row."""
+        return self._confirmed_at == now
+
+    def _forget(self):
+        self._last = None
+        self._excess.clear()
+        self._steps.clear()
+        self._before.clear()
+
+    def _own(self, v, w):
+        """(greatest speed, m/s, at which the chair's motion brings static obstacles in the cone nearer; |w|)."""
+        vx, vy = v - w * self._sensor.y, w * self._sensor.x
+        size = math.hypot(vx, vy)
+        if size == 0.0:
+            return 0.0, 0.0
+        along = vx * self._axis[0] + vy * self._axis[1]
+        off = max(math.acos(max(-1.0, min(1.0, along / size))) - self._half_angle, 0.0)
+        return size * max(math.cos(off), 0.0), abs(w)
+
+    def _compare(self, stamp, distance, alert):
+        before, farther = self._last
+        own = max(own for _, own, _ in self._moved)
+        turning = max(turn for _, _, turn in self._moved)
+        self._excess.append((farther - distance) / (stamp - before) - own - turning * farther * STEEPEST)
+        self._steps.append(self._excess[-1] * (stamp - before))
+        chance = CERTAIN * math.sqrt(2.0) * self._scatter.sigma  # m by which noise may make two readings differ
+        if (
+            len(self._excess) == READINGS - 1
+            and sum(self._steps) > chance
+            and all(self._slowest <= excess <= self._fastest for excess in self._excess)
+        ):
+            self._speed = sum(self._excess) / len(self._excess)
+            self._until, self._confirmed_at = stamp + HOLD, stamp
+        elif stamp > self._until and self._stepped_in(distance, max(JUMP, chance)):
+            self._speed, self._until = STEPPING, stamp + PAUSE
+        elif (
+            stamp > self._until
+            and self._steps[-1] > chance
+            and (
+                ALERT_STEP[0] <= self._excess[-1] <= ALERT_STEP[1] and distance < ALERT_NEAR
+                if alert
+                else distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and turning <= STILL[1]
+            )
+        ):
+            self._speed, self._until = self._excess[-1], stamp + PAUSE
+
+    def _stepped_in(self, distance, jump):
+        """Whether an obstacle is near that was not there before, and that the chair's motion has not brought into the
+        cone.
+        """
+        if not (distance < JUMP_NEAR and len(self._before) == 2 and min(self._before) > distance + jump):
+            return False
+        if max(turn for _, _, turn in self._moved) > STILL[1]:
+            return False
+        along = math.cos(self._sensor.yaw)  # driving in its direction, obstacles leave the cone
+        return all(v * along >= 0.0 if abs(along) > 0.7 else abs(v) < STILL[0] for v in self._speeds)
