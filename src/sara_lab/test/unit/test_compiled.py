@@ -74,3 +74,52 @@ def test_a_drive_needs_no_numba(localization, planner):
         'called on the move first: whoever calls them has them ready when it is made, or '
         'sara_nav.move_base.warming does'
     )
+
+
+TIGHT = """
+import json, math, random, sys
+import numpy as np
+from ahead_of_time import misses
+from sara_bringup.paths import share
+from sara_common.planar import Pose2D
+from sara_lab.fuzz.navigation.fuzz import fuzz_move_base
+from sara_nav.costmaps.costmap import InflationConfig, build
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.footprint import pad_footprint, radii
+from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner, LatticePlannerConfig
+from sara_nav.maps.map_io import load_map
+from sara_nav.move_base import warming
+from sara_nav.planners.planning import PlanError
+warming.warm()
+bare, padded, wide = (pad_footprint(np.array(FOOTPRINT), by) for by in (0.0, 0.01, 0.04))
+costmap = build(load_map(share() / "maps" / "flat.yaml"), radii(padded)[0], inflation=InflationConfig())
+planner = LatticePlanner(LatticePlannerConfig(default_tolerance=0.2))
+planner.set_footprint(padded)
+fits, roomy, g, chance = LocalWorld(costmap, bare), LocalWorld(costmap, wide), costmap.geometry, random.Random(0)
+tight = []
+while len(tight) < 24:
+    x, y = g.origin_x + chance.uniform(0.0, g.size[0]), g.origin_y + chance.uniform(0.0, g.size[1])
+    pose = Pose2D(x, y, chance.uniform(-math.pi, math.pi))
+    if roomy.collides(pose) and not fits.collides(pose):
+        tight.append(pose)
+plans = 0
+for start, goal in zip(tight[::2], tight[1::2]):
+    try:
+        plans += len(planner.plan(costmap, start, goal)) > 0
+    except PlanError:
+        pass
+tally = fuzz_move_base(%(inputs)d, 1)
+print(json.dumps([plans, sum(tally.values()), misses(), "numba" in sys.modules]))
+"""
+
+
+def test_tight_places_and_random_inputs_need_no_numba():
+    """Starts and goals nearer to something than the planner's margin, then every kind of planner, layer and recovery
+    with random goals, maps and sensor messages: whatever is called was compiled for the types it is called with.
+    """
+    script = TIGHT % {'inputs': 6000}
+    done = subprocess.run([sys.executable, '-c', script], capture_output=True, text=True, check=True)
+    plans, inputs, missed, numba = json.loads(done.stdout)
+    assert plans >= 3 and inputs > 6000
+    assert missed == {}, 'warm() of their modules does not call them with these types'
+    assert not numba, 'something is not compiled at build time'

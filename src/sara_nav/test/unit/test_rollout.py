@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.sampled import map_grid, rollout
 
 REFERENCE = Path(__file__).parents[5] / 'shared' / 'data' / 'reference' / 'costmap.npz'
 SQUARE = np.array([[2.0, 2.0], [2.0, -2.0], [-2.0, -2.0], [-2.0, 2.0]])
+GRID = Grid(0.0, 0.0, 0.05)
 TEN = GridGeometry(10, 10, 1.0, 0.0, 0.0)
 SARA = np.array([[0.54, 0.29], [-0.54, 0.29], [-0.54, -0.29], [0.54, -0.29]])
 cell = st.integers(-40, 40)
@@ -81,7 +82,7 @@ def test_outline_costs_are_the_peers():
     data = np.load(REFERENCE)
     grid = np.ascontiguousarray(data['fpcost_grid'], dtype=np.uint8)
     costs = [
-        outline.outline_cost(grid, 0.0, 0.0, 0.05, data['poly_0'], 1.0, x, y, math.cos(yaw), math.sin(yaw))
+        outline.outline_cost(grid, GRID, data['poly_0'], outline.Placed(1.0, x, y, math.cos(yaw), math.sin(yaw)))
         for x, y, yaw in data['fpcost_poses']
     ]
     assert np.array_equal(costs, data['fpcost'])
@@ -94,7 +95,7 @@ def test_no_outline_costs_more_than_the_ceiling_of_its_centre(seed, yaw):
     costs = random.integers(0, 254, (60, 60)).astype(np.uint8) * (random.random((60, 60)) < 0.05)
     ceiling = outline.cost_ceiling(costs, 30, 30, 6, 14)
     for x, y in random.uniform(1.2, 1.8, (20, 2)):
-        cost = outline.outline_cost(costs, 0.0, 0.0, 0.05, SARA, 1.0, x, y, math.cos(yaw), math.sin(yaw))
+        cost = outline.outline_cost(costs, GRID, SARA, outline.Placed(1.0, x, y, math.cos(yaw), math.sin(yaw)))
         assert 0 <= cost <= ceiling[int(y / 0.05), int(x / 0.05)]
     assert ceiling[30, 30] == costs[16:45, 16:45].max() and ceiling[0, 0] == 255
 
@@ -105,20 +106,18 @@ def test_an_outline_drawn_only_where_it_may_cost_more_costs_the_same(seed, reach
     random = np.random.default_rng(seed)
     costs = random.integers(0, 254, (70, 60)).astype(np.uint8) * (random.random((70, 60)) < 0.04)
     costs[tuple(random.integers(0, 60, (2, 3)))] = random.choice([254, 255], 3)
-    around = outline.highest_around(costs, reach)
+    around = outline.Around(outline.highest_around(costs, reach), reach)
     points = outline.points_along(SARA, 2.0 * 0.05 * max(reach - outline.SLACK, 0.1) / 1.2)
     for row, column in random.integers(0, 60, (20, 2)):
         near = costs[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
-        assert around[row, column] >= near.max()
+        assert around.costs[row, column] >= near.max()
     for x, y, yaw in random.uniform((0.0, 0.0, -3.2), (3.0, 3.5, 3.2), (20, 3)):
-        placed = float(random.uniform(0.5, 1.2)), x, y, math.cos(yaw), math.sin(yaw)
-        ends = SARA, *placed
-        cost = outline.outline_cost(costs, 0.0, 0.0, 0.05, *ends)
-        assert outline.outline_above(costs, around, reach, floor, (0.0, 0.0, 0.05), *ends) == (
-            max(cost, floor) if cost >= 0 else cost
-        )
+        placed = outline.Placed(float(random.uniform(0.5, 1.2)), x, y, math.cos(yaw), math.sin(yaw))
+        cost = outline.outline_cost(costs, GRID, SARA, placed)
+        expected = max(cost, floor) if cost >= 0 else cost
+        assert outline.outline_above(costs, around, floor, GRID, SARA, placed) == expected
         if reach > outline.SLACK and cost != outline.OFF_MAP:
-            assert (0 <= cost <= floor) or not outline.is_below(around, floor, (0.0, 0.0, 0.05), points, *placed)
+            assert (0 <= cost <= floor) or not outline.is_below(around, floor, GRID, points, placed)
 
 
 # -- rollouts ----------------------------------------------------------------------------------------------------

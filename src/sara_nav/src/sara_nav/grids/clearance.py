@@ -1,19 +1,21 @@
-"""How much room there is beside and before a robot at poses on its way: gaps between its outline and what a costmap
+"""How much room there is beside and before a robot at poses on its path: gaps between its outline and what a costmap
 shows.
 
-The gap is the least distance from the footprint's outline to the edge of an obstacle's cell. What lies ahead is
-reckoned as range
-sensors with wide cones see it: all that is within an angle of the way ahead counts as if it stood straight ahead at
-that distance, since an echo does not say where in the cone it comes from.
+The gap is the least distance from the footprint's outline to the edge of an obstacle's cell. What lies ahead is taken
+as range sensors with wide cones see it: all that is within an angle of straight ahead counts as if it stood straight
+ahead at that distance, since an echo does not say where in the cone it comes from.
 """
 
 import functools
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.grids.collision import Ground, LocalWorld
+from sara_nav.grids.grid import Grid
 
 LETHAL, UNKNOWN = 254, 255
 
@@ -30,33 +32,33 @@ class Room:
     ahead: np.ndarray
 
 
-def room(world, poses, backward, angle, reach):
+class Ahead(NamedTuple):
+    """What counts as ahead, and how far is looked."""
+
+    sense: float
+    """1.0, or -1.0 when the rear leads."""
+    front: float
+    """m of the leading edge before the origin; see ``lead``."""
+    span: float
+    """m to each side over which one looks straight ahead; see ``lead``."""
+    slope: float
+    """Tangent of half the angle that counts as ahead."""
+    reach: float
+    """m from the outline up to which gaps are found."""
+
+
+def room(world: LocalWorld, poses: np.ndarray, backward: bool, angle: float, reach: float) -> Room:
     """Return the Room of a LocalWorld at poses (n, 3) of the global frame.
 
     backward: the rear leads. angle (rad): half the width of what counts as ahead. reach (m): how far is looked.
     """
-    g = world.geometry
     poses = np.ascontiguousarray(world.to_local(poses))
     front, span = lead(world.footprint, backward)
-    return Room(
-        *gaps(
-            world.costmap.costs,
-            float(g.origin_x),
-            float(g.origin_y),
-            float(g.resolution),
-            world.footprint,
-            poses,
-            world.unknown_blocks,
-            -1.0 if backward else 1.0,
-            front,
-            span,
-            math.tan(angle),
-            float(reach),
-        )
-    )
+    ahead = Ahead(-1.0 if backward else 1.0, front, span, math.tan(angle), float(reach))
+    return Room(*gaps(world.ground, world.footprint, poses, ahead))
 
 
-def lead(footprint, backward):
+def lead(footprint: np.ndarray, backward: bool) -> tuple[float, float]:
     """Return how far (m) the edge of a footprint (k, 2) that leads is before its origin, and over how much of it, on
     each side, one looks straight ahead.
     """
@@ -69,7 +71,7 @@ def _lead(footprint, backward):
     return float(((-1.0 if backward else 1.0) * corners[:, 0]).max()), 0.6 * float(np.abs(corners[:, 1]).max())
 
 
-def place_of(x, y, footprint):
+def place_of(x: float, y: float, footprint: np.ndarray) -> str:
     """Return where about the robot a point (m, robot's frame) is: 'front left', 'right', ..."""
     half_x, half_y = float(np.abs(footprint[:, 0]).max()), float(np.abs(footprint[:, 1]).max())
     # Beside the middle two thirds of the length is a side, before the middle two thirds of the width the front.
@@ -90,67 +92,94 @@ def place_of(x, y, footprint):
 
 
 @kernel
-def gaps(costs, origin_x, origin_y, resolution, corners, poses, unknown_blocks, sense, front, span, slope, reach):
-    """Return a Room's gap, x, y and ahead (n,) at poses (n, 3) of the costmap's frame. sense: -1.0 when the rear leads.
-    slope: tangent of the angle.
+def gaps(ground, corners, poses, ahead):
+    """Return a Room's gap, x, y and ahead (n,) at poses (n, 3) of the costmap's frame.
+
+    ground: a Ground (collision.py). corners: the footprint's (k, 2), m. ahead: an Ahead.
     """
+    costs = ground.costs
+    origin_x, origin_y, resolution = ground.grid
     height, width = costs.shape
-    n, k = len(poses), len(corners)
-    gap, ahead = np.full(n, np.inf), np.full(n, np.inf)
-    near_x, near_y = np.zeros(n), np.zeros(n)
-    edges, radius = _edges(corners)
-    low_x, high_x, low_y, high_y = corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].min(), corners[:, 1].max()
+    n = len(poses)
+    found = np.full(n, np.inf), np.zeros(n), np.zeros(n), np.full(n, np.inf)
+    body, radius = _edges(corners)
+    box = corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].min(), corners[:, 1].max()
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    margin = radius + reach
+    margin = radius + ahead.reach
     x0 = max(int((poses[:, 0].min() - margin - origin_x) / resolution), 0)
     x1 = min(int((poses[:, 0].max() + margin - origin_x) / resolution), width - 1)
     y0 = max(int((poses[:, 1].min() - margin - origin_y) / resolution), 0)
     y1 = min(int((poses[:, 1].max() + margin - origin_y) / resolution), height - 1)
     for row in range(y0, y1 + 1):
         for column in range(x0, x1 + 1):
-            cost = costs[row, column]
-            if not (cost == LETHAL or (cost == UNKNOWN and unknown_blocks)):
+            if not _is_edge(ground, column, row):
                 continue
-            if (
-                0 < row < height - 1
-                and 0 < column < width - 1
-                and costs[row - 1, column] >= LETHAL
-                and costs[row + 1, column] >= LETHAL
-                and costs[row, column - 1] >= LETHAL
-                and costs[row, column + 1] >= LETHAL
-            ):
-                continue  # inside an obstacle
             wx, wy = origin_x + (column + 0.5) * resolution, origin_y + (row + 0.5) * resolution
             for i in range(n):
                 dx, dy = wx - poses[i, 0], wy - poses[i, 1]
-                away = dx * dx + dy * dy
-                if away > margin * margin:
+                if dx * dx + dy * dy > margin * margin:
                     continue
                 c, s = cosines[i], sines[i]
-                bx, by = c * dx + s * dy, c * dy - s * dx
-                beyond = sense * bx - front
-                if 0.0 < beyond < ahead[i]:
-                    beside = max(abs(by) - span, 0.0)
-                    if beside <= slope * beyond:
-                        ahead[i] = min(ahead[i], math.hypot(beyond, beside))
-                nearer = min(gap[i], reach) + 1e-9
-                off_x, off_y = max(low_x - bx, bx - high_x, 0.0), max(low_y - by, by - high_y, 0.0)
-                if off_x * off_x + off_y * off_y > nearer * nearer:
-                    continue  # no part of the outline is as near as what was found, for none is outside its box
-                squared, inside = np.inf, False
-                for j in range(k):
-                    ax, ay, ex, ey, length = edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3], edges[j, 4]
-                    along = ((bx - ax) * ex + (by - ay) * ey) / length
-                    along = min(max(along, 0.0), 1.0)
-                    squared = min(squared, (bx - ax - along * ex) ** 2 + (by - ay - along * ey) ** 2)
-                    if (ay > by) != (ay + ey > by) and bx < ex * (by - ay) / ey + ax:
-                        inside = not inside
-                distance = -math.sqrt(squared) if inside else math.sqrt(squared)
-                if distance < gap[i] and distance <= reach:
-                    gap[i], near_x[i], near_y[i] = distance, bx, by
+                _look(found, i, (c * dx + s * dy, c * dy - s * dx), body, box, ahead)
+    gap, near_x, near_y, free = found
     for i in range(n):  # to the edge of the cell, not to its middle
-        gap[i], ahead[i] = max(gap[i] - 0.5 * resolution, 0.0), max(ahead[i] - 0.5 * resolution, 0.0)
-    return gap, near_x, near_y, ahead
+        gap[i], free[i] = max(gap[i] - 0.5 * resolution, 0.0), max(free[i] - 0.5 * resolution, 0.0)
+    return found
+
+
+@kernel
+def _is_edge(ground, column, row):
+    """True for a cell of an obstacle that is not surrounded by others."""
+    costs = ground.costs
+    height, width = costs.shape
+    cost = costs[row, column]
+    if not (cost == LETHAL or (cost == UNKNOWN and ground.unknown_blocks)):
+        return False
+    return not (
+        0 < row < height - 1
+        and 0 < column < width - 1
+        and costs[row - 1, column] >= LETHAL
+        and costs[row + 1, column] >= LETHAL
+        and costs[row, column - 1] >= LETHAL
+        and costs[row, column + 1] >= LETHAL
+    )
+
+
+@kernel
+def _look(found, i, point, edges, box, ahead):
+    """Enter an obstacle's point (m, robot's frame) into what was found at pose i.
+
+    edges: of ``_edges``. box: least and greatest x, least and greatest y of the outline. ahead: an Ahead.
+    """
+    gap, near_x, near_y, free = found
+    x, y = point
+    low_x, high_x, low_y, high_y = box
+    beyond = ahead.sense * x - ahead.front
+    if 0.0 < beyond < free[i]:
+        beside = max(abs(y) - ahead.span, 0.0)
+        if beside <= ahead.slope * beyond:
+            free[i] = min(free[i], math.hypot(beyond, beside))
+    nearer = min(gap[i], ahead.reach) + 1e-9
+    off_x, off_y = max(low_x - x, x - high_x, 0.0), max(low_y - y, y - high_y, 0.0)
+    if off_x * off_x + off_y * off_y > nearer * nearer:
+        return  # no part of the outline is as near as what was found, for none is outside its box
+    distance = _distance(edges, x, y)
+    if distance < gap[i] and distance <= ahead.reach:
+        gap[i], near_x[i], near_y[i] = distance, x, y
+
+
+@kernel
+def _distance(edges, x, y):
+    """Return the distance (m) of a point (m) from an outline, negative within it. edges: of ``_edges``."""
+    squared, inside = np.inf, False
+    for j in range(len(edges)):
+        ax, ay, ex, ey, length = edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3], edges[j, 4]
+        along = ((x - ax) * ex + (y - ay) * ey) / length
+        along = min(max(along, 0.0), 1.0)
+        squared = min(squared, (x - ax - along * ex) ** 2 + (y - ay - along * ey) ** 2)
+        if (ay > y) != (ay + ey > y) and x < ex * (y - ay) / ey + ax:
+            inside = not inside
+    return -math.sqrt(squared) if inside else math.sqrt(squared)
 
 
 @kernel
@@ -171,4 +200,5 @@ def _edges(corners):
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
-    gaps(np.zeros((3, 3), np.uint8), 0.0, 0.0, 1.0, corners, np.zeros((1, 3)), True, 1.0, 1.0, 1.0, 1.0, 1.0)
+    ground = Ground(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), True)
+    gaps(ground, corners, np.zeros((1, 3)), Ahead(1.0, 1.0, 1.0, 1.0, 1.0))

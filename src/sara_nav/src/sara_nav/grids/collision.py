@@ -2,6 +2,7 @@
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,8 +10,19 @@ from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline
 from sara_nav.grids.footprint import cover
+from sara_nav.grids.grid import Grid
 
 LETHAL, UNKNOWN = 254, 255
+
+
+class Ground(NamedTuple):
+    """A costmap as kernels take it."""
+
+    costs: np.ndarray
+    """uint8 (h, w): 254 obstacle, 255 unknown."""
+    grid: Grid
+    unknown_blocks: bool
+    """Unknown cells count as obstacles."""
 
 
 class LocalWorld:
@@ -31,63 +43,35 @@ class LocalWorld:
         self.shift = (float(offset.x), float(offset.y), float(offset.yaw))
         self.points, self.box, self.radius = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
 
-    def to_local(self, poses):
+    @property
+    def ground(self) -> Ground:
+        """The costmap, for kernels."""
+        return Ground(self.costmap.costs, self.geometry.grid, self.unknown_blocks)
+
+    def to_local(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
         return moved(np.array(poses, dtype=np.float64, ndmin=2, order='C'), self.shift)
 
-    def touched(self, poses):
+    def touched(self, poses: np.ndarray) -> np.ndarray:
         """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""
-        g = self.geometry
-        return touched(
-            self.costmap.costs,
-            float(g.origin_x),
-            float(g.origin_y),
-            float(g.resolution),
-            self.points,
-            self.box,
-            self.to_local(poses),
-            self.unknown_blocks,
-        )
+        return touched(self.ground, self.points, self.box, self.to_local(poses))
 
-    def collides(self, pose):
+    def collides(self, pose: Pose2D) -> bool:
         """True when the footprint at a Pose2D overlaps an obstacle or leaves the map."""
         return bool(self.touched([[pose.x, pose.y, pose.yaw]])[0] > 0)
 
-    def worsens(self, poses):
+    def worsens(self, poses: np.ndarray) -> bool:
         """True when any later pose touches more than the first: so a robot already in contact can only leave."""
-        g = self.geometry
-        return worsens(
-            self.costmap.costs,
-            float(g.origin_x),
-            float(g.origin_y),
-            float(g.resolution),
-            self.points,
-            self.box,
-            self.to_local(poses),
-            self.unknown_blocks,
-        )
+        return worsens(self.ground, self.points, self.box, self.to_local(poses))
 
-    def footprint_cost(self, x, y, yaw):
+    def footprint_cost(self, x: float, y: float, yaw: float) -> float:
         """Return what base_local_planner's CostmapModel says of a pose in the costmap's frame.
 
         The highest cost on the outline (not inside it), or -1 lethal, -2 unknown, -3 off the map, whichever comes
         first along the outline.
         """
-        g = self.geometry
-        return float(
-            outline.outline_cost(
-                self.costmap.costs,
-                float(g.origin_x),
-                float(g.origin_y),
-                float(g.resolution),
-                self.footprint,
-                1.0,
-                float(x),
-                float(y),
-                math.cos(yaw),
-                math.sin(yaw),
-            )
-        )
+        placed = outline.Placed(1.0, float(x), float(y), math.cos(yaw), math.sin(yaw))
+        return float(outline.outline_cost(self.costmap.costs, self.geometry.grid, self.footprint, placed))
 
 
 @functools.lru_cache(maxsize=16)
@@ -100,7 +84,7 @@ def _covering(footprint, spacing):
     return points, box_of(points), float(np.hypot(*corners.T).max())
 
 
-def box_of(points):
+def box_of(points: np.ndarray) -> tuple[float, float, float, float, float]:
     """Return what points (k, 2) are within: the least x and y, the greatest x and y, and the greatest distance from the
     origin (five floats).
     """
@@ -126,18 +110,20 @@ def moved(poses, offset):
 
 
 @kernel
-def touched(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks):
+def touched(ground, points, box, poses):
     """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
 
-    points: (k, 2) metres in the robot's frame, within the box (``box_of``); poses: (n, 3) x, y, yaw in the map's frame.
-    Off the map counts as an obstacle, unknown cells do when ``unknown_blocks``.
+    ground: a Ground. points: (k, 2) metres in the robot's frame, within the box (``box_of``); poses: (n, 3) x, y, yaw
+    in the map's frame. Off the map counts as an obstacle.
     """
+    costs, unknown_blocks = ground.costs, ground.unknown_blocks
+    origin_x, origin_y, resolution = ground.grid
     height, width = costs.shape
     result = np.zeros(len(poses), np.int64)
-    near = _obstacles(costs, origin_x, origin_y, resolution, poses, box[4], unknown_blocks)
+    near = _obstacles(ground, poses, box[4])
     for i in range(len(poses)):
         c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-        if _far_off(near, width, height, origin_x, origin_y, resolution, poses[i, 0], poses[i, 1], c, s, box):
+        if _far_off(near, ground, (poses[i, 0], poses[i, 1], c, s), box):
             continue
         for j in range(len(points)):
             x = poses[i, 0] + c * points[j, 0] - s * points[j, 1]
@@ -153,17 +139,19 @@ def touched(costs, origin_x, origin_y, resolution, points, box, poses, unknown_b
 
 
 @kernel
-def worsens(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks):
+def worsens(ground, points, box, poses):
     """Return whether any later pose touches more than the first; arguments as of ``touched``."""
-    counts = touched(costs, origin_x, origin_y, resolution, points, box, poses, unknown_blocks)
+    counts = touched(ground, points, box, poses)
     return counts.max() > counts[0]
 
 
 @kernel
-def _obstacles(costs, origin_x, origin_y, resolution, poses, radius, unknown_blocks):
+def _obstacles(ground, poses, radius):
     """Return the middles (k, 2), m, of the obstacles' cells in a window that holds all that is within a radius of any
     of the poses.
     """
+    costs, unknown_blocks = ground.costs, ground.unknown_blocks
+    origin_x, origin_y, resolution = ground.grid
     height, width = costs.shape
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
@@ -200,10 +188,14 @@ def _within(place, cells):
 
 
 @kernel
-def _far_off(near, width, height, origin_x, origin_y, resolution, x, y, c, s, box):
-    """True when a footprint within a box surely touches nothing at a pose: all of it is on the map, and the middle of
-    no obstacle near (k, 2) is nearer to the box than half the diagonal of a cell. False says nothing.
+def _far_off(near, ground, pose, box):
+    """True when a footprint within a box surely touches nothing at a pose (x, y, cosine and sine of the yaw): it is
+    all on the map, and the middle of no obstacle near (k, 2) is nearer to the box than half the diagonal of a cell.
+    False says nothing.
     """
+    x, y, c, s = pose
+    origin_x, origin_y, resolution = ground.grid
+    height, width = ground.costs.shape
     low_x, low_y, high_x, high_y, radius = box
     u0, u1 = (x - radius - origin_x) / resolution - 1.0, (x + radius - origin_x) / resolution + 1.0
     v0, v1 = (y - radius - origin_y) / resolution - 1.0, (y + radius - origin_y) / resolution + 1.0
@@ -222,6 +214,7 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     moved(np.zeros((1, 3)), (0.0, 0.0, 0.0))
-    touched(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)), True)
-    worsens(costs, 0.0, 0.0, 1.0, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)), True)
+    ground = Ground(costs, Grid(0.0, 0.0, 1.0), True)
+    touched(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
+    worsens(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
     outline.warm()

@@ -21,7 +21,7 @@ def parse_footprint(value):
     except (TypeError, ValueError):
         raise FootprintError(f'footprint is {value!r}, allowed is a list of [x, y] pairs') from None
     if len(corners) < 3:
-        raise FootprintError('footprint has %d corners but must have at least 3' % len(corners))
+        raise FootprintError(f'footprint has {len(corners)} corners but must have at least 3')
     if not np.isfinite(corners).all():
         raise FootprintError(f'footprint is {value!r} but must hold finite numbers')
     return corners

@@ -5,10 +5,19 @@ Arrays are indexed [row, column] = [y, x] with row 0 at the bottom, as nav_msgs/
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
 class GridError(ValueError):
     """The geometry of a grid makes no sense."""
+
+
+class Grid(NamedTuple):
+    """Where the cells of an array lie, as kernels take it: its lower left corner and the edge of a cell, m, floats."""
+
+    origin_x: float
+    origin_y: float
+    resolution: float
 
 
 @dataclass(frozen=True)
@@ -25,21 +34,26 @@ class GridGeometry:
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise GridError(f'resolution is {self.resolution!r}, allowed are numbers above 0')
         if self.width < 1 or self.height < 1:
-            raise GridError('the map has %d x %d cells but must have at least one' % (self.width, self.height))
+            raise GridError(f'the map has {self.width:d} x {self.height:d} cells but must have at least one')
         if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
             raise GridError(f'origin is ({self.origin_x!r}, {self.origin_y!r}), allowed are finite numbers')
 
     @property
-    def shape(self):
+    def grid(self) -> Grid:
+        """The same without the size, for kernels."""
+        return Grid(float(self.origin_x), float(self.origin_y), float(self.resolution))
+
+    @property
+    def shape(self) -> tuple[int, int]:
         """(rows, columns) of an array over this grid."""
         return self.height, self.width
 
     @property
-    def size(self):
+    def size(self) -> tuple[float, float]:
         """(width, height) in metres."""
         return self.width * self.resolution, self.height * self.resolution
 
-    def to_cell(self, x, y):
+    def to_cell(self, x: float, y: float) -> tuple[int, int] | None:
         """Return (column, row) of the cell that holds the point (m), or None when it is off the grid."""
         column = (x - self.origin_x) / self.resolution
         row = (y - self.origin_y) / self.resolution
@@ -47,11 +61,11 @@ class GridGeometry:
             return int(column), int(row)
         return None
 
-    def to_cell_unbounded(self, x, y):
+    def to_cell_unbounded(self, x: float, y: float) -> tuple[int, int]:
         """Return (column, row) of the cell that would hold the point (m) on a grid without edges."""
         return math.floor((x - self.origin_x) / self.resolution), math.floor((y - self.origin_y) / self.resolution)
 
-    def to_nearest_cell(self, x, y):
+    def to_nearest_cell(self, x: float, y: float) -> tuple[int, int]:
         """Return (column, row) of the cell of the grid that is nearest to the point (m), which may be infinite."""
         result = []
         for value, origin, cells in ((x, self.origin_x, self.width), (y, self.origin_y, self.height)):
@@ -63,7 +77,7 @@ class GridGeometry:
                 result.append(min(cells - 1, math.floor((value - origin) / self.resolution)))
         return tuple(result)
 
-    def moved(self, columns, rows):
+    def moved(self, columns: int, rows: int) -> 'GridGeometry':
         """Return the grid moved by whole cells."""
         return GridGeometry(
             self.width,
@@ -73,6 +87,6 @@ class GridGeometry:
             self.origin_y + rows * self.resolution,
         )
 
-    def to_world(self, column, row):
-        """Return (x, y) of the centre of a cell (m)."""
+    def to_world(self, column: int, row: int) -> tuple[float, float]:
+        """Return (x, y) of the centre of a cell (m); of arrays of them, too."""
         return (self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution)

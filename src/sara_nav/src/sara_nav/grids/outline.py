@@ -6,18 +6,42 @@ C++ peer's to the cell.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.planar import Pose2D
+from sara_nav.grids.grid import Grid, GridGeometry
 
 LETHAL, UNKNOWN = 254, 255
 SLACK = 2
-"""Cells by which a drawn outline is off the true one, at the most, once its corners and a point are brought to cells."""
+"""Cells by which a drawn outline is off the true one at most, once its corners and a point are brought to cells."""
 ALL = -1
-"""Reach of ``outline_above`` with which the outline is drawn wherever it is."""
+"""Reach of Around with which outlines are drawn wherever they are."""
 HIT_LETHAL, HIT_UNKNOWN, OFF_MAP = -1, -2, -3
 """What an outline costs where it may not be, as costmap_2d's CostmapModel has it."""
+
+
+class Around(NamedTuple):
+    """The highest costs about each cell, so that lines need not be drawn where nothing is high."""
+
+    costs: np.ndarray
+    """uint8 (h, w), of ``highest_around``."""
+    reach: int
+    """Cells that it was made with; ALL: there is no such array, the map itself stands in for it."""
+
+
+class Placed(NamedTuple):
+    """How a footprint lies on a costmap: multiplied by ``scale``, turned by a yaw, moved."""
+
+    scale: float
+    x: float
+    """m, costmap's frame."""
+    y: float
+    cosine: float
+    """Of the yaw."""
+    sine: float
 
 
 @kernel
@@ -47,12 +71,15 @@ def line_cells(x0, y0, x1, y1):
 @kernel
 def line_cost(costs, x0, y0, x1, y1):
     """Return the highest cost on the line between two cells of the map, or HIT_LETHAL or HIT_UNKNOWN."""
-    return _line_above(costs, costs, ALL, 0, x0, y0, x1, y1)
+    return _line_above(costs, Around(costs, ALL), 0, (x0, y0), (x1, y1))
 
 
 @kernel
-def _line_above(costs, around, reach, floor, x0, y0, x1, y1):
-    """See ``outline_above``, for the line between two cells of the map."""
+def _line_above(costs, around, floor, begin, end):
+    """See ``outline_above``, for the line between two cells (column, row) of the map."""
+    x0, y0 = begin
+    x1, y1 = end
+    reach = around.reach
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x1 >= x0 else -1
     sy = 1 if y1 >= y0 else -1
@@ -66,7 +93,7 @@ def _line_above(costs, around, reach, floor, x0, y0, x1, y1):
         middle, last = min(first + max(reach, 0), longer), longer if reach == ALL else min(first + 2 * reach, longer)
         aside = _asides(middle, longer, shorter, per_step)
         x, y = x0 + middle * ahead_x + aside * aside_x, y0 + middle * ahead_y + aside * aside_y
-        if reach == ALL or around[np.uint64(y), np.uint64(x)] > floor:
+        if reach == ALL or around.costs[np.uint64(y), np.uint64(x)] > floor:
             aside = _asides(first, longer, shorter, per_step)
             x, y = x0 + first * ahead_x + aside * aside_x, y0 + first * ahead_y + aside * aside_y
             rest = longer // 2 + first * shorter - aside * longer
@@ -92,41 +119,41 @@ def _asides(step, longer, shorter, share):
 
 
 @kernel
-def outline_cost(costs, origin_x, origin_y, resolution, corners, scale, x, y, cosine, sine):
+def outline_cost(costs, grid, corners, placed):
     """Return the highest cost under the outline of a footprint, or HIT_LETHAL, HIT_UNKNOWN, OFF_MAP.
 
-    corners (k, 2) m, robot's frame, multiplied by ``scale``; x, y (m) and cosine, sine of the yaw, costmap's frame.
+    grid: a Grid. corners: (k, 2) m, robot's frame. placed: a Placed.
     """
-    return outline_above(costs, costs, ALL, 0, (origin_x, origin_y, resolution), corners, scale, x, y, cosine, sine)
+    return outline_above(costs, Around(costs, ALL), 0, grid, corners, placed)
 
 
 @kernel
-def outline_above(costs, around, reach, floor, grid, corners, scale, x, y, cosine, sine):
+def outline_above(costs, around, floor, grid, corners, placed):
     """Return what ``outline_cost`` does, but ``floor`` where that is higher.
 
-    around: of ``highest_around`` with this reach, or ALL; where it is no higher than the floor, the outline is not
-    drawn. grid: origin x, y, resolution (m).
+    around: an Around; where it is no higher than the floor, the outline is not drawn.
     """
+    scale, x, y, cosine, sine = placed
     origin_x, origin_y, resolution = grid
     height, width = costs.shape
     px, py = (x - origin_x) / resolution, (y - origin_y) / resolution
     if not (px >= 0.0 and py >= 0.0 and px < width and py < height):
         return OFF_MAP
-    start_x, start_y, x0, y0 = 0, 0, 0, 0
+    start, before = (0, 0), (0, 0)
     for i in range(len(corners)):
         px = (x + scale * (corners[i, 0] * cosine - corners[i, 1] * sine) - origin_x) / resolution
         py = (y + scale * (corners[i, 0] * sine + corners[i, 1] * cosine) - origin_y) / resolution
         if not (px >= 0.0 and py >= 0.0 and px < width and py < height):
             return OFF_MAP
-        x1, y1 = int(px), int(py)
+        cell = int(px), int(py)
         if i == 0:
-            start_x, start_y = x1, y1
+            start = cell
         else:
-            floor = _line_above(costs, around, reach, floor, x0, y0, x1, y1)
+            floor = _line_above(costs, around, floor, before, cell)
             if floor < 0:
                 return floor
-        x0, y0 = x1, y1
-    return _line_above(costs, around, reach, floor, x0, y0, start_x, start_y)
+        before = cell
+    return _line_above(costs, around, floor, before, start)
 
 
 @kernel
@@ -150,25 +177,28 @@ def points_along(corners, gap):
 
 
 @kernel
-def is_below(around, floor, grid, points, scale, x, y, cosine, sine):
+def is_below(around, floor, grid, points, placed):
     """True when an outline that lies on the map, of points_along, surely costs no more than ``floor``; False says
     nothing.
 
-    around: of ``highest_around`` with a reach of SLACK cells more than half the gap between points.
+    around: an Around whose reach is SLACK cells more than half the gap between points. placed: a Placed.
     """
+    scale, x, y, cosine, sine = placed
     origin_x, origin_y, resolution = grid
     cells = 1.0 / resolution
     for i in range(len(points)):
         column = (x + scale * (points[i, 0] * cosine - points[i, 1] * sine) - origin_x) * cells
         row = (y + scale * (points[i, 0] * sine + points[i, 1] * cosine) - origin_y) * cells
-        if around[np.uint64(row), np.uint64(column)] > floor:
+        if around.costs[np.uint64(row), np.uint64(column)] > floor:
             return False
     return True
 
 
 @kernel
 def highest_around(costs, reach):
-    """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns, or more."""
+    """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns, or a
+    higher one.
+    """
     height, width = costs.shape
     edge = reach * (width + 1)
     padded = np.zeros(2 * edge + costs.size, np.uint8)  # what a row's ends see of the rows beside only makes it more
@@ -200,7 +230,7 @@ def cost_ceiling(costs, column, row, half, reach):
 
 @kernel
 def _highest(values, span, stride):
-    """Return the highest of values[i], values[i + stride], ... (``span`` of them) for every i that has them all, uint8."""
+    """Return uint8, for every i that has them all: the highest of the ``span`` values[i], values[i + stride], ..."""
     wide = 1
     while 2 * wide <= span:
         values = _higher(values, values[wide * stride :])
@@ -216,7 +246,7 @@ def _higher(a, b):
     return result
 
 
-def footprint_cells(pose, footprint, geometry, fill=False):
+def footprint_cells(pose: Pose2D, footprint: np.ndarray, geometry: GridGeometry, fill: bool = False) -> np.ndarray:
     """Return the cells int64 (n, 2) of a footprint's outline, edge after edge, and of its inside when ``fill``.
 
     pose: Pose2D in the costmap's frame; footprint (k, 2) m. Corners between two edges are there twice; cells of the
@@ -263,7 +293,9 @@ def warm():
     costs = np.zeros((3, 3), np.uint8)
     line_cells(0, 0, 1, 1)
     line_cost(costs, 0, 0, 1, 1)
-    outline_cost(costs, 0.0, 0.0, 1.0, np.zeros((4, 2)), 1.0, 1.0, 1.0, 1.0, 0.0)
-    is_below(highest_around(costs, 1), 0, (0.0, 0.0, 1.0), points_along(np.zeros((4, 2)), 1.0), 1.0, 1.0, 1.0, 1.0, 0.0)
+    grid, placed = Grid(0.0, 0.0, 1.0), Placed(1.0, 1.0, 1.0, 1.0, 0.0)
+    around = Around(highest_around(costs, 1), 1)
+    outline_cost(costs, grid, np.zeros((4, 2)), placed)
+    is_below(around, 0, grid, points_along(np.zeros((4, 2)), 1.0), placed)
     cost_ceiling(costs, 1, 1, 1, 1)
     _polygon_cells(np.zeros((3, 2), np.int64), True)

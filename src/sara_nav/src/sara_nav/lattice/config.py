@@ -1,4 +1,4 @@
-"""What the planner of the oriented footprint can be told."""
+"""Parameters of LatticePlanner."""
 
 import math
 from dataclasses import dataclass
@@ -6,24 +6,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from sara_common.config import range_faults
-from sara_nav.lattice import body as lb
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.lattice.world import Body, Rules
 
 
 @dataclass(frozen=True)
 class LatticePlannerConfig:
-    """Parameters of LatticePlanner; m, s, rad. Ways are compared by the time they take.
+    """Parameters of LatticePlanner; m, s, rad. Paths are compared by the time they take.
 
     allow_unknown: plan through unknown cells. default_tolerance: how far a goal that cannot be reached may be moved.
     path_spacing: between the plan's points. speed, turn_rate: what moves are timed with. reverse_factor: how many times
-    dearer a way astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern.
+    dearer a path astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern.
     hard_margin: the body comes no nearer to an obstacle, beyond the padding its footprint has. clearance,
-    clearance_weight: nearer than clearance a way takes up to 1 + clearance_weight times as long, by the fourth power of
-    the share that is missing. turning_room, turning_room_weight: the room wanted round the circle that turning in place
-    sweeps, and how many times longer a turn takes, by the square, without any. narrow,
-    run_up, run_up_cost: a leg whose ends are nearer than run_up to where the gap is less than narrow costs up to
-    run_up_cost more at each end, so that doors are come up to straight. smooth: move corners to where the way takes
-    less time, and round them where there is room. greed: how much more the search, whose way is then made straight,
-    minds what is left than what is behind. max_expansions: states looked at before it gives up.
+    clearance_weight: nearer than clearance a path takes up to 1 + clearance_weight times as long, by the fourth power
+    of the share that is missing. turning_room, turning_room_weight: the room wanted round the circle that turning in
+    place sweeps, and how many times longer a turn takes, by the square, without any. narrow, run_up, run_up_cost: a leg
+    whose ends are nearer than run_up to where the gap is less than narrow costs up to run_up_cost more at each end, so
+    that doors are approached straight. smooth: move corners to where the path takes less time, and round them where
+    there is room. greed: how much more the search, whose path is then made straight, minds what is left than what is
+    behind. max_expansions: states looked at before it gives up.
     """
 
     allow_unknown: bool = False
@@ -46,7 +47,7 @@ class LatticePlannerConfig:
     greed: float = 6.0
     max_expansions: int = 30000
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return range_faults(
             self,
@@ -72,40 +73,37 @@ class LatticePlannerConfig:
         )
 
     @property
-    def soft(self):
-        """The greatest gap (m) that need be told apart."""
+    def soft(self) -> float:
+        """The greatest gap (m) that needs to be distinguished."""
         return max(self.clearance, self.turning_room, self.hard_margin, self.narrow)
 
-    def rules(self, geometry, body):
-        """Return the array that the kernels go by."""
-        result = np.zeros(lb.ENTRIES)
-        for name, value in (
-            (lb.SPEED, self.speed),
-            (lb.TURN_RATE, self.turn_rate),
-            (lb.REVERSE, self.reverse_factor),
-            (lb.HARD, self.hard_margin),
-            (lb.CAP, self.soft),
-            (lb.SOFT, self.clearance),
-            (lb.WEIGHT, self.clearance_weight),
-            (lb.ROOM, self.turning_room),
-            (lb.ROOM_WEIGHT, self.turning_room_weight),
-            (lb.TURN_COST, self.turn_cost),
-            (lb.GEAR_COST, self.gear_cost),
-            (lb.ORIGIN_X, geometry.origin_x),
-            (lb.ORIGIN_Y, geometry.origin_y),
-            (lb.RESOLUTION, geometry.resolution),
-            (lb.SPACING, body.spacing),
-            (lb.RADIUS, body.circumscribed),
-            (lb.SENSE, 1.0),
-            (lb.NARROW, self.narrow),
-            (lb.RUN_UP, self.run_up),
-            (lb.RUN_UP_COST, self.run_up_cost),
-        ):
-            result[name] = value
-        return result
+    def rules(self, geometry: GridGeometry, body: Body) -> Rules:
+        """Return what the kernels go by, for a body on a grid."""
+        return Rules(
+            speed=float(self.speed),
+            turn_rate=float(self.turn_rate),
+            reverse_factor=float(self.reverse_factor),
+            hard_margin=float(self.hard_margin),
+            greatest_gap=float(self.soft),
+            clearance=float(self.clearance),
+            clearance_weight=float(self.clearance_weight),
+            turning_room=float(self.turning_room),
+            turning_room_weight=float(self.turning_room_weight),
+            turn_cost=float(self.turn_cost),
+            gear_cost=float(self.gear_cost),
+            origin_x=float(geometry.origin_x),
+            origin_y=float(geometry.origin_y),
+            resolution=float(geometry.resolution),
+            spacing=float(body.spacing),
+            radius=float(body.circumscribed),
+            sense=1.0,
+            narrow=float(self.narrow),
+            run_up=float(self.run_up),
+            run_up_cost=float(self.run_up_cost),
+        )
 
-    def pace(self, gap):
-        """Return s/m that a way takes at least where the gap (m, array) is no more than that; inf below the hard
+    def pace(self, gap: np.ndarray) -> np.ndarray:
+        """Return s/m that a path takes at least where the gap (m, array) is no more than that; inf below the hard
         margin.
         """
         missing = (1.0 - np.clip(gap, 0.0, self.clearance) / self.clearance) ** 4

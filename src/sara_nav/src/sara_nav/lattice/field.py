@@ -1,5 +1,5 @@
-"""How far every point of a map is from the nearest obstacle, and how long the way from there to the goal takes at
-least.
+"""How far every point of a map is from the nearest obstacle, and how long the path from there to the goal takes
+at least.
 
 Obstacles are whole cells, not cells' centres: the nearest point of a square to a grid's corner is a corner again, so
 that the exact distances between corners of cells (distances.py), corners of obstacles being the obstacles, are those to
@@ -12,10 +12,12 @@ oriented body can be faster, and so the wave is a search's lower bound (the obst
 """
 
 import math
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids import distances
 from sara_nav.planners import potential
 
@@ -48,7 +50,7 @@ def corners_of(costs, unknown_blocks):
 
 @kernel
 def as_metres(squares, table, result):
-    """Put the distance (m, float32) of each squared distance (cells) into ``result``; beyond the table its last entry."""
+    """Put the distance (m, float32) of each squared distance (cells) into ``result``; beyond the table, its last."""
     last = len(table) - 1
     for i in range(squares.shape[0]):
         for j in range(squares.shape[1]):
@@ -70,7 +72,7 @@ def distance_at(field, u, v):
 
 @kernel
 def lay_out(squares, table, steps, wave, pending):
-    """Prepare potential.spread over the corners: steps by squared distance (table uint8), nothing reached or waiting."""
+    """Prepare potential.spread over the corners: steps by squared distance (table uint8), nothing reached yet."""
     rows, columns = squares.shape
     width, last = columns + 2, len(table) - 1
     steps[:width] = BLOCKED
@@ -88,10 +90,10 @@ def lay_out(squares, table, steps, wave, pending):
 class Field:
     """Distances (m) over one costmap, remembered while its costs stay as they are.
 
-    reach: m, the greatest distance that is told apart. ``metres``: float32 (rows + 1, columns + 1).
+    reach: m, greater distances are not told apart. ``metres``: float32 (rows + 1, columns + 1).
     """
 
-    def __init__(self, costmap, unknown_blocks, reach):
+    def __init__(self, costmap: Costmap, unknown_blocks: bool, reach: float):
         g = self.geometry = costmap.geometry
         self.reach, self.unknown_blocks = reach, unknown_blocks
         self._costs = costmap.costs.copy()
@@ -105,7 +107,7 @@ class Field:
         self._buffers = [np.empty(size, np.uint32) for _ in range(3)]
         self._wave = np.empty(size, np.float32)
 
-    def holds(self, costmap, unknown_blocks, reach):
+    def holds(self, costmap: Costmap, unknown_blocks: bool, reach: float) -> bool:
         """True when this is the field of that costmap still."""
         return (
             self.geometry == costmap.geometry
@@ -114,16 +116,16 @@ class Field:
             and np.array_equal(self._costs, costmap.costs)
         )
 
-    def at(self, x, y):
+    def at(self, x: float, y: float) -> float:
         """Return the distance (m) at a point (m)."""
         g = self.geometry
         return float(distance_at(self.metres, (x - g.origin_x) / g.resolution, (y - g.origin_y) / g.resolution))
 
-    def wave_from(self, sources, slowness):
-        """Return float32 (rows + 1, columns + 1): the time (s) that the way to the nearest source takes,
-        potential.HIGH: no way.
+    def wave_from(self, sources: Iterable, slowness: Callable) -> np.ndarray:
+        """Return float32 (rows + 1, columns + 1): the time (s) that the path to the nearest source takes,
+        potential.HIGH: no path.
 
-        sources: (x, y, seconds) m, s. slowness: function of distances (m, array) that gives s/m, inf where no way
+        sources: (x, y, seconds) m, s. slowness: function of distances (m, array) that gives s/m, inf where no path
         leads.
         """
         g = self.geometry

@@ -1,7 +1,6 @@
-"""Where a way leads through something narrow, the straight way through it that lies best: in the middle, and square to
-it.
+"""Where a path leads through something narrow, the best straight line through it: in the middle, and square to it.
 
-Of lines through the narrowest place of the way, turned and moved aside a little, the one is taken that the body drives
+Of lines through the narrowest place of the path, turned and moved aside a little, the one is taken that the body drives
 soonest, which keeps the greatest gaps; coarsely first, then finely. Places on that line before and behind are offered
 to the straightening.
 """
@@ -11,11 +10,12 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_nav.lattice.body import ENTRIES, HARD, NARROW, ORIGIN_X, ORIGIN_Y, RESOLUTION, RUN_UP_COST, move
-from sara_nav.lattice.field import distance_at
+from sara_common.planar import Pose2D
+from sara_nav.lattice.body import move, room_at
+from sara_nav.lattice.world import World, example_world
 
 APART = 1.0
-"""m of way on either side, within which a narrow place is the narrowest."""
+"""m of path on either side, within which a narrow place is the narrowest."""
 HALF = 0.6
 """m before and behind the narrow place that the line is judged over."""
 PLACES = (0.6, 0.9, 1.2)
@@ -27,83 +27,88 @@ that, about the best, but none further turned.
 
 
 @kernel
-def narrow_places(field, rules, poses, inscribed):
-    """Return the indices (int64) of the poses (n, 3) where the way is narrowest about, with less than NARROW at the
-    sides.
+def narrow_places(world, poses, inscribed):
+    """Return the indices (int64) of the poses (n, 3) where the path is narrowest about: with less than rules.narrow
+    beside the inscribed radius (m), and nothing narrower within APART.
     """
     n = len(poses)
     found = np.empty(n, np.int64)
-    near, way = np.empty(n), np.zeros(n)
+    near, done = np.empty(n), np.zeros(n)
     for i in range(n):
-        u, v = (poses[i, 0] - rules[ORIGIN_X]) / rules[RESOLUTION], (poses[i, 1] - rules[ORIGIN_Y]) / rules[RESOLUTION]
-        near[i] = distance_at(field, u, v)
+        near[i] = room_at(world, poses[i, 0], poses[i, 1])
         if i:
-            way[i] = way[i - 1] + math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
+            done[i] = done[i - 1] + math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
     count = 0
     for i in range(1, n - 1):
-        if near[i] > inscribed + rules[NARROW]:
-            continue
-        least = True
-        j = i - 1
-        while j >= 0 and way[i] - way[j] < APART:
-            least = least and near[j] >= near[i]
-            j -= 1
-        j = i + 1
-        while j < n and way[j] - way[i] < APART:
-            least = least and near[j] > near[i]
-            j += 1
-        if least:
+        if near[i] <= inscribed + world.rules.narrow and is_narrowest(near, done, i):
             found[count] = i
             count += 1
     return found[:count].copy()
 
 
 @kernel
-def best_line(field, rules, outline, inside, x, y, yaw):
-    """Return (x, y, yaw) of the best way straight through near a pose; yaw is NaN when none is free."""
-    best, cx, cy, heading = np.inf, x, y, yaw
-    rules = rules.copy()
-    rules[RUN_UP_COST] = 0.0
+def is_narrowest(near, done, i):
+    """True when ``near`` is least at i, of all within APART by ``done`` (m); of equals, at the last."""
+    j = i - 1
+    while j >= 0 and done[i] - done[j] < APART:
+        if near[j] < near[i]:
+            return False
+        j -= 1
+    j = i + 1
+    while j < len(near) and done[j] - done[i] < APART:
+        if near[j] <= near[i]:
+            return False
+        j += 1
+    return True
+
+
+@kernel
+def best_line(world, pose):
+    """Return the Pose2D of the best straight line through, near a Pose2D; its yaw is NaN when none is free."""
+    best, found = np.inf, pose
     angle, aside, many = ANGLE, ASIDE, MANY
     for _ in range(3):
-        x0, y0, yaw0 = cx, cy, heading
+        middle = found
         for a in range(-many, many + 1):
-            way = yaw0 + a * angle
-            if abs(way - yaw) > MANY * ANGLE + 1e-6:
+            yaw = middle.yaw + a * angle
+            if abs(yaw - pose.yaw) > MANY * ANGLE + 1e-6:
                 continue
-            c, s = math.cos(way), math.sin(way)
+            c, s = math.cos(yaw), math.sin(yaw)
             for b in range(-many, many + 1):
-                px, py = x0 - s * b * aside, y0 + c * b * aside
-                seconds, _ = move(
-                    field, rules, outline, inside, px - HALF * c, py - HALF * s, way, 2.0 * HALF, 0.0, rules[HARD]
-                )
+                x, y = middle.x - s * b * aside, middle.y + c * b * aside
+                begin = Pose2D(x - HALF * c, y - HALF * s, yaw)
+                seconds, _ = move(world, begin, 2.0 * HALF, 0.0, world.rules.hard_margin)
                 if seconds < best - 1e-6:
-                    best, cx, cy, heading = seconds, px, py, way
+                    best, found = seconds, Pose2D(x, y, yaw)
         if best == np.inf:
-            return x, y, np.nan
+            return Pose2D(pose.x, pose.y, np.nan)
         angle, aside, many = angle / 3.0, aside / 3.0, 3
-    return cx, cy, heading
+    return found
 
 
-def with_gates(world, poses, moves, inscribed):
-    """Return (poses (m, 3), moves (m, 2), follow (m,)): the way's poses with places before and behind narrow ones put
-    among them.
+def with_gates(
+    world: World, poses: np.ndarray, moves: np.ndarray, inscribed: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (poses (m, 3), moves (m, 2), follow (m,)): the path's poses (n, 3) with places before and behind narrow
+    ones put among them.
 
-    moves[i] leads from pose i of the way to pose follow[i], int64; that is -1 for the last, and for places put in.
-    world: distances, rules, outline, inside. inscribed: radius, m.
+    moves[i] (length m, turn rad) leads from pose i of the path to pose follow[i], int64; that is -1 for the last, and
+    for places put in. inscribed: radius, m.
     """
     put = {}
-    for i in narrow_places(*world[:2], poses, inscribed).tolist():
-        back = moves[min(i, len(moves) - 1), 0] < 0.0
-        x, y, yaw = best_line(*world, *poses[i].tolist()[:2], float(poses[i, 2]) + (math.pi if back else 0.0))
+    straight = world._replace(rules=world.rules._replace(run_up_cost=0.0))
+    for i in narrow_places(world, poses, inscribed).tolist():
+        astern = math.pi if moves[min(i, len(moves) - 1), 0] < 0.0 else 0.0
+        x, y, yaw = poses[i].tolist()
+        x, y, yaw = best_line(straight, Pose2D(x, y, yaw + astern))
         if math.isnan(yaw):
             continue
         along = np.array([math.cos(yaw), math.sin(yaw)])
         before, behind = put.setdefault(i, []), put.setdefault(i + 1, [])
-        for way in PLACES[::-1]:
-            before.append((*((x, y) - way * along), yaw + (math.pi if back else 0.0)))
-        for way in PLACES:
-            behind.append((*((x, y) + way * along), yaw + (math.pi if back else 0.0)))
+        for far in PLACES[::-1]:
+            before.append((*((x, y) - far * along), yaw + astern))
+        for far in PLACES:
+            behind.append((*((x, y) + far * along), yaw + astern))
     rows, steps, own = [], [], []
     for i, pose in enumerate(poses):
         for place in put.get(i, ()):
@@ -119,6 +124,6 @@ def with_gates(world, poses, moves, inscribed):
 
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    rules, points, field = np.ones(ENTRIES), np.zeros((4, 2)), np.zeros((4, 4), np.float32)
-    narrow_places(field, rules, np.ones((3, 3)), 0.1)
-    best_line(field, rules, points, points, 1.0, 1.0, 0.0)
+    world = example_world()
+    narrow_places(world, np.ones((3, 3)), 0.1)
+    best_line(world, Pose2D(1.0, 1.0, 0.0))

@@ -1,5 +1,5 @@
-"""Corners of a way are moved where the way takes less time, left out where they are not needed, and rounded where there
-is room.
+"""Corners of a path are moved where the path takes less time, left out where they are not needed, and rounded where
+there is room (rounding.py).
 
 Moving them is coordinate descent: each corner in turn tries eight places about it, in smaller and smaller steps. As
 moves take longer the nearer the body comes to something, legs come to lie in the middle of doors and square to them.
@@ -8,60 +8,150 @@ nearer to an obstacle than the margin.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common.kernels import wrap
-from sara_nav.lattice.body import BEND, ENTRIES, HARD, SPEED, TURN_RATE, move, place, turn_to
+from sara_common.planar import Pose2D
+from sara_nav.lattice.body import move, place, turn_to
+from sara_nav.lattice.rounding import LEAST_TURN, rounded
+from sara_nav.lattice.world import World, example_world
 
 STEPS = (0.32, 0.16, 0.08, 0.04)
 """m, by which corners are moved."""
 SWEEPS = 3
-RADII = (2.0, 1.5, 1.0, 0.75, 0.5)
-"""m, of rounded corners; the greatest that fits is taken."""
-LEAST_TURN = 1e-3
-STRAIGHT_END = 0.3
-"""m of the first and of the last leg that are not rounded off."""
+LEAST_LEG = 0.02
+"""m."""
+
+
+class Corner(NamedTuple):
+    """What lies about a corner between two straight legs, which moving it leaves as it is."""
+
+    ax: float
+    """m; where the leg to the corner begins."""
+    ay: float
+    bx: float
+    """m; where the leg from the corner ends."""
+    by: float
+    sense: float
+    """1.0 where the leg to the corner is driven ahead, -1.0 astern."""
+    next_sense: float
+    """The same of the leg from the corner."""
+    before: float
+    """rad; the yaw before the leg to the corner, and its turn."""
+    after: float
+    """rad; the yaw after the leg from the corner, and its turn."""
 
 
 @kernel
-def leg(field, rules, outline, inside, ax, ay, bx, by, way, before, bound):
-    """Return (seconds, heading) of turning at a from ``before`` (rad) and going straight to b, ahead (way 1) or astern
-    (-1).
+def leg(world, a, b, sense, before, bound):
+    """Return (seconds, heading) of turning at a (x, y; m) from the yaw ``before`` (rad) and driving straight to b,
+    ahead (sense 1.0) or astern (-1.0).
 
     Seconds are inf as soon as they exceed ``bound``.
     """
-    length = math.hypot(bx - ax, by - ay)
-    if length < 0.02:
+    length = math.hypot(b[0] - a[0], b[1] - a[1])
+    if length < LEAST_LEG:
         return np.inf, 0.0
-    heading = math.atan2(by - ay, bx - ax) + (0.0 if way > 0.0 else math.pi)
-    if length / rules[SPEED] > bound:
+    heading = bearing_of(a, b, sense)
+    hard = world.rules.hard_margin
+    if length / world.rules.speed > bound:
         return np.inf, heading
-    seconds, _, _ = turn_to(field, rules, outline, inside, ax, ay, before, heading, rules[HARD])
+    seconds, _, _ = turn_to(world, Pose2D(a[0], a[1], before), heading, hard)
     if seconds > bound:
         return np.inf, heading
-    going, _ = move(field, rules, outline, inside, ax, ay, heading, way * length, 0.0, rules[HARD])
-    return seconds + going, heading
+    straight, _ = move(world, Pose2D(a[0], a[1], heading), sense * length, 0.0, hard)
+    return seconds + straight, heading
 
 
 @kernel
-def by_way_of(field, rules, outline, inside, a, x, y, b, ways, before, after, bound):
-    """Return the seconds from a over (x, y) to b, with the turns from yaw ``before`` and to yaw ``after``; inf beyond
-    ``bound``.
+def bearing_of(a, b, sense):
+    """Return the yaw (rad) of a body that drives from a to b (x, y; m), ahead (sense 1.0) or astern (-1.0)."""
+    return math.atan2(b[1] - a[1], b[0] - a[0]) + (0.0 if sense > 0.0 else math.pi)
+
+
+@kernel
+def by_way_of(world, corner, x, y, bound):
+    """Return the seconds that the two legs about a Corner take, and the turns about them, if it lies at (x, y), m; inf
+    beyond ``bound``.
     """
-    first, heading = leg(field, rules, outline, inside, a[0], a[1], x, y, ways[0], before, bound)
+    c = corner
+    first, heading = leg(world, (c.ax, c.ay), (x, y), c.sense, c.before, bound)
     if first > bound:
         return np.inf
-    second, heading = leg(field, rules, outline, inside, x, y, b[0], b[1], ways[1], heading, bound - first)
+    second, heading = leg(world, (x, y), (c.bx, c.by), c.next_sense, heading, bound - first)
     if first + second > bound:
         return np.inf
-    third, _, _ = turn_to(field, rules, outline, inside, b[0], b[1], heading, after, rules[HARD])
+    third, _, _ = turn_to(world, Pose2D(c.bx, c.by, heading), c.after, world.rules.hard_margin)
     return first + second + third
 
 
 @kernel
-def relax(field, rules, outline, inside, moves, yaws):
+def directly(world, corner, best):
+    """Return (seconds, heading) of going without a Corner whose legs are driven the same way; more than ``best``, or
+    inf, where that does not pay.
+    """
+    c = corner
+    seconds, heading = leg(world, (c.ax, c.ay), (c.bx, c.by), c.sense, c.before, best)
+    if seconds < best:
+        seconds += turn_to(world, Pose2D(c.bx, c.by, heading), c.after, world.rules.hard_margin)[0]
+    return seconds, heading
+
+
+@kernel
+def best_place(world, corner, place, size, best):
+    """Return (x, y), m, where a Corner takes least time, of where it is and eight places ``size`` m about it.
+
+    best: s that it takes where it is.
+    """
+    x, y = place
+    to_x, to_y = x, y
+    for side in range(8):
+        px, py = x + size * math.cos(side * math.pi / 4.0), y + size * math.sin(side * math.pi / 4.0)
+        seconds = by_way_of(world, corner, px, py, best - 1e-3)
+        if seconds < best - 1e-3:
+            best, to_x, to_y = seconds, px, py
+    return to_x, to_y
+
+
+@kernel
+def set_leg(moves, ends, k, a, b, sense):
+    """Make move k a straight one from a to b (x, y; m)."""
+    moves[k, 0], moves[k, 1], ends[k, 0], ends[k, 1] = a[0], a[1], b[0], b[1]
+    moves[k, 2] = bearing_of(a, b, sense)
+    moves[k, 3] = sense * math.hypot(b[0] - a[0], b[1] - a[1])
+
+
+@kernel
+def ends_of(moves):
+    """Return where each of the moves (n, 5) ends, (n, 2), m."""
+    n = len(moves)
+    ends = np.empty((n, 2))
+    for k in range(n):
+        chord = moves[k, 3] * (1.0 if abs(moves[k, 4]) < 1e-9 else math.sin(0.5 * moves[k, 4]) / (0.5 * moves[k, 4]))
+        heading = moves[k, 2] + 0.5 * moves[k, 4]
+        ends[k, 0], ends[k, 1] = moves[k, 0] + chord * math.cos(heading), moves[k, 1] + chord * math.sin(heading)
+    return ends
+
+
+@kernel
+def corner_at(moves, ends, yaws, k, n):
+    """Return the Corner where move k of the first n begins; yaws (2,): before the first move and after the last."""
+    return Corner(
+        moves[k - 1, 0],
+        moves[k - 1, 1],
+        ends[k, 0],
+        ends[k, 1],
+        math.copysign(1.0, moves[k - 1, 3]),
+        math.copysign(1.0, moves[k, 3]),
+        yaws[0] if k == 1 else moves[k - 2, 2] + moves[k - 2, 4],
+        yaws[1] if k == n - 1 else moves[k + 1, 2],
+    )
+
+
+@kernel
+def relax(world, moves, yaws):
     """Return moves (m, 5) x, y, yaw, length, turn without turns in place, which follow from the yaws, after moving
     corners.
 
@@ -69,126 +159,61 @@ def relax(field, rules, outline, inside, moves, yaws):
     """
     n = len(moves)
     moves = moves.copy()
-    ends = np.empty((n, 2))
-    for k in range(n):
-        chord = moves[k, 3] * (1.0 if abs(moves[k, 4]) < 1e-9 else math.sin(0.5 * moves[k, 4]) / (0.5 * moves[k, 4]))
-        heading = moves[k, 2] + 0.5 * moves[k, 4]
-        ends[k, 0], ends[k, 1] = moves[k, 0] + chord * math.cos(heading), moves[k, 1] + chord * math.sin(heading)
-    ways = np.empty(2)
+    ends = ends_of(moves)
     for size in STEPS:
         for _ in range(SWEEPS):
-            better = False
-            k = 1
-            while k < n:
-                if moves[k, 4] != 0.0 or moves[k - 1, 4] != 0.0:
-                    k += 1
-                    continue
-                before = yaws[0] if k == 1 else moves[k - 2, 2] + moves[k - 2, 4]
-                after = yaws[1] if k == n - 1 else moves[k + 1, 2]
-                ways[0], ways[1] = math.copysign(1.0, moves[k - 1, 3]), math.copysign(1.0, moves[k, 3])
-                a, b = moves[k - 1, :2], ends[k]
-                x, y = moves[k, 0], moves[k, 1]
-                best = by_way_of(field, rules, outline, inside, a, x, y, b, ways, before, after, np.inf)
-                if ways[0] == ways[1]:
-                    direct, heading = leg(field, rules, outline, inside, a[0], a[1], b[0], b[1], ways[0], before, best)
-                    if direct < best:
-                        direct += turn_to(field, rules, outline, inside, b[0], b[1], heading, after, rules[HARD])[0]
-                    if direct <= best and direct < np.inf:
-                        ends[k - 1, 0], ends[k - 1, 1] = b[0], b[1]
-                        moves[k - 1, 2] = heading
-                        moves[k - 1, 3] = ways[0] * math.hypot(b[0] - a[0], b[1] - a[1])
-                        for m in range(k, n - 1):
-                            moves[m], ends[m] = moves[m + 1], ends[m + 1]
-                        n -= 1
-                        better = True
-                        continue
-                to_x, to_y = x, y
-                for side in range(8):
-                    px, py = x + size * math.cos(side * math.pi / 4.0), y + size * math.sin(side * math.pi / 4.0)
-                    seconds = by_way_of(field, rules, outline, inside, a, px, py, b, ways, before, after, best - 1e-3)
-                    if seconds < best - 1e-3:
-                        best, to_x, to_y = seconds, px, py
-                if to_x != x or to_y != y:
-                    better = True
-                    for m, ax, ay, bx, by in ((k - 1, a[0], a[1], to_x, to_y), (k, to_x, to_y, b[0], b[1])):
-                        way = ways[m - k + 1]
-                        moves[m, 0], moves[m, 1], ends[m, 0], ends[m, 1] = ax, ay, bx, by
-                        moves[m, 2] = math.atan2(by - ay, bx - ax) + (0.0 if way > 0.0 else math.pi)
-                        moves[m, 3] = way * math.hypot(bx - ax, by - ay)
-                k += 1
-            if not better:
+            before = n
+            n, better = sweep(world, moves, ends, yaws, n, size)
+            if not better and n == before:
                 break
     return moves[:n].copy()
 
 
 @kernel
-def rounded(field, rules, outline, inside, moves):
-    """Return moves (m, 5) with an arc in place of each turn between two legs one way, where there is room for it.
+def sweep(world, moves, ends, yaws, n, size):
+    """Move each corner of the first n moves by ``size`` m, or leave it out, where that takes less time; in place.
 
-    moves: (n, 5) without turns in place. A turn of over BEND is rounded only where nothing slows the arc by much.
+    Return (how many moves are left, whether any corner was moved).
     """
-    n = len(moves)
-    result = np.empty((2 * n, 5))
-    count = 0
-    moves = moves.copy()
-    for k in range(n):
-        result[count] = moves[k]
-        count += 1
-        if k == n - 1 or moves[k, 4] != 0.0 or moves[k + 1, 4] != 0.0 or moves[k, 3] * moves[k + 1, 3] <= 0.0:
+    better = False
+    k = 1
+    while k < n:
+        if moves[k, 4] != 0.0 or moves[k - 1, 4] != 0.0:
+            k += 1
             continue
-        turn = wrap(moves[k + 1, 2] - moves[k, 2])
-        if abs(turn) < LEAST_TURN or abs(turn) > 2.6:
-            continue
-        way = math.copysign(1.0, moves[k, 3])
-        # What is left of this leg, and half of the next, but for the ends.
-        mine = abs(moves[k, 3]) - (STRAIGHT_END if k == 0 else 0.02)
-        other = abs(moves[k + 1, 3]) - STRAIGHT_END if k == n - 2 else 0.5 * abs(moves[k + 1, 3])
-        tangent = math.tan(0.5 * abs(turn))
-        for radius in RADII:
-            cut = radius * tangent
-            if cut > min(mine, other):
+        corner = corner_at(moves, ends, yaws, k, n)
+        a, b, here = (corner.ax, corner.ay), (corner.bx, corner.by), (moves[k, 0], moves[k, 1])
+        best = by_way_of(world, corner, here[0], here[1], np.inf)
+        if corner.sense == corner.next_sense:
+            direct, heading = directly(world, corner, best)
+            if direct <= best and direct < np.inf:
+                ends[k - 1, 0], ends[k - 1, 1] = b
+                moves[k - 1, 2] = heading
+                moves[k - 1, 3] = corner.sense * math.hypot(b[0] - a[0], b[1] - a[1])
+                for m in range(k, n - 1):
+                    moves[m], ends[m] = moves[m + 1], ends[m + 1]
+                n -= 1
                 continue
-            x = moves[k + 1, 0] - way * cut * math.cos(moves[k, 2])
-            y = moves[k + 1, 1] - way * cut * math.sin(moves[k, 2])
-            length = way * radius * abs(turn)
-            seconds, _ = move(field, rules, outline, inside, x, y, moves[k, 2], length, turn, rules[HARD])
-            if seconds == np.inf:
-                continue
-            if abs(turn) > BEND and seconds > 1.15 * max(abs(length) / rules[SPEED], abs(turn) / rules[TURN_RATE]):
-                continue
-            result[count - 1, 3] -= way * cut
-            result[count, 0], result[count, 1], result[count, 2] = x, y, moves[k, 2]
-            result[count, 3], result[count, 4] = length, turn
-            count += 1
-            moves[k + 1, 0] += way * cut * math.cos(moves[k + 1, 2])
-            moves[k + 1, 1] += way * cut * math.sin(moves[k + 1, 2])
-            moves[k + 1, 3] -= way * cut
-            break
-    return result[:count].copy()
+        there = best_place(world, corner, here, size, best)
+        if there[0] != here[0] or there[1] != here[1]:
+            better = True
+            set_leg(moves, ends, k - 1, a, there, corner.sense)
+            set_leg(moves, ends, k, there, b, corner.next_sense)
+        k += 1
+    return n, better
 
 
 @kernel
-def with_turns(field, rules, outline, inside, moves, start, goal):
-    """Return moves (m, 5) with the turns in place that lie between them, from the pose ``start`` (3,) to the pose
-    ``goal`` (3,).
-    """
+def with_turns(world, moves, start, goal):
+    """Return moves (m, 5) with the turns in place that lie between them, from a Pose2D to a Pose2D."""
     n = len(moves)
     result = np.empty((2 * n + 1, 5))
-    count, yaw, x, y = 0, start[2], start[0], start[1]
+    count, yaw = 0, start.yaw
     for k in range(n + 1):
-        if k < n:
-            x, y, target = moves[k, 0], moves[k, 1], moves[k, 2]
-        else:
-            x, y, target = goal[0], goal[1], goal[2]
-        _, turn, _ = turn_to(field, rules, outline, inside, x, y, yaw, target, rules[HARD])
+        target = Pose2D(moves[k, 0], moves[k, 1], moves[k, 2]) if k < n else goal
+        _, turn, _ = turn_to(world, Pose2D(target.x, target.y, yaw), target.yaw, world.rules.hard_margin)
         if abs(turn) >= LEAST_TURN:
-            result[count, 0], result[count, 1], result[count, 2], result[count, 3], result[count, 4] = (
-                x,
-                y,
-                yaw,
-                0.0,
-                turn,
-            )
+            result[count] = np.array([target.x, target.y, yaw, 0.0, turn])
             count += 1
         if k < n:
             result[count] = moves[k]
@@ -197,35 +222,34 @@ def with_turns(field, rules, outline, inside, moves, start, goal):
     return result[:count].copy()
 
 
-def smooth(world, steps, start, goal, limit, limit_end):
-    """Return moves (m, 5) that take less time than ``steps`` (n, 5); both from a pose (3,) to a pose (3,).
+def smooth(world: World, steps: np.ndarray, start: Pose2D, goal: Pose2D, limit: float, limit_end: float) -> np.ndarray:
+    """Return moves (m, 5) that take less time than ``steps`` (n, 5); both from a Pose2D to a Pose2D.
 
-    world: distances, rules, outline, inside. limit, limit_end: the gaps allowed at the start and at the goal, m. What
-    begins or ends nearer to something than the margin stays as it is.
+    limit, limit_end: the gaps allowed at the start and at the goal, m. What begins or ends nearer to something than the
+    margin stays as it is.
     """
-    hard, first, last = world[1][HARD], 0, len(steps)
+    hard, first, last = world.rules.hard_margin, 0, len(steps)
     while first < last and limit < hard:
-        _, limit = move(*world, *steps[first].tolist(), limit)
-        start = place(*steps[first].tolist(), 1.0)
+        x, y, yaw, length, turn = steps[first].tolist()
+        _, limit = move(world, Pose2D(x, y, yaw), length, turn, limit)
+        start = place(Pose2D(x, y, yaw), length, turn, 1.0)
         first += 1
     while last > first and limit_end < hard:
         last -= 1
         x, y, yaw, length, turn = steps[last].tolist()
-        _, limit_end = move(*world, *place(x, y, yaw, length, turn, 1.0), -length, -turn, limit_end)
-        goal = x, y, yaw
+        goal = Pose2D(x, y, yaw)
+        _, limit_end = move(world, place(goal, length, turn, 1.0), -length, -turn, limit_end)
     moves = np.ascontiguousarray(steps[first:last][steps[first:last, 3] != 0.0])
     if len(moves) == 0:
         return steps
-    start, goal = np.array(start), np.array(goal)
-    moves = rounded(*world, relax(*world, moves, np.array([start[2], goal[2]])))
-    return np.vstack([steps[:first], with_turns(*world, moves, start, goal), steps[last:]])
+    moves = rounded(world, relax(world, moves, np.array([start.yaw, goal.yaw])))
+    return np.vstack([steps[:first], with_turns(world, moves, start, goal), steps[last:]])
 
 
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    rules, points, pose = np.ones(ENTRIES), np.zeros((4, 2)), np.ones(3)
-    world = np.zeros((4, 4), np.float32), rules, points, points
-    moves = np.ones((2, 5))
-    relax(*world, moves, np.zeros(2))
-    rounded(*world, moves)
-    with_turns(*world, moves, pose, pose)
+    world, pose, moves = example_world(), Pose2D(1.0, 1.0, 1.0), np.ones((2, 5))
+    relax(world, moves, np.zeros(2))
+    with_turns(world, moves, pose, pose)
+    move(world, pose, 1.0, 0.0, 0.0)
+    place(pose, 1.0, 0.0, 1.0)

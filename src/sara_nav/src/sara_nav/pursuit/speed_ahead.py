@@ -11,6 +11,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_nav.grids import clearance, collision
+from sara_nav.grids.grid import Grid
 from sara_nav.pursuit import path_tracker, smooth_speed
 
 STEP, FINE = 0.1, 0.04
@@ -92,16 +93,9 @@ def free_way(
     within ``look``.
     """
     ways = spaced(look + FINE, FINE)
-    touched = collision.touched(
-        costs,
-        origin_x,
-        origin_y,
-        resolution,
-        points,
-        box,
-        collision.moved(poses_along(ways, along, backward, s, xy, heading), offset),
-        unknown_blocks,
-    )
+    ground = collision.Ground(costs, Grid(origin_x, origin_y, resolution), unknown_blocks)
+    poses = collision.moved(poses_along(ways, along, backward, s, xy, heading), offset)
+    touched = collision.touched(ground, points, box, poses)
     for i in range(len(ways)):
         if touched[i] > touched[0]:
             return ways[i] - BLOCKED_BEFORE - FINE
@@ -154,20 +148,9 @@ def pace(
     ways = spaced(look + STEP, STEP)
     n = len(ways)
     poses = collision.moved(poses_along(ways, along, backward, s, xy, heading), offset)
-    gap, near_x, near_y, ahead = clearance.gaps(
-        costs,
-        origin_x,
-        origin_y,
-        resolution,
-        corners,
-        poses,
-        unknown_blocks,
-        -1.0 if backward else 1.0,
-        front,
-        span,
-        slope,
-        REACH,
-    )
+    ground = collision.Ground(costs, Grid(origin_x, origin_y, resolution), unknown_blocks)
+    view = clearance.Ahead(-1.0 if backward else 1.0, front, span, slope, REACH)
+    gap, near_x, near_y, ahead = clearance.gaps(ground, corners, poses, view)
     free = free_way(
         look,
         along,

@@ -11,7 +11,16 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import wrap
-from sara_nav.grids.outline import SLACK, UNKNOWN, highest_around, is_below, outline_above, points_along
+from sara_nav.grids.outline import (
+    SLACK,
+    UNKNOWN,
+    Around,
+    Placed,
+    highest_around,
+    is_below,
+    outline_above,
+    points_along,
+)
 from sara_nav.sampled.rollout import STRETCH, towards
 
 CRITICS = OSCILLATION, OBSTACLE, GOAL_FRONT, ALIGNMENT, PATH, GOAL, TWIRLING = range(7)
@@ -50,7 +59,7 @@ def judge(
     height, width = costs.shape
     size = costs.size
     n = len(samples)
-    around = highest_around(costs, STRETCH)
+    around = Around(highest_around(costs, STRETCH), STRETCH)
     grown = 1.0 + max(growth[2], 0.0)
     points = points_along(corners, 2.0 * (STRETCH - SLACK) * resolution / grown)
     raw, driven = np.zeros((n, 7)), np.zeros((n, 2))
@@ -86,10 +95,10 @@ def judge(
                 and (
                     above == UNKNOWN
                     or scale > grown
-                    or not is_below(around, floor, grid, points, scale, x, y, cosine, sine)
+                    or not is_below(around, floor, grid, points, Placed(scale, x, y, cosine, sine))
                 )
             ):
-                hit = outline_above(costs, around, STRETCH, floor, grid, corners, scale, x, y, cosine, sine)
+                hit = outline_above(costs, around, floor, grid, corners, Placed(scale, x, y, cosine, sine))
                 if hit < 0:
                     raw[i, OBSTACLE] = TOUCHES
                     break

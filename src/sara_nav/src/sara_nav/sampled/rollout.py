@@ -14,6 +14,8 @@ from sara_common.kernels import wrap
 from sara_nav.grids.outline import (
     SLACK,
     UNKNOWN,
+    Around,
+    Placed,
     highest_around,
     is_below,
     line_cost,
@@ -94,12 +96,10 @@ def score(
     row = (state[1] - origin_y) / resolution
     if not (column >= 0.0 and row >= 0.0 and column < width and row < height):
         return result, ends
-    start = outline_cost(
-        costs, origin_x, origin_y, resolution, corners, 1.0, state[0], state[1], math.cos(state[2]), math.sin(state[2])
-    )
+    start = outline_cost(costs, grid, corners, Placed(1.0, state[0], state[1], math.cos(state[2]), math.sin(state[2])))
     if start < 0 and grace == 0.0:
         return result, ends
-    around = highest_around(costs, STRETCH)
+    around = Around(highest_around(costs, STRETCH), STRETCH)
     points = points_along(corners, 2.0 * (STRETCH - SLACK) * resolution)
     for i in range(n):
         wanted_v, wanted_w = samples[i, 0], samples[i, 1]
@@ -120,9 +120,9 @@ def score(
                 k > 0
                 and k * dt >= grace
                 and above > occupancy
-                and (above == UNKNOWN or not is_below(around, occupancy, grid, points, 1.0, x, y, cosine, sine))
+                and (above == UNKNOWN or not is_below(around, occupancy, grid, points, Placed(1.0, x, y, cosine, sine)))
             ):
-                hit = outline_above(costs, around, STRETCH, occupancy, grid, corners, 1.0, x, y, cosine, sine)
+                hit = outline_above(costs, around, occupancy, grid, corners, Placed(1.0, x, y, cosine, sine))
                 if hit < 0:
                     cost = COLLIDES
                     break
