@@ -16,7 +16,7 @@ from sara_common.planar import Pose2D, wrap
 from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
 from sara_lab.judge.judge import Goal, Track, judge
-from sara_nav.move_base.state_machine import ACTIVE, SUCCEEDED
+from sara_nav.goals.move_base_config import ACTIVE, SUCCEEDED
 from sara_sim.world.world import World
 
 AMONG_PEOPLE = ('people', 'expected')
