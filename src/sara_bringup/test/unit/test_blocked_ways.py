@@ -7,7 +7,7 @@ import math
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import share
 from sara_common.planar import Pose2D
-from sara_nav.move_base.state_machine import ABORTED, SUCCEEDED
+from sara_nav.goals.move_base_config import ABORTED, SUCCEEDED
 from sara_sim.world.obstacles import Obstacle
 
 CORRIDOR, BEHIND_THE_DOOR = (

@@ -21,7 +21,7 @@ from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
 from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
-from sara_nav.move_base.state_machine import ACTIVE, SUCCEEDED
+from sara_nav.goals.move_base_config import ACTIVE, SUCCEEDED
 from sara_sim.world.world import World
 
 AMONG_PEOPLE = ('people', 'expected')

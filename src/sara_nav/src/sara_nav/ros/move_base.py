@@ -14,7 +14,6 @@ from move_base_msgs.msg import (
     MoveBaseAction,
     MoveBaseActionGoal,
     MoveBaseFeedback,
-    MoveBaseGoal,
     MoveBaseResult,
     RecoveryStatus,
 )
@@ -23,8 +22,6 @@ from std_msgs.msg import Bool, String
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
 from sara_nav.config.parameters import Parameters
-from sara_nav.goals.goal_input import GoalError
-from sara_nav.goals.move_base_config import StepResult
 from sara_nav.move_base import state_machine as mb
 from sara_nav.move_base import warming
 from sara_nav.move_base.cycle_monitor import CycleWatch
@@ -32,6 +29,7 @@ from sara_nav.move_base.settings import read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
+from sara_nav.ros.goal_requests import GoalRequests
 from sara_nav.ros.publishers import PlannerTopics
 from sara_nav.ros.report import Report
 from sara_nav.ros.robot_inputs import RobotInputs
@@ -51,7 +49,7 @@ def read_parameters():
     return Parameters(tree if isinstance(tree, dict) else {}, above)
 
 
-class MoveBaseNode:
+class MoveBaseNode(GoalRequests):
     """The shell around MoveBase; see the module. ``lock`` is held while the machine works."""
 
     def __init__(self, settings):
@@ -91,11 +89,6 @@ class MoveBaseNode:
 
     def _on_wait(self, msg):
         self._excused |= msg.data
-
-    def _on_simple_goal(self, msg):
-        action = MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=msg))
-        action.header.stamp = rospy.Time.now()
-        self._goal_publisher.publish(action)
 
     # -- running -----------------------------------------------------------------------------------------------
 
@@ -265,44 +258,6 @@ class MoveBaseNode:
         if self._excused:
             self._excused = False
             self.machine.excuse_standing()
-
-    def _take_requests(self, t):
-        if self.server.is_new_goal_available():
-            self._accept(self.server.accept_new_goal(), t)
-        if self.server.is_preempt_requested() and not self.server.is_new_goal_available():
-            self.machine.cancel(t)
-
-    def _accept(self, goal, t):
-        try:
-            pose = self.robot.global_pose(goal.target_pose)
-        except GoalError as error:
-            text = f'{error}.'
-            self.machine.abort(text)
-        else:
-            text = self.machine.set_goal(pose, t)
-        if text:
-            self.counts['refused_goals'] += 1
-            self.machine.take_end()  # it is said here
-            self._finish(StepResult((0.0, 0.0), mb.ABORTED, text))
-            return
-        rospy.loginfo('goal (%.2f, %.2f, %.2f rad)', pose.x, pose.y, pose.yaw)
-        self.current_goal.publish(conv.pose_stamped(pose, self.settings.global_frame, rospy.Time.now()))
-
-    def _finish(self, result):
-        """Stand still and tell the client how it ended."""
-        self.cmd_vel.publish(conv.twist_to_msg(*result.command))
-        self.last_end = result.text
-        if not self.server.is_active():
-            return
-        if result.status == mb.SUCCEEDED:
-            rospy.loginfo('%s', result.text)
-            self.server.set_succeeded(MoveBaseResult(), result.text)
-        elif result.status == mb.PREEMPTED:
-            rospy.loginfo('%s', result.text)
-            self.server.set_preempted(MoveBaseResult(), result.text)
-        else:
-            rospy.logerr('%s', result.text)
-            self.server.set_aborted(MoveBaseResult(), result.text)
 
     def stop(self):
         """The node ends: the last word to the wheels is zero, and to the client that the goal is given up."""

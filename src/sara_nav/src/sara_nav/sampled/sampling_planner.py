@@ -15,6 +15,7 @@ from sara_nav.planners.local_command import BLOCKED, DRIVING, FAILED, OFF_PATH, 
 from sara_nav.sampled import map_grid, rollout
 from sara_nav.sampled.goal_stage import DONE, GoalStage
 from sara_nav.sampled.in_place_turn import InPlaceTurn
+from sara_nav.sampled.published import to_global
 from sara_nav.sampled.turn_gain import TurnGain
 
 PRUNE_DISTANCE = 1.0
@@ -277,36 +278,6 @@ class SamplingPlanner:
             if world.footprint_cost(pose.x, pose.y, pose.yaw) in (outline.HIT_LETHAL, outline.HIT_UNKNOWN)
             else 0.0
         )
-
-
-def to_global(poses, world):
-    """Return poses (n, 3) of the costmap's frame in the global frame."""
-    back = world.offset.inverse()
-    c, s = math.cos(back.yaw), math.sin(back.yaw)
-    return np.column_stack(
-        [back.x + c * poses[:, 0] - s * poses[:, 1], back.y + s * poses[:, 0] + c * poses[:, 1], poses[:, 2] + back.yaw]
-    )
-
-
-def cost_cloud(world, cells, weights, under):
-    """Return what ``cost_cloud`` of a planner says, from the plan's cells (n, 2) and those under the robot (m, 2),
-    which are left out.
-    """
-    g, costs = world.costmap.geometry, world.costmap.costs
-    path, goal = map_grid.spread(costs, cells, under), map_grid.spread(costs, cells[-1:], under[:0])
-    shown = (path < map_grid.obstacle_distance(costs)) & (costs < map_grid.BLOCKED_FROM)
-    shown[under[:, 1], under[:, 0]] = False
-    rows, columns = np.nonzero(shown)
-    parts = [path[shown].astype(float), goal[shown].astype(float), costs[shown].astype(float)]
-    return np.column_stack(
-        [
-            g.origin_x + (columns + 0.5) * g.resolution,
-            g.origin_y + (rows + 0.5) * g.resolution,
-            np.zeros(len(rows)),
-            *parts,
-            sum(w * p for w, p in zip(weights, parts)),
-        ]
-    )
 
 
 def towards_plan(plan, pose):
