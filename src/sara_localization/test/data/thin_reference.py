@@ -119,11 +119,11 @@ def bag(source, name):
         values = np.array([row[3] for row in rows], dtype=float)
         constant = (values == values[0]).all(axis=0)
         topics.append(list(key))
-        arrays['%d_number' % k] = np.array([row[0] for row in rows], dtype=np.int32)
-        arrays['%d_received' % k] = np.array([row[1] for row in rows])
-        arrays['%d_stamp' % k] = np.array([row[2] for row in rows])
-        arrays['%d_first' % k], arrays['%d_varies' % k] = values[0], np.flatnonzero(~constant)
-        arrays['%d_values' % k] = values[:, ~constant]
+        arrays[f'{k}_number'] = np.array([row[0] for row in rows], dtype=np.int32)
+        arrays[f'{k}_received'] = np.array([row[1] for row in rows])
+        arrays[f'{k}_stamp'] = np.array([row[2] for row in rows])
+        arrays[f'{k}_first'], arrays[f'{k}_varies'] = values[0], np.flatnonzero(~constant)
+        arrays[f'{k}_values'] = values[:, ~constant]
     truth = np.load(source / (name + '_truth.npz'))
     arrays.update({'truth_' + field: truth[field][::2] for field in ('t', 'x', 'y', 'yaw')})
     index = json.loads((source / 'index.json').read_text())[name]

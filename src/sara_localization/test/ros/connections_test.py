@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Mailbox and Outbox: what they carry is what rospy would, in order and whole, whatever the other end does."""
 
+import contextlib
 import io
 import random
 import socket
@@ -89,20 +90,16 @@ class ConnectionsTest(unittest.TestCase):
             began = time.monotonic()
             outbox.send(lambda seq, body=body: struct.pack('<I', len(body)) + body)
             self.assertLess(time.monotonic() - began, 1.0)
-            try:
+            with contextlib.suppress(BlockingIOError):
                 received += quick.far_end.recv(1 << 20)
-            except BlockingIOError:
-                pass
         self.assertEqual(self.numbered(received)[-1], 199)
         self.assertEqual(len(self.numbered(received)), 200)
         late = b''
         slow.far_end.setblocking(False)
         for _ in range(50):  # what waits goes with what comes
             outbox.send(lambda seq: struct.pack('<II', 4, 1000))
-            try:
+            with contextlib.suppress(BlockingIOError):
                 late += slow.far_end.recv(1 << 20)
-            except BlockingIOError:
-                pass
         heard = self.numbered(late)
         self.assertEqual(sorted(heard), heard)
         self.assertEqual(heard[-1], 1000)
@@ -149,7 +146,7 @@ class ConnectionsTest(unittest.TestCase):
         wait_until(publisher.get_num_connections, 'the mailbox does not listen')
         numbers, sent = random.Random(4), []
         for k in range(300):
-            sent.append('%d %s' % (k, 'x' * numbers.choice([0, 10, 1000, 200000 if k % 50 == 0 else 5])))
+            sent.append(f'{k} {"x" * numbers.choice([0, 10, 1000, 200000 if k % 50 == 0 else 5])}')
             publisher.publish(sent[-1])
         wait_until(lambda: mailbox.deliver() or len(first) == len(sent), 'not all came')
         self.assertEqual(first, sent)

@@ -283,7 +283,7 @@ class FilterBagTest(unittest.TestCase):
                 machine = BagFilter(
                     config,
                     static,
-                    lambda now, output: states.update({machine.ticks: (*output.state[:3], *output.pose.rotation)}),
+                    lambda now, output: states.update({machine.ticks: (*output.state[:3], *output.pose.rotation)}),  # noqa: B023
                 )
                 with rosbag.Bag(str(BAGS / {'b1': 'test1.bag', 'b2': 'test2.bag'}[params.stem[:2]])) as bag:
                     topics = [topic for topic in bag.get_type_and_topic_info().topics if topic in machine.topics]

@@ -70,7 +70,7 @@ class RecordedBag:
         found = []
         for k, (topic, kind, frame, child) in enumerate(json.loads(str(arrays['topics']))):
             number, received, stamps, first, varies, values = (
-                arrays['%d_%s' % (k, part)] for part in ('number', 'received', 'stamp', 'first', 'varies', 'values')
+                arrays[f'{k}_{part}'] for part in ('number', 'received', 'stamp', 'first', 'varies', 'values')
             )
             rows = np.tile(first, (len(number), 1))
             rows[:, varies] = values

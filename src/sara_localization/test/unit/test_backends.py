@@ -82,7 +82,7 @@ def test_every_step_comes_out_the_same(seed, pair, commanded):
     COMMANDED.set(rng.normal(size=6), 0.0)
     for k in range(8):
         indices, extra, z, R = random_measurement(rng, 16)
-        z = compiled.x[indices] + 0.1 * z + np.where((3 <= indices) & (indices <= 5), TAU, 0.0)
+        z = compiled.x[indices] + 0.1 * z + np.where((indices >= 3) & (indices <= 5), TAU, 0.0)
         if rng.random() < 0.2:
             z[0] = np.nan
         if rng.random() < 0.2:

@@ -1,4 +1,6 @@
-"""The filters' cores against robot_localization's own (test/data/README.md), on every comparable step of 40 scenarios."""
+"""The filters' cores against robot_localization's own (test/data/README.md), on every comparable step of 40
+scenarios.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""Diagnostics by robot_localization's names: keys for what was wrong since the last report, and the rate of the output."""
+"""Diagnostics by robot_localization's names: keys for what was wrong since the last report, and the rate of the
+output.
+"""
 
 import numpy as np
 import pytest

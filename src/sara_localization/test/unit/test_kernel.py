@@ -291,7 +291,10 @@ def test_ukf_with_points_close_to_the_centre_agrees_as_far_as_filterpys_weights_
 def test_the_filters_do_not_load_filterpy_or_scipy():
     import subprocess
 
-    code = 'import sys; import sara_localization.engine.engine; print([m for m in ("filterpy", "scipy.stats") if m in sys.modules])'
+    code = (
+        'import sys; import sara_localization.engine.engine; print([m for m in ("filterpy", "scipy.stats") if m '
+        'in sys.modules])'
+    )
     out = subprocess.run(
         [sys.executable, '-c', code],
         capture_output=True,

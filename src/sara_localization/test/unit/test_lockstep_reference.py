@@ -21,8 +21,8 @@ from sara_localization.filters.ukf import Ukf  # noqa: E402
 MENDED = ('s4_out_of_order__lag', 's4_out_of_order__lag_short')
 EKF = [name for name in RUNS if Run(name).filter == 'ekf']
 UKF = [name for name in RUNS if Run(name).filter == 'ukf']
-# On s1 the wheels claim 2 % too much. The peer's UKF, whose yaw variance is too large, shortens every step by half of
-# it and hides that; see test_s1_the_peer_is_right_by_mistake.
+# On s1 the wheels claim 2 % too much. The peer's UKF, whose yaw variance is too large, shortens every step by half
+# of it and hides that; see test_s1_the_peer_is_right_by_mistake.
 RIGHT_BY_MISTAKE = 's1_eight_50_100__ukf2d'
 
 
@@ -141,7 +141,9 @@ def wrapped(angles):
 
 
 def test_s1_the_textbook_filter_is_as_far_off_as_ours_and_the_ekf_farther(monkeypatch):
-    """Nothing that is left open between a textbook's UKF and the peer's brings the one within 5 % of the other: R does."""
+    """Nothing that is left open between a textbook's UKF and the peer's brings the one within 5 % of the other: R
+    does.
+    """
     run = Run(RIGHT_BY_MISTAKE)
     _, ours, _, _ = outputs_of(run)
     monkeypatch.setattr(engine_module, 'Ukf', TextbookUkf)

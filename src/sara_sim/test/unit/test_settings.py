@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_sim.bus.pacing import MAX_LAG_S, Pacer
+from sara_sim.bus.pacing import MAX_LAG_STEPS, Pacer
 from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.settings import SettingsError, SimulatorSettings
 
@@ -62,14 +62,14 @@ def test_good_parameters_pass():
     assert settings.options.changes() == {'payload': (10.0, 0.0), 'collision_shake': (True, False)}
 
 
-@given(st.lists(st.floats(0.0, 0.75 * MAX_LAG_S), min_size=50, max_size=200))
+@given(st.lists(st.floats(0.0, 0.75 * MAX_LAG_STEPS * 0.01), min_size=50, max_size=200))
 def test_pacing_keeps_the_mean_rate_when_steps_are_late(delays):
     pacer, now, steps = Pacer(0.01, 0.0), 0.0, 0
     for delay in delays:
         now += pacer.wait(now) + (delay if steps % 4 == 0 else 0.0)
         pacer.stepped(now)
         steps += 1
-    assert now == pytest.approx(steps * 0.01, abs=MAX_LAG_S)
+    assert now == pytest.approx(steps * 0.01, abs=MAX_LAG_STEPS * 0.01)
     assert pacer.slips == 0
 
 

@@ -78,7 +78,9 @@ def read_profiles(params: dict) -> dict[str, Profile]:
 
 
 class AxisLimits(NamedTuple):
-    """growing, shrinking: limits of the acceleration while the speed grows in size, and while it shrinks. jerk: limit."""
+    """growing, shrinking: limits of the acceleration while the speed grows in size, and while it shrinks. jerk:
+    limit.
+    """
 
     growing: float
     shrinking: float

@@ -24,7 +24,9 @@ PEER_NAMES = ('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW')
 
 
 class Finding(NamedTuple):
-    """Something to be mended: its level (diagnostics.WARN or ERROR), what it is about, and a sentence with the remedy."""
+    """Something to be mended: its level (diagnostics.WARN or ERROR), what it is about, and a sentence with the
+    remedy.
+    """
 
     level: int
     key: str
@@ -99,7 +101,8 @@ def unmeasured(config: FilterConfig) -> list[Finding]:
         )
         if sideways:
             sentence = (
-                'Neither y nor vy is measured: the estimate drifts sideways. If the robot cannot move sideways, use vy of its '
+                'Neither y nor vy is measured: the estimate drifts sideways. If the robot cannot move sideways, use '
+                'vy of its '
                 f'wheel odometry (which says 0), or give vy a process noise of {LARGEST_SIDEWAYS_NOISE:g} or less.'
             )
         elif variable in OFF_PLANE:
@@ -130,9 +133,9 @@ def _contradicting(config) -> list[Finding]:
                 Finding(
                     WARN,
                     PEER_NAMES[variable] + '_configuration',
-                    '%d inputs measure %s itself (%s): when they drift apart the estimate jumps between them. Keep the '
-                    'one you trust and set %s_differential: true on the others.'
-                    % (len(names), NAMES[variable], ', '.join(names), drifting),
+                    f'{len(names)} inputs measure {NAMES[variable]} itself ({", ".join(names)}): when they drift '
+                    'apart the estimate jumps between them. Keep the one you trust and set '
+                    f'{drifting}_differential: true on the others.',
                 )
             )
     return found
@@ -154,7 +157,8 @@ def _useless_flags(config) -> list[Finding]:
                 Finding(
                     WARN,
                     i.name + '_configuration',
-                    f'{i.name}_relative makes yaw begin at zero: with world_frame {config.world_frame} the map is turned by however the robot '
+                    f'{i.name}_relative makes yaw begin at zero: with world_frame {config.world_frame} the map is '
+                    'turned by however the robot '
                     'stood at the start. Set it to false, or put the start into initial_state.',
                 )
             )
@@ -169,8 +173,10 @@ def _own_output(config) -> list[Finding]:
         Finding(
             WARN,
             i.name + '_configuration',
-            f'{i.name} gives x and y into the world frame {config.world_frame}: if its messages are in the frame {config.odom_frame}, the filter brings them there with '
-            f'its own {config.map_frame} -> {config.odom_frame}, measures itself and counts a part of every step twice (legs come out too long). Use vx, or set '
+            f'{i.name} gives x and y into the world frame {config.world_frame}: if its messages are in the frame '
+            f'{config.odom_frame}, the filter brings them there with '
+            f'its own {config.map_frame} -> {config.odom_frame}, measures itself and counts a part of every step '
+            'twice (legs come out too long). Use vx, or set '
             f'{i.name}_differential: true.',
         )
         for i in config.inputs
@@ -190,7 +196,8 @@ def _accelerations(config) -> list[Finding]:
                 Finding(
                     WARN,
                     i.name + '_configuration',
-                    f'{i.name} uses az but leaves gravity in: the robot would fall upwards, unless the sensor takes gravity off by '
+                    f'{i.name} uses az but leaves gravity in: the robot would fall upwards, unless the sensor takes '
+                    'gravity off by '
                     f'itself. Set {i.name}_remove_gravitational_acceleration: true.',
                 )
             )
@@ -205,7 +212,8 @@ def _accelerations(config) -> list[Finding]:
                 Finding(
                     WARN,
                     i.name + '_configuration',
-                    f'{i.name} uses {names}, but nothing measures the speed of that axis: a bias of the accelerometer grows into metres '
+                    f'{i.name} uses {names}, but nothing measures the speed of that axis: a bias of the '
+                    'accelerometer grows into metres '
                     f'within seconds. Measure the speed, or leave {names} out.',
                 )
             )
@@ -263,7 +271,8 @@ def _gates(config) -> list[Finding]:
                     Finding(
                         WARN,
                         i.name + '_configuration',
-                        f'{name} is {value:g} sigmas: good measurements are rejected too. It counts in sigmas; 3 to 5 keeps out '
+                        f'{name} is {value:g} sigmas: good measurements are rejected too. It counts in sigmas; 3 to '
+                        '5 keeps out '
                         'outliers only.',
                     )
                 )
@@ -277,9 +286,8 @@ def _times(config) -> list[Finding]:
             Finding(
                 WARN,
                 'transform_time_offset',
-                'transform_time_offset is {:g} s: users of the transform see it that far in the {}. 0.05 to 0.1 is usual.'.format(
-                    config.transform_time_offset, 'future' if config.transform_time_offset > 0 else 'past'
-                ),
+                f'transform_time_offset is {config.transform_time_offset:g} s: users of the transform see it that far '
+                f'in the {"future" if config.transform_time_offset > 0 else "past"}. 0.05 to 0.1 is usual.',
             )
         )
     if config.sensor_timeout > 10.0 / config.frequency and config.sensor_timeout > 1.0:
@@ -287,7 +295,8 @@ def _times(config) -> list[Finding]:
             Finding(
                 WARN,
                 'sensor_timeout',
-                f'sensor_timeout is {config.sensor_timeout:g} s: without messages the estimate stands still that long. About 1/frequency '
+                f'sensor_timeout is {config.sensor_timeout:g} s: without messages the estimate stands still that '
+                'long. About 1/frequency '
                 f'({1.0 / config.frequency:.3g} s) is usual.',
             )
         )
@@ -296,7 +305,8 @@ def _times(config) -> list[Finding]:
             Finding(
                 WARN,
                 'transform_timeout',
-                f'transform_timeout is {config.transform_timeout:g} s, several cycles of the filter: it stands still while it waits for a '
+                f'transform_timeout is {config.transform_timeout:g} s, several cycles of the filter: it stands '
+                'still while it waits for a '
                 'transform. 0 to 0.1 s is usual.',
             )
         )
@@ -305,7 +315,8 @@ def _times(config) -> list[Finding]:
             Finding(
                 WARN,
                 'history_length',
-                f'history_length is {config.history_length:g} s: every late measurement runs that much again. The largest '
+                f'history_length is {config.history_length:g} s: every late measurement runs that much again. The '
+                'largest '
                 'delay of your sensors is enough.',
             )
         )

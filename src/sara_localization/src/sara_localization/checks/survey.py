@@ -9,6 +9,7 @@ Nothing is estimated here: each input is looked at for itself, then the sources 
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
@@ -96,10 +97,8 @@ class Survey:
                 if kind != 'imu' and math.isfinite(data.linear[0]):
                     record.wheels.append((data.stamp, data.linear[0], rate))
         if kind in ('imu', 'pose') and not (kind == 'imu' and not measures(data.orientation_covariance)):
-            try:
+            with contextlib.suppress(ValueError):
                 record.headings.append((data.stamp, rpy_from_quaternion(normalised(data.orientation))[2]))
-            except ValueError:
-                pass
 
     def findings(self) -> list[Finding]:
         """Everything found, input by input, then what the comparison of their yaws says."""
@@ -122,9 +121,9 @@ class Survey:
                 Finding(
                     ERROR,
                     name + '_transform',
-                    '%s: %d of %d messages are lost, no transform %s -> %s. Publish it (static_transform_publisher, or a '
-                    'URDF with robot_state_publisher), or mend the frame_id of %s.'
-                    % (what, count, n, source or '(empty frame_id)', target, topic),
+                    f'{what}: {count} of {n} messages are lost, no transform {source or "(empty frame_id)"} -> '
+                    f'{target}. Publish it (static_transform_publisher, or a URDF with robot_state_publisher), or '
+                    f'mend the frame_id of {topic}.',
                 )
             )
         return found + self._of_stamps(record, key) + self._of_values(record, key)
@@ -138,8 +137,8 @@ class Survey:
                 Finding(
                     ERROR,
                     key,
-                    '%s: %d of %d messages have no time stamp and are dropped. Its driver must set '
-                    'header.stamp.' % (name, none, len(stamps)),
+                    f'{name}: {none} of {len(stamps)} messages have no time stamp and are dropped. Its driver must '
+                    'set header.stamp.',
                 )
             )
         stamped = stamps > 0.0
@@ -150,15 +149,16 @@ class Survey:
             remedy = (
                 'they are put in order by smooth_lagged_data.'
                 if lagged
-                else f'they are dropped. smooth_lagged_data: true with a history_length of {max(0.1, -2.0 * steps.min()):.2g} s would use them.'
+                else 'they are dropped. smooth_lagged_data: true with a history_length of '
+                f'{max(0.1, -2.0 * steps.min()):.2g} s would use them.'
             )
             if not lagged:
                 found.append(
                     Finding(
                         WARN,
                         key,
-                        '%s: %d of %d messages are older than the one before them, by up to %.3f s: %s'
-                        % (name, back, len(stamps), -steps.min(), remedy),
+                        f'{name}: {back} of {len(stamps)} messages are older than the one before them, by up to '
+                        f'{-steps.min():.3f} s: {remedy}',
                     )
                 )
         if len(delays) and float(np.median(delays)) > LARGEST_DELAY:
@@ -166,7 +166,8 @@ class Survey:
                 Finding(
                     WARN,
                     key,
-                    f'{name}: messages arrive {np.median(delays):.2f} s after their stamp (median): is the clock of its computer set? '
+                    f'{name}: messages arrive {np.median(delays):.2f} s after their stamp (median): is the clock of '
+                    'its computer set? '
                     'smooth_lagged_data with a longer history_length is the remedy for real delays.',
                 )
             )
@@ -175,7 +176,8 @@ class Survey:
                 Finding(
                     WARN,
                     key,
-                    f'{name}: stamps are {-np.median(delays):.2f} s in the future (median): they wait until their time comes. Set the clock '
+                    f'{name}: stamps are {-np.median(delays):.2f} s in the future (median): they wait until their '
+                    'time comes. Set the clock '
                     'of its computer (chrony, NTP).',
                 )
             )
@@ -185,7 +187,8 @@ class Survey:
                 Finding(
                     WARN,
                     key,
-                    f'{name}: a gap of {forward.max():.1f} s between messages that usually come every {np.median(forward):.3f} s: the estimate only predicts '
+                    f'{name}: a gap of {forward.max():.1f} s between messages that usually come every '
+                    f'{np.median(forward):.3f} s: the estimate only predicts '
                     'meanwhile. Look for lost messages or a sleeping driver.',
                 )
             )
@@ -202,7 +205,8 @@ class Survey:
                 Finding(
                     WARN,
                     key,
-                    f'{name} is to give {names}, but its messages say (covariance -1) that it does not measure that. Take it '
+                    f'{name} is to give {names}, but its messages say (covariance -1) that it does not measure '
+                    'that. Take it '
                     f'out of {name}_config.',
                 )
             )
@@ -213,8 +217,8 @@ class Survey:
                     Finding(
                         WARN,
                         key,
-                        '%s: %s is not a number in %d of %d messages, which are left out.'
-                        % (name, what, int(np.sum(~np.isfinite(v))), len(v)),
+                        f'{name}: {what} is not a number in {int(np.sum(~np.isfinite(v)))} of {len(v)} messages, '
+                        'which are left out.',
                     )
                 )
             bad = int(np.sum(~(s2 > 0.0)))
@@ -223,8 +227,8 @@ class Survey:
                     Finding(
                         ERROR,
                         key,
-                        '%s: the variance of %s is zero, negative or no number in %d of %d messages, and %s is left '
-                        'out there. Its driver must state how exact it is.' % (name, what, bad, len(s2), what),
+                        f'{name}: the variance of {what} is zero, negative or no number in {bad} of {len(s2)} '
+                        f'messages, and {what} is left out there. Its driver must state how exact it is.',
                     )
                 )
             elif float(np.median(s2)) < TINY_VARIANCE:
@@ -232,7 +236,8 @@ class Survey:
                     Finding(
                         WARN,
                         key,
-                        f'{name}: the variance of {what} is {np.median(s2):.1g}: nobody else will be believed. State what the sensor really '
+                        f'{name}: the variance of {what} is {np.median(s2):.1g}: nobody else will be believed. '
+                        'State what the sensor really '
                         'does.',
                     )
                 )
@@ -241,7 +246,8 @@ class Survey:
                     Finding(
                         WARN,
                         key,
-                        f'{name}: {what} is {v[0]:g} in every message although the robot moves: it is not measured. Take it out of '
+                        f'{name}: {what} is {v[0]:g} in every message although the robot moves: it is not measured. '
+                        'Take it out of '
                         f'{name}_config.',
                     )
                 )
@@ -334,7 +340,9 @@ class Survey:
                     Finding(
                         WARN,
                         record.config.name + '_bias',
-                        f'{record.config.name}: its gyro turns by {math.degrees(bias[0]):.3f} deg/s while the wheels stand: {abs(math.degrees(bias[0])) * 600.0:.0f} deg in ten minutes. Calibrate it, or set '
+                        f'{record.config.name}: its gyro turns by {math.degrees(bias[0]):.3f} deg/s while the '
+                        f'wheels stand: {abs(math.degrees(bias[0])) * 600.0:.0f} deg in ten minutes. Calibrate it, '
+                        'or set '
                         f'{record.config.name}_gyro_bias: standstill.',
                     )
                 )

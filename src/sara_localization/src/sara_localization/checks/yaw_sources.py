@@ -16,8 +16,8 @@ import numpy as np
 WINDOW = 10.0
 FEWEST_WINDOWS = 3
 LONGEST_DRIVE = 1e6  # s; beyond that it is no drive but a clock that was set
-# A source is accused when it is this many times farther from all others than the best two are from each other, and at
-# least SMALLEST off in a window.
+# A source is accused when it is this many times farther from all others than the best two are from each other, and
+# at least SMALLEST off in a window.
 RATIO = 2.5
 SMALLEST = np.radians(1.0)
 SLOWEST_TURN = np.radians(20.0)
@@ -53,7 +53,9 @@ def integrated(t, rate) -> np.ndarray:
 
 
 def compare(sources: list[Source], window: float = WINDOW) -> Comparison | None:
-    """How far the sources disagree, over the time that all of them cover; None where that is too short or none turns."""
+    """How far the sources disagree, over the time that all of them cover; None where that is too short or none
+    turns.
+    """
     if len(sources) < 2:
         return None
     begin, end = max(s.t[0] for s in sources), min(s.t[-1] for s in sources)

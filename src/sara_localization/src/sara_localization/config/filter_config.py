@@ -120,7 +120,8 @@ class _Reader(InputReader):
             measuring = [each.name for each in inputs if each.kind == 'imu' and each.mask[12 + i]]
             if mask[i] and measuring:
                 self.warnings.append(
-                    f'control_config: v{axis} is left out, for {measuring[0]} measures a{axis}; leave one of them out of the '
+                    f'control_config: v{axis} is left out, for {measuring[0]} measures a{axis}; leave one of them '
+                    'out of the '
                     'configuration.'
                 )
                 mask = mask[:i] + (False,) + mask[i + 1 :]

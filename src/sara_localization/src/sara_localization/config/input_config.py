@@ -76,7 +76,7 @@ class InputReader(ParameterReader):
         return flags
 
     def input(self, kind, index):
-        name = '%s%d' % (kind, index)
+        name = f'{kind}{index}'
         topic = self.take(name)
         if not isinstance(topic, str) or not topic:
             self.faults.append(f'{name} is {topic!r}, allowed is the name of a topic')
@@ -136,7 +136,7 @@ class InputReader(ParameterReader):
         found = []
         for kind in MEASURES:
             index = 0
-            while '%s%d' % (kind, index) in self.left:
+            while f'{kind}{index}' in self.left:
                 found.append(self.input(kind, index))
                 index += 1
         return tuple(found)

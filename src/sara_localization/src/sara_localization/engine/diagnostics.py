@@ -91,8 +91,7 @@ class FilterDiagnostics:
                     values += [
                         (
                             key,
-                            '%d message%s since the last report: %s'
-                            % (new, '' if new == 1 else 's', kind.replace('_', ' ')),
+                            f'{new} message{"" if new == 1 else "s"} since the last report: {kind.replace("_", " ")}',
                         )
                         for key in keys(self._inputs[status.name], kind)
                     ]
@@ -143,7 +142,7 @@ class FrequencyDiagnostics:
             ('Events since startup', str(self.count)),
             ('Duration of window (s)', f'{window:.3f}'),
             ('Actual frequency (Hz)', f'{rate:.3f}'),
-            ('Minimum acceptable frequency (Hz)', '%g' % (self.low * (1.0 - TOLERANCE))),
-            ('Maximum acceptable frequency (Hz)', '%g' % (self.high * (1.0 + TOLERANCE))),
+            ('Minimum acceptable frequency (Hz)', f'{self.low * (1.0 - TOLERANCE):g}'),
+            ('Maximum acceptable frequency (Hz)', f'{self.high * (1.0 + TOLERANCE):g}'),
         )
         return Status('odometry/filtered topic status', level, message, values)

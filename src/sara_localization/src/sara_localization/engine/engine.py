@@ -307,7 +307,8 @@ class FilterEngine:
         status = self.inputs[name]
         sentence = status.has_problem(
             'before_history',
-            f'a message comes {self.filter.last_measurement_time - stamp:.3f} s late, history_length is {self.history.length:g} s: it cannot be put in '
+            f'a message comes {self.filter.last_measurement_time - stamp:.3f} s late, history_length is '
+            f'{self.history.length:g} s: it cannot be put in '
             'its place',
         )
         if sentence:
@@ -320,7 +321,8 @@ class FilterEngine:
             self.reset()
         else:
             self._report(
-                f'time went back from {self._last_tick:.3f} to {now:.3f} s: measurements are ignored until it catches up; '
+                f'time went back from {self._last_tick:.3f} to {now:.3f} s: measurements are ignored until it '
+                'catches up; '
                 'reset_on_time_jump would start anew'
             )
 

@@ -40,7 +40,9 @@ class Output:
         self._rates = np.zeros(3)
 
     def of(self, kf, now: float | None) -> FilterOutput:
-        """The estimate of a filter at the time of its state. now: the tick (s), None where nothing was measured in it."""
+        """The estimate of a filter at the time of its state. now: the tick (s), None where nothing was measured in
+        it.
+        """
         config, stamp, x, P = (
             self.config,
             float(kf.last_measurement_time),
@@ -86,7 +88,10 @@ class Output:
             return StampedTransform(dated, config.world_frame, config.base_link_frame_output, joining.pose_of(x))
         base_from_odom = self.transforms.lookup(config.base_link_frame, config.odom_frame, stamp)
         if base_from_odom is None:
-            missing = f'no transform {config.odom_frame} -> {config.base_link_frame}: {config.map_frame} -> {config.odom_frame} cannot be published'
+            missing = (
+                f'no transform {config.odom_frame} -> {config.base_link_frame}: {config.map_frame} -> '
+                f'{config.odom_frame} cannot be published'
+            )
             if self.missing_transform is None:
                 self._report(missing)
             self.missing_transform = missing

@@ -18,7 +18,9 @@ Six = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class ControlConfig:
-    """mask: which of vx vy vz vroll vpitch vyaw are controlled; timeout in s; limits in m/s2 and rad/s2, gains in 1/s."""
+    """mask: which of vx vy vz vroll vpitch vyaw are controlled; timeout in s; limits in m/s2 and rad/s2, gains in
+    1/s.
+    """
 
     mask: tuple[bool, ...]
     timeout: float

@@ -39,7 +39,8 @@ def cholesky(A, L):
 
 @kernel
 def pivots(U, P):
-    """Whether P (n, n) is finite and positive definite by a margin above round-off, by the pivots of P - MARGIN diag(P).
+    """Whether P (n, n) is finite and positive definite by a margin above round-off, by the pivots of P - MARGIN
+    diag(P).
 
     With Gauss's elimination, which needs no square roots, a leading block is judged as the whole is: what it says of P
     it says of the block of the first variables too.

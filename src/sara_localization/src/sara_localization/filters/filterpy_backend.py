@@ -1,4 +1,5 @@
-"""The same two filters by filterpy: `backend: filterpy`. The form to compare with the textbook, and with the compiled one.
+"""The same two filters by filterpy: `backend: filterpy`. The form to compare with the textbook, and with the compiled
+one.
 
 filterpy (R. Labbe, "Kalman and Bayesian Filters in Python") does the algebra of prediction and correction. What is not
 the textbook's is Estimator's: time, the first measurement, Q per second, the gate, control, the repair of a covariance.
@@ -137,7 +138,9 @@ class FilterpyUkf(_Filterpy):
         return self._with_points(update)
 
     def _with_points(self, step) -> bool:
-        """Do a step that needs the square root of P, which is repaired where it has none. Returns whether it was done."""
+        """Do a step that needs the square root of P, which is repaired where it has none. Returns whether it was
+        done.
+        """
         for _ in range(2):
             self._book.x, self._book.P = self.x, self.P
             try:

@@ -129,7 +129,9 @@ class TransformBuffer:
         self._tree_changed()
 
     def lookup(self, target: str, source: str, stamp: float | None) -> Transform | None:
-        """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins them."""
+        """target_from_source at the stamp, at the latest common time where that fails, None where nothing joins
+        them.
+        """
         if target == source:
             return IDENTITY
         fixed = self._fixed.get((target, source))

@@ -269,7 +269,9 @@ def imu_rates(
     threshold: float = float('inf'),
     memory: Memory | None = None,
 ) -> Prepared:
-    """What a gyro says as a measurement of the robot's rates; mask: which of the three count. Raises MissingTransform."""
+    """What a gyro says as a measurement of the robot's rates; mask: which of the three count. Raises
+    MissingTransform.
+    """
     sheet = Sheet(RATES.start, data.angular_velocity, data.angular_velocity_covariance, mask, memory)
     trans = _lookup(transforms, base_frame, data.frame_id or base_frame, data.stamp)
     if not trans.is_identity:

@@ -8,6 +8,7 @@ grows with turning, gyro biases, and what is known of a parked robot.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import NamedTuple
 
@@ -176,8 +177,10 @@ class Intake:
                 self._options[name],
                 motion.state[RATES],
             )
-        if rates and measurement.measures(data.angular_velocity_covariance):
-            if (
+        if (
+            rates
+            and measurement.measures(data.angular_velocity_covariance)
+            and (
                 self._prepare(
                     found,
                     rates,
@@ -193,8 +196,9 @@ class Intake:
                     rates.memory,
                 )
                 and name in self.biases
-            ):
-                found[-1] = self._with_bias(name, found[-1])
+            )
+        ):
+            found[-1] = self._with_bias(name, found[-1])
         if accelerations and measurement.measures(data.linear_acceleration_covariance):
             gravity = self.config.gravitational_acceleration if config.remove_gravity else None
             self._prepare(
@@ -336,10 +340,8 @@ class Intake:
         )
         yaw = None
         if measurement.measures(data.orientation_covariance):
-            try:
+            with contextlib.suppress(ValueError):
                 yaw = rpy_from_quaternion(normalised(data.orientation))[2]
-            except ValueError:
-                pass
         claimed = float(np.max(np.reshape(data.angular_velocity_covariance, (3, 3)).diagonal()))
         sigma = math.sqrt(claimed) if 0.0 < claimed < math.inf else 0.0
         gyro = self.standstill.gyro(

@@ -80,10 +80,9 @@ class Sheet:
         self.first, self.values, self.problems = first, list(map(float, values)), []
         self._given, self._memory, self._rotation = (covariance, mask), memory, None
         self._known = None
-        if memory is not None:
-            if memory.mask == mask and memory.holds(covariance) and _sane(self.values):
-                self._known = memory
-                return
+        if memory is not None and memory.mask == mask and memory.holds(covariance) and _sane(self.values):
+            self._known = memory
+            return
         self._write()
         if not sound(np.array(self.values), self._covariance, self._mask, LARGEST_VALUE, LARGEST_VARIANCE):
             self._sift()

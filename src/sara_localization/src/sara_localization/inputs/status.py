@@ -34,7 +34,9 @@ class InputStatus:
         return self._once(kind, f'{self.name} ({self.topic}): {sentence}')
 
     def took(self, taken: bool, nis: float, dof: int):
-        """A measurement of `dof` variables was used or rejected by the gate, at the squared Mahalanobis distance nis."""
+        """A measurement of `dof` variables was used or rejected by the gate, at the squared Mahalanobis distance
+        nis.
+        """
         if taken:
             self.used += 1
         else:
@@ -64,14 +66,14 @@ class InputStatus:
         """E.g. "imu0 (/imu/data): 0 used, 213 dropped: no transform imu_link -> base_link for 4.2 s"."""
         if not self.received:
             return f'{self.name}: nothing received on {self.topic} yet'
-        text = '%s (%s): %d used' % (self.name, self.topic, self.used)
+        text = f'{self.name} ({self.topic}): {self.used} used'
         if self.rejected:
-            text += ', %d rejected by the gate' % self.rejected
-        dropped = ['%d %s' % (count, kind) for kind, count in sorted(self.problems.items()) if kind != 'no_transform']
+            text += f', {self.rejected} rejected by the gate'
+        dropped = [f'{count} {kind}' for kind, count in sorted(self.problems.items()) if kind != 'no_transform']
         if dropped:
             text += ', problems: ' + ', '.join(dropped)
         if self.problems['no_transform']:
-            text += ', %d dropped: ' % self.problems['no_transform']
+            text += f', {self.problems["no_transform"]} dropped: '
             text += (
                 f'{self.missing} for {max(0.0, now - self.missing_since):.1f} s'
                 if self.missing

@@ -103,7 +103,8 @@ class RangeConfig:
         ]
         if not self.range_min_range < self.range_max_range:
             found.append(
-                f'range_min_range is {self.range_min_range:g}, allowed is less than range_max_range ({self.range_max_range:g})'
+                f'range_min_range is {self.range_min_range:g}, allowed is less than range_max_range '
+                f'({self.range_max_range:g})'
             )
         if not self.map_occupied_above < 100.0:
             found.append(f'map_occupied_above is {self.map_occupied_above:g}, allowed are numbers below 100')

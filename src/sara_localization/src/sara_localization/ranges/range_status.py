@@ -22,7 +22,7 @@ def status(
     """
     counts, (place, yaw) = correction.counts, correction.sigma
     faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
-    level, message = OK, 'the pose is corrected by %d ranges' % counts['used']
+    level, message = OK, f'the pose is corrected by {counts["used"]} ranges'
     if correction.map is None:
         level, message = ERROR, 'waiting for the map'
     elif last_pose is None or now - last_pose > SILENT_AFTER:
@@ -34,7 +34,7 @@ def status(
     elif place > LOST_SIGMA:
         level, message = WARN, f'the pose is uncertain by {place:.2f} m: no wall of the map was heard for long'
     elif faults:
-        level, message = WARN, 'data are faulty: ' + ', '.join('%s %d' % (what, counts[what]) for what in faults)
+        level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
     x, y, turn = correction.offset
     values: tuple[tuple[str, str], ...] = tuple((what, str(count)) for what, count in sorted(counts.items())) + (
         ('sigma (m)', f'{place:.3f}'),

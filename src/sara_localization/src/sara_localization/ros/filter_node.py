@@ -257,7 +257,8 @@ def watch_clock():
         if waited > CLOCK_PATIENCE and waited - said > WAITING_LOG_PERIOD:
             said = waited
             rospy.logwarn(
-                'use_sim_time is true, but there is no time on /clock for %.0f s: start the simulation or "rosbag play --clock", '
+                'use_sim_time is true, but there is no time on /clock for %.0f s: start the simulation or "rosbag '
+                'play --clock", '
                 'or set use_sim_time to false',
                 waited,
             )

@@ -102,7 +102,7 @@ class RangeNode:
                 self._count(
                     'bad_pose',
                     'odom',
-                    'odom holds %s: dropped' % ('what is no pose' if pose is None else 'no time stamp'),
+                    f'odom holds {"what is no pose" if pose is None else "no time stamp"}: dropped',
                 )
             return
         with self.lock:
@@ -125,7 +125,8 @@ class RangeNode:
             self.missing = (
                 ''
                 if base_from_odom or not config.tf_broadcast
-                else f'no transform {config.odom_frame_id} -> {config.base_frame_id}: {config.global_frame_id} -> {config.odom_frame_id} cannot be published'
+                else f'no transform {config.odom_frame_id} -> {config.base_frame_id}: {config.global_frame_id} -> '
+                f'{config.odom_frame_id} cannot be published'
             )
         if base_from_odom is not None:
             publish(

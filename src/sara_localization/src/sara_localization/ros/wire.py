@@ -87,7 +87,7 @@ def odometry(data: bytes) -> OdometryData:
 def _layout(before, frame, child, after):
     """(layout, frame, child): `before` integers, a header, the child's name and `after` doubles."""
     frame, child = frame.encode(), child.encode()
-    return Struct('<%dI%dsI%ds%dd' % (before + 4, len(frame), len(child), after)), frame, child
+    return Struct(f'<{before + 4}I{len(frame)}sI{len(child)}s{after}d'), frame, child
 
 
 def write_odometry(seq: int, output: FilterOutput) -> bytes:

@@ -80,7 +80,8 @@ class CostmapPair:
             return f'Goal refused: ({pose.x:.2f}, {pose.y:.2f}) is off the map.'
         if must_fit and LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks).collides(pose):
             return (
-                f'Goal refused: at ({pose.x:.2f}, {pose.y:.2f}, {math.degrees(pose.yaw):.0f} deg) the footprint would overlap an obstacle, unknown space '
+                f'Goal refused: at ({pose.x:.2f}, {pose.y:.2f}, {math.degrees(pose.yaw):.0f} deg) the footprint '
+                'would overlap an obstacle, unknown space '
                 'or the edge of the map.'
             )
         return ''

@@ -228,7 +228,8 @@ def _warn(parameters, settings):
     for name, cls, config in settings.layers:
         if cls is InflationLayer and config.enabled and config.inflation_radius < settings.inscribed_radius:
             parameters.warnings.append(
-                f'{settings.prefix}{name}: inflation_radius ({config.inflation_radius:.3f} m) is less than the inscribed radius of the footprint ({settings.inscribed_radius:.3f} m): plans may '
+                f'{settings.prefix}{name}: inflation_radius ({config.inflation_radius:.3f} m) is less than the '
+                f'inscribed radius of the footprint ({settings.inscribed_radius:.3f} m): plans may '
                 'touch obstacles'
             )
         if (
@@ -237,7 +238,8 @@ def _warn(parameters, settings):
             and not any(other is StaticLayer for _, other, _ in settings.layers)
         ):
             parameters.warnings.append(
-                f'parameter {settings.prefix}{name}/ignore_mapped has no effect: the costmap has no costmap_2d::StaticLayer'
+                f'parameter {settings.prefix}{name}/ignore_mapped has no effect: the costmap has no '
+                'costmap_2d::StaticLayer'
             )
     if settings.config.update_frequency == 0.0:
         parameters.warnings.append(f'parameter {settings.prefix}update_frequency is 0: the costmap is never updated')

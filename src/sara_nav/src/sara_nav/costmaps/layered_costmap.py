@@ -59,11 +59,12 @@ class CostmapConfig:
             for name, count in zip(('width', 'height'), cells):
                 if not (math.isfinite(count) and count > 1.0 - 1e-9):
                     result.append(
-                        f'{name} is {getattr(self, name)!r}, allowed is a finite number, at least resolution ({self.resolution:g})'
+                        f'{name} is {getattr(self, name)!r}, allowed is a finite number, at least resolution '
+                        f'({self.resolution:g})'
                     )
             if not result and cells[0] * cells[1] > 1e8:
                 result.append(
-                    'width, height and resolution give %.3g cells but must give at most 1e8' % (cells[0] * cells[1])
+                    f'width, height and resolution give {cells[0] * cells[1]:.3g} cells but must give at most 1e8'
                 )
         for name in ('global_frame', 'robot_base_frame'):
             if not getattr(self, name).strip('/'):

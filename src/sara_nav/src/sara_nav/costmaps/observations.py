@@ -32,7 +32,8 @@ def scan_points(ranges, angle_min, angle_increment, range_min, range_max, inf_is
     """
     if not all(map(math.isfinite, (angle_min, angle_increment, range_min, range_max))) or range_max <= range_min:
         raise ObservationError(
-            f'the scan has angle_min {angle_min!r}, angle_increment {angle_increment!r}, range_min {range_min!r}, range_max {range_max!r}'
+            f'the scan has angle_min {angle_min!r}, angle_increment {angle_increment!r}, range_min {range_min!r}, '
+            f'range_max {range_max!r}'
         )
     distance = np.array(ranges, dtype=np.float64).reshape(-1)
     if inf_is_valid:
@@ -62,8 +63,7 @@ def cloud_points(data, width, height, point_step, row_step, fields, big_endian=F
         or len(data) < row_step * (height - 1) + width * point_step
     ):
         raise ObservationError(
-            'the cloud of %d x %d points of %d bytes, rows of %d, holds %d bytes'
-            % (width, height, point_step, row_step, len(data))
+            f'the cloud of {width} x {height} points of {point_step} bytes, rows of {row_step}, holds {len(data)} bytes'
         )
     kind = np.dtype(
         {
@@ -78,7 +78,9 @@ def cloud_points(data, width, height, point_step, row_step, fields, big_endian=F
 
 
 def transformed(points, translation, rotation):
-    """Return points (n, 3) after a rotation by a unit quaternion (x, y, z, w) and a translation (3,); ObservationError."""
+    """Return points (n, 3) after a rotation by a unit quaternion (x, y, z, w) and a translation (3,);
+    ObservationError.
+    """
     q = np.array(rotation, dtype=np.float64)
     t = np.array(translation, dtype=np.float64)
     length = float(np.sqrt(q @ q))

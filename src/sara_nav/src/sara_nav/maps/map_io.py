@@ -181,10 +181,7 @@ def read_image(path):
 
     try:
         with Image.open(path) as image:
-            if image.mode.startswith('I'):
-                pixels = np.asarray(image)
-            else:
-                pixels = np.asarray(image.convert(_plain_mode(image)))
+            pixels = np.asarray(image) if image.mode.startswith('I') else np.asarray(image.convert(_plain_mode(image)))
     except FileNotFoundError:
         raise ImageError(f'map image {path} does not exist') from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:

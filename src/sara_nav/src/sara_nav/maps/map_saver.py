@@ -52,7 +52,9 @@ class SaverConfig:
 
 
 def grey_values(data, config=SaverConfig()):
-    """Return the image, uint8 (rows, columns) with row 0 at the top, of occupancy values int8 with row 0 at the bottom."""
+    """Return the image, uint8 (rows, columns) with row 0 at the top, of occupancy values int8 with row 0 at the
+    bottom.
+    """
     values = np.asarray(data, np.int8)[::-1]
     if config.mode == 'raw':
         return np.ascontiguousarray(values).view(np.uint8)

@@ -59,7 +59,7 @@ class GlobalPlannerConfig:
         ):
             value = getattr(self, name)
             if not low <= value <= high:
-                result.append('%s is %r, allowed are whole numbers from %d to %d' % (name, value, low, high))
+                result.append(f'{name} is {value!r}, allowed are whole numbers from {low} to {high}')
         if not 0.01 <= self.cost_factor <= 5.0:
             result.append(f'cost_factor is {self.cost_factor!r}, allowed are numbers from 0.01 to 5')
         if not self.use_dijkstra:

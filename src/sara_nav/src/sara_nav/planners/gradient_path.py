@@ -53,9 +53,7 @@ def clear_step(potential, width, x0, y0, x1, y1):
     along = (max(row, row1) - 0.5 - y0) / (y1 - y0)
     if across <= along and potential[row * width + column1] >= HIGH:
         return False
-    if along <= across and potential[row1 * width + column] >= HIGH:
-        return False
-    return True
+    return not (along <= across and potential[row1 * width + column] >= HIGH)
 
 
 @kernel

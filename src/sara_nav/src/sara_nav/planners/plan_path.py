@@ -99,7 +99,8 @@ def answer(question, clock=time.perf_counter):
         inflation = replace(inflation, inflation_radius=max(inflation.inflation_radius, inscribed))
     elif inflation.inflation_radius < inscribed:
         raise ConfigError(
-            f'inflation_radius is {inflation.inflation_radius:g} m, allowed is at least the inscribed radius of the footprint, {inscribed:g} m: '
+            f'inflation_radius is {inflation.inflation_radius:g} m, allowed is at least the inscribed radius of the '
+            f'footprint, {inscribed:g} m: '
             'plans would touch obstacles'
         )
     grid_map = load_map(question.map)
@@ -153,7 +154,7 @@ def main(arguments=None):
     if question.json:
         print(as_json(plan, seconds))
     elif plan is not None:
-        print('%.2f m in %d points, planned in %.1f ms' % (path_length(plan), len(plan), 1e3 * seconds))
+        print(f'{path_length(plan):.2f} m in {len(plan)} points, planned in {1e3 * seconds:.1f} ms')
     if text:
         print(f'plan_path: {text}', file=sys.stderr)
     sys.exit(NO_PLAN if plan is None else PLANNED)

@@ -122,7 +122,7 @@ class PotentialPlanner:
             ''
             if table[cost] < obstacle
             else {255: 'in unknown space', 254: 'in an obstacle', 253: 'too near an obstacle'}.get(
-                cost, 'on a cell of cost %d' % cost
+                cost, f'on a cell of cost {cost}'
             )
         )
 

@@ -26,7 +26,7 @@ def load_params(path: str) -> dict:
         with open(path) as file:
             params = yaml.safe_load(file)
     except (OSError, yaml.YAMLError) as error:
-        raise UsageError(f'{path} cannot be read: {error}')
+        raise UsageError(f'{path} cannot be read: {error}') from error
     if isinstance(params, dict) and len(params) == 1 and isinstance(next(iter(params.values())), dict):
         params = next(iter(params.values()))
     if not isinstance(params, dict):
@@ -41,7 +41,7 @@ def static_transform(text: str):
         x, y, z, yaw, pitch, roll = (float(word) for word in words[:6])
         parent, child = words[6:]
     except ValueError:
-        raise UsageError(f'--static-tf must be "X Y Z YAW PITCH ROLL PARENT CHILD" (m, rad), not "{text}"')
+        raise UsageError(f'--static-tf must be "X Y Z YAW PITCH ROLL PARENT CHILD" (m, rad), not "{text}"') from None
     return parent, child, Transform.from_xyz_rpy(x, y, z, roll, pitch, yaw)
 
 

@@ -70,7 +70,8 @@ def survey_bag(path, config, static=(), quiet=False):
             Finding(
                 WARN,
                 'publish_tf',
-                f'the bag holds {config.world_frame} -> {config.base_link_frame_output}, which this filter would publish too: two publishers of one '
+                f'the bag holds {config.world_frame} -> {config.base_link_frame_output}, which this filter would '
+                'publish too: two publishers of one '
                 'transform make it jump. Set publish_tf: false here, or stop the other (diff_drive_controller: '
                 'enable_odom_tf: false).',
             )
@@ -130,6 +131,6 @@ def main(argv=None):
 def _print_comparison(comparison):
     if comparison is None:
         return
-    print('turning in windows of 10 s (%d of them), median of the difference and scale:' % comparison.windows)
+    print(f'turning in windows of 10 s ({comparison.windows} of them), median of the difference and scale:')
     for (a, b), value in comparison.median.items():
-        print('  %-24s %-24s %6.2f deg   x %.3f' % (a, b, math.degrees(value), comparison.scale[a, b]))
+        print(f'  {a:24} {b:24} {math.degrees(value):6.2f} deg   x {comparison.scale[a, b]:.3f}')

@@ -1,7 +1,9 @@
 """The filter over a recorded bag, without a master: the same answer at every run, and faster than it was recorded.
 
-    rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf|ukf] [--backend compiled|filterpy]
-        [--plot FILE.png] [--csv FILE.csv] [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
+    rosrun sara_localization filter_bag IN.bag OUT.bag --params FILE.yaml [--filter ekf|ukf] [--backend
+    compiled|filterpy]
+        [--plot FILE.png] [--csv FILE.csv] [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL
+        PARENT CHILD"]...
 
 How time passes: bag_filter.py. OUT.bag holds odometry/filtered, /tf (what the filter broadcasts) and, if configured,
 accel/filtered; "-" for OUT.bag writes none. With --reference (a topic of the bag: NavSatFix, Odometry, PoseStamped,
@@ -76,15 +78,14 @@ def _reference(bag, topic):
             position = getattr(getattr(pose, 'pose', pose), 'position', None)
             if position is None:
                 raise UsageError(
-                    f'--reference {topic} is a {msg._type}: it must be a NavSatFix, Odometry, PoseStamped or PoseWithCovarianceStamped'
+                    f'--reference {topic} is a {msg._type}: it must be a NavSatFix, Odometry, PoseStamped or '
+                    'PoseWithCovarianceStamped'
                 )  # pylint: disable=protected-access
             place = position.x, position.y
         if all(map(math.isfinite, place)):
             rows.append((msg.header.stamp.to_sec(), *place))
     if len(rows) < 3:
-        raise UsageError(
-            '--reference %s: the bag holds %d usable messages of it; at least 3 are needed' % (topic, len(rows))
-        )
+        raise UsageError(f'--reference {topic}: the bag holds {len(rows)} usable messages of it; at least 3 are needed')
     table = np.array(sorted(rows))
     return table[:, 0], local_plane(table[:, 1], table[:, 2]) if fixes else table[:, 1:]
 

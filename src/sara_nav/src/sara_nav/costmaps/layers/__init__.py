@@ -9,7 +9,8 @@ from sara_nav.costmaps.layers.static import StaticLayer
 LAYERS = Registry(
     'type',
     refused={
-        'costmap_2d::VoxelLayer': 'costmap_2d::ObstacleLayer, with min_obstacle_height and max_obstacle_height of each source'
+        'costmap_2d::VoxelLayer': 'costmap_2d::ObstacleLayer, with min_obstacle_height and max_obstacle_height of '
+        'each source'
     },
 )
 for _name, _layer in (

@@ -106,10 +106,9 @@ def _gap(dx, dy, yaw, half, distance, near):
     far = math.hypot(along, aside)
     if math.atan2(aside, along) <= half:
         return max(far - distance, 0.0) if near else abs(far - distance)
+    on_side = distance
     if near:  # the nearest place on the sector's side
         on_side = min(max(along * math.cos(half) + aside * math.sin(half), 0.0), distance)
-    else:
-        on_side = distance
     return math.hypot(along - on_side * math.cos(half), aside - on_side * math.sin(half))
 
 

@@ -70,7 +70,8 @@ class ObstacleConfig:
         result = [f'{source.name}/{fault}' for source in self.sources for fault in source.faults()]
         if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
             result.append(
-                f'combination_method is {self.combination_method!r}, allowed are 0 (overwrite), 1 (maximum) and 99 (nothing)'
+                f'combination_method is {self.combination_method!r}, allowed are 0 (overwrite), 1 (maximum) and 99 '
+                '(nothing)'
             )
         result += range_faults(self, {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0)})
         if len({source.name for source in self.sources}) < len(self.sources):
@@ -156,7 +157,8 @@ class ObstacleLayer(GridLayer):
             silent = t - self._heard.get(source.name, t if self._started is None else self._started)
             if source.name not in self._new and 0.0 < source.expected_update_rate < silent:
                 late.append(
-                    f'{source.data_type} on {source.topic or source.name} silent for {silent:.1f} s (expected_update_rate {source.expected_update_rate:g} s)'
+                    f'{source.data_type} on {source.topic or source.name} silent for {silent:.1f} s '
+                    f'(expected_update_rate {source.expected_update_rate:g} s)'
                 )
         return '; '.join(late)
 

@@ -94,7 +94,8 @@ class RangeSensorConfig:
         )
         if not result and self.clear_threshold > self.mark_threshold:
             result.append(
-                f'clear_threshold is {self.clear_threshold:g}, allowed is mark_threshold ({self.mark_threshold:g}) and less'
+                f'clear_threshold is {self.clear_threshold:g}, allowed is mark_threshold ({self.mark_threshold:g}) '
+                'and less'
             )
         return result
 
@@ -180,7 +181,7 @@ class RangeSensorLayer(Layer):
             return
         self._stamps[reading.source] = reading.stamp
         if len(self._waiting) == self._waiting.maxlen:
-            self.drop('overflow', 'more than %d readings between two updates' % MOST_WAITING)
+            self.drop('overflow', f'more than {MOST_WAITING} readings between two updates')
         self._waiting.append(reading)
 
     def _fault(self, r):

@@ -69,13 +69,14 @@ class StaticLayer(GridLayer):
         if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
             self.drop('bad_maps', 'a map of no sensible resolution or origin')
             raise MapError(
-                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}), allowed are {FINEST:g} to {COARSEST:g} and within {FARTHEST:g}"
+                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}), allowed "
+                f'are {FINEST:g} to {COARSEST:g} and within {FARTHEST:g}'
             )
         if grid_map.data.shape != grid_map.geometry.shape:
             self.drop('bad_maps', 'a map whose size is not what it says')
             raise MapError(
-                'the map says %d x %d cells but holds %s'
-                % (grid_map.geometry.width, grid_map.geometry.height, grid_map.data.shape)
+                f'the map says {grid_map.geometry.width} x {grid_map.geometry.height} cells but holds '
+                f'{grid_map.data.shape}'
             )
         self._map = GridMap(np.array(grid_map.data, np.int8), grid_map.geometry)
         self._take_map()
@@ -98,8 +99,7 @@ class StaticLayer(GridLayer):
         ):
             self.drop('bad_updates', 'an update that reaches off the map')
             raise MapError(
-                'the update at (%d, %d) of shape %s does not lie on the map of %d x %d cells'
-                % (x, y, values.shape, width, height)
+                f'the update at ({x}, {y}) of shape {values.shape} does not lie on the map of {width} x {height} cells'
             )
         part = slice(y, y + values.shape[0]), slice(x, x + values.shape[1])
         self._map.data[part] = values
@@ -225,9 +225,8 @@ def look_up(
             x = origin_x + (column + 0.5) * resolution
             u = int(np.floor((frame_x + c * x - s * y - source_x) / source_resolution))
             v = int(np.floor((frame_y + s * x + c * y - source_y) / source_resolution))
-            if 0 <= u < width and 0 <= v < height:
-                if not maximum or source[v, u] > costs[row, column]:
-                    costs[row, column] = source[v, u]
+            if 0 <= u < width and 0 <= v < height and (not maximum or source[v, u] > costs[row, column]):
+                costs[row, column] = source[v, u]
 
 
 def warm():
