@@ -1,6 +1,7 @@
 """Parameters, pacing and the pseudo-terminal."""
 
 import os
+import time
 
 import pytest
 from hypothesis import given
@@ -9,6 +10,8 @@ from hypothesis import strategies as st
 from sara_sim.bus.pacing import MAX_LAG_STEPS, Pacer
 from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.settings import SettingsError, SimulatorSettings
+
+MAX_LAG_S = MAX_LAG_STEPS * 0.01
 
 
 def test_every_fault_is_named_at_once():
@@ -94,6 +97,23 @@ def test_bytes_pass_both_ways_unchanged_and_survive_reopening(tmp_path):
             os.close(far)
             assert terminal.read(0.0) == b''
     assert not os.path.lexists(path)
+
+
+def test_it_knows_how_much_was_not_read(tmp_path):
+    path = str(tmp_path / 'port')
+    with Terminal(path) as terminal:
+        far = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        assert terminal.unread() == 0
+        terminal.write(b'0123456789\r')
+        deadline = time.monotonic() + 10.0
+        while terminal.unread() < 11 and time.monotonic() < deadline:  # the kernel passes them on when it likes
+            time.sleep(0.001)
+        assert terminal.unread() == 11
+        assert os.read(far, 4) == b'0123'
+        assert terminal.unread() == 7
+        os.read(far, 512)
+        assert terminal.unread() == 0
+        os.close(far)
 
 
 def test_nobody_reading_drops_and_does_not_block(tmp_path):
