@@ -15,8 +15,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 
 from sara_localization.filters import covariance, kernel, motion_model
 from sara_localization.filters.estimator import Estimator, places
-from sara_localization.filters.motion_model import advance, jacobian
-from sara_localization.filters.state import SIZE
+from sara_localization.filters.motion_model import advance, linearise
 
 
 class _Filterpy(Estimator):
@@ -81,7 +80,7 @@ class FilterpyEkf(_Filterpy):
         if self.control is not None:
             self.control.apply(self.x, time, dt)
         book.F = np.eye(self.n)
-        book.F[:SIZE, :SIZE] = jacobian(before, dt)
+        linearise(before, dt, book.F)
         advance(self.x, dt)
         book.moved, book.P, book.Q = self.x, self.P, Q * dt
         book.predict()

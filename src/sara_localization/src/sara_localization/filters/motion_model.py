@@ -81,6 +81,12 @@ def jacobian(x, dt):
     return F
 
 
+@kernel
+def linearise(x, dt, F):
+    """Put the Jacobian of `advance` at x (n,) into the upper left of F (n, n)."""
+    F[:SIZE, :SIZE] = jacobian(x, dt)
+
+
 def predict(x: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """The state (15,) dt seconds later, and the Jacobian F (15, 15) of that step at x."""
     following = np.array(x, dtype=float)
@@ -91,4 +97,6 @@ def predict(x: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
 
 def warm() -> None:
     """Compile (or load from the cache) what is called from Python, so that nothing compiles on the move."""
-    predict(np.zeros(SIZE), 0.01)
+    x = np.zeros(SIZE)
+    linearise(x, 0.01, np.eye(SIZE))
+    advance(x, 0.01)
