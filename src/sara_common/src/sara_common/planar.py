@@ -8,12 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     import numpy as np
 
 TWO_PI = 2.0 * math.pi
+
+
+class Quaternion(Protocol):
+    """What has the fields of a geometry_msgs/Quaternion."""
+
+    x: float
+    y: float
+    z: float
+    w: float
 
 
 def wrap(angle: float | np.ndarray) -> float | np.ndarray:
@@ -106,8 +115,8 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def yaw_of(q) -> float:
-    """Return the yaw (rad) of a unit quaternion with fields x, y, z, w, unchecked."""
+def yaw_of(q: Quaternion) -> float:
+    """Return the yaw (rad) of a quaternion of unit length, which is not checked."""
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 

@@ -146,7 +146,7 @@ class Adapter:
             self.counters['fd_frames' if message.is_fd else 'remote_frames'] += 1
 
 
-def check(frame: Frame):
+def check(frame: Frame) -> None:
     """Raise BadFrame if a CAN 2.0 frame cannot be this."""
     limit = EXTENDED_ID_MAX if frame.extended else STANDARD_ID_MAX
     if not 0 <= frame.id <= limit or len(frame.data) > 8:

@@ -100,7 +100,7 @@ class Link:
             self._report('warn', f'a frame is not sent: {reason}. Further ones are counted only.')
 
     def _start(self, name):
-        def run():
+        def run() -> None:
             try:
                 self._loops[name]()
             except Exception as error:  # whatever it is: supervise() reports it and starts the thread anew

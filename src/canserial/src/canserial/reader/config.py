@@ -17,6 +17,22 @@ ANGLE_VARIANCES = (0.01, 0.01, 0.0098)
 THESIS_GYRO_VARIANCES = (0.0084, 0.0091, 0.0051)
 THESIS_ANGLE_VARIANCES = (0.001, 0.001, 0.0098)
 
+ABOVE_0 = (
+    'calibration_time',
+    'max_gap',
+    'still_step',
+    'still_drift',
+    'range_min',
+    'range_max',
+    'range_limit',
+    'stuck_time',
+    'rate_limit',
+    'acceleration_limit',
+    'gravity_tolerance',
+    'max_wheel_speed',
+    'battery_max',
+)
+
 
 @dataclass(frozen=True)
 class ReaderConfig:
@@ -60,24 +76,7 @@ class ReaderConfig:
     thesis_covariances: bool = False
 
     def __post_init__(self):
-        faults = number_faults(
-            self,
-            above_0=(
-                'calibration_time',
-                'max_gap',
-                'still_step',
-                'still_drift',
-                'range_min',
-                'range_max',
-                'range_limit',
-                'stuck_time',
-                'rate_limit',
-                'acceleration_limit',
-                'gravity_tolerance',
-                'max_wheel_speed',
-                'battery_max',
-            ),
-        )
+        faults = number_faults(self, above_0=ABOVE_0)
         for name in ('gain', 'battery_empty', 'battery_full', 'battery_charging'):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0):

@@ -34,7 +34,7 @@ def candump_to_bag(
     """
     counts, interfaces = Counter(), set()
 
-    def convert(bag: rosbag.Bag):
+    def convert(bag: rosbag.Bag) -> None:
         with _open(log_path) as log, _progress(log_path, os.path.getsize(log_path), 'B') as progress:
             for number, text in enumerate(log, 1):
                 progress.update(len(text))
@@ -73,7 +73,7 @@ def bag_to_candump(
     """Every frame of a topic of a bag to a log, in the bag's order; returns a Counter. Raises ToolError."""
     counts = Counter()
 
-    def convert(log: TextIO):
+    def convert(log: TextIO) -> None:
         try:
             bag = rosbag.Bag(bag_path)
         except (OSError, rosbag.ROSBagException) as error:

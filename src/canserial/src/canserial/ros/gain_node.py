@@ -17,7 +17,7 @@ import rospy
 from std_srvs.srv import Trigger
 
 from canserial.calibration.calibration_file import CalibrationFileError
-from canserial.calibration.gain import ANGLES, GainError, GainProcedure
+from canserial.calibration.gain import ANGLES, GainError, GainProcedure, GainResult
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.msg import CAN
 from canserial.reader.config import ReaderConfig
@@ -53,7 +53,7 @@ class GainTool:
         with self.lock:
             self.reader.on_frame(conversions.msg_to_frame(message))
 
-    def run(self):
+    def run(self) -> GainResult:
         """The whole procedure; returns the GainResult. Raises GivenUp, GainError."""
         self.measure_offset()
         sign = 0.0

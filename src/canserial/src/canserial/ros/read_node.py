@@ -111,7 +111,7 @@ class ReadNode:
         }
 
     @staticmethod
-    def advertise(topic: str, message_type: type):
+    def advertise(topic: str, message_type: type) -> rospy.Publisher:
         """A publisher."""
         return rospy.Publisher(topic, message_type, queue_size=QUEUE, tcp_nodelay=True)
 
@@ -192,7 +192,7 @@ class ReadNode:
         return self.answer(True, f'the gain is {gain:.4f}')
 
     @staticmethod
-    def answer(success: bool, text: str):
+    def answer(success: bool, text: str) -> TriggerResponse:
         """Said to the caller and in the log."""
         (rospy.loginfo if success else rospy.logwarn)(text)
         return TriggerResponse(success, text)

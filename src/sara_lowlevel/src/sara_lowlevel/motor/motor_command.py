@@ -43,6 +43,11 @@ def parser() -> argparse.ArgumentParser:
             action='store_true',
             help=f'the {side} encoder counts down when driving forward',
         )
+    _speed_arguments(result)
+    return result
+
+
+def _speed_arguments(result: argparse.ArgumentParser) -> None:
     result.add_argument(
         '--full-speed',
         type=float,
@@ -61,7 +66,6 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         '--ki', type=float, default=SpeedLoopConfig.ki, help='output per rad of error (default %(default)s)'
     )
-    return result
 
 
 class Port:
