@@ -18,6 +18,8 @@ from sara_nav.grids.collision import Ground, LocalWorld
 from sara_nav.grids.grid import Grid
 
 LETHAL, UNKNOWN = 254, 255
+GAP, NEAR_X, NEAR_Y, AHEAD = 0, 1, 2, 3
+"""Rows of what ``gaps`` finds; see Room."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,8 @@ def gaps(ground, corners, poses, ahead):
     origin_x, origin_y, resolution = ground.grid
     height, width = costs.shape
     n = len(poses)
-    found = np.full(n, np.inf), np.zeros(n), np.zeros(n), np.full(n, np.inf)
+    found = np.zeros((4, n))
+    found[GAP] = found[AHEAD] = np.inf
     body, radius = _edges(corners)
     box = corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].min(), corners[:, 1].max()
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
@@ -112,7 +115,7 @@ def gaps(ground, corners, poses, ahead):
     y1 = min(int((poses[:, 1].max() + margin - origin_y) / resolution), height - 1)
     for row in range(y0, y1 + 1):
         for column in range(x0, x1 + 1):
-            if not _is_edge(ground, column, row):
+            if not _is_edge(costs, ground.unknown_blocks, column, row):
                 continue
             wx, wy = origin_x + (column + 0.5) * resolution, origin_y + (row + 0.5) * resolution
             for i in range(n):
@@ -121,19 +124,18 @@ def gaps(ground, corners, poses, ahead):
                     continue
                 c, s = cosines[i], sines[i]
                 _look(found, i, (c * dx + s * dy, c * dy - s * dx), body, box, ahead)
-    gap, near_x, near_y, free = found
     for i in range(n):  # to the edge of the cell, not to its middle
-        gap[i], free[i] = max(gap[i] - 0.5 * resolution, 0.0), max(free[i] - 0.5 * resolution, 0.0)
-    return found
+        found[GAP, i] = max(found[GAP, i] - 0.5 * resolution, 0.0)
+        found[AHEAD, i] = max(found[AHEAD, i] - 0.5 * resolution, 0.0)
+    return found[GAP], found[NEAR_X], found[NEAR_Y], found[AHEAD]
 
 
 @kernel
-def _is_edge(ground, column, row):
+def _is_edge(costs, unknown_blocks, column, row):
     """True for a cell of an obstacle that is not surrounded by others."""
-    costs = ground.costs
     height, width = costs.shape
     cost = costs[row, column]
-    if not (cost == LETHAL or (cost == UNKNOWN and ground.unknown_blocks)):
+    if not (cost == LETHAL or (cost == UNKNOWN and unknown_blocks)):
         return False
     return not (
         0 < row < height - 1
@@ -147,25 +149,24 @@ def _is_edge(ground, column, row):
 
 @kernel
 def _look(found, i, point, edges, box, ahead):
-    """Enter an obstacle's point (m, robot's frame) into what was found at pose i.
+    """Enter an obstacle's point (m, robot's frame) into what was found (4, n) at pose i.
 
     edges: of ``_edges``. box: least and greatest x, least and greatest y of the outline. ahead: an Ahead.
     """
-    gap, near_x, near_y, free = found
     x, y = point
     low_x, high_x, low_y, high_y = box
     beyond = ahead.sense * x - ahead.front
-    if 0.0 < beyond < free[i]:
+    if 0.0 < beyond < found[AHEAD, i]:
         beside = max(abs(y) - ahead.span, 0.0)
         if beside <= ahead.slope * beyond:
-            free[i] = min(free[i], math.hypot(beyond, beside))
-    nearer = min(gap[i], ahead.reach) + 1e-9
+            found[AHEAD, i] = min(found[AHEAD, i], math.hypot(beyond, beside))
+    nearer = min(found[GAP, i], ahead.reach) + 1e-9
     off_x, off_y = max(low_x - x, x - high_x, 0.0), max(low_y - y, y - high_y, 0.0)
     if off_x * off_x + off_y * off_y > nearer * nearer:
         return  # no part of the outline is as near as what was found, for none is outside its box
     distance = _distance(edges, x, y)
-    if distance < gap[i] and distance <= ahead.reach:
-        gap[i], near_x[i], near_y[i] = distance, x, y
+    if distance < found[GAP, i] and distance <= ahead.reach:
+        found[GAP, i], found[NEAR_X, i], found[NEAR_Y, i] = distance, x, y
 
 
 @kernel
