@@ -19,7 +19,7 @@ from canserial.reader.readings import (
     ModeReading,
     RangeReading,
 )
-from sara_lab.fuzz.bus import frames
+from sara_lab.fuzz.bus import frames, fuzz_command
 from sara_lab.fuzz.bus.frames import FuzzFailure, fuzz_reader
 
 BUS = BusDescription.default()
@@ -58,3 +58,13 @@ def test_every_kind_has_a_sentence(monkeypatch):
     monkeypatch.setattr(frames, 'Reader', Spy)
     fuzz_reader(20_000, 8)
     assert counted - {'imu_before_set_pose'} <= KINDS.keys() and len(counted) > 20
+
+
+def test_the_command_says_what_came_of_it(monkeypatch, capsys):
+    monkeypatch.setattr('sys.argv', ['fuzz_bus', '--count', '100', '--seed', '7'])
+    fuzz_command.main()
+    assert capsys.readouterr().out.count('no failure') == 3
+    monkeypatch.setattr('sys.argv', ['fuzz_bus', '--count', '0'])
+    with pytest.raises(SystemExit) as ended:
+        fuzz_command.main()
+    assert ended.value.code == 2

@@ -24,8 +24,8 @@ from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose
 from sara_control.gate.reasons import sentence
 from sara_nav.config.parameters import Parameters
+from sara_nav.goals.move_base_config import ACTIVE, IDLE, SUCCEEDED
 from sara_nav.maps import map_io
-from sara_nav.move_base import state_machine as move_base
 from sara_nav.move_base.settings import read_settings
 from sara_sim.chair import STEP_S, SimulatedChair
 from sara_sim.world.world import World
@@ -199,9 +199,9 @@ class Lockstep:
         result = self.newest = self.move_base.step(
             now, pose, self.localization.velocity, self._odometry_stamp, local_pose
         )
-        if result.status == move_base.ACTIVE:
+        if result.status == ACTIVE:
             self.wheels.on_navigation(*result.command, now)
-        elif result.status != move_base.IDLE:
+        elif result.status != IDLE:
             self.wheels.on_navigation(0.0, 0.0, now)
             self.result = result
 
@@ -262,7 +262,7 @@ def _drive(lockstep, mission, record, progress):
         ended = lockstep.time
         for _ in range(settle):
             step()
-        record.add_corner(pose, lockstep.result.status == move_base.SUCCEEDED, lockstep.result.text, given, ended)
+        record.add_corner(pose, lockstep.result.status == SUCCEEDED, lockstep.result.text, given, ended)
         corner = record.corners[-1]
         if progress:
             progress(

@@ -15,7 +15,7 @@ from sara_control.wheels.odometry import OdometryState
 from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS, Course, Pose, SetUp, multipliers, navigation
 from sara_lab.experiments.drive_data import figures
 from sara_lab.judge.judgement import Goal
-from sara_nav.move_base import state_machine as move_base
+from sara_nav.goals.move_base_config import SUCCEEDED
 
 # A person presses again when the chair is not shown where it stands; not always at the same phase of the odometry.
 CLICKS, CLICK_TICKS, SHOWN_M = 20, 103, 0.3
@@ -165,7 +165,7 @@ def _pursued(lockstep, course, before, asked):
         asked,
         given,
         ended,
-        lockstep.result.status == move_base.SUCCEEDED,
+        lockstep.result.status == SUCCEEDED,
         lockstep.result.text,
         lockstep.time,
         before[:2],

@@ -8,8 +8,7 @@ from move_base_msgs.msg import (
 )
 
 from sara_nav.goals.goal_input import GoalError
-from sara_nav.goals.move_base_config import StepResult
-from sara_nav.move_base import state_machine as mb
+from sara_nav.goals.move_base_config import ABORTED, PREEMPTED, SUCCEEDED, StepResult
 from sara_nav.ros import conversions as conv
 
 
@@ -38,7 +37,7 @@ class GoalRequests:
         if text:
             self.counts['refused_goals'] += 1
             self.machine.take_end()  # it is said here
-            self._finish(StepResult((0.0, 0.0), mb.ABORTED, text))
+            self._finish(StepResult((0.0, 0.0), ABORTED, text))
             return
         rospy.loginfo('goal (%.2f, %.2f, %.2f rad)', pose.x, pose.y, pose.yaw)
         self.current_goal.publish(conv.pose_stamped(pose, self.settings.global_frame, rospy.Time.now()))
@@ -49,10 +48,10 @@ class GoalRequests:
         self.last_end = result.text
         if not self.server.is_active():
             return
-        if result.status == mb.SUCCEEDED:
+        if result.status == SUCCEEDED:
             rospy.loginfo('%s', result.text)
             self.server.set_succeeded(MoveBaseResult(), result.text)
-        elif result.status == mb.PREEMPTED:
+        elif result.status == PREEMPTED:
             rospy.loginfo('%s', result.text)
             self.server.set_preempted(MoveBaseResult(), result.text)
         else:
