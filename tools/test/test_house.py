@@ -4,32 +4,16 @@ import ast
 import importlib
 from pathlib import Path
 
+import house
 import pytest
 
 SRC = Path(__file__).resolve().parents[2] / 'src'
+BELOW_SIM = {'sara_common', 'canserial', 'sara_lowlevel', 'ahead_of_time'}
+BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_control'}
 MAY_KNOW = {
-    'sara_lab': {
-        'ahead_of_time',
-        'sara_common',
-        'sara_bringup',
-        'sara_sim',
-        'sara_nav',
-        'sara_localization',
-        'sara_control',
-        'sara_lowlevel',
-        'canserial',
-    },
-    'sara_bringup': {
-        'ahead_of_time',
-        'sara_common',
-        'sara_sim',
-        'sara_nav',
-        'sara_localization',
-        'sara_control',
-        'sara_lowlevel',
-        'canserial',
-    },
-    'sara_sim': {'ahead_of_time', 'sara_common', 'sara_lowlevel', 'canserial'},
+    'sara_lab': {*BELOW_BRINGUP, 'sara_bringup'},
+    'sara_bringup': BELOW_BRINGUP,
+    'sara_sim': BELOW_SIM,
     'sara_nav': {'ahead_of_time', 'sara_common'},
     'sara_localization': {'ahead_of_time', 'sara_common'},
     'sara_control': {'ahead_of_time', 'sara_common', 'canserial'},
@@ -66,3 +50,60 @@ def test_no_import_runs_upward(path):
 def test_pure_module_imports_without_ros(path):
     parts = path.relative_to(SRC).with_suffix('').parts[2:]
     importlib.import_module('.'.join(part for part in parts if part != '__init__'))
+
+
+TO_BE_SPLIT = {
+    'sara_localization.checks.check_config': 342,
+    'sara_localization.checks.survey': 392,
+    'sara_localization.engine.engine': 332,
+    'sara_localization.filters.kernel': 308,
+    'sara_localization.inputs.measurement': 330,
+    'sara_localization.inputs.preprocessing': 388,
+    'sara_localization.ranges.range_correction': 301,
+    'sara_nav.costmaps.layers.cone': 352,
+    'sara_nav.costmaps.layers.range_sensor': 316,
+    'sara_nav.grids.outline': 301,
+}
+
+
+@pytest.fixture(scope='module')
+def ours():
+    return house.read_house()
+
+
+def test_no_import_makes_a_circle(ours):
+    assert house.all_circles(ours) == []
+
+
+def test_a_circle_is_found(tmp_path):
+    for name, text in (
+        ('one', 'from toys import two'),
+        ('two', 'import toys.sub.three'),
+        ('sub/three', 'from .. import one'),
+    ):
+        path = tmp_path / 'src' / 'toys' / 'src' / 'toys' / f'{name}.py'
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f'{text}\n')
+    assert ('toys.one', 'toys.sub.three', 'toys.two') in house.all_circles(house.read_house(tmp_path))
+
+
+def test_a_package_shows_few_rooms(ours):
+    rooms = {package: len(ours.rooms(package)) for package in ours.packages}
+    assert {package: count for package, count in rooms.items() if count > house.MAX_ROOMS} == {}
+
+
+def test_a_module_is_read_in_one_sitting(ours):
+    """No module is long but those that still wait to be split, and they do not grow."""
+    long = {m.name: m.lines for m in ours.modules.values() if m.lines > house.MAX_MODULE_LINES}
+    assert {name: lines for name, lines in long.items() if lines > TO_BE_SPLIT.get(name, 0)} == {}
+
+
+def test_only_the_laboratory_s_own_tests_and_programs_know_it():
+    files = [path for folder in ('test', 'nodes', 'scripts') for path in SRC.glob(f'*/{folder}/**/*') if path.is_file()]
+    programs = [
+        path
+        for path in files
+        if path.suffix in ('.py', '') and '__pycache__' not in path.parts and (path.suffix or 'test' not in path.parts)
+    ]
+    known = [path for path in programs if 'sara_lab' in set(imported(path))]
+    assert [path for path in known if path.relative_to(SRC).parts[0] != 'sara_lab'] == [] and known
