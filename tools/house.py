@@ -165,12 +165,12 @@ def _function(node: ast.FunctionDef, module: str, owner: str | None) -> Function
     spec = node.args
     static = any(isinstance(mark, ast.Name) and mark.id == 'staticmethod' for mark in node.decorator_list)
     all_of_them = [*spec.posonlyargs, *spec.args, *spec.kwonlyargs]
-    told = all_of_them[1:] if owner and not static else all_of_them
+    parameters = all_of_them[1:] if owner and not static else all_of_them
     first = node.body[1] if ast.get_docstring(node) and len(node.body) > 1 else node.body[0]
     public = not (node.name.startswith('_') or (owner or '').startswith('_'))
-    hinted = node.returns is not None and all(argument.annotation for argument in told)
+    hinted = node.returns is not None and all(argument.annotation for argument in parameters)
     where = '.'.join(part for part in (module, owner, node.name) if part)
-    return Function(where, node.end_lineno - first.lineno + 1, len(told), hinted if public else None)
+    return Function(where, node.end_lineno - first.lineno + 1, len(parameters), hinted if public else None)
 
 
 def figures(house: House) -> list[tuple[str, float, float, list[str]]]:
