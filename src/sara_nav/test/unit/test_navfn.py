@@ -39,7 +39,7 @@ def full_potential(costs, source, allow_unknown):
 @pytest.mark.parametrize('unknown', [False, True])
 def test_the_potential_is_navfn_s(which, unknown):
     with np.load(PLANS / 'navfn_potential.npz') as data:
-        costs, source, expected = (data[f'pot_{which}_{name}'] for name in ('costmap', 'goal', f'unknown{unknown}'))
+        costs, source, expected = (data[f'pot_{which}_{name}'] for name in ('costmap', 'goal', f'unknown{unknown:d}'))
     ours = full_potential(costs, tuple(source), unknown)
     reached = expected < potential.HIGH
     assert reached.sum() > 500
