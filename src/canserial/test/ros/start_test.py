@@ -1,9 +1,14 @@
 #!/usr/bin/env python3
 """Both scripts start by roslaunch and by rosrun, although one is named like its package; wrong settings end them."""
 
+import os
 import subprocess
+import threading
 import time
 import unittest
+from socketserver import ThreadingMixIn
+from xmlrpc.client import ServerProxy
+from xmlrpc.server import SimpleXMLRPCServer
 
 import rosgraph
 import rospy
@@ -25,10 +30,35 @@ def wait_for(node, topic):
     return False
 
 
+class SlowMaster(ThreadingMixIn, SimpleXMLRPCServer):
+    """The test's own master, which takes a second to register a publisher; `busy` is set meanwhile."""
+
+    daemon_threads = True
+
+    def __init__(self):
+        super().__init__(('localhost', 0), logRequests=False, allow_none=True)
+        self.busy = threading.Event()
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    @property
+    def uri(self):
+        return f'http://localhost:{self.server_address[1]}/'
+
+    def _dispatch(self, method, parameters):
+        if method == 'registerPublisher':
+            self.busy.set()
+            time.sleep(1.0)
+        return getattr(ServerProxy(os.environ['ROS_MASTER_URI']), method)(*parameters)
+
+
 class StartTest(unittest.TestCase):
-    def rosrun(self, *arguments):
+    def rosrun(self, *arguments, **environment):
         process = subprocess.Popen(
-            ['rosrun', 'canserial', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            ['rosrun', 'canserial', *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, **environment},
         )
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
@@ -47,6 +77,15 @@ class StartTest(unittest.TestCase):
         self.assertTrue(wait_for('/run_canserial', '/canrx'))
         self.assertTrue(wait_for('/run_read', '/imu/data'))
         self.assertEqual([process.poll() for process in processes], [None, None])
+
+    def test_a_node_ends_on_a_signal_while_it_registers_its_topics(self):
+        master = SlowMaster()
+        self.addCleanup(master.shutdown)
+        process = self.rosrun('read.py', '__name:=ended_read', '_calibration_file:=/none', ROS_MASTER_URI=master.uri)
+        self.addCleanup(process.kill)
+        self.assertTrue(master.busy.wait(20.0))
+        process.terminate()
+        self.assertIsNotNone(process.wait(timeout=20.0))
 
     def test_a_missing_adapter_is_named_in_the_diagnostics(self):
         statuses = {}

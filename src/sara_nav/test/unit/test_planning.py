@@ -173,7 +173,9 @@ def test_unknown_space_is_crossed_only_when_allowed():
 
 
 def test_unknown_names_list_what_there_is():
-    with pytest.raises(UnknownPlanner, match="base_global_planner is 'navfn/Nowhere', allowed are .* sara_nav/GridPlanner"):
+    with pytest.raises(
+        UnknownPlanner, match="base_global_planner is 'navfn/Nowhere', allowed are .* sara_nav/GridPlanner"
+    ):
         GLOBAL_PLANNERS.find('navfn/Nowhere')
 
 

@@ -16,6 +16,7 @@ from canserial.ros.conversions import frame_to_msg, msg_to_frame
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.
@@ -123,6 +124,6 @@ class AdapterNode:
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('canserial')
+    start_node('canserial')
     AdapterNode().run()
     rospy.spin()  # until rospy has ended its own shutdown, so that the master forgets the node

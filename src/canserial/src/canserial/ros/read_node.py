@@ -36,6 +36,7 @@ from canserial.reader.status import status_of
 from canserial.ros import calibration_store, conversions
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 
 WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
@@ -246,6 +247,6 @@ class ReadNode:
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('read')
+    start_node('read')
     ReadNode().run()
     rospy.spin()  # until rospy has ended its own shutdown, so that the master forgets the node

@@ -27,6 +27,7 @@ from sara_bringup.missions.report import table
 from sara_bringup.paths import config_file
 from sara_bringup.ros import goals
 from sara_common.planar import yaw_of
+from sara_common.ros.node import start_node
 
 if TYPE_CHECKING:
     from sara_bringup.missions.mission import Mission
@@ -151,7 +152,7 @@ def main() -> None:
     except goals.Unavailable as error:
         print(f'square.py cannot start. {error}', file=sys.stderr, flush=True)
         sys.exit(goals.WRONG)
-    rospy.init_node('square')
+    start_node('square')
     mission = load_mission(rospy.get_param('~mission', str(config_file('square.yaml'))))
     drive = Drive(mission.name, rospy.get_param('~seed', 0), mission.start, rospy.get_param('~ekf', 'default'))
     drive_mission(mission, drive)

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry, Path
 
 from sara_bringup.missions.trail import Trail, WheelsAlone
 from sara_common.planar import yaw_of
+from sara_common.ros.node import start_node
 
 PERIOD_S = 0.5
 
@@ -24,7 +25,7 @@ def main() -> None:
     """Run the node. ~start: [x, y, yaw] in the map where the drive begins; each /set_pose begins it anew. ~map_frame:
     map.
     """
-    rospy.init_node('trails')
+    start_node('trails')
     frame = rospy.get_param('~map_frame', 'map')
     start = rospy.get_param('~start', [0.0, 0.0, 0.0])
     try:

@@ -9,6 +9,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from canserial.ros.node import stop
+from sara_common.ros.node import start_node
 from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, problems
 
 RATE = 20.0  # Hz
@@ -64,6 +65,6 @@ class CalibrationDrive:
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('calibration_drive')
+    start_node('calibration_drive')
     with contextlib.suppress(rospy.ROSInterruptException):  # stopped half-way: its commands end, which stops the robot
         CalibrationDrive().run()

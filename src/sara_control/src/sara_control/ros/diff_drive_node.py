@@ -14,6 +14,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 from sara_control.cfg import DiffDriveControllerConfig
 from sara_control.ros.wheel_states import WheelStates
 from sara_control.wheels.base import BaseError, WheelPositions, load_base
@@ -247,6 +248,6 @@ def _diagonal(values):
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('diff_drive_controller')
+    start_node('diff_drive_controller')
     DiffDriveNode().run()
     rospy.spin()  # until rospy has ended its own shutdown: leaving earlier would cut off the last stop

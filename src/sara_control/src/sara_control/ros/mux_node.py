@@ -16,6 +16,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import NO_DRIVER, ROBOT, Mux, MuxConfig
@@ -147,6 +148,6 @@ class MuxNode:
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('cmd_vel_mux')
+    start_node('cmd_vel_mux')
     MuxNode().run()
     rospy.spin()  # until rospy has ended its own shutdown

@@ -18,6 +18,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
@@ -213,6 +214,6 @@ def _numbers(odometry):
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node('safety_gate')
+    start_node('safety_gate')
     SafetyNode().run()
     rospy.spin()  # until rospy has ended its own shutdown: leaving earlier would cut off the last stop

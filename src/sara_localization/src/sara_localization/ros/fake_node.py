@@ -17,6 +17,7 @@ from nav_msgs.msg import Odometry
 
 from sara_common.diagnostics import ERROR, OK, Status
 from sara_common.ros.diagnostics import diagnostic_array
+from sara_common.ros.node import start_node
 from sara_localization.fake import FakeConfig, FakeLocalization, true_pose
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
@@ -142,6 +143,6 @@ class FakeNode:
 
 
 def main():
-    rospy.init_node('fake_localization')
+    start_node('fake_localization')
     FakeNode(configured(FakeConfig))  # kept alive by its subscribers
     rospy.spin()

@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from sara_common.diagnostics import ERROR
 from sara_common.ros.diagnostics import diagnostic_array
+from sara_common.ros.node import start_node
 from sara_localization.checks import check_config
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.diagnostics import FilterDiagnostics, FrequencyDiagnostics
@@ -275,7 +276,7 @@ def parameters() -> dict:
 
 def run(kind: str):
     """The node of that kind ('ekf' or 'ukf') until it is shut down."""
-    rospy.init_node(kind + '_navigation_node')
+    start_node(kind + '_navigation_node')
     config, findings = check_config.check(parameters(), kind)
     for finding in check_config.sorted_findings(findings):
         error = rospy.logfatal if config is None else rospy.logerr

@@ -18,6 +18,7 @@ from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
 
 from sara_common.ros.diagnostics import diagnostic_array
+from sara_common.ros.node import start_node
 from sara_localization.fake import true_pose
 from sara_localization.filters import state_pose as joining
 from sara_localization.geometry.rigid import Transform
@@ -213,6 +214,6 @@ class RangeNode:
 
 
 def main():
-    rospy.init_node('range_localization')
+    start_node('range_localization')
     RangeNode(configured(RangeConfig))  # kept alive by its subscribers
     rospy.spin()

@@ -15,6 +15,7 @@ import tf2_ros
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap_settings import read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig
@@ -235,7 +236,7 @@ class CostmapShell:
 
 def main():
     """Run one costmap, named ``costmap``, until ROS shuts down; exit status 1 when its parameters cannot be used."""
-    rospy.init_node('costmap_2d_node')
+    start_node('costmap_2d_node')
     tree = rospy.get_param('~', {})
     parameters = Parameters(tree if isinstance(tree, dict) else {})
     settings = read_costmap(parameters, 'costmap/')

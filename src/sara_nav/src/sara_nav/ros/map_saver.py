@@ -10,6 +10,7 @@ import threading
 import rospy
 from nav_msgs.msg import OccupancyGrid
 
+from sara_common.ros.node import start_node
 from sara_nav.grids.grid import GridError
 from sara_nav.maps.map_io import MapError
 from sara_nav.maps.map_saver import FORMATS, SAVED_MODES, SaveError, SaverConfig, save_map
@@ -61,7 +62,7 @@ def configuration(arguments):
 def main():
     """Exit status 0 when a map was written."""
     config = configuration(rospy.myargv(sys.argv)[1:])
-    rospy.init_node('map_saver', anonymous=True)
+    start_node('map_saver', anonymous=True)
     arrived, maps = threading.Event(), []
 
     def take(msg):

@@ -11,6 +11,7 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 
 from sara_common.diagnostics import OK
 from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import start_node
 from sara_nav.maps.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
 from sara_nav.ros.conversions import grid_to_msg
 
@@ -116,7 +117,7 @@ def main():
     arguments = rospy.myargv(sys.argv)[1:]
     if len(arguments) not in (1, 2):
         sys.exit(USAGE)
-    rospy.init_node('map_server', anonymous=True)
+    start_node('map_server', anonymous=True)
     server = MapServer()
     try:
         description = described(arguments)

@@ -21,6 +21,7 @@ from std_msgs.msg import Bool, String
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
+from sara_common.ros.node import start_node
 from sara_nav.config.parameters import Parameters
 from sara_nav.move_base import state_machine as mb
 from sara_nav.move_base import warming
@@ -273,7 +274,7 @@ class MoveBaseNode(GoalRequests):
 
 def main():
     """Run the node until ROS shuts down; exit status 1 when its parameters cannot be used."""
-    rospy.init_node('move_base')
+    start_node('move_base')
     try:
         settings = read_settings(read_parameters())
     except ConfigError as error:

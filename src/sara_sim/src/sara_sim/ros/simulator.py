@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
+from sara_common.ros.node import start_node
 from sara_lowlevel.config import SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
@@ -252,7 +253,7 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
 def main() -> None:
     """Entry point of nodes/simulator."""
     # This node makes the time the others live in.
-    rospy.init_node('simulator', disable_rostime=True)
+    start_node('simulator', disable_rostime=True)
     try:
         settings = SimulatorSettings.from_params(rospy.get_param('~', {}))
         chair = make_chair(settings)

@@ -1,0 +1,25 @@
+"""Becoming a ROS node that ends on a signal, whatever its main thread is doing."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import rospy
+
+
+def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False) -> None:
+    """`rospy.init_node` for a node that SIGTERM and SIGINT end; call it from the main thread.
+
+    rospy's own handler unregisters the node within the main thread. A signal that comes while that thread registers a
+    topic then waits for ever for the lock of the same call (rospy.core._LockedServerProxy): roslaunch kills such a node
+    after 15 s, rosrun never. Here a thread of its own ends the node, and the main thread goes on until it sees
+    `rospy.is_shutdown()`.
+    """
+
+    def end(number: int, _frame: object) -> None:
+        threading.Thread(target=rospy.signal_shutdown, args=(f'signal-{number}',), name='end of the node').start()
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, end)
+    rospy.init_node(name, anonymous=anonymous, disable_rostime=disable_rostime, disable_signals=True)
