@@ -10,6 +10,7 @@ import ast
 import importlib
 import importlib.util
 import json
+import multiprocessing
 import os
 import sys
 import tempfile
@@ -207,6 +208,12 @@ def compile_package(folder: Path, package: str, modules: dict, packages: list[st
     return entry
 
 
+def compile_aloud(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
+    """compile_package, and say so."""
+    print(f'compiling the kernels of {package}', flush=True)
+    return compile_package(folder, package, modules, packages)
+
+
 def compile_dispatch(folder: Path) -> None:
     """Compile dispatch.c into the folder, unless it is there and newer."""
     from numba.pycc.platform import Toolchain
@@ -242,17 +249,23 @@ def main() -> None:
         or not all(map(library.fresh, known[package]['modules'].values()))
     ]
     compile_dispatch(folder)
+    failed = []
     if stale:
         teach_numba()
         mend_pycc()
-    failed = []
-    for package in stale:
-        print(f'compiling the kernels of {package}', flush=True)
-        try:
-            known[package] = compile_package(folder, package, modules[package], packages)
-        except Exception:  # whatever is wrong with one package's source, the others' are compiled
-            traceback.print_exc()
-            failed.append(package)
+        stale.sort(key=lambda package: -sum(path.stat().st_size for path in modules[package].values()))
+        # Each in a process of its own, as many at a time as there are cores, the largest first.
+        with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
+            compiled = [
+                (package, pool.apply_async(compile_aloud, (folder, package, modules[package], packages)))
+                for package in stale
+            ]
+            for package, result in compiled:
+                try:
+                    known[package] = result.get()
+                except Exception:  # whatever is wrong with one package's source, the others' are compiled
+                    traceback.print_exc()
+                    failed.append(package)
     new = path.with_suffix('.new')
     new.write_text(json.dumps(index, indent=1))
     os.replace(new, path)
