@@ -19,7 +19,7 @@ def test_what_leaves_no_result_has_failed(tmp_path, monkeypatch, capsys):
     command = tmp_path / 'rostest'
     command.write_text('#!/bin/sh\ntest -d "$ROS_HOME" || exit 9\necho "said to the log"\nexit 3\n')
     command.chmod(0o755)
-    status, _ = rostests.run(
+    status, *_ = rostests.run(
         rostests.RosTest(Path('/none/package'), 'test/ros/a.test', ('x:=1',)), tmp_path / 'results'
     )
     assert status == 3
