@@ -56,15 +56,15 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
             [(theirs, ours, verdict) for theirs, ours, verdict in report.findings],
         ),
         '',
-        '## Thesis / ours / what explains the difference',
+        '## Figures beside the thesis',
         '',
-        table(('', 'thesis', 'ours', 'what explains the difference'), _compared(report.rows)),
+        table(('', 'thesis', 'ours', 'why they differ'), _compared(report.rows)),
         '',
     ]
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
-        lines += ['## Figures', '']
+        lines += ['## Pictures', '', 'A single run is that of chair 0.', '']
     for figure in report.figures:
         lines += [f'![{figure.name}]({figure.name}.png)', '', f'*{figure.caption}*', '']
     if report.faults:
@@ -106,9 +106,9 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
         [
             "# The thesis's experiments, repeated",
             '',
-            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep. The thesis '
-            'measured one chair once; here the true pose is known, too.',
-            'Brackets hold 95 % intervals of the mean. All figures of a page are in the JSON file beside it; how to '
+            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep, whose true pose is '
+            'known. The thesis measured one chair once.',
+            'Brackets hold 95 % intervals of the mean; the JSON file beside a page has them for every figure. How to '
             'run one: [experiments](../../src/sara_lab/docs/experiments.md).',
             '',
             table(('', 'what', 'verdict', 'chairs', 'in short'), rows),

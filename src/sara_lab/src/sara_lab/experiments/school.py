@@ -47,12 +47,11 @@ SETUPS = {
 }
 
 SETTING = """
-The chair stands in the school's corridor at (1.2, 7.1, 90 deg); filter and IMU have started at zero. RViz's "2D Pose
-Estimate" gives its pose, "2D Nav Goal" sends it 12.8 m along the corridor, to (14, 7.1, 0 deg). Method 1 of the
-thesis: `imu0_differential: true`, the IMU keeps its own zero. Method 2: false, and `/set_pose` also sets read.py's
-yaw. Both run with the thesis's fusion (x, y, vx, yaw, vyaw), with the thesis's planner (longer `sim_time`) and
-SARA's; then with SARA's fusion, and with the true pose. If the next odometry pulls the filter back, the pose is given
-again.
+From (1.2, 7.1, 90 deg) in the school's corridor 12.8 m to (14, 7.1, 0 deg); filter and IMU start at zero. The pose is
+given by RViz's "2D Pose Estimate" (again, if the next odometry pulls the filter back), the goal by "2D Nav Goal".
+`imu0_differential` is true (the thesis's method 1: the IMU keeps its own zero) or false (method 2: `/set_pose` also
+sets read.py's yaw), with the thesis's fusion (x, y, vx, yaw, vyaw) under the thesis's planner (longer `sim_time`) and
+SARA's. Then SARA's fusion and the true pose follow.
 """
 
 
@@ -109,7 +108,7 @@ def _all(found):
         '',
         'reported as reached',
         'true distance from the goal, m',
-        'largest heading error of a drive, deg',
+        'largest heading error, deg',
         'off the straight line, p95, m',
         'reversals, 1/m',
         'contacts',
@@ -129,7 +128,7 @@ def _all(found):
         for (planner, name), of in found.items()
     ]
     ranks = (
-        'Ranking by the distance from the goal (`<`: better beyond chance over the same chairs, `~`: perhaps chance). '
+        'By the distance from the goal (`<`: better beyond chance over the same chairs, `~`: perhaps not): '
         + '; '.join(
             f'{planner}: ' + ranking({name: of['values'] for (whose, name), of in found.items() if whose == planner})
             for planner in ('thesis', 'ours')
@@ -140,24 +139,22 @@ def _all(found):
 
 def _explained(found):
     true, false = found['thesis', TRUE], found['thesis', FALSE]
-    own, fake = found['ours', DEFAULT], found['ours', TRUTH]
     vx_true, vx_false = found['thesis', VX_TRUE], found['thesis', VX_FALSE]
     return (
         (
             'One thing changed: vx instead of x, y and vx',
             'With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the '
             "wheels, transformed by the filter's own last output, then turn it. "
-            f'Without them, with the same IMU, the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead '
-            f'of {mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off '
-            f'instead of {mean(true["end_m"], 1, "m")}; '
-            f'with false {mean(vx_false["end_m"], 2, "m")}. So the cause is not the jump between IMU and RViz, as the '
-            'thesis assumes, but a heading without a reference in a filter that measures its own output.',
+            f'With vx alone the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead of '
+            f'{mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off instead '
+            f'of {mean(true["end_m"], 1, "m")}. So the cause is not the jump between IMU and RViz, as the thesis '
+            'assumes.',
         ),
         (
             'Why false still ends beside the goal',
-            'x, y, vx counts part of each step twice (E9): the chair believes it has arrived '
-            f'{mean(false["end_m"], 1, "m")} early. With vx alone the error is {mean(vx_false["end_m"], 2, "m")}, '
-            f"with SARA's fusion {mean(own['end_m'], 2, 'm')}, with the true pose {mean(fake['end_m'], 2, 'm')}.",
+            'x, y, vx counts part of each step twice ([why](../../src/sara_localization/docs/thesis_set.md)): the '
+            f'chair believes it has arrived {mean(false["end_m"], 1, "m")} early. With vx alone the error is '
+            f'{mean(vx_false["end_m"], 2, "m")}.',
         ),
     )
 
@@ -169,9 +166,8 @@ def _findings(found):
     return (
         (
             'true: the path weaves',
-            f'off the straight line by {interval(true["straight_m"], 2, "m")} (false: '
-            f'{interval(false["straight_m"], 2, "m")}); the heading error grows to '
-            f'{interval(true["heading_deg"], 0, "deg")}, and {true["reached"]:.0%} of the drives report their goal as '
+            f'{interval(true["straight_m"], 2, "m")} off the straight line (false: '
+            f'{interval(false["straight_m"], 2, "m")}); {true["reached"]:.0%} of the drives report their goal as '
             'reached',
             CONFIRMED if weaves else PARTLY,
         ),
@@ -191,32 +187,25 @@ def _findings(found):
 
 
 def _rows(found):
-    true, false, own = found['thesis', TRUE], found['thesis', FALSE], found['ours', DEFAULT]
+    true, false = found['thesis', TRUE], found['thesis', FALSE]
     return (
         Row(
             'differential true (figures 4.40, 4.41)',
-            'small oscillations, jumps of the heading',
+            'oscillates; the heading jumps',
             f'heading wrong by {mean(true["heading_deg"], 0, "deg")}, {mean(true["end_m"], 1, "m")} off the goal',
-            "nothing holds the heading; x, y turn it. How much depends on the odometry's variances, which the thesis "
-            'does not give',
+            "depends on the odometry's variances, which the thesis does not give",
         ),
         Row(
             'differential false, offset by /set_pose (4.42, 4.43)',
             'straight, ends more exactly',
             f'heading wrong by {mean(false["heading_deg"], 1, "deg")}, {mean(false["end_m"], 2, "m")} off',
-            'the rest is the effect of x, y, vx (E9)',
+            'x, y, vx (below)',
         ),
         Row(
             'how often the pose had to be given',
             '-',
             mean(false['clicks'], 1),
             'the next odometry may still be transformed with the old pose',
-        ),
-        Row(
-            "SARA's own",
-            '-',
-            f'{mean(own["end_m"], 2, "m")} off, off the line by {mean(own["straight_m"], 3, "m")}',
-            'default planner and fusion, own k',
         ),
     )
 
@@ -238,12 +227,12 @@ def _of_the_thesis(results, walls):
         figures += [
             Figure(
                 sensor_figures.name(yaw),
-                f'Yaw over time on the way through the corridor, {name} (chair 0).',
+                f'Yaw over time, {name}.',
                 lambda path, trace=trace: drive_figures.angles(path, trace),
             ),
             Figure(
                 sensor_figures.name(way),
-                f"The path on the school's map, {name} (chair 0).{ended}",
+                f'Path, {name}.{ended}',
                 lambda path, name=name: drive_figures.path(path, pair(name), (GOAL,), START, walls, (11, 4.2), WINDOW),
             ),
         ]
@@ -254,7 +243,7 @@ def _ours(results, found, walls):
     return [
         Figure(
             'e10_paths',
-            "The same with SARA's own planner and fusion (chair 0).",
+            "Path with SARA's own planner and fusion.",
             lambda path: drive_figures.path(
                 path,
                 {"SARA's own": results['E10', 'ours', DEFAULT, 0]['trace']},
@@ -267,8 +256,7 @@ def _ours(results, found, walls):
         ),
         Figure(
             'e10_ends',
-            'How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %, a point is a '
-            'chair.',
+            'How far off the goal the chair truly ends; boxes hold half the chairs, whiskers 5 to 95 %.',
             lambda path: drive_figures.boxes(
                 path,
                 {

@@ -23,7 +23,7 @@ QUANTITIES = {
 }  # label, unit, number of the first of four figures
 
 
-def at_rest(rest: dict[str, AtRest], which: str, seed: int) -> list[Figure]:
+def at_rest(rest: dict[str, AtRest], which: str) -> list[Figure]:
     """Figures 4.1 to 4.4 (which: accel) or 4.5 to 4.8 (gyro) of {'before': AtRest, 'after': AtRest}."""
     label, _, first = QUANTITIES[which]
     found = []
@@ -32,16 +32,14 @@ def at_rest(rest: dict[str, AtRest], which: str, seed: int) -> list[Figure]:
         found.append(
             Figure(
                 name(first + offset),
-                f'{label.capitalize()} of the resting chair {when} calibration (chair {seed}): a minute of frames, '
-                'and their mean.',
+                f'{label.capitalize()} at rest {when} calibration: a minute of frames and their mean.',
                 lambda path, s=samples: _over_a_minute(path, s, which),
             )
         )
         found.append(
             Figure(
                 name(first + offset + 1),
-                f'The same {when} calibration, less the mean: histograms beside the normal distribution of the same '
-                f'sigma (chair {seed}).',
+                'Its deviations from the mean beside a normal distribution of the same sigma.',
                 lambda path, s=samples: histograms(path, s - s.mean(axis=0), AXES, QUANTITIES[which][1]),
             )
         )
@@ -91,18 +89,18 @@ def histograms(path: Path, errors: np.ndarray, names: Sequence[str], unit: str) 
             axis.legend(loc='upper right')
 
 
-def yaw_at_rest(minutes: dict[str, Any], seed: int) -> list[Figure]:
+def yaw_at_rest(minutes: dict[str, Any]) -> list[Figure]:
     """Figures 4.9 to 4.11 and 4.14 of {'node', 'pc': list, 'fixed', 'tenths'} of YawAtRest."""
     captions = (
         (9, 'node', "the sensor node's calibration alone"),
         (10, 'pc', 'calibrated on the PC, four times'),
-        (11, 'fixed', 'a fixed offset of -0.645 deg/s taken off'),
-        (14, 'tenths', 'the last firmware: rates sent in tenths of a degree per second'),
+        (11, 'fixed', 'less a fixed offset of -0.645 deg/s'),
+        (14, 'tenths', 'rates sent in tenths of deg/s (last firmware)'),
     )
     return [
         Figure(
             name(number),
-            f'Yaw of the resting chair {seed} over a minute: {caption}.',
+            f'Yaw over a minute at rest: {caption}.',
             lambda path, trials=(minutes[key] if isinstance(minutes[key], list) else [minutes[key]]): _yaw(
                 path, trials
             ),

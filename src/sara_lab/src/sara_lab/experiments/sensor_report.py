@@ -235,8 +235,8 @@ def figures(chair: dict, folder: Path) -> None:
     from sara_lab.experiments import sensor_figures
 
     for figure in [
-        *sensor_figures.at_rest(chair['rest'], 'accel', chair['seed']),
-        *sensor_figures.at_rest(chair['rest'], 'gyro', chair['seed']),
-        *sensor_figures.yaw_at_rest(chair, chair['seed']),
+        *sensor_figures.at_rest(chair['rest'], 'accel'),
+        *sensor_figures.at_rest(chair['rest'], 'gyro'),
+        *sensor_figures.yaw_at_rest(chair),
     ]:
         figure.draw(folder / f'{figure.name}.png')

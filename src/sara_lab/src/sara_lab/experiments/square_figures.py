@@ -43,15 +43,15 @@ def _drawn(results, numbers, key, what, course=SQUARE):
     trace = results['E9', *key, 0]['trace']
     kinds = {
         'path': (
-            f'Path: {what} (chair 0).',
+            f'{what}: path.',
             lambda path: drive_figures.path(path, {what: trace}, course.goals, course.start),
         ),
         'rates': (
-            'Angular velocity of IMU and wheel odometry in that drive.',
+            'Turn rate by IMU and wheel odometry.',
             lambda path: drive_figures.rates(path, trace),
         ),
         'angles': (
-            'Yaw of IMU and wheel odometry, fused x and y in that drive.',
+            'Yaw by IMU and wheel odometry; fused x, y.',
             lambda path: drive_figures.angles(path, trace),
         ),
     }
@@ -65,7 +65,7 @@ def _ours(results, of):
     return [
         Figure(
             'e9_second',
-            "The second course with (0, -3): x, y, vx, sim_time 1.5 s, and SARA's own (chair 0).",
+            "Second course with (0, -3): x, y, vx, sim_time 1.5 s, and SARA's own.",
             lambda path: drive_figures.path(
                 path,
                 {"thesis's": trace('with (0, -3)', MIDDLE, XY_VX), "SARA's own": trace('with (0, -3)', OURS, DEFAULT)},
@@ -75,7 +75,7 @@ def _ours(results, of):
         ),
         Figure(
             'e9_paths',
-            "The square with the thesis's planner and vx alone, and with SARA's own planner and fusion (chair 0).",
+            "The square with the thesis's planner and vx alone, and with SARA's own planner and fusion.",
             lambda path: drive_figures.path(
                 path,
                 {"thesis's planner, vx": trace('square', LONG, VX), "SARA's own": trace('square', OURS, DEFAULT)},
@@ -85,8 +85,8 @@ def _ours(results, of):
         ),
         Figure(
             'e9_corners',
-            "How far off a corner the chair truly ends, mean of a drive's four; boxes hold half the chairs, whiskers "
-            '5 to 95 %, a point is a chair.',
+            'How far off the corners the chair truly ends, mean of a drive; boxes hold half the chairs, whiskers 5 to '
+            '95 %.',
             lambda path: drive_figures.boxes(
                 path,
                 {

@@ -11,11 +11,11 @@ from sara_lab.experiments.square_figures import figures
 from sara_lab.experiments.square_findings import COMPARED, Spreads, findings, rows
 
 SETTING = """
-The same square with the wheel inputs that the thesis fuses with the IMU's yaw and turn rate: vx; x and y; x, y and vx
-(`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`). Its planner runs with `sim_time` 1.0, 1.5 and 2.5 s
-(the thesis raises it twice and gives no values); then its second course follows (thesis 4.3.3). The thesis's set-up
-has k = 1.08 for every chair; SARA's has the default planner, the default fusion and the chair's own k. `true pose` is
-fake_localization. Corners are judged by the true pose; the thesis's figures show the filter's estimate ("as seen").
+The square of E8 with the wheel inputs that the thesis fuses with the IMU's yaw and turn rate: vx; x and y; x, y and vx
+(`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`), then its second course (thesis 4.3.3). Its planner runs
+with `sim_time` 1.0, 1.5 and 2.5 s: the thesis raises it twice and gives no values. "Ours" is SARA's planner; `default`
+is its fusion with the chair's own k, `true pose` is fake_localization. Corners are judged by the true pose; the thesis
+had only the filter's estimate ("as seen").
 """
 
 HEAD = (
@@ -83,9 +83,8 @@ def _all(of):
         for planner in COMPARED
     )
     return (
-        f'Means over the chairs.\n\n{table(HEAD, lines)}\n\n'
-        'Ranking by the true corners (`<`: better beyond chance over the same chairs, `~`: perhaps chance). '
-        f'{ranks}.'
+        f'{table(HEAD, lines)}\n\nBy the true corners (`<`: better beyond chance over the same chairs, `~`: '
+        f'perhaps not): {ranks}.'
     )
 
 
@@ -96,18 +95,17 @@ def _explained(results, of):
     return [
         (
             'One thing changed: who steers',
-            "vx is fused as before, but navigation follows the wheels' odometry. By the odometry the chair reaches "
-            f'every corner ({mean(wheels, 2, "m")} off); in truth it is {mean(of.steered["corner_m"], 1, "m")} off. '
+            "vx is fused, but navigation follows the wheels' odometry. By it the chair reaches every corner "
+            f'({mean(wheels, 2, "m")} off); in truth it is {mean(of.steered["corner_m"], 1, "m")} off. '
             f"The filter's path, which looks lost, is within {mean(right, 2, 'm')} of the true one. This is figure "
-            '4.24: the thesis calls its red path "the one the system really drove". vx is not at fault.',
+            '4.24, whose red path the thesis calls "the one the system really drove".',
         ),
         (
             'One thing changed: steps instead of positions',
-            "x, y alone, with `odom0_differential: true`: the filter fuses the wheels' steps instead of positions "
-            f'that it transformed itself. Corners are {mean(of.steps["corner_m"], 2, "m")} off instead of '
+            "With `odom0_differential: true` the filter fuses the wheels' steps in x, y instead of positions that it "
+            f'transformed itself. Corners are {mean(of.steps["corner_m"], 2, "m")} off instead of '
             f'{mean(of.square[LONG][XY]["corner_m"], 1, "m")}, and {of.steps["long_way"]:.0%} instead of '
-            f'{of.square[LONG][XY]["long_way"]:.0%} of the drives turn the long way. So the cause is a filter that '
-            'measures its own output, not the use of positions.',
+            f'{of.square[LONG][XY]["long_way"]:.0%} of the drives turn the long way.',
         ),
     ]
 

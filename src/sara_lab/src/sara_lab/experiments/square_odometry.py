@@ -29,15 +29,14 @@ LOST_M = 0.5  # further off the last corner than this, on average, is a lost squ
 WHY_OFF = {
     'thesis': '',
     'ours': 'another planner does not help',
-    'ours, radii known': 'one thing changed: the odometry knows both radii',
-    'ours, calibrated': "one thing changed: the wheels' geometry is the chair's own",
+    'ours, radii known': 'the odometry knows both radii',
+    'ours, calibrated': 'the odometry knows the geometry',
 }
 
 SETTING = """
 The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0) in an open hall, localized by wheel odometry
-alone, with the IMU recorded (thesis 4.3.2). Set-ups: the thesis's planner (trajectory rollout,
-`config/thesis_planner.yaml`, the longer `sim_time`); SARA's planner; SARA's planner with the chair's own wheel radii,
-and with all multipliers that `calibrate_odometry` finds.
+alone (thesis 4.3.2). Set-ups: the thesis's planner (trajectory rollout, the longer `sim_time`); SARA's planner; SARA's
+planner with the chair's own wheel radii, and with all multipliers that `calibrate_odometry` finds.
 """
 
 
@@ -106,18 +105,15 @@ def _rows(of):
             Row(
                 f'corner {k + 1}: odometry says {wheels} deg; turned',
                 f'IMU {imu} deg ({wheels / imu:.2f})',
-                f'{interval(true, 1, "deg")} true, {interval(measured, 1)} by the IMU ({of.ratios[:, k].mean():.2f})',
-                "the text before figure 4.22 says the opposite of its table; the chair's wheels say 1.25 to 1.30 "
-                'times what it turns'
-                if k == 0
-                else '',
+                f'{mean(true, 1, "deg")}, by the IMU {mean(measured, 1)} ({of.ratios[:, k].mean():.2f})',
+                'the text before figure 4.22 contradicts its table' if k == 0 else '',
             )
         )
     return rows + [
         Row(
             f'{name}: off the last corner',
             'the points are not reached' if name == 'thesis' else '-',
-            interval(end, 2, 'm') + f'; as the odometry sees it {interval(of.seen, 2, "m")}' * (name == 'thesis'),
+            interval(end, 2, 'm') + f'; as the odometry sees it {mean(of.seen, 2, "m")}' * (name == 'thesis'),
             WHY_OFF[name],
         )
         for name, end in of.ends.items()
@@ -143,8 +139,8 @@ def _findings(of, faults) -> tuple[Finding, ...]:
     return (
         (
             'by odometry alone the square fails',
-            f'it ends {interval(of.ends["thesis"], 1, "m")} beside the last corner, while its odometry claims to be '
-            f'there within {of.seen["max"]:.2f} m',
+            f'it ends {mean(of.ends["thesis"], 1, "m")} beside the last corner; its odometry says at most '
+            f'{of.seen["max"]:.2f} m',
             CONFIRMED if of.ends['thesis']['low'] > LOST_M else CONTRADICTED,
         ),
         (
@@ -157,19 +153,17 @@ def _findings(of, faults) -> tuple[Finding, ...]:
 
 
 def _sections(of):
-    low, high, least, most = of.ranges
     radii = (
         "One thing changed: the wheels' radii",
         "The odometry assumes 0.155 m for both wheels; each chair's differ by about half a percent, a degree or more "
-        f"over 4 m. With the chair's own radii the odometry's yaw is {least:.3f} to {most:.3f} times the true one; "
-        f'without them {low:.3f} to {high:.3f}. The rest is the slip, which the simulator draws from 1.25 to 1.30 '
-        "(the thesis's range).",
+        "over 4 m. With the chair's own radii only the slip is left, which the simulator draws from 1.25 to 1.30 (the "
+        "thesis's range).",
     )
     geometry = (
         "One thing changed: the wheels' geometry",
-        "With the chair's own multipliers of `wheel_separation` and both radii (`rosrun sara_control "
-        f'calibrate_odometry` finds them), odometry alone ends {mean(of.ends["ours, calibrated"], 2, "m")} '
-        'off the last corner. So the geometry fails, not the integration. On a real floor the slip is less constant.',
+        "With the chair's own multipliers of `wheel_separation` and both radii odometry alone ends "
+        f'{mean(of.ends["ours, calibrated"], 2, "m")} off. So the geometry fails, not the integration. On a real floor '
+        'the slip is less constant.',
     )
     return radii, geometry
 
@@ -184,18 +178,17 @@ def _figures(results):
         ),
         Figure(
             sensor_figures.name(22),
-            'Angular velocity of IMU and wheel odometry round the square, driven by odometry alone (chair 0).',
+            'Turn rate by IMU and wheel odometry.',
             lambda path: drive_figures.rates(path, trace),
         ),
         Figure(
             sensor_figures.name(23),
-            "Yaw of IMU and wheel odometry, and the odometry's x and y (chair 0).",
+            "Yaw by IMU and wheel odometry, and the odometry's x and y.",
             lambda path: drive_figures.angles(path, trace, 'wheels'),
         ),
         Figure(
             'e8_paths',
-            "Driven by wheel odometry alone: the odometry draws a square, the chair does not. With the wheels' "
-            'geometry calibrated it does (chair 0).',
+            'The odometry draws a square, the chair does not; with calibrated wheels it does.',
             lambda path: drive_figures.path(
                 path,
                 {

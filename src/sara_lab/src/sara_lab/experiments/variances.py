@@ -52,12 +52,12 @@ def _rows_of_variances(data):
 def _why(kind, k):
     """What explains the difference in an axis' variance."""
     if kind == 'accel':
-        return 'noise drawn between tables 4.1 and 4.2'
+        return 'noise between tables 4.1 and 4.2'
     if kind == 'gyro':
-        return 'noise of table 4.5; the thesis publishes the number as (rad/s)2, which is 3283 times too large'
+        return 'the thesis publishes the number as (rad/s)2, 3283 times too large'
     if k < 2:
-        return "the noise of one sample's gravity angle, a tenth of which goes through the filter"
-    return 'yaw has no reference: over a minute this is drift, not noise, and grows with its square'
+        return "noise of one sample's gravity angle, a tenth of which goes through"
+    return 'yaw has no reference: this is drift, not noise'
 
 
 def _row_as_published(published, measured):
@@ -66,7 +66,7 @@ def _row_as_published(published, measured):
         '0.0084, 0.0091, 0.0051 (rad/s)2',
         ', '.join(f'{value:.2g}' for value in published)
         + f' (rad/s)2; measured {", ".join(f"{value:.2g}" for value in measured)}',
-        'ours are in the unit that the message asks for',
+        'ours are in the unit of the message',
     )
 
 
@@ -85,8 +85,8 @@ def _findings_of_variances(data):
         ),
         (
             'they are the variances to give the filter',
-            "the gyroscope's only in (rad/s)2: as the thesis publishes them the filter almost ignores the measured "
-            "turn rate. `thesis_covariances:=true` publishes the listing's",
+            "the gyroscope's only in (rad/s)2: as published by the thesis's listing (`thesis_covariances:=true`) the "
+            'filter almost ignores the measured turn rate',
             PARTLY,
         ),
     )
