@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 HEAD = f"""# How fast SARA is
 
-Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every figure: all cases,
-runs, percentiles, yardsticks and memory. `make bench` measures the same into out/; with `CHECK=1` it fails on what got
+Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case with its runs,
+percentiles, yardsticks and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got
 slower.
 
-The speed of a machine varies, here by a factor of two. So a yardstick, a fixed piece of work, is timed before and after
+The speed of this machine varies by a factor of two. So a yardstick, a fixed piece of work, is timed before and after
 each figure. "At the peers' speed" is the median scaled to a machine whose yardstick takes {PEERS_YARDSTICK_MS:.0f} ms,
-on which the C++ peers were timed. The ratio is that divided by the peer's figure (inverse for rates): less than 1 is
-faster than the peer. Times are CPU times; nodes are shares of one core. Limits on times and shares hold at the peers'
-speed, limits on latencies, start-up and memory as measured. A line of several cases gives the range.
+on which the C++ peers were timed; the ratio is that by the peer's figure (inverse for rates): below 1 is faster. Times
+are CPU times; nodes are shares of one core. Limits hold at the peers' speed, those on latencies, start-up and memory as
+measured. A line of several cases gives the range.
 
 """
-COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'peer', 'ratio', 'wanted', 'met')
+COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'peer', 'ratio', 'wanted')
 LINES = {  # what a line is called: the names of its rows
     'EKF predict + correct, compiled loop': r'EKF predict.* in the compiled loop',
     'EKF predict + correct, called from Python': r'EKF predict.* called from Python',
@@ -53,15 +53,11 @@ def page(rows: Sequence[Row], image: str) -> str:
     missed = [row.name for row in rows if row.met is False]
     lines = summary(rows)
     text = HEAD + '\n'.join([_row(COLUMNS), '|' + ' --- |' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
-    notes = [f'- {row.name}: {row.text}' for _, of in lines if len(of) < 3 for row in of if row.text]
-    notes += [f'- {row.name}: not measured: {row.text}' for row in rows if row.skipped]
-    text += '\n\n' + ''.join(note + '\n' for note in notes)
+    text += '\n\n' + ''.join(f'- {row.name}: not measured: {row.text}\n' for row in rows if row.skipped)
     text += '\nNot met: ' + ('; '.join(missed) if missed else 'nothing') + '.\n'
     if image:
         text += f'\n## How cost grows\n\n![time over size]({image})\n\n'
-        text += (
-            'Exponents are slopes of straight lines through all points: n^1 costs twice as much for twice as many.\n'
-        )
+        text += 'n^1: twice as many cost twice as much.\n'
     return text
 
 
@@ -80,7 +76,6 @@ def _cells(name, rows):
     unit = f' {rows[0].unit}' if rows[0].unit else ''
     p99 = [row.p99 for row in rows if row.p99 is not None]
     limits = Counter(wanted(row) for row in rows if row.limit)
-    judged = [row.met for row in rows if row.met is not None]
     return (
         name + (f' ({len(rows)} cases)' if len(rows) > 1 else ''),
         _range([row.median for row in rows]) + unit,
@@ -89,7 +84,6 @@ def _cells(name, rows):
         _range([row.peer for row in rows if row.peer]),
         _range([row.ratio for row in rows if row.ratio]),
         ', '.join(limit + (f' ({of} of {len(rows)})' if of < len(rows) else '') for limit, of in limits.items()),
-        '' if not judged else 'yes' if all(judged) else 'NO',
     )
 
 

@@ -108,8 +108,8 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
             '',
             'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep, whose true pose is '
             'known. The thesis measured one chair once.',
-            'Brackets hold 95 % intervals of the mean; the JSON file beside a page has them for every figure. How to '
-            'run one: [experiments](../../src/sara_lab/docs/experiments.md).',
+            'Brackets hold 95 % intervals of the mean; more figures are in the JSON file beside each page. How to run '
+            'one: [experiments](../../src/sara_lab/docs/experiments.md).',
             '',
             table(('', 'what', 'verdict', 'chairs', 'in short'), rows),
             '',

@@ -108,8 +108,8 @@ def _of_inputs(of):
         ),
         (
             'x, y and vx is better than x, y alone',
-            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off instead of {mean(short[XY]["corner_m"], 1, "m")}; as '
-            f'seen by the filter {mean(short[XY_VX]["seen_m"], 2, "m")}',
+            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off instead of {mean(short[XY]["corner_m"], 1, "m")}; '
+            f'as seen by the filter {mean(short[XY_VX]["seen_m"], 2, "m")}',
             CONFIRMED if cured else CONTRADICTED,
         ),
         (
