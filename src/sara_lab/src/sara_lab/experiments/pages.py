@@ -56,11 +56,10 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
             [(theirs, ours, verdict) for theirs, ours, verdict in report.findings],
         ),
         '',
-        '## Figures beside the thesis',
-        '',
-        table(('', 'thesis', 'ours', 'why they differ'), _compared(report.rows)),
-        '',
     ]
+    if report.rows:
+        compared = table(('', 'thesis', 'ours', 'why they differ'), _compared(report.rows))
+        lines += ['## Figures beside the thesis', '', compared, '']
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
@@ -90,7 +89,7 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
     for name, experiment in experiments.items():
         path = folder / f'{name}.json'
         if not path.exists():
-            rows.append((name, experiment.title, 'not run', '', ''))
+            rows.append((name, experiment.title, 'not run', ''))
             continue
         data = json.loads(path.read_text(encoding='utf-8'))
         rows.append(
@@ -98,7 +97,6 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
                 f'[{name}]({name}.md)',
                 experiment.title,
                 data['verdict'] + (f'; {len(data["faults"])} not met' if data['faults'] else ''),
-                str(data['seeds']),
                 data['short'],
             )
         )
@@ -111,7 +109,7 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
             'Brackets hold 95 % intervals of the mean; more figures are in the JSON file beside each page. How to run '
             'one: [experiments](../../src/sara_lab/docs/experiments.md).',
             '',
-            table(('', 'what', 'verdict', 'chairs', 'in short'), rows),
+            table(('', 'what', 'verdict', 'in short'), rows),
             '',
         ]
     )

@@ -18,7 +18,6 @@ from sara_lab.experiments.core import (
     Figure,
     Report,
     Results,
-    Row,
     interval,
     mean,
     results_of,
@@ -92,7 +91,7 @@ def report(results: Results) -> Report:
     faults += [f"SARA's own: {own['contacts']} contacts"] if own['contacts'] else []
     return Report(
         _findings(found),
-        _rows(found),
+        (),
         _figures(results, found),
         (('All set-ups', _all(found)), *_explained(found)),
         {'set_ups': {' / '.join(key): of for key, of in found.items()}},
@@ -165,14 +164,14 @@ def _findings(found):
     weaves = true['straight_m']['mean'] > 2.0 * false['straight_m']['mean']
     return (
         (
-            'true: the path weaves',
+            'true: the path weaves (figures 4.40, 4.41)',
             f'{interval(true["straight_m"], 2, "m")} off the straight line (false: '
             f'{interval(false["straight_m"], 2, "m")}); {true["reached"]:.0%} of the drives report their goal as '
             'reached',
             CONFIRMED if weaves else PARTLY,
         ),
         (
-            'false: straight, and ends closer',
+            'false: straight, and ends closer (4.42, 4.43)',
             f'{interval(false["end_m"], 2, "m")} instead of {interval(true["end_m"], 1, "m")} off the goal; '
             f'{false["reached"]:.0%} reached',
             CONFIRMED if false['end_m']['high'] < true['end_m']['low'] else CONTRADICTED,
@@ -182,30 +181,6 @@ def _findings(found):
             f"{interval(ours_false['end_m'], 2, 'm')} instead of {interval(ours_true['end_m'], 1, 'm')}; with SARA's "
             f'own fusion {interval(own["end_m"], 2, "m")}',
             CONFIRMED if ours_false['end_m']['high'] < ours_true['end_m']['low'] else PARTLY,
-        ),
-    )
-
-
-def _rows(found):
-    true, false = found['thesis', TRUE], found['thesis', FALSE]
-    return (
-        Row(
-            'differential true (figures 4.40, 4.41)',
-            'oscillates; the heading jumps',
-            f'heading wrong by {mean(true["heading_deg"], 0, "deg")}, {mean(true["end_m"], 1, "m")} off the goal',
-            "depends on the odometry's variances, which the thesis does not give",
-        ),
-        Row(
-            'differential false, offset by /set_pose (4.42, 4.43)',
-            'straight, ends more exactly',
-            f'heading wrong by {mean(false["heading_deg"], 1, "deg")}, {mean(false["end_m"], 2, "m")} off',
-            'x, y, vx (below)',
-        ),
-        Row(
-            'how often the pose had to be given',
-            '-',
-            mean(false['clicks'], 1),
-            'the next odometry may still be transformed with the old pose',
         ),
     )
 

@@ -1,4 +1,4 @@
-"""E9: what the drives of its set-ups come to, the findings, and the rows of the table."""
+"""E9: what the drives of its set-ups come to, and the findings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,6 @@ from sara_lab.experiments.core import (
     PARTLY,
     Finding,
     Results,
-    Row,
     interval,
     mean,
     results_of,
@@ -93,13 +92,13 @@ def _of_inputs(of):
     ]
     return (
         (
-            'vx alone loses the square',
+            'vx alone loses the square (figures 4.24 to 4.26)',
             f'corners are {mean(short[VX]["corner_m"], 2, "m")} off. Figure 4.24 shows a chair steered by its wheels '
             '(below)',
             CONFIRMED if lost else CONTRADICTED,
         ),
         (
-            'x, y alone turns the long way round',
+            'x, y alone turns the long way round (4.27 to 4.29)',
             f'with sim_time 1.0 s in {short[XY]["long_way"]:.0%} of the drives (vx alone: '
             f'{short[VX]["long_way"]:.0%}), with 2.5 s in {long_[XY]["long_way"]:.0%} (vx: {long_[VX]["long_way"]:.0%})'
             '; the square is lost '
@@ -107,7 +106,7 @@ def _of_inputs(of):
             CONFIRMED if short[XY]['long_way'] > 0.5 else PARTLY,
         ),
         (
-            'x, y and vx is better than x, y alone',
+            'x, y and vx is better than x, y alone (4.30 to 4.32)',
             f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off instead of {mean(short[XY]["corner_m"], 1, "m")}; '
             f'as seen by the filter {mean(short[XY_VX]["seen_m"], 2, "m")}',
             CONFIRMED if cured else CONTRADICTED,
@@ -126,7 +125,7 @@ def _of_sim_time(of):
     short, long_ = of.square[SHORT], of.square[LONG]
     return (
         (
-            'with the longer sim_time legs are straight and every turn goes the short way',
+            'with the longer sim_time legs are straight and turns go the short way (4.33 to 4.39)',
             f'x, y, vx: {long_[XY_VX]["long_way"]:.0%} instead of {short[XY_VX]["long_way"]:.0%} of the drives turn '
             f'the long way; legs are straight within {mean(long_[XY_VX]["straight_m"], 3)} instead of '
             f'{mean(short[XY_VX]["straight_m"], 3, "m")}',
@@ -154,7 +153,7 @@ def _of_courses(of):
     printed, meant = (of.found[name, MIDDLE, XY_VX] for name in SECOND)
     return (
         (
-            'the second course: in leg 4 the chair turns half a turn too many',
+            'second course (4.35, 4.36): half a turn too many in leg 4',
             f'{mean(printed["last_leg"], 0, "deg")} too many as printed, with sim_time 1.5 s; with (0, -3) instead of '
             f'(1, -3), a leg straight ahead, {mean(meant["last_leg"], 0, "deg")}. '
             f"SARA's planner: {mean(second[0]['last_leg'], 0, 'deg')} (18 to face the slanting leg and 18 back) and "
@@ -169,66 +168,4 @@ def _of_courses(of):
             f'second course {" and ".join(mean(of["corner_m"], 3, "m") for of in second)}',
             CONFIRMED if ours[DEFAULT]['long_way'] == 0.0 else PARTLY,
         ),
-    )
-
-
-def rows(of: Spreads) -> tuple[Row, ...]:
-    """The table: the thesis's figures, ours, and what explains the difference."""
-    short = of.square[SHORT]
-    return (
-        Row(
-            'vx (figures 4.24 to 4.26)',
-            'the square is lost',
-            f'corners {mean(short[VX]["corner_m"], 2, "m")} off',
-            "the thesis's chair was steered by its wheels",
-        ),
-        Row(
-            'x, y (4.27 to 4.29)',
-            'squarer; turns back by almost 90 deg and the long way',
-            f'corners {mean(short[XY]["corner_m"], 1, "m")} off, {short[XY]["long_way"]:.0%} the long way',
-            'the filter measures its own output',
-        ),
-        Row(
-            'x, y, vx (4.30 to 4.32)',
-            'smoother; almost a whole turn at 180 deg',
-            f'corners {mean(short[XY_VX]["corner_m"], 2, "m")} off, {mean(short[XY_VX]["seen_m"], 2, "m")} as seen; '
-            f'{short[XY_VX]["long_way"]:.0%} the long way',
-            'part of each step is counted twice ([why](../../src/sara_localization/docs/thesis_set.md))',
-        ),
-        *_rows_of_longer(of),
-        *_rows_of_second(of),
-    )
-
-
-def _rows_of_longer(of):
-    long_, middle = of.square[LONG], of.square[MIDDLE]
-    return [
-        Row(
-            'x, y, vx, sim_time raised (4.33, 4.34)',
-            'smoother; still deviates at 180 deg',
-            f'off the legs as seen {mean(middle[XY_VX]["straight_m"], 3, "m")}, {middle[XY_VX]["long_way"]:.0%} the '
-            'long way',
-            '',
-        ),
-        Row(
-            'x, y, vx, sim_time raised again (4.37 to 4.39)',
-            'straight, turns always the short way, slower',
-            f'off the legs as seen {mean(long_[XY_VX]["straight_m"], 3, "m")}, {long_[XY_VX]["long_way"]:.0%} the '
-            'long way',
-            '',
-        ),
-    ]
-
-
-def _rows_of_second(of):
-    ways = (
-        f'{name} {of.found[name, MIDDLE, XY_VX]["long_way"]:.0%} the long way with sim_time 1.5 s, '
-        f'{of.found[name, LONG, XY_VX]["long_way"]:.0%} with 2.5 s'
-        for name in SECOND
-    )
-    yield Row(
-        'second course (4.35, 4.36)',
-        'deviates in leg 3; in leg 4 half a turn too many',
-        '; '.join(ways),
-        'as printed, leg 4 begins 18 deg to the left of point 3, and the chair arrives with 108 deg to turn',
     )
