@@ -6,7 +6,18 @@ import numpy as np
 
 from sara_lab.experiments import core, plotting, sensor_figures
 from sara_lab.experiments.agreement import Figure, every_case
-from sara_lab.experiments.core import CONFIRMED, PARTLY, Experiment, Report, Results, Row, interval, results_of, spread
+from sara_lab.experiments.core import (
+    CONFIRMED,
+    PARTLY,
+    Experiment,
+    Report,
+    Results,
+    Row,
+    interval,
+    mean,
+    results_of,
+    spread,
+)
 from sara_lab.experiments.filter_costs import costs
 from sara_lab.experiments.orientation import FRAMES, cases
 
@@ -45,41 +56,45 @@ def filters(results: Results) -> Report:
     }
     return Report(
         _findings_of_filters(of),
-        (*_rows_of_filter(of, 'complementary', 'complementary'), *_rows_of_filter(of, 'madgwick', 'Madgwick')),
+        tuple(_rows_of_filters(of)),
         _drawn(of.results[0]['trace']),
         data=data,
         short="Both drift alike and need k; Madgwick's costs more.",
     )
 
 
-def _rows_of_filter(of, key, name):
+def _rows_of_filters(of):
+    def both(text):
+        return '; '.join(f'{name} {text(key)}' for key, name in (('complementary', 'C'), ('madgwick', 'M')))
+
     return [
         Row(
-            f'{name}: |yaw| after a minute at rest',
+            '|yaw| after a minute at rest',
             'drifts, in proportion to time',
-            interval(spread(np.abs(of.drift[key])), 2, 'deg'),
+            both(lambda key: interval(spread(np.abs(of.drift[key])), 2, 'deg')),
             "the offset that the sensor node's calibration leaves (E3)",
         ),
         Row(
-            f'{name}: share of a full turn',
-            '0.924 (332.5 of 360)' if key == 'complementary' else 'alike',
-            interval(spread(of.share[key].ravel()), 4),
+            'share of a full turn',
+            'C 0.924 (332.5 of 360); M alike',
+            both(lambda key: interval(spread(of.share[key].ravel()), 4)),
             "the gyroscope's scale, which neither can know",
         ),
         Row(
-            f'{name}: sigma of roll, pitch at rest',
-            '+-0.02 deg (figure 4.13)' if key == 'madgwick' else '0.1 deg (table 4.10)',
-            ' and '.join(
-                interval(spread([result[key]['sigma'][k] for result in of.results]), 3, 'deg') for k in (0, 1)
+            'sigma of roll, pitch at rest',
+            'C 0.1 deg (table 4.10); M 0.02 deg (figure 4.13)',
+            both(
+                lambda key: (
+                    ' and '.join(mean(spread([result[key]['sigma'][k] for result in of.results]), 3) for k in (0, 1))
+                    + ' deg'
+                )
             ),
-            'beta and A weigh gravity against the gyroscope'
-            if key == 'madgwick'
-            else "a tenth of each sample's gravity angle, with its noise, goes through",
+            "a tenth (C) or beta (M) of each sample's gravity angle, with its noise, goes through",
         ),
         Row(
-            f'{name}: one update costs',
-            'more' if key == 'madgwick' else 'less',
-            f'{of.cost[key][0]} operations and {of.cost[key][1]} calls of atan2, hypot, sqrt',
+            'one update: operations; calls of atan2, hypot, sqrt',
+            'M more',
+            both(lambda key: f'{of.cost[key][0]} and {of.cost[key][1]}'),
             "counted on the node's own code",
         ),
     ]
@@ -181,8 +196,8 @@ def _figures_of_filters(result):
 EXPERIMENT = Experiment(
     'E4',
     "complementary filter against Madgwick's",
-    'Both filters run in the sensor node on the same samples (A = 0.9): a minute at rest, and a full turn each way '
-    '(thesis 4.2.3.1 b).',
+    "The complementary filter (C, A = 0.9) and Madgwick's (M) run in the sensor node on the same samples: a minute at "
+    'rest, and a full turn each way (thesis 4.2.3.1 b).',
     10,
     cases,
     filters,

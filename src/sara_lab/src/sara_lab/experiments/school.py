@@ -109,7 +109,6 @@ def _all(found):
         'true distance from the goal, m',
         'largest heading error, deg',
         'off the straight line, p95, m',
-        'reversals, 1/m',
         'contacts',
         'poses given',
     )
@@ -120,7 +119,6 @@ def _all(found):
             mean(of['end_m'], 2),
             mean(of['heading_deg'], 1),
             mean(of['straight_m'], 3),
-            mean(of['weave'], 2),
             str(of['contacts']),
             mean(of['clicks'], 1),
         )

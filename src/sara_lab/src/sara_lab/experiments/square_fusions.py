@@ -20,7 +20,6 @@ judged by the true pose; the thesis had only the filter's estimate ("as seen").
 
 HEAD = (
     'planner: fusion',
-    'corners reached',
     'corner off, true, m',
     'as seen, m',
     'off the legs as seen, p95, m',
@@ -37,7 +36,6 @@ def _short(planner):
 def _line(name, of):
     return (
         name,
-        f'{of["reached"]:.0%}',
         mean(of['corner_m'], 2),
         mean(of['seen_m'], 2),
         mean(of['straight_m'], 3),
@@ -88,8 +86,10 @@ def _all(of):
         f'{_short(planner)}: {ranking({name: one["values"] for name, one in of.square[planner].items()})}'
         for planner in COMPARED
     )
+    missed = [' / '.join(key) for key, one in of.found.items() if one['reached'] < 1.0]
     return (
-        f'{table(HEAD, lines)}\n\nBy the true corners (`<`: better beyond chance over the same chairs, `~`: '
+        f'{table(HEAD, lines)}\n\nCorners missed: {"; ".join(missed) or "none"}. By the true corners (`<`: better '
+        'beyond chance over the same chairs, `~`: '
         f'perhaps not): {ranks}.'
     )
 

@@ -161,9 +161,8 @@ def _sections(of):
     )
     geometry = (
         "One thing changed: the wheels' geometry",
-        "With the chair's own multipliers of `wheel_separation` and both radii odometry alone ends "
-        f'{mean(of.ends["ours, calibrated"], 2, "m")} off. So the geometry fails, not the integration. On a real floor '
-        'the slip is less constant.',
+        f'Calibrated odometry ends {mean(of.ends["ours, calibrated"], 2, "m")} off: the geometry fails, not the '
+        'integration. On a real floor the slip is less constant.',
     )
     return radii, geometry
 
