@@ -47,11 +47,11 @@ def _drawn(results, numbers, key, what, course=SQUARE):
             lambda path: drive_figures.path(path, {what: trace}, course.goals, course.start),
         ),
         'rates': (
-            'Turn rate by IMU and wheel odometry.',
+            'Turn rates.',
             lambda path: drive_figures.rates(path, trace),
         ),
         'angles': (
-            'Yaw by IMU and wheel odometry; fused x, y.',
+            'Yaw, x, y.',
             lambda path: drive_figures.angles(path, trace),
         ),
     }
