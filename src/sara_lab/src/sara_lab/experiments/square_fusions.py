@@ -65,8 +65,7 @@ def fusions(results: Results) -> Report:
         f"True corners off, thesis's planner (2.5 s): vx {square[LONG][VX]['corner_m']['mean']:.2f} m, x, y, vx "
         f'{square[LONG][XY_VX]["corner_m"]["mean"]:.2f} m, x, y {square[LONG][XY]["corner_m"]["mean"]:.1f} m; ours '
         f'{square[OURS][DEFAULT]["corner_m"]["mean"]:.3f} m. '
-        'The longer sim_time drives straighter, slower and turns the short way. vx loses the square only where the '
-        'wheels steer.',
+        'vx loses the square only where the wheels steer.',
     )
 
 

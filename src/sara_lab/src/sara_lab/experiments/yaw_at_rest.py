@@ -71,8 +71,7 @@ def yaw(results: Results) -> Report:
         (_section(of),),
         data,
         tuple(faults),
-        f'Calibrating on the PC leaves {100 * of.less:.0f} % less; sent in tenths yaw drifts all the same, for the '
-        "gyroscope's noise is not small beside a tenth.",
+        f'Calibrating on the PC leaves {100 * of.less:.0f} % less; sent in tenths yaw drifts all the same.',
     )
 
 
