@@ -16,9 +16,8 @@ if TYPE_CHECKING:
 
 HEAD = f"""# How fast SARA is
 
-Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case with its runs,
-percentiles, yardsticks and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got
-slower.
+Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case with its
+yardsticks and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got slower.
 
 The speed of this machine varies by a factor of two. So a yardstick, a fixed piece of work, is timed before and after
 each figure. "At the peers' speed" is the median scaled to a machine whose yardstick takes {PEERS_YARDSTICK_MS:.0f} ms,
