@@ -53,8 +53,6 @@ def test_pure_module_imports_without_ros(path):
 
 
 TO_BE_SPLIT = {
-    'sara_localization.checks.check_config': 342,
-    'sara_localization.checks.survey': 392,
     'sara_localization.engine.engine': 332,
     'sara_localization.filters.kernel': 308,
     'sara_localization.inputs.measurement': 330,

@@ -15,6 +15,7 @@ import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from rospy.msg import serialize_message
+from rospy.topics import _SubscriberImpl
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -139,9 +140,8 @@ class ConnectionsTest(unittest.TestCase):
 
     def test_4_a_mailbox_gives_all_that_came_in_order_and_only_when_asked(self):
         mailbox, first, second = Mailbox(10000), [], []
-        kind = wire.unread(String)
-        mailbox.subscribe('letters', kind, lambda data: first.append(text(data)))
-        mailbox.subscribe('letters', kind, lambda data: second.append(text(data)))
+        mailbox.subscribe('letters', String, lambda data: first.append(text(data)))
+        mailbox.subscribe('letters', String, lambda data: second.append(text(data)))
         publisher = rospy.Publisher('letters', String, queue_size=1000)
         wait_until(publisher.get_num_connections, 'the mailbox does not listen')
         numbers, sent = random.Random(4), []
@@ -160,9 +160,7 @@ class ConnectionsTest(unittest.TestCase):
 
     def test_5_what_a_publisher_said_before_it_went_is_not_lost_and_its_successor_is_heard(self):
         mailbox, heard = Mailbox(100), []
-        subscriber = mailbox.subscribe(
-            'brief', wire.unread(String), lambda data: heard.append(text(data)), queue_size=10
-        )
+        subscriber = mailbox.subscribe('brief', String, lambda data: heard.append(text(data)), queue_size=10)
         for word in ('one', 'two'):
             publisher = rospy.Publisher('brief', String, queue_size=10)
             wait_until(publisher.get_num_connections, 'the mailbox does not listen')
@@ -175,7 +173,7 @@ class ConnectionsTest(unittest.TestCase):
 
     def test_6_of_more_than_the_queue_holds_the_newest_stay(self):
         mailbox, heard = Mailbox(100), []
-        mailbox.subscribe('many', wire.unread(String), lambda data: heard.append(text(data)), queue_size=3)
+        mailbox.subscribe('many', String, lambda data: heard.append(text(data)), queue_size=3)
         publisher = rospy.Publisher('many', String, queue_size=10)
         wait_until(publisher.get_num_connections, 'the mailbox does not listen')
         publisher.publish('begin')
@@ -185,6 +183,26 @@ class ConnectionsTest(unittest.TestCase):
         time.sleep(0.5)
         mailbox.deliver()
         self.assertEqual(heard, ['begin', '5', '6', '7'])
+
+    def test_7_what_comes_before_rospy_knows_whom_to_call_is_not_lost(self):
+        mailbox, heard = Mailbox(100), []
+        publisher = rospy.Publisher('early', String, queue_size=10)
+        set_queue_size = _SubscriberImpl.set_queue_size
+
+        def late(impl, size):  # a busy computer: the connection is there before rospy.Subscriber is made
+            wait_until(publisher.get_num_connections, 'the mailbox does not listen')
+            publisher.publish('first')
+            time.sleep(0.3)
+            set_queue_size(impl, size)
+
+        _SubscriberImpl.set_queue_size = late
+        try:
+            mailbox.subscribe('early', String, lambda data: heard.append(text(data)), queue_size=10)
+        finally:
+            _SubscriberImpl.set_queue_size = set_queue_size
+        publisher.publish('second')
+        wait_until(lambda: mailbox.deliver() or len(heard) == 2, f'only {heard} came')
+        self.assertEqual(heard, ['first', 'second'])
 
 
 if __name__ == '__main__':

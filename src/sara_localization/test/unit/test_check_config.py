@@ -9,6 +9,7 @@ import yaml
 
 from sara_common.diagnostics import ERROR, WARN
 from sara_localization.checks import check_config
+from sara_localization.checks.findings import sorted_findings
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 
@@ -106,9 +107,9 @@ def test_a_mistake_is_told_with_its_remedy(changes, level, key, words):
 
 
 def test_every_fault_is_told_at_once_and_errors_come_first():
-    findings = check_config.sorted_findings(found(sound(frequency=-1, odom0_config=[1], world_frame='x')))
+    findings = sorted_findings(found(sound(frequency=-1, odom0_config=[1], world_frame='x')))
     assert len(findings) == 3
-    findings = check_config.sorted_findings(found(sound(frequenzy=1, two_d_mode=False)))
+    findings = sorted_findings(found(sound(frequenzy=1, two_d_mode=False)))
     assert [f.level for f in findings] == sorted((f.level for f in findings), reverse=True)
     assert findings[0].level == ERROR and findings[-1].level == WARN
 

@@ -196,6 +196,7 @@ def test_the_filter_is_one_of_two():
 def test_what_is_doubtful_is_told_beside_the_faults():
     """A misspelt name leaves a fault and a warning: only the two together show what happened."""
     from sara_localization.checks import check_config
+    from sara_localization.checks.findings import sorted_findings
 
     params = {'odom0': '/odom', 'odom0_confg': [True] * 15, 'twist0': '/t', 'twist0_config': [True] * 15}
     with pytest.raises(ConfigError) as caught:
@@ -204,7 +205,7 @@ def test_what_is_doubtful_is_told_beside_the_faults():
     assert any('is odom0_config meant?' in warning for warning in caught.value.warnings)
     config, findings = check_config.check(params)
     assert config is None
-    assert [f.level for f in check_config.sorted_findings(findings)] == [2, 1, 1]
+    assert [f.level for f in sorted_findings(findings)] == [2, 1, 1]
 
 
 def test_a_list_that_is_missing_gives_no_false_warnings():

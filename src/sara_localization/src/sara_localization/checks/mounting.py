@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from sara_common.diagnostics import ERROR, OK
-from sara_localization.checks.check_config import Finding, unmeasured
+from sara_localization.checks.findings import Finding
+from sara_localization.checks.variables import unmeasured
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import ACCELERATION, ANGLES, NAMES, RATES, VELOCITY
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy, rotation_matrix

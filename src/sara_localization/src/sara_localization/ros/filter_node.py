@@ -19,6 +19,7 @@ from sara_common.diagnostics import ERROR
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_localization.checks import check_config
+from sara_localization.checks.findings import sorted_findings
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.diagnostics import FilterDiagnostics, FrequencyDiagnostics
 from sara_localization.engine.engine import FilterEngine
@@ -28,6 +29,7 @@ from sara_localization.ros.inputs import KINDS, published_topics, why_silent
 from sara_localization.ros.mailbox import Mailbox
 from sara_localization.ros.outbox import Outbox
 from sara_localization.ros.tf2_transforms import Tf2Transforms
+from sara_localization.ros.topic_watch import TopicWatch
 from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
 
 DIAGNOSTICS_PERIOD = 1.0
@@ -55,8 +57,8 @@ class FilterNode:
         self.mailbox = Mailbox(MOST_ARRIVED)
         self.failures = 0
         self.last_diagnostics = None
-        self.silent_because = {}
-        self.last_looked = None
+        self.topic_watch = TopicWatch(published_topics, WAITING_LOG_PERIOD)
+        self.topics = {i.name: (i.kind, rospy.resolve_name(i.topic)) for i in config.inputs}
         self.filter_diagnostics = FilterDiagnostics(config, findings)
         self.frequency_diagnostics = FrequencyDiagnostics(config.frequency)
         self._advertise()
@@ -100,7 +102,7 @@ class FilterNode:
             add(i.name, kind.read(data))
 
         return self.mailbox.subscribe(
-            i.topic, wire.unread(kind.message), take, max(i.queue_size, SHORTEST_QUEUE) if i.queue_size else None
+            i.topic, kind.message, take, max(i.queue_size, SHORTEST_QUEUE) if i.queue_size else None
         )
 
     def _report(self, sentence):
@@ -202,6 +204,7 @@ class FilterNode:
         with self.lock:
             statuses, lines = list(self.engine.inputs.values()), self.engine.status_lines(now)
             silent = [status.name for status in statuses if not status.received]
+            because = self._why_silent(silent, now)
             waiting = '; '.join(lines) if output is None else self.engine.missing_transform
             if not self.engine.enabled:
                 waiting = 'disabled at startup; call the service {}'.format(rospy.resolve_name('~enable'))
@@ -210,12 +213,14 @@ class FilterNode:
                 ('time jumps', self.engine.time_jumps),
                 ('cycles failed', self.failures),
                 ('states not finite', self.engine.not_finite),
+                *self._extensions(statuses),
+                *((name + '_silent', why) for name, why in because.items()),
             ]
-            counters += self._extensions(statuses) + self._silence(silent, now)
             status = self.filter_diagnostics.status(now, statuses, waiting, counters)
         if status.level and (waiting or silent):
-            reasons = '; '.join(self.silent_because.get(name) for name in silent if self.silent_because.get(name))
-            rospy.logwarn_throttle(WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, reasons))))
+            rospy.logwarn_throttle(
+                WAITING_LOG_PERIOD, '; '.join(filter(None, (status.message, '; '.join(because.values()))))
+            )
         told = [status] if self.config.print_diagnostics else []
         self.diagnostics_pub.publish(
             diagnostic_array(conversions.ros_time(now), told + [self.frequency_diagnostics.status(now)])
@@ -238,15 +243,12 @@ class FilterNode:
             told.append(('parked', self.engine.parked))
         return told
 
-    def _silence(self, silent, now):
-        """(key, value) for each input on whose topic nothing came: who, if anybody, publishes it."""
-        if not silent:
-            self.silent_because = {}
-        elif self.last_looked is None or not 0.0 <= now - self.last_looked < WAITING_LOG_PERIOD:
-            self.last_looked, published = now, published_topics()
-            topics = {i.name: (i.kind, rospy.resolve_name(i.topic)) for i in self.config.inputs}
-            self.silent_because = {name: why_silent(*topics[name], published) for name in silent}
-        return [(name + '_silent', why) for name, why in self.silent_because.items() if why and name in silent]
+    def _why_silent(self, silent, now):
+        """{input on whose topic nothing came: who, if anybody, publishes it}; without those where all is right."""
+        published = self.topic_watch.published(now) if silent else None
+        if published is None:
+            return {}
+        return {name: why for name in silent if (why := why_silent(*self.topics[name], published))}
 
 
 def watch_clock():
@@ -278,7 +280,7 @@ def run(kind: str):
     """The node of that kind ('ekf' or 'ukf') until it is shut down."""
     start_node(kind + '_navigation_node')
     config, findings = check_config.check(parameters(), kind)
-    for finding in check_config.sorted_findings(findings):
+    for finding in sorted_findings(findings):
         error = rospy.logfatal if config is None else rospy.logerr
         (error if finding.level == ERROR else rospy.logwarn)(finding.sentence)
     if config is None:

@@ -60,10 +60,11 @@ class _Line:
 
 
 class _Topic:
-    """Who takes a topic's messages, each with how many may wait."""
+    """Who takes a topic's messages, each with how many may wait: [(take, queue_size)]. `known`: to rospy."""
 
     def __init__(self):
-        self.takers = []
+        self.takers: list[tuple[Callable, int | None]] = []
+        self.known = False
 
 
 class Mailbox:
@@ -77,29 +78,37 @@ class Mailbox:
         self._topics, self._lines, self._left = {}, [], deque(maxlen=most)
         self._lock = threading.RLock()
 
-    def subscribe(self, topic: str, message: type, take: Callable, queue_size: int | None = None):
-        """take(data) is called by `deliver` for each message; of more than queue_size at once the oldest are lost.
-        Returns the rospy.Subscriber.
-        """
-        taker = (take, queue_size)
-
-        def receive(
-            msg,
-        ):  # what rospy itself reads: a topic whose statistics are kept, and what comes while it is being taken over
-            with self._lock:
-                self._left.append((take, msg.bytes))
-
-        subscriber = rospy.Subscriber(topic, message, receive, queue_size=queue_size, tcp_nodelay=True)
-        impl = subscriber.impl
-        if impl.statistics_logger:
-            return subscriber
+    def subscribe(self, topic: str, message: type, take: Callable, queue_size: int | None = None) -> rospy.Subscriber:
+        """take(data) is called by `deliver` for each message; of more than queue_size at once the oldest are lost."""
         with self._lock:
-            known = self._topics.get(impl)
-            if known is None:
-                known = self._topics[impl] = _Topic()
-                self._take_over(impl, known)
-            known.takers.append(taker)
+            known = self._topics.setdefault(rospy.resolve_name(topic), _Topic())
+            known.takers.append((take, queue_size))
+        subscriber = rospy.Subscriber(topic, self._receiving(message, known), queue_size=queue_size, tcp_nodelay=True)
+        with self._lock:
+            if not (known.known or subscriber.impl.statistics_logger):
+                known.known = True
+                self._take_over(subscriber.impl, known)
         return subscriber
+
+    def _receiving(self, message, topic):
+        """The message for what rospy itself reads: a topic whose statistics are kept, and what comes until the
+        connection is taken over. rospy adds a callback only after it has registered the topic, and drops what comes
+        between the two; the message is made for whatever comes.
+        """
+
+        def receive(data):
+            with self._lock:
+                self._left.extend((take, data) for take, _ in topic.takers)
+
+        class Receiving(message):
+            def __init__(self):  # pylint: disable=super-init-not-called
+                pass
+
+            def deserialize(self, str):
+                receive(str)
+                return self
+
+        return Receiving
 
     def _take_over(self, impl, topic):
         """From here on the topic's connections are not read by their threads."""

@@ -18,8 +18,9 @@ from tqdm import tqdm
 
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
-from sara_localization.checks.check_config import Finding
+from sara_localization.checks.findings import Finding, sorted_findings
 from sara_localization.checks.survey import Survey
+from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import IDENTITY
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.ros.bags import bag_tools
@@ -29,55 +30,61 @@ from sara_localization.ros.inputs import resolved
 WORDS = {ERROR: 'error', WARN: 'warning', OK: 'note'}
 
 
-def survey_bag(path, config, static=(), quiet=False):
-    """(findings, Survey) of a bag under a configuration."""
+def survey_bag(path: str, config: FilterConfig, static=()) -> tuple[list[Finding], Survey]:
+    """(findings, Survey) of a bag under a configuration; static: [(parent, child, Transform)] that the bag lacks."""
     buffer = TransformBuffer()
     for parent, child, transform in static:
         buffer.set_transform(parent, child, transform)
     survey = Survey(config, buffer)
     with rosbag.Bag(path) as bag:
         published = bag_tools.topic_types(bag)
-        found = [
-            Finding(ERROR, name + '_data', sentence) for name, sentence in bag_tools.wrong_topics(config, published)
-        ]
-        wrong = {finding.key[: -len('_data')] for finding in found}
-        inputs = {topic: [i for i in used if i.name not in wrong] for topic, used in bag_tools.by_topic(config).items()}
-        names = [
-            name
-            for name, _ in bag.get_type_and_topic_info().topics.items()
-            if inputs.get(resolved(name)) or resolved(name) in TF_TOPICS
-        ]
-        for topic, msg, _ in (
-            bag.read_messages(topics=[n for n in names if resolved(n) == '/tf_static'])
-            if '/tf_static' in dict(published)
-            else ()
-        ):
-            bag_tools.enter_transforms(buffer, resolved(topic), msg)
+        wrong = dict(bag_tools.wrong_topics(config, published))
+        if '/tf_static' in dict(published):
+            names = [name for name in bag.get_type_and_topic_info().topics if resolved(name) == '/tf_static']
+            for topic, msg, _ in bag.read_messages(topics=names):
+                bag_tools.enter_transforms(buffer, resolved(topic), msg)
         _own_transform(buffer, config)
-        base_moves = False
-        total = bag.get_message_count(names) if names else 0
-        with tqdm(total=total, unit='msg', file=sys.stderr, disable=quiet, mininterval=0.2, leave=False) as bar:
-            for topic, msg, received in bag.read_messages(topics=names) if names else ():
-                topic = resolved(topic)
-                if topic in TF_TOPICS:
-                    bag_tools.enter_transforms(buffer, topic, msg)
-                    base_moves = base_moves or any(_leads_to(config, t) for t in msg.transforms)
-                for i in inputs.get(topic, ()):
-                    survey.add(i.name, bag_tools.converted(i, topic, msg), received.to_sec())
-                bar.update()
+        base_moves = _survey_messages(bag, survey, buffer, wrong)
+    found = [Finding(ERROR, name + '_data', sentence) for name, sentence in wrong.items()]
     if base_moves:
         found.append(
             Finding(
                 WARN,
                 'publish_tf',
                 f'the bag holds {config.world_frame} -> {config.base_link_frame_output}, which this filter would '
-                'publish too: two publishers of one '
-                'transform make it jump. Set publish_tf: false here, or stop the other (diff_drive_controller: '
-                'enable_odom_tf: false).',
+                'publish too: two publishers of one transform make it jump. Set publish_tf: false here, or stop the '
+                'other (diff_drive_controller: enable_odom_tf: false).',
             )
         )
-    found += [f for f in survey.findings() if not (f.key.endswith('_data') and f.key[: -len('_data')] in wrong)]
-    return found, survey
+    told = {name + '_data' for name in wrong}
+    return found + [finding for finding in survey.findings() if finding.key not in told], survey
+
+
+def _survey_messages(bag, survey, buffer, wrong) -> bool:
+    """Give a bag's messages to the survey, but not those of the inputs in `wrong`, and its transforms to the buffer.
+
+    Returns whether one of them is the transform that the filter publishes itself.
+    """
+    config, base_moves = survey.config, False
+    inputs = {topic: [i for i in used if i.name not in wrong] for topic, used in bag_tools.by_topic(config).items()}
+    names = [
+        name
+        for name in bag.get_type_and_topic_info().topics
+        if inputs.get(resolved(name)) or resolved(name) in TF_TOPICS
+    ]
+    if not names:
+        return False
+    total = bag.get_message_count(names)
+    with tqdm(total=total, unit='msg', file=sys.stderr, mininterval=0.2, leave=False) as bar:
+        for name, msg, received in bag.read_messages(topics=names):
+            topic = resolved(name)
+            if topic in TF_TOPICS:
+                bag_tools.enter_transforms(buffer, topic, msg)
+                base_moves = base_moves or any(_leads_to(config, t) for t in msg.transforms)
+            for i in inputs.get(topic, ()):
+                survey.add(i.name, bag_tools.converted(i, topic, msg), received.to_sec())
+            bar.update()
+    return base_moves
 
 
 def _leads_to(config, t):
@@ -98,7 +105,7 @@ def _own_transform(buffer, config):
 
 def report(findings, file=sys.stdout) -> int:
     """Print the findings; returns the status of the process."""
-    for finding in check_config.sorted_findings(findings):
+    for finding in sorted_findings(findings):
         print(f'{WORDS[finding.level]}: {finding.sentence}', file=file)
     if not any(finding.level for finding in findings):
         print('nothing to mend was found', file=file)

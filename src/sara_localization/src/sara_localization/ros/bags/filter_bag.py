@@ -19,6 +19,7 @@ import math
 import os
 import sys
 import time
+from typing import NamedTuple
 
 import numpy as np
 import rosbag
@@ -31,7 +32,8 @@ from sara_localization.bags.alignment import aligned, local_plane, rmse
 from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
 from sara_localization.bags.plots import draw_drive
 from sara_localization.checks import check_config
-from sara_localization.config.filter_config import BACKENDS
+from sara_localization.checks.findings import sorted_findings
+from sara_localization.config.filter_config import BACKENDS, FilterConfig
 from sara_localization.geometry.rigid import rpy_from_quaternion
 from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools
@@ -100,35 +102,36 @@ def _compared(track, times, places):
     return rmse(t, way, times, places), aligned(places[inside], at)
 
 
-def run(in_bag, out_bag, config, static=(), quiet=False, csv=None, tum=None, plot=None, reference=None) -> dict:
-    """Filter a bag into another (None: into none) and into the files asked for; returns what is printed as JSON."""
+class Wanted(NamedTuple):
+    """What is asked for besides the bag: files to be written (a table, the poses in TUM's format, a picture), and the
+    topic of the bag that holds better positions.
+    """
+
+    csv: str | None = None
+    tum: str | None = None
+    plot: str | None = None
+    reference: str | None = None
+
+
+def run(in_bag: str, out_bag: str | None, config: FilterConfig, static=(), quiet=False, wanted=Wanted()) -> dict:
+    """Filter a bag into another (None: into none) and into the files `wanted`; returns what is printed as JSON."""
     if out_bag is not None and os.path.abspath(in_bag) == os.path.abspath(out_bag):
         raise UsageError('OUT.bag must be another file than IN.bag')
-    tracks, track = _Tracks(plot is not None), Track()
+    tracks, track = _Tracks(wanted.plot is not None), Track()
     with contextlib.ExitStack() as files:
         source = files.enter_context(rosbag.Bag(in_bag))
-        writers = []
-        if out_bag is not None:
-            writers.append(_bag_writer(files.enter_context(rosbag.Bag(out_bag, 'w')), config))
+        to_bag = _bag_writer(files.enter_context(rosbag.Bag(out_bag, 'w')), config) if out_bag is not None else None
         tables = [
             writer(files.enter_context(open(path, 'w')))
-            for path, writer in ((csv, CsvWriter), (tum, TumWriter))
+            for path, writer in ((wanted.csv, CsvWriter), (wanted.tum, TumWriter))
             if path
         ]
-        tables += [track] if plot or reference else []
-        known = _reference(source, reference) if reference else None
-
-        def on_output(now, output):
-            for write in writers:
-                write(now, output)
-            if output.published:
-                for table in tables:
-                    table.write(output)
-
+        tables += [track] if wanted.plot or wanted.reference else []
+        known = _reference(source, wanted.reference) if wanted.reference else None
         said = bag_tools.Warnings(quiet)
         for _, sentence in bag_tools.wrong_topics(config, bag_tools.topic_types(source)):
             said(sentence)
-        machine = BagFilter(config, static, on_output, said, tracks.add)
+        machine = BagFilter(config, static, _spread(to_bag, tables), said, tracks.add)
         seconds = _play(source, machine, quiet)
     if machine.last is None:
         lines = machine.engine.status_lines(0.0)
@@ -145,9 +148,22 @@ def run(in_bag, out_bag, config, static=(), quiet=False, csv=None, tum=None, plo
     if known is not None:
         distance, laid = _compared(track, *known)
         result['rmse'] = round(distance, 4)
-    if plot:
-        draw_drive(plot, track, tracks.by_name.values(), os.path.basename(in_bag), laid)
+    if wanted.plot:
+        draw_drive(wanted.plot, track, tracks.by_name.values(), os.path.basename(in_bag), laid)
     return result
+
+
+def _spread(to_bag, tables):
+    """A function of (time of the tick in s, FilterOutput) that gives it to to_bag (or None) and to the tables."""
+
+    def on_output(now, output):
+        if to_bag:
+            to_bag(now, output)
+        if output.published:
+            for table in tables:
+                table.write(output)
+
+    return on_output
 
 
 def _play(source, machine, quiet) -> float:
@@ -163,53 +179,50 @@ def _play(source, machine, quiet) -> float:
     return time.perf_counter() - began
 
 
-def main(argv=None):
+def _parser():
     parser = argparse.ArgumentParser(prog='filter_bag', description='Run the filter over a bag, without a master.')
-    parser.add_argument('in_bag', metavar='IN.bag')
-    parser.add_argument('out_bag', metavar='OUT.bag', help='where the estimate goes; - for nowhere')
-    parser.add_argument('--params', required=True, metavar='FILE.yaml', help='the parameters of ekf_localization_node')
-    parser.add_argument('--filter', default='ekf', choices=['ekf', 'ukf'], help='which filter (default: ekf)')
-    parser.add_argument(
+    add = parser.add_argument
+    add('in_bag', metavar='IN.bag')
+    add('out_bag', metavar='OUT.bag', help='where the estimate goes; - for nowhere')
+    add('--params', required=True, metavar='FILE.yaml', help='the parameters of ekf_localization_node')
+    add('--filter', default='ekf', choices=['ekf', 'ukf'], help='which filter (default: ekf)')
+    add(
         '--backend',
         choices=BACKENDS,
         help='what computes it, in place of the `backend` in FILE.yaml (default: compiled)',
     )
-    parser.add_argument('--csv', metavar='FILE.csv', help='a table of the estimates with their standard deviations')
-    parser.add_argument('--tum', metavar='FILE.tum', help="the poses in TUM's format (evo)")
-    parser.add_argument(
-        '--plot', metavar='FILE.png', help='a picture of the way, the yaw, their uncertainty and the speeds'
-    )
-    parser.add_argument(
-        '--reference', metavar='TOPIC', help='a topic of the bag with better positions: the distance from it is told'
-    )
-    parser.add_argument('--quiet', action='store_true', help='no progress, no warnings')
+    add('--csv', metavar='FILE.csv', help='a table of the estimates with their standard deviations')
+    add('--tum', metavar='FILE.tum', help="the poses in TUM's format (evo)")
+    add('--plot', metavar='FILE.png', help='a picture of the way, the yaw, their uncertainty and the speeds')
+    add('--reference', metavar='TOPIC', help='a topic of the bag with better positions: the distance from it is told')
+    add('--quiet', action='store_true', help='no progress, no warnings')
     bag_tools.add_static_option(parser)
-    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
+    return parser
+
+
+def _config(arguments) -> FilterConfig:
+    """The configuration of the arguments; what is doubtful about it goes to stderr. Raises UsageError."""
+    params = load_params(arguments.params)
+    if arguments.backend:
+        params = {**params, 'backend': arguments.backend}
+    config, findings = check_config.check(params, arguments.filter)
+    if config is None:
+        raise UsageError('\n'.join(finding.sentence for finding in findings))
+    if not arguments.quiet:
+        for finding in sorted_findings(findings):
+            print('{}: {}'.format('error' if finding.level == ERROR else 'warning', finding.sentence), file=sys.stderr)
+    return config
+
+
+def main(argv: list[str] | None = None) -> None:
+    """The program; its status is 1 where something cannot be used."""
+    arguments = _parser().parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
-        params = load_params(arguments.params)
-        if arguments.backend:
-            params = {**params, 'backend': arguments.backend}
-        config, findings = check_config.check(params, arguments.filter)
-        if config is None:
-            raise UsageError('\n'.join(finding.sentence for finding in findings))
-        if not arguments.quiet:
-            for finding in check_config.sorted_findings(findings):
-                print(
-                    '{}: {}'.format('error' if finding.level == ERROR else 'warning', finding.sentence), file=sys.stderr
-                )
+        config = _config(arguments)
         static = [static_transform(text) for text in arguments.static_tf]
         out_bag = None if arguments.out_bag == '-' else arguments.out_bag
-        result = run(
-            arguments.in_bag,
-            out_bag,
-            config,
-            static,
-            arguments.quiet,
-            arguments.csv,
-            arguments.tum,
-            arguments.plot,
-            arguments.reference,
-        )
+        wanted = Wanted(arguments.csv, arguments.tum, arguments.plot, arguments.reference)
+        result = run(arguments.in_bag, out_bag, config, static, arguments.quiet, wanted)
     except (UsageError, OSError, rosbag.ROSBagException) as error:
         sys.exit(f'filter_bag: {error}')
     print(json.dumps(result))
