@@ -53,11 +53,6 @@ def test_pure_module_imports_without_ros(path):
 
 
 TO_BE_SPLIT = {
-    'sara_localization.engine.engine': 332,
-    'sara_localization.filters.kernel': 308,
-    'sara_localization.inputs.measurement': 330,
-    'sara_localization.inputs.preprocessing': 388,
-    'sara_localization.ranges.range_correction': 301,
     'sara_nav.costmaps.layers.cone': 352,
     'sara_nav.costmaps.layers.range_sensor': 316,
     'sara_nav.grids.outline': 301,

@@ -21,14 +21,16 @@ def _wrapped(a):
 
 class PeerUkf(Ukf):
     def __init__(self, *args, **kwargs):
-        kwargs['control'], kwargs['keep_positive'] = None, False
+        kwargs['control'] = None
         super().__init__(*args, **kwargs)
-        scale = self.alpha**2 * (15 + self.kappa)
+        self.keep_positive = False
+        alpha, beta, kappa = self.spread
+        scale = alpha**2 * (15 + kappa)
         self.scale = scale
         self.wm = np.full(31, 0.5 / scale)
         self.wm[0] = 1.0 - 15.0 / scale
         self.wc = self.wm.copy()
-        self.wc[0] += 1.0 - self.alpha**2 + self.beta
+        self.wc[0] += 1.0 - alpha**2 + beta
         self.points, self.fresh = np.zeros((31, 15)), True
 
     def _draw(self):
@@ -54,8 +56,8 @@ class PeerUkf(Ukf):
         self.P = D.T @ (self.wc[:, None] * D) + self._noise(self.x) * dt
         self.fresh = True
 
-    def correct(self, indices, z, R, threshold=np.inf, extra=None):
-        indices, z, R = np.array(indices), np.array(z, dtype=float), np.array(R, dtype=float)
+    def take(self, m):
+        indices, z, R = m.indices, m.z, m.R
         keep = np.flatnonzero(np.isfinite(z))
         indices, z, R = indices[keep], z[keep], R[np.ix_(keep, keep)]
         np.fill_diagonal(R, np.maximum(np.abs(R.diagonal()), 1e-9))
@@ -72,7 +74,7 @@ class PeerUkf(Ukf):
         y = z - expected
         y[angles] = _wrapped(y[angles])
         self.nis = float(y @ inverse @ y)
-        if self.nis >= min(threshold, 1e150) ** 2:
+        if self.nis >= min(m.gate, 1e150) ** 2:
             return False
         K = Pxz @ inverse
         self.x = self.x + K @ y

@@ -14,10 +14,11 @@ from recorded import RecordedBag, Run, play  # noqa: E402
 from test_kernel import SEEDS, Q, random_covariance, random_measurement, random_state, scaled_difference  # noqa: E402
 
 from sara_localization.config.filter_config import ConfigError, FilterConfig  # noqa: E402
-from sara_localization.engine.engine import make_filter  # noqa: E402
+from sara_localization.engine.make_filter import make_filter  # noqa: E402
 from sara_localization.filters import covariance  # noqa: E402
 from sara_localization.filters.control import Control, ControlConfig  # noqa: E402
-from sara_localization.filters.ekf import Ekf  # noqa: E402
+from sara_localization.filters.ekf import Ekf
+from sara_localization.filters.estimator import Biases  # noqa: E402
 from sara_localization.filters.filterpy_backend import FilterpyEkf, FilterpyUkf  # noqa: E402
 from sara_localization.filters.ukf import Ukf  # noqa: E402
 
@@ -73,8 +74,7 @@ def test_every_step_comes_out_the_same(seed, pair, commanded):
             x,
             control=COMMANDED if commanded else None,
             dynamic_process_noise=True,
-            bias_noise=(1e-4,),
-            bias_variance=(0.01,),
+            biases=Biases((1e-4,), (0.01,)),
             **pair[2],
         )
         for kind in pair[:2]

@@ -86,7 +86,8 @@ def agree(kf, reference, s, k, least):
 @SCENARIOS
 def test_ekf_agrees_to_1e6(s):
     given = arguments(s)
-    kf = Ekf(**given, keep_positive=s not in NO_COVARIANCE)
+    kf = Ekf(**given)
+    kf.keep_positive = s not in NO_COVARIANCE
     for k in replay(s, kf, given['control']):
         if EKF['comparable'][s][k]:
             agree(kf, EKF, s, k, 1e-6)
@@ -107,7 +108,8 @@ def test_ukf_itself_agrees_before_the_first_fusion(s):
     """The first measurement and predictions after it: there the peer has no defect but its control without effect."""
     given = arguments(s)
     alpha, kappa, beta = UKF['ukf_alpha_kappa_beta'][s]
-    kf = Ukf(**{**given, 'control': None}, alpha=alpha, kappa=kappa, beta=beta, keep_positive=s not in NO_COVARIANCE)
+    kf = Ukf(**{**given, 'control': None}, alpha=alpha, kappa=kappa, beta=beta)
+    kf.keep_positive = s not in NO_COVARIANCE
     for k in replay(s, kf, None):
         if k > 0 and EKF['op'][s][k] != 0:
             break

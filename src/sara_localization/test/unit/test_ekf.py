@@ -11,7 +11,7 @@ from sara_common.planar import wrap_exact
 from sara_localization.config.filter_config import DEFAULT_PROCESS_NOISE
 from sara_localization.filters import motion_model
 from sara_localization.filters.ekf import Ekf
-from sara_localization.filters.estimator import Estimator
+from sara_localization.filters.estimator import Estimator, measured
 from sara_localization.filters.state import VX, VYAW, YAW
 
 Q = np.diag(DEFAULT_PROCESS_NOISE)
@@ -103,7 +103,8 @@ def test_the_gate_rejects_beyond_its_sigmas():
 def test_prediction_and_correction_in_one_call_are_the_two_of_them(kept):
     rng = np.random.default_rng(4)
     for trial in range(300):
-        one, two = (Ekf(np.eye(15) * 0.01, np.eye(15) * 0.1, keep_positive=kept) for _ in range(2))
+        one, two = (Ekf(np.eye(15) * 0.01, np.eye(15) * 0.1) for _ in range(2))
+        one.keep_positive = two.keep_positive = kept
         k = int(rng.integers(1, 4))
         indices = tuple(int(i) for i in rng.permutation(15)[:k])
         for step in range(1, 6):
@@ -119,7 +120,7 @@ def test_prediction_and_correction_in_one_call_are_the_two_of_them(kept):
             done = one.process(0.1 * step, indices, z, R, threshold)
             if two.initialised:
                 assert done == Estimator._predict_and_correct(
-                    two, 0.1 * step - two.last_measurement_time, 0.1 * step, indices, z, R, threshold, None
+                    two, 0.1 * step - two.last_measurement_time, 0.1 * step, measured(indices, z, R, threshold)
                 )
                 two.last_measurement_time = 0.1 * step
             else:

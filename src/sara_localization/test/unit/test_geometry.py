@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_common.planar import wrap_exact
-from sara_localization.filters import motion_model
-from sara_localization.filters import state_pose as joining
+from sara_localization.filters import motion_model, state_pose
 from sara_localization.geometry.rigid import (
     IDENTITY,
     Transform,
@@ -58,29 +57,26 @@ def test_composition_is_one_after_the_other(a, b, point):
     np.testing.assert_allclose((a @ b).apply(point), a.apply(b.apply(point)), atol=1e-9)
 
 
-@given(st.lists(lengths, min_size=6, max_size=6), transforms)
-def test_what_is_compiled_is_the_same(state, other):
-    x = np.array(state + [0.0] * 9)
-    pose = joining.pose_of(x)
-    assert pose == Transform.from_xyz_rpy(*state)
-    assert joining.joined(x, other) == pose @ other
-
-
 @given(st.lists(st.floats(-1.0, 1.0), min_size=15, max_size=15), transforms, st.floats(0.0, 0.5))
 def test_a_state_is_joined_as_it_was(state, other, age):
     x = np.array(state)
     before, _ = motion_model.predict(x, -age)
-    same(joining.joined(joining.earlier(x, age), other), joining.pose_of(before) @ other)
+    same(state_pose.pose_of(state_pose.earlier(x, age)) @ other, state_pose.pose_of(before) @ other)
     np.testing.assert_array_equal(x, state)
-    same(joining.joined(joining.earlier(x, 60.0), other), joining.joined(joining.earlier(x, joining.LONGEST), other))
+    same(
+        state_pose.pose_of(state_pose.earlier(x, 60.0)) @ other,
+        state_pose.pose_of(state_pose.earlier(x, state_pose.LONGEST)) @ other,
+    )
 
 
 @given(transforms, st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6), transforms, st.floats(0.0, 0.5))
 def test_a_pose_that_moves_is_joined_as_the_state_that_says_the_same(pose, twist, other, age):
     x = np.array((*pose.translation, *pose.rpy, *twist, 0.0, 0.0, 0.0))
-    same(joining.pose_earlier(pose, twist, age) @ other, joining.joined(joining.earlier(x, age), other), 1e-6)
+    same(
+        state_pose.pose_earlier(pose, twist, age) @ other, state_pose.pose_of(state_pose.earlier(x, age)) @ other, 1e-6
+    )
     for nothing in (math.nan, math.inf):
-        same(joining.pose_earlier(pose, (*twist[:5], nothing), age) @ other, pose @ other, 1e-6)
+        same(state_pose.pose_earlier(pose, (*twist[:5], nothing), age) @ other, pose @ other, 1e-6)
 
 
 @given(transforms, transforms)

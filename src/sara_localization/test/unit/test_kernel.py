@@ -13,6 +13,7 @@ from sara_common.planar import wrap_exact
 from sara_localization.filters import covariance, kernel
 from sara_localization.filters.ekf import Ekf
 from sara_localization.filters.motion_model import advance, jacobian
+from sara_localization.filters.residual import Measured
 from sara_localization.filters.ukf import Ukf
 
 Q = np.diag([0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015])
@@ -120,7 +121,7 @@ def test_scalars_one_at_a_time_are_josephs_form(seed, n):
     x, P = random_state(rng, n), random_covariance(rng, n)
     indices, extra, z, R = random_measurement(rng, n)
     expected_x, expected_P, nis = joseph(x, P, indices, extra, z, R)
-    result, distance, positive = kernel.correct(x, P, indices, extra, z, R, math.inf)
+    result, distance, positive = kernel.correct(x, P, Measured(indices, extra, z, R, math.inf))
     assert result == kernel.TAKEN and positive and (P == P.T).all()
     difference = x - expected_x
     difference[3:6] = [wrap_exact(a) for a in difference[3:6]]
@@ -136,11 +137,11 @@ def test_the_gate_rejects_at_the_mahalanobis_distance_and_changes_nothing(seed):
     indices, extra, z, R = random_measurement(rng)
     _, _, nis = joseph(x, P, indices, extra, z, R)
     before = x.copy(), P.copy()
-    result, _, _ = kernel.correct(x, P, indices, extra, z, R, math.sqrt(nis) * 0.999)
+    result, _, _ = kernel.correct(x, P, Measured(indices, extra, z, R, math.sqrt(nis) * 0.999))
     assert result == kernel.REJECTED
     np.testing.assert_array_equal(x, before[0])
     np.testing.assert_array_equal(P, before[1])
-    assert kernel.correct(x, P, indices, extra, z, R, math.sqrt(nis) * 1.001)[0] == kernel.TAKEN
+    assert kernel.correct(x, P, Measured(indices, extra, z, R, math.sqrt(nis) * 1.001))[0] == kernel.TAKEN
 
 
 @given(SEEDS, st.integers(-3, 3))
@@ -150,8 +151,8 @@ def test_whole_turns_of_a_measured_angle_change_nothing(seed, turns):
     a, b = (x.copy(), P.copy()), (x.copy(), P.copy())
     indices, extra, R = np.array([3, 5]), np.array([-1, -1]), np.eye(2) * 0.1
     z = np.array([x[3] + 0.2, x[5] - 0.3])
-    kernel.correct(*a, indices, extra, z, R, math.inf)
-    kernel.correct(*b, indices, extra, z + turns * 2 * math.pi, R, math.inf)
+    kernel.correct(*a, Measured(indices, extra, z, R, math.inf))
+    kernel.correct(*b, Measured(indices, extra, z + turns * 2 * math.pi, R, math.inf))
     np.testing.assert_allclose(a[0], b[0], atol=1e-9)
     np.testing.assert_allclose(a[1], b[1], atol=1e-12)
 

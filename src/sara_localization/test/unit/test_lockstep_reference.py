@@ -12,7 +12,7 @@ sys.path.append(str(Path(__file__).resolve().parent))
 from peer_ukf import PeerUkf  # noqa: E402
 from recorded import RUNS, RecordedBag, Run, play, yaw_of  # noqa: E402
 
-import sara_localization.engine.engine as engine_module  # noqa: E402
+from sara_localization.engine import make_filter  # noqa: E402
 from sara_localization.filters.motion_model import advance  # noqa: E402
 from sara_localization.filters.ukf import Ukf  # noqa: E402
 
@@ -92,7 +92,7 @@ def test_ukf_is_nowhere_worse_than_the_peer_and_survives(name):
 @pytest.mark.parametrize('name, tolerance', [('s2_square_chair__ukf_thesis', 1e-6), ('s5_spin_setpose__ukf', 1e-6)])
 def test_ukf_with_the_peers_defects_put_in_is_the_peers_node(name, tolerance, monkeypatch):
     """The other runs hold measurements of equal stamps, which the peer takes in an undefined order."""
-    monkeypatch.setattr(engine_module, 'Ukf', PeerUkf)
+    monkeypatch.setattr(make_filter, 'Ukf', PeerUkf)
     run = Run(name)
     _, ours, _, _ = outputs_of(run)
     assert np.abs(np.array([o.pose.translation for o in ours]) - run.pose[:, :3]).max() < tolerance
@@ -109,9 +109,7 @@ class TextbookUkf(Ukf):
             advance(point, dt)
             return point
 
-        self.book = UnscentedKalmanFilter(
-            15, 15, 0.1, lambda s: s, fx, MerweScaledSigmaPoints(15, self.alpha, self.beta, self.kappa)
-        )
+        self.book = UnscentedKalmanFilter(15, 15, 0.1, lambda s: s, fx, MerweScaledSigmaPoints(15, *self.spread))
 
     def _propagate(self, dt, time):
         self.book.x, self.book.P, self.book.Q = self.x, self.P, self.process_noise * dt
@@ -119,8 +117,8 @@ class TextbookUkf(Ukf):
         self.x, self.P = self.book.x, 0.5 * (self.book.P + self.book.P.T)
         self.x[3:6] = wrapped(self.x[3:6])
 
-    def correct(self, indices, z, R, threshold=np.inf, extra=None):
-        indices, book = list(indices), self.book
+    def take(self, m):
+        indices, book = m.indices.tolist(), self.book
         angles = [k for k, i in enumerate(indices) if 3 <= i <= 5]
 
         def residual(a, b):
@@ -130,7 +128,7 @@ class TextbookUkf(Ukf):
 
         book.x, book.P, book.residual_z = self.x, self.P, residual
         book.sigmas_f = book.points_fn.sigma_points(self.x, self.P)
-        book.update(np.array(z), R=np.array(R), hx=lambda s: s[indices])
+        book.update(m.z.copy(), R=m.R.copy(), hx=lambda s: s[indices])
         self.x, self.P = book.x, 0.5 * (book.P + book.P.T)
         self.x[3:6] = wrapped(self.x[3:6])
         return True
@@ -146,7 +144,7 @@ def test_s1_the_textbook_filter_is_as_far_off_as_ours_and_the_ekf_farther(monkey
     """
     run = Run(RIGHT_BY_MISTAKE)
     _, ours, _, _ = outputs_of(run)
-    monkeypatch.setattr(engine_module, 'Ukf', TextbookUkf)
+    monkeypatch.setattr(make_filter, 'Ukf', TextbookUkf)
     _, textbook, _, _ = outputs_of(run)
     run.filter = 'ekf'
     _, linear, _, _ = outputs_of(run)
@@ -165,8 +163,8 @@ def test_s1_the_peer_is_right_by_mistake(monkeypatch):
         for at, topic, kind, data in b.messages
     ]
     found = []
-    for filter_class in (engine_module.Ukf, PeerUkf):
-        monkeypatch.setattr(engine_module, 'Ukf', filter_class)
+    for filter_class in (make_filter.Ukf, PeerUkf):
+        monkeypatch.setattr(make_filter, 'Ukf', filter_class)
         monkeypatch.setattr(b, 'messages', true)
         _, ours, _, _ = outputs_of(run)
         found.append(errors(run, ours)[0])

@@ -8,11 +8,12 @@ import pytest
 from sara_localization.filters.state import AX, OFF_PLANE, PITCH, ROLL, VX, VY, YAW, X, Y, Z
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy, rotation_matrix
 from sara_localization.geometry.transforms import TransformBuffer
-from sara_localization.inputs import measurement
+from sara_localization.inputs import measurement, poses
 from sara_localization.inputs.data import ImuData, PoseData, TwistData
-from sara_localization.inputs.measurement import MissingTransform
+from sara_localization.inputs.measurement import Frames, Gravity, MissingTransform, Part
 
 ALL6 = (True,) * 6
+ALL, FIRST, ALL3 = Part('s', ALL6), Part('s', (True,) + (False,) * 5), Part('s', (True,) * 3)
 COVARIANCE = np.diag([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 
 
@@ -22,7 +23,7 @@ def frames():
     buffer.set_transform('map', 'odom', Transform.from_xyz_rpy(1.0, 2.0, 0.0, yaw=math.pi / 2))
     buffer.set_transform('base_link', 'side', Transform.from_xyz_rpy(0.0, -0.25, 0.4, yaw=math.pi / 2))
     buffer.set_transform('base_link', 'front', Transform.from_xyz_rpy(1.0, 0.0, 0.0))
-    return buffer
+    return Frames(buffer, 'map', 'base_link')
 
 
 def value_of(prepared, index):
@@ -31,35 +32,29 @@ def value_of(prepared, index):
 
 def test_a_pose_is_brought_into_the_world(frames):
     data = PoseData(1.0, 'odom', (3.0, 0.0, 0.0), quaternion_from_rpy(0.0, 0.0, 0.5), COVARIANCE)
-    prepared, problems = measurement.pose(data, ALL6, 'odom0_pose', frames, 'map')
+    prepared, problems = poses.pose(data, Part('odom0_pose', ALL6), frames)
     assert problems == []
     np.testing.assert_allclose(prepared.z, [1.0, 5.0, 0.0, 0.0, 0.0, math.pi / 2 + 0.5], atol=1e-12)
     np.testing.assert_allclose(np.diag(prepared.R), [0.2, 0.1, 0.3, 0.5, 0.4, 0.6], atol=1e-12)
 
 
 def test_the_mask_turns_with_the_frame(frames):
-    prepared, _ = measurement.pose(
-        PoseData(1.0, 'odom', covariance=COVARIANCE), (True,) + (False,) * 5, 's', frames, 'map'
-    )
+    prepared, _ = poses.pose(PoseData(1.0, 'odom', covariance=COVARIANCE), FIRST, frames)
     assert prepared.indices == (Y,)
 
 
 def test_a_sideways_sensor_and_its_lever(frames):
     side, _ = measurement.twist(
         TwistData(1.0, 'side', (1.0, 0.0, 0.0), (0, 0, 0), COVARIANCE),
-        (True,) + (False,) * 5,
-        's',
+        FIRST,
         frames,
-        'base_link',
         (0.0, 0.0, 0.0),
     )
     assert side.indices == (VY,)
     front, _ = measurement.twist(
         TwistData(1.0, 'front', (1.0, 0.5, 0.0), (0, 0, 0.5), COVARIANCE),
-        ALL6,
-        's',
+        ALL,
         frames,
-        'base_link',
         (0.0, 0.0, 0.5),
     )
     # A sensor 1 m ahead of a robot turning at 0.5 rad/s moves sideways by 0.5 m/s; the robot itself does not.
@@ -68,7 +63,7 @@ def test_a_sideways_sensor_and_its_lever(frames):
 
 def test_the_mounting_of_an_imu_is_taken_off(frames):
     pitched = ImuData(1.0, 'side', quaternion_from_rpy(0.0, 0.1, math.pi / 2 + 0.3), np.diag([0.1, 0.2, 0.3]))
-    prepared, _ = measurement.imu_orientation(pitched, (False, True, True), 's', frames, 'base_link')
+    prepared, _ = poses.imu_orientation(pitched, Part('s', (False, True, True)), frames)
     assert prepared.indices == (ROLL, YAW)
     assert value_of(prepared, ROLL) == pytest.approx(-0.1) and value_of(prepared, YAW) == pytest.approx(0.3)
 
@@ -84,16 +79,14 @@ def test_gravity_is_taken_off_a_tilted_imu(frames, orientation):
         covariance = -covariance
         q = (0.0, 0.0, 0.0, 0.0)
     data = ImuData(1.0, 'base_link', q, covariance, linear_acceleration=felt, linear_acceleration_covariance=np.eye(3))
-    prepared, problems = measurement.acceleration(data, (True,) * 3, 's', frames, 'base_link', state, (0, 0, 0), 9.8)
+    prepared, problems = measurement.acceleration(data, ALL3, frames, state, (0, 0, 0), Gravity(9.8))
     np.testing.assert_allclose(prepared.z, 0.0, atol=1e-12)
     assert problems == []
 
 
 def test_two_d_mode_measures_the_plane_and_takes_no_cross_terms(frames):
     covariance = COVARIANCE + 0.01
-    prepared, _ = measurement.pose(
-        PoseData(1.0, 'map', covariance=covariance), ALL6, 's', frames, 'map', measurement.PoseOptions(two_d=True)
-    )
+    prepared, _ = poses.pose(PoseData(1.0, 'map', covariance=covariance), ALL, frames._replace(two_d=True))
     for i in OFF_PLANE:
         k = prepared.indices.index(i)
         assert prepared.z[k] == 0.0 and prepared.R[k, k] == 1e-6
@@ -117,7 +110,7 @@ def test_bad_data_leave_their_variable_out_and_are_told(frames, variance, value,
     covariance[0, 0] = variance
     for frame in ('base_link', 'side'):
         data = TwistData(1.0, frame, (value, 0.5, 0.0), (0.0, 0.0, 0.1), covariance)
-        prepared, problems = measurement.twist(data, ALL6, 's', frames, 'base_link', (0.0, 0.0, 0.0))
+        prepared, problems = measurement.twist(data, ALL, frames, (0.0, 0.0, 0.0))
         assert [p.kind for p in problems] == [kind]
         assert len(prepared.indices) == 5
         assert np.isfinite(prepared.z).all() and np.isfinite(prepared.R).all()
@@ -127,40 +120,38 @@ def test_bad_numbers_that_nobody_asked_for_do_no_harm(frames):
     covariance = COVARIANCE.copy()
     covariance[5, :] = covariance[:, 5] = math.nan
     data = TwistData(1.0, 'side', (1.0, math.nan, 0.0), (0.0, 0.0, math.inf), covariance)
-    prepared, problems = measurement.twist(data, (True,) + (False,) * 5, 's', frames, 'base_link', (0.0, 0.0, 0.0))
+    prepared, problems = measurement.twist(data, FIRST, frames, (0.0, 0.0, 0.0))
     assert problems == [] and prepared.indices == (VY,)
     assert np.isfinite(prepared.z).all() and np.isfinite(prepared.R).all()
 
 
 def test_no_rotation_leaves_the_angles_out(frames):
     data = PoseData(1.0, 'map', (1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 0.0), COVARIANCE)
-    prepared, problems = measurement.pose(data, ALL6, 's', frames, 'map')
+    prepared, problems = poses.pose(data, ALL, frames)
     assert prepared.indices == (X, Y, Z) and [p.kind for p in problems] == ['bad_orientation']
 
 
 def test_a_missing_transform_is_named(frames):
     data = ImuData(1.0, 'unknown', linear_acceleration_covariance=np.eye(3))
     with pytest.raises(MissingTransform, match='unknown -> base_link'):
-        measurement.acceleration(data, (True,) * 3, 's', frames, 'base_link', np.zeros(15), (0, 0, 0))
+        measurement.acceleration(data, ALL3, frames, np.zeros(15), (0, 0, 0))
 
 
 def test_acceleration_is_at_its_place_in_the_state(frames):
     data = ImuData(1.0, 'base_link', linear_acceleration=(0.3, 0, 9.8), linear_acceleration_covariance=np.eye(3))
-    prepared, _ = measurement.acceleration(
-        data, (True, False, False), 's', frames, 'base_link', np.zeros(15), (0, 0, 0)
-    )
+    prepared, _ = measurement.acceleration(data, Part('s', (True, False, False)), frames, np.zeros(15), (0, 0, 0))
     assert prepared.indices == (AX,) and prepared.z[0] == pytest.approx(0.3)
 
 
 def test_the_lever_arm_of_a_state_that_ran_away_is_left_out(frames):
     """Its square, taken in, would end in numbers that are none: found by random messages, twice in a million."""
-    frames.set_transform('base_link', 'aside', Transform((1.0, 0.0, 0.0)))
+    frames.transforms.set_transform('base_link', 'aside', Transform((1.0, 0.0, 0.0)))
     for rates in (1e9, 1e150, 1e300):
         state = np.zeros(15)
         state[9:12] = rates
         data = ImuData(1.0, 'aside', linear_acceleration=(0.0, 0.0, 9.8), linear_acceleration_covariance=np.eye(3))
-        prepared, problems = measurement.acceleration(data, (True,) * 3, 'imu0', frames, 'base_link', state, (0.0,) * 3)
+        prepared, problems = measurement.acceleration(data, ALL3, frames, state, (0.0,) * 3)
         assert prepared is None and {p.kind for p in problems} <= {'huge_value', 'not_finite'} and len(problems) == 3
         data = TwistData(1.0, 'aside', (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), np.eye(6))
-        prepared, problems = measurement.twist(data, (True,) * 6, 'odom0', frames, 'base_link', [1e5 * rates] * 3)
+        prepared, problems = measurement.twist(data, ALL, frames, [1e5 * rates] * 3)
         assert 11 in prepared.indices and 7 not in prepared.indices and np.isfinite(prepared.z).all()

@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.ranges import map_echo
+from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
-from sara_localization.ranges.range_status import status
+from sara_localization.ranges.range_correction import RangeCorrection
+from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.range_status import Heard, status
 
 CELL, HALF = 0.05, math.radians(30.0)
 SIZE_X, SIZE_Y = 3.0, 2.6  # m, free inside of the walls of a room that begins at (0, 0)
@@ -264,9 +266,8 @@ def test_a_predicted_plane_is_where_the_wall_is_and_its_slopes_are_right(x, y, y
 
     def at(x, y, yaw, axes=none):
         sx, sy, axis = compose((x, y, yaw), MOUNTS['left'])
-        return map_echo.predict(
-            map_.cells, CELL, x + shift, y + shift, yaw, sx + shift, sy + shift, axis, HALF, 2.5, 0.03, axes
-        )
+        base, sensor = (x + shift, y + shift), (sx + shift, sy + shift, axis)
+        return map_echo.predict(map_.cells, CELL, base, sensor, Cone(HALF, 2.5, 0.03), axes)
 
     sensor = compose((x, y, yaw), MOUNTS['left'])
     what, distance, *slopes = at(x, y, yaw, some)
@@ -289,7 +290,7 @@ def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
         cells[60:62, 42:] = map_echo.OCCUPIED
     else:
         cells[40:, 58:] = map_echo.OCCUPIED  # the sensor looks along it
-    what, distance, _ = map_echo.echo(cells, CELL, 2.0, 2.2, math.pi / 2, HALF, 2.5, 0.03)
+    what, distance, _ = map_echo.echo(cells, CELL, (2.0, 2.2, math.pi / 2), Cone(HALF, 2.5, 0.03))
     assert what == map_echo.AMBIGUOUS and math.isnan(distance)
 
 
@@ -334,17 +335,17 @@ def test_maps_that_are_none_are_refused():
 
 def test_diagnostics_say_what_is_waited_for():
     correction = RangeCorrection(CONFIG)
-    assert status('n', correction, 1.0, None, None).message == 'waiting for the map'
+    assert status('n', correction, 1.0, Heard()).message == 'waiting for the map'
     correction.map = room()
-    assert status('n', correction, 1.0, None, None)[1:3] == (ERROR, 'waiting for dead reckoning on odom')
-    assert status('n', correction, 9.0, 8.9, 1.0).level == WARN
-    assert status('n', correction, 9.0, 8.9, 8.9, 'no transform odom -> base_link')[1:3] == (
+    assert status('n', correction, 1.0, Heard())[1:3] == (ERROR, 'waiting for dead reckoning on odom')
+    assert status('n', correction, 9.0, Heard(8.9, 1.0)).level == WARN
+    assert status('n', correction, 9.0, Heard(8.9, 8.9, 'no transform odom -> base_link'))[1:3] == (
         ERROR,
         'no transform odom -> base_link',
     )
     ride(correction, (0.05, 0.0, 0.0))
-    told = status('n', correction, 50.0, 50.0, 50.0)
+    told = status('n', correction, 50.0, Heard(50.0, 50.0))
     assert told.level == OK and dict(told.values)['used'] == str(correction.counts['used'])
     correction.on_range(data('left', math.nan, 1.0))
-    assert status('n', correction, 50.0, 50.0, 50.0).level == WARN
-    assert status('n', correction, 50.0, 50.0, 50.0, before=dict(correction.counts)).level == OK
+    assert status('n', correction, 50.0, Heard(50.0, 50.0)).level == WARN
+    assert status('n', correction, 50.0, Heard(50.0, 50.0), before=dict(correction.counts)).level == OK

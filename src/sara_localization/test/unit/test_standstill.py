@@ -137,7 +137,7 @@ def test_who_moves_is_not_parked(motion):
 def test_without_wheels_nobody_is_parked():
     chair = Chair(standstill_update=True)
     chair.engine.add_odometry = lambda name, data: None
-    chair.engine.intake._last_stamps.clear()
+    chair.engine.preprocessor._last_stamps.clear()
     for _ in range(200):
         chair.step += 1
         chair.engine.add_imu(

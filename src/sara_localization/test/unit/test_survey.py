@@ -191,6 +191,7 @@ def test_order_delay_and_gaps_are_told():
 def test_a_turned_mask_is_the_filters_own(roll, pitch, yaw, variable):
     """mounting.turned_mask says what measurement.py does with a message."""
     from sara_localization.inputs import measurement
+    from sara_localization.inputs.measurement import Frames, Part
 
     mounting = Transform.from_xyz_rpy(roll=roll, pitch=pitch, yaw=yaw)
     chosen = mask(variable)
@@ -201,7 +202,7 @@ def test_a_turned_mask_is_the_filters_own(roll, pitch, yaw, variable):
         from sara_localization.inputs.data import TwistData
 
         data = TwistData(1.0, 'sensor', (0.0, 0.0, 0.0), (0.1, 0.2, 0.3), np.eye(6))
-        m, _ = measurement.twist(data, tuple(chosen[6:12]), 'x', buffer, 'base_link', np.zeros(3))
+        m, _ = measurement.twist(data, Part('x', tuple(chosen[6:12])), Frames(buffer, 'odom', 'base_link'), np.zeros(3))
         assert set(m.indices) == {k for k in range(15) if turned[k]}
     assert any(turned) and turned_mask(chosen, Transform(), True) == tuple(chosen)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sara_localization.filters import covariance
 from sara_localization.filters.ekf import Ekf
-from sara_localization.filters.kernel import UNSURE_ANGLE
+from sara_localization.filters.sigma_points import UNSURE_ANGLE
 from sara_localization.filters.state import OFF_PLANE, VX, VYAW, YAW, X, Y
 from sara_localization.filters.ukf import Ukf
 

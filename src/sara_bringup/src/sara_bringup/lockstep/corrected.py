@@ -11,7 +11,8 @@ from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import parameters
 from sara_common.planar import compose
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
+from sara_localization.ranges.range_correction import RangeCorrection
+from sara_localization.ranges.range_data import RangeData, RangeMap
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading

@@ -13,49 +13,31 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_localization.filters.ekf import Ekf
-from sara_localization.filters.kernel import predict, take, unscented_step
+from sara_localization.filters.kernel import predict, take
+from sara_localization.filters.residual import Measured
+from sara_localization.filters.sigma_points import Spread, unscented_step
 from sara_localization.filters.state import OFF_PLANE, VX, VYAW, YAW, X, Y
 from sara_localization.filters.ukf import Ukf
 
 CASES = {'x, y, vx and forced zeros': tuple(sorted((X, Y, VX, *OFF_PLANE))), 'yaw, vyaw': (YAW, VYAW)}
 DT, VARIANCE = 0.01, 0.01
-ALPHA, BETA, KAPPA = 0.001, 2.0, 0.0
+SPREAD = Spread(0.001, 2.0, 0.0)
 
 
 @kernel
-def ekf_steps(
-    count: int,
-    x: np.ndarray,
-    P: np.ndarray,
-    Q: np.ndarray,
-    dt: float,
-    indices: np.ndarray,
-    extra: np.ndarray,
-    z: np.ndarray,
-    R: np.ndarray,
-) -> None:
+def ekf_steps(count: int, x: np.ndarray, P: np.ndarray, Q: np.ndarray, dt: float, measured: Measured) -> None:
     """`count` predicts over dt (s) with a correct each, in place."""
     for _ in range(count):
         predict(x, P, Q, dt, x)
-        take(x, P, indices, extra, z, R, np.inf)
+        take(x, P, measured)
 
 
 @kernel
-def ukf_steps(
-    count: int,
-    x: np.ndarray,
-    P: np.ndarray,
-    Q: np.ndarray,
-    dt: float,
-    indices: np.ndarray,
-    extra: np.ndarray,
-    z: np.ndarray,
-    R: np.ndarray,
-) -> None:
+def ukf_steps(count: int, x: np.ndarray, P: np.ndarray, Q: np.ndarray, dt: float, measured: Measured) -> None:
     """The same for the unscented filter."""
     for _ in range(count):
-        unscented_step(x, P, Q, False, dt, ALPHA, BETA, KAPPA)
-        take(x, P, indices, extra, z, R, np.inf)
+        unscented_step(x, P, Q, False, dt, SPREAD)
+        take(x, P, measured)
 
 
 def _setting(case):
@@ -69,12 +51,9 @@ def _setting(case):
 def in_a_loop(kind: str, case: str, count: int) -> Callable:
     """A function that does `count` steps in compiled code; kind: 'ekf' or 'ukf'."""
     x, Q, indices, z, R = _setting(case)
-    P, extra, steps = (
-        VARIANCE * np.eye(15),
-        np.full(len(indices), -1, np.int64),
-        ekf_steps if kind == 'ekf' else ukf_steps,
-    )
-    return lambda: steps(count, x, P, Q, DT, indices, extra, z, R)
+    measured = Measured(indices, np.full(len(indices), -1, np.int64), z, R, np.inf)
+    P, steps = VARIANCE * np.eye(15), ekf_steps if kind == 'ekf' else ukf_steps
+    return lambda: steps(count, x, P, Q, DT, measured)
 
 
 def one_by_one(kind: str, case: str, count: int) -> Callable:

@@ -36,7 +36,7 @@ class Trace:
         self._file, self._lines = file, []
 
     def measurement(self, m, taken: bool, nis: float):
-        """A sheets.Measurement was taken in or not, at the squared Mahalanobis distance nis."""
+        """A raw_measurement.Measurement was taken in or not, at the squared Mahalanobis distance nis."""
         values = zip(m.indices, m.z.tolist(), m.R.diagonal().tolist())
         self._lines.append(
             '  {} {} of {:.3f}{}: {}; {:.3g} sigma'.format(

@@ -20,47 +20,17 @@ from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine import debug_log as trace
 from sara_localization.engine import set_pose as placing
 from sara_localization.engine.history import History
+from sara_localization.engine.make_filter import make_filter
 from sara_localization.engine.output import Output
 from sara_localization.engine.sensor_timeout import Silence
 from sara_localization.filters import kernel
 from sara_localization.filters.control import Control
-from sara_localization.filters.ekf import Ekf
-from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import RATES, SIZE
-from sara_localization.filters.ukf import Ukf
-from sara_localization.inputs import measurement, sheets
+from sara_localization.inputs import raw_measurement
 from sara_localization.inputs.data import FilterOutput, ImuData, OdometryData, PoseData, TwistData
-from sara_localization.inputs.preprocessing import Intake, Motion
+from sara_localization.inputs.measurement import STANDSTILL
+from sara_localization.inputs.preprocessing import Motion, Preprocessor
 from sara_localization.inputs.status import InputStatus
-
-
-def make_filter(config: FilterConfig, control: Control | None = None, biases=None) -> Estimator:
-    """The EKF or UKF of a configuration, by its backend; biases: as Intake.biases."""
-    noise, variance = [], []
-    for name, states in (biases or {}).items():
-        noise += [config.input(name).gyro_bias_noise] * len(states)
-        variance += [config.input(name).gyro_bias_variance] * len(states)
-    arguments = dict(
-        process_noise=config.process_noise_covariance,
-        initial_covariance=config.initial_estimate_covariance,
-        initial_state=config.initial_state,
-        control=control,
-        bias_noise=noise,
-        bias_variance=variance,
-        dynamic_process_noise=config.dynamic_process_noise_covariance,
-    )
-    if config.filter == 'ukf':
-        arguments.update(alpha=config.alpha, beta=config.beta, kappa=config.kappa)
-    return _filter_class(config)(**arguments)
-
-
-def _filter_class(config: FilterConfig) -> type[Estimator]:
-    if config.backend == 'compiled':
-        return Ukf if config.filter == 'ukf' else Ekf
-    # Imported where it is asked for: filterpy brings scipy along.
-    from sara_localization.filters.filterpy_backend import FilterpyEkf, FilterpyUkf
-
-    return FilterpyUkf if config.filter == 'ukf' else FilterpyEkf
 
 
 class FilterEngine:
@@ -74,12 +44,12 @@ class FilterEngine:
 
     def __init__(self, config: FilterConfig, transforms, report=None):
         kernel.warm(config.filter)
-        sheets.warm()
+        raw_measurement.warm()
         self.config, self.transforms = config, transforms
         self._report = report or (lambda sentence: None)
         self.control = Control(config.control) if config.control else None
-        self.intake = Intake(config, transforms, self._report)
-        self.filter = make_filter(config, self.control, self.intake.biases)
+        self.preprocessor = Preprocessor(config, transforms, self._report)
+        self.filter = make_filter(config, self.control, self.preprocessor.biases)
         self.history = History(config.history_length) if config.smooth_lagged_data and config.history_length else None
         self.enabled, self.on = not config.disabled_at_startup, True
         self.time_jumps = self.not_finite = self.before_history = 0
@@ -92,7 +62,7 @@ class FilterEngine:
     @property
     def inputs(self) -> dict[str, InputStatus]:
         """The account of every input, by name."""
-        return self.intake.inputs
+        return self.preprocessor.inputs
 
     @property
     def missing_transform(self) -> str | None:
@@ -102,19 +72,20 @@ class FilterEngine:
     @property
     def parked(self) -> bool:
         """Whether the robot is known to stand still; False where no extension asks for it."""
-        return self.intake.standstill is not None and self.intake.standstill.parked
+        standstill = self.preprocessor.standstill
+        return standstill is not None and standstill.parked
 
     def gyro_bias(self, name: str) -> np.ndarray:
         """The estimated bias of the IMU `name`, (3,) rad/s: in the sensor's frame with 'standstill', about the robot's
         axes with 'state'; zeros where none is estimated.
         """
-        states = self.intake.biases.get(name)
+        states = self.preprocessor.biases.get(name)
         if states:
             bias = np.zeros(3)
             for rate, index in states.items():
                 bias[rate - RATES.start] = self.filter.x[index]
             return bias
-        standstill = self.intake.standstill
+        standstill = self.preprocessor.standstill
         return standstill.gyros[name].bias.copy() if standstill and name in standstill.gyros else np.zeros(3)
 
     def reset(self):
@@ -125,7 +96,7 @@ class FilterEngine:
 
     def _forget(self):
         self._queue, self._sequence, self._seen = [], 0, None
-        self.intake.forget()
+        self.preprocessor.forget()
         if self.history:
             self.history.forget()
         self.output.forget()
@@ -148,19 +119,19 @@ class FilterEngine:
 
     def add_odometry(self, name: str, data: OdometryData):
         """A message of input `name` (odomN); never raises for what the data holds."""
-        self._enqueue(name, self.intake.odometry(name, data, self._motion()))
+        self._enqueue(name, self.preprocessor.odometry(name, data, self._motion()))
 
     def add_pose(self, name: str, data: PoseData):
         """A message of input `name` (poseN)."""
-        self._enqueue(name, self.intake.pose(name, data, self._motion()))
+        self._enqueue(name, self.preprocessor.pose(name, data, self._motion()))
 
     def add_twist(self, name: str, data: TwistData):
         """A message of input `name` (twistN)."""
-        self._enqueue(name, self.intake.twist(name, data, self._motion()))
+        self._enqueue(name, self.preprocessor.twist(name, data, self._motion()))
 
     def add_imu(self, name: str, data: ImuData):
         """A message of input `name` (imuN)."""
-        self._enqueue(name, self.intake.imu(name, data, self._motion()))
+        self._enqueue(name, self.preprocessor.imu(name, data, self._motion()))
 
     def add_control(self, command, stamp: float):
         """A command (6,) vx vy vz vroll vpitch vyaw in the robot's frame, given at a time (s); one that is not finite
@@ -205,7 +176,7 @@ class FilterEngine:
         self.filter.initialised = True
         self.filter.last_measurement_time = now
         self._queue, self._seen = [], None
-        self.intake.forget_poses(stamp)
+        self.preprocessor.forget_poses(stamp)
         if self.silence:
             self.silence.forget()
         if self.history:
@@ -221,7 +192,7 @@ class FilterEngine:
             self._time_went_back(now)
         self._last_tick, self._seen = now, None
         if now > 0.0:
-            self.intake.now = now
+            self.preprocessor.now = now
         if not self.enabled:
             return None
         if self.on:
@@ -266,7 +237,7 @@ class FilterEngine:
             taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
             if self.trace:
                 self.trace.measurement(m, taken, kf.nis)
-            if sequence not in again and m.source != measurement.STANDSTILL:
+            if sequence not in again and m.source != STANDSTILL:
                 inputs[name].took(taken, kf.nis, m.informative)
                 if self.silence and taken:
                     self.silence.heard(name, stamp)
@@ -284,7 +255,7 @@ class FilterEngine:
         if late or self.config.predict_to_current_time:
             kf.predict_to(now)
         if self.history:
-            self.intake.history_from = self.history.expire(kf.last_measurement_time)
+            self.preprocessor.history_from = self.history.expire(kf.last_measurement_time)
 
     def _go_back(self, first):
         """For an oldest measurement that is late: back to before it; returns the sequence numbers of what is done
@@ -297,34 +268,29 @@ class FilterEngine:
             self.filter.restore(snapshot)
         if not enough:
             self.before_history += 1
-            self._say_before_history(first)
+            stamp, _, name, _ = first
+            self._say_before_history(stamp, name)
         for entry in again:
             heapq.heappush(self._queue, entry)
         return {entry[1] for entry in again}
 
-    def _say_before_history(self, first):
-        stamp, _, name, _ = first
-        status = self.inputs[name]
-        sentence = status.has_problem(
+    def _say_before_history(self, stamp, name):
+        late, kept = self.filter.last_measurement_time - stamp, self.history.length
+        sentence = self.inputs[name].has_problem(
             'before_history',
-            f'a message comes {self.filter.last_measurement_time - stamp:.3f} s late, history_length is '
-            f'{self.history.length:g} s: it cannot be put in '
-            'its place',
+            f'a message comes {late:.3f} s late, history_length is {kept:g} s: it cannot be put in its place',
         )
         if sentence:
             self._report(sentence)
 
     def _time_went_back(self, now):
         self.time_jumps += 1
+        back = f'time went back from {self._last_tick:.3f} to {now:.3f} s'
         if self.config.reset_on_time_jump:
-            self._report(f'time went back from {self._last_tick:.3f} to {now:.3f} s: the filter starts anew')
+            self._report(f'{back}: the filter starts anew')
             self.reset()
         else:
-            self._report(
-                f'time went back from {self._last_tick:.3f} to {now:.3f} s: measurements are ignored until it '
-                'catches up; '
-                'reset_on_time_jump would start anew'
-            )
+            self._report(f'{back}: measurements are ignored until it catches up; reset_on_time_jump would start anew')
 
     def status_lines(self, now: float) -> list[str]:
         """One line per input on what became of its messages, and one for a transform that the output lacks."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from sara_localization.inputs.sheets import Measurement
+from sara_localization.inputs.raw_measurement import Measurement
 
 # A late measurement of the very stamp of a state goes before it.
 _EPSILON = 1e-9

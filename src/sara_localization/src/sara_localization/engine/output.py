@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.filters import state_pose as joining
+from sara_localization.filters import motion_model, state_pose
 from sara_localization.filters.state import RATES, SIZE
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import later
@@ -23,7 +23,7 @@ class Output:
     """
 
     def __init__(self, config: FilterConfig, transforms, report):
-        joining.warm()
+        motion_model.warm()
         self.config, self.transforms, self._report = config, transforms, report
         self.missing_transform: str | None = None
         self._period = 1.0 / config.frequency
@@ -82,10 +82,10 @@ class Output:
         config, dated = self.config, later(stamp, self.config.transform_time_offset)
         if config.invert_tf:
             return StampedTransform(
-                dated, config.base_link_frame_output, config.world_frame, joining.pose_of(x).inverse()
+                dated, config.base_link_frame_output, config.world_frame, state_pose.pose_of(x).inverse()
             )
         if not config.publishes_map_to_odom:
-            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, joining.pose_of(x))
+            return StampedTransform(dated, config.world_frame, config.base_link_frame_output, state_pose.pose_of(x))
         base_from_odom = self.transforms.lookup(config.base_link_frame, config.odom_frame, stamp)
         if base_from_odom is None:
             missing = (
@@ -98,5 +98,5 @@ class Output:
             return None
         self.missing_transform = None
         if config.join_at_odometry_time:
-            x = joining.earlier(x, self.transforms.age(config.base_link_frame, config.odom_frame, stamp))
-        return StampedTransform(dated, config.map_frame, config.odom_frame, joining.joined(x, base_from_odom))
+            x = state_pose.earlier(x, self.transforms.age(config.base_link_frame, config.odom_frame, stamp))
+        return StampedTransform(dated, config.map_frame, config.odom_frame, state_pose.pose_of(x) @ base_from_odom)

@@ -9,9 +9,9 @@ import numpy as np
 
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import POSE, SIZE
-from sara_localization.inputs import measurement
+from sara_localization.inputs import poses
 from sara_localization.inputs.data import PoseData
-from sara_localization.inputs.measurement import MissingTransform, PoseOptions
+from sara_localization.inputs.measurement import Frames, MissingTransform, Part
 
 # Of whatever set_pose says nothing about: a robot that was put somewhere is at rest.
 VARIANCE = 1e-6
@@ -33,9 +33,8 @@ def placed(data: PoseData, now: float, config: FilterConfig, transforms) -> tupl
     stamp = data.stamp if 0.0 < data.stamp <= now else now
     pose = PoseData(stamp, data.frame_id or config.world_frame, data.position, data.orientation, covariance)
     try:
-        prepared, problems = measurement.pose(
-            pose, (True,) * 6, 'set_pose', transforms, config.world_frame, PoseOptions(config.two_d_mode)
-        )
+        frames = Frames(transforms, config.world_frame, config.base_link_frame, config.two_d_mode)
+        prepared, problems = poses.pose(pose, Part('set_pose', (True,) * 6), frames)
     except MissingTransform as error:
         raise Refused(f'set_pose is ignored: {error}') from error
     bad = [p.sentence for p in problems if p.kind in ('bad_orientation', 'huge_value', 'huge_variance')]

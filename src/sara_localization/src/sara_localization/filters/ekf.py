@@ -7,10 +7,8 @@ Method: T. Moore, D. Stouch, 2014 (motion_model.py); filterpy's ExtendedKalmanFi
 
 from __future__ import annotations
 
-import numpy as np
-
 from sara_localization.filters import kernel
-from sara_localization.filters.estimator import STEP_INSTEAD, Estimator, places, valid_step
+from sara_localization.filters.estimator import STEP_INSTEAD, Estimator, valid_step
 
 __all__ = ['Ekf', 'STEP_INSTEAD', 'valid_step']
 
@@ -26,22 +24,15 @@ class Ekf(Estimator):
             self.control.apply(self.x, time, dt)
         self._keep_positive(kernel.predict(self.x, self.P, Q, dt, before))
 
-    def _predict_and_correct(self, dt, stamp, indices, z, R, threshold, extra):
+    def _predict_and_correct(self, dt, stamp, m):
         """In one call of the compiled code, where nothing has to be looked at between."""
-        if self.control is not None or self.dynamic_process_noise or not len(z):
-            return super()._predict_and_correct(dt, stamp, indices, z, R, threshold, extra)
-        z, R, threshold = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float), float(threshold)
-        result, nis, positive = kernel.predict_and_take(
-            self.x, self.P, self.process_noise, dt, *places(indices, extra, len(z)), z, R, threshold
-        )
+        if self.control is not None or self.dynamic_process_noise or not len(m.z):
+            return super()._predict_and_correct(dt, stamp, m)
+        result, nis, positive = kernel.predict_and_take(self.x, self.P, self.process_noise, dt, m)
         if result == kernel.PREDICTED_BADLY:
             self._keep_positive(False)
-        if result in (
-            kernel.PREDICTED_BADLY,
-            kernel.NOT_FINITE,
-            kernel.CORRELATED_BADLY,
-        ):  # the measurement is still to be taken
-            return self.correct(indices, z, R, threshold, extra)
+        if result in (kernel.PREDICTED_BADLY, kernel.NOT_FINITE, kernel.CORRELATED_BADLY):
+            return self.take(m)  # the measurement is still to be taken
         self.nis = nis
         self._keep_positive(positive)
         return result == kernel.TAKEN

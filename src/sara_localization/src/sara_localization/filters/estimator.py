@@ -14,12 +14,15 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from sara_common.planar import wrap_exact
 from sara_localization.filters import covariance, kernel
 from sara_localization.filters.control import Control
+from sara_localization.filters.residual import Measured
 from sara_localization.filters.state import POSE, ROLL, SIZE, TWIST, YAW
 
 # A time step above this is no time step but a clock that was set (a bag played without simulated time).
@@ -37,14 +40,34 @@ def _no_bias(k: int) -> np.ndarray:
     return np.full(k, -1, dtype=np.int64)
 
 
-def places(indices, extra, k: int):
-    """(indices, biases) of k measured variables as arrays for the kernels; extra: as in Estimator.correct."""
-    return _int_array(tuple(indices)), _no_bias(k) if extra is None else _int_array(tuple(extra))
+def measured(indices, z, R, threshold: float = math.inf, extra=None) -> Measured:
+    """The arguments of Estimator.correct as the kernels take them."""
+    rows = _int_array(tuple(indices))
+    biases = _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
+    z, R = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float)
+    return Measured(rows, biases, z, R, float(threshold))
+
+
+def observation(m: Measured, n: int) -> np.ndarray:
+    """H (k, n) of what is measured of n variables."""
+    H = np.zeros((len(m.z), n))
+    H[range(len(m.z)), m.indices] = 1.0
+    H[np.flatnonzero(m.extra >= 0), m.extra[m.extra >= 0]] = 1.0
+    return H
 
 
 def valid_step(dt: float) -> float:
     """dt, or 0.01 s where it can only come from a clock that was set."""
     return STEP_INSTEAD if dt > LONGEST_STEP else dt
+
+
+class Biases(NamedTuple):
+    """m biases that walk at random behind the 15 variables: process noise (m,) per second, and variance (m,) at the
+    start.
+    """
+
+    noise: Sequence[float] = ()
+    variance: Sequence[float] = ()
 
 
 class Estimator:
@@ -56,10 +79,10 @@ class Estimator:
         initial_state: (15,) x before the first measurement; zeros if left out.
         control: Control, or None.
         dynamic_process_noise: scale the pose's block of Q by the squared norm of the six velocities.
-        bias_noise: (m,) process noise per second of m biases behind the 15 variables; bias_variance: (m,) at the start.
-        keep_positive: False leaves the covariance as the formulas give it, even where the first measurement makes it
-        none
-            (robot_localization's way, for comparison with it).
+        biases: none if left out.
+
+    keep_positive: False leaves the covariance as the formulas give it, even where the first measurement makes it none
+    (robot_localization's way, for comparison with it).
     """
 
     def __init__(
@@ -69,23 +92,20 @@ class Estimator:
         initial_state=None,
         control: Control | None = None,
         dynamic_process_noise: bool = False,
-        bias_noise=(),
-        bias_variance=(),
-        keep_positive: bool = True,
+        biases: Biases = Biases(),
     ):
-        m = len(bias_noise)
-        self.n = SIZE + m
+        self.n = SIZE + len(biases.noise)
         self.process_noise = np.zeros((self.n, self.n))
         self.process_noise[:SIZE, :SIZE] = 0.5 * (np.asarray(process_noise) + np.transpose(process_noise))
-        self.process_noise[range(SIZE, self.n), range(SIZE, self.n)] = bias_noise
+        self.process_noise[range(SIZE, self.n), range(SIZE, self.n)] = biases.noise
         self._initial_covariance = np.zeros((self.n, self.n))
         self._initial_covariance[:SIZE, :SIZE] = initial_covariance
-        self._initial_covariance[range(SIZE, self.n), range(SIZE, self.n)] = bias_variance
+        self._initial_covariance[range(SIZE, self.n), range(SIZE, self.n)] = biases.variance
         self._initial_state = np.zeros(self.n)
         if initial_state is not None:
             self._initial_state[:SIZE] = initial_state
         self.control, self.dynamic_process_noise = control, dynamic_process_noise
-        self.keep_positive, self.repairs = keep_positive, 0
+        self.keep_positive, self.repairs = True, 0
         self.reset()
 
     def reset(self):
@@ -145,44 +165,42 @@ class Estimator:
         Values that are not finite are left out; a negative variance counts as its absolute value and none below 1e-9.
         Returns False if nothing was taken in; `nis` then and else holds the squared Mahalanobis distance.
         """
-        z, R, threshold = np.ascontiguousarray(z, dtype=float), np.ascontiguousarray(R, dtype=float), float(threshold)
-        if not len(z):
+        return self.take(measured(indices, z, R, threshold, extra))
+
+    def take(self, m: Measured) -> bool:
+        """As `correct`."""
+        if not len(m.z):
             return False
-        rows, biases = places(indices, extra, len(z))
-        result, nis, positive = kernel.take(self.x, self.P, rows, biases, z, R, threshold)
+        result, nis, positive = kernel.take(self.x, self.P, m)
         if result == kernel.NOT_FINITE:
-            keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
+            keep = np.flatnonzero(np.isfinite(m.z) & np.isfinite(m.R.diagonal()))
             if not len(keep):
                 return False
-            R, z = np.where(np.isfinite(R), R, 0.0)[keep[:, None], keep], z[keep]
-            rows, biases = rows[keep], biases[keep]
-            result, nis, positive = kernel.take(self.x, self.P, rows, biases, z, R, threshold)
+            R = np.where(np.isfinite(m.R), m.R, 0.0)[keep[:, None], keep]
+            m = Measured(m.indices[keep], m.extra[keep], m.z[keep], R, m.gate)
+            result, nis, positive = kernel.take(self.x, self.P, m)
         self.nis = nis
         if result == kernel.CORRELATED_BADLY:
-            return self._correct_at_once(rows, biases, z, kernel.floored(z, R)[1], threshold)
+            return self._correct_at_once(m._replace(R=kernel.floored(m.z, m.R)[1]))
         self._keep_positive(positive)
         return result == kernel.TAKEN
 
-    def _correct_at_once(self, rows, biases, z, R, threshold) -> bool:
+    def _correct_at_once(self, m: Measured) -> bool:
         """The same for an R that is no covariance: the formulas as they stand, as far as they go."""
-        H = np.zeros((len(z), self.n))
-        H[range(len(z)), rows] = 1.0
-        for k, b in enumerate(biases):
-            if b >= 0:
-                H[k, b] = 1.0
-        y = kernel.innovation(self.x, rows, biases, z)
+        H = observation(m, self.n)
+        y = kernel.innovation(self.x, m)
         PHt = self.P @ H.T
         try:
-            inverse = np.linalg.inv(H @ PHt + R)
+            inverse = np.linalg.inv(H @ PHt + m.R)
         except np.linalg.LinAlgError:
             return False
         self.nis = float(y @ inverse @ y)
-        if not math.isfinite(self.nis) or self.nis >= threshold * threshold:
+        if not math.isfinite(self.nis) or self.nis >= m.gate * m.gate:
             return False
         K = PHt @ inverse
         G = np.eye(self.n) - K @ H
         self.x += K @ y
-        P = G @ self.P @ G.T + K @ R @ K.T
+        P = G @ self.P @ G.T + K @ m.R @ K.T
         self.P = 0.5 * (P + P.T)
         kernel.wrap_angles(self.x)
         self._keep_positive(covariance.positive_definite(self.P))
@@ -202,16 +220,16 @@ class Estimator:
             return True
         dt = stamp - self.last_measurement_time
         if dt > 0.0:
-            taken = self._predict_and_correct(valid_step(dt), stamp, indices, z, R, threshold, extra)
+            taken = self._predict_and_correct(valid_step(dt), stamp, measured(indices, z, R, threshold, extra))
         else:
             taken = self.correct(indices, z, R, threshold, extra)
         if dt >= 0.0:
             self.last_measurement_time = stamp
         return taken
 
-    def _predict_and_correct(self, dt, stamp, indices, z, R, threshold, extra):
+    def _predict_and_correct(self, dt, stamp, m):
         self._propagate(dt, stamp)
-        return self.correct(indices, z, R, threshold, extra)
+        return self.take(m)
 
     def predict_to(self, time: float):
         """Move the state to the time (s), which becomes the time of the state."""

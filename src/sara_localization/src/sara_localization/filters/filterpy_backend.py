@@ -14,33 +14,31 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from sara_localization.filters import covariance, kernel, motion_model
-from sara_localization.filters.estimator import Estimator, places
+from sara_localization.filters.estimator import Estimator, observation
 from sara_localization.filters.motion_model import advance, linearise
+from sara_localization.filters.residual import Measured
+from sara_localization.filters.sigma_points import UNSURE_ANGLE
 
 
 class _Filterpy(Estimator):
     """What both share: the correction, with filterpy's filter in `_book`, whose x and P are set before each step."""
 
-    def correct(self, indices, z, R, threshold: float = math.inf, extra=None) -> bool:
-        """See Estimator.correct."""
-        z, R = np.asarray(z, dtype=float), np.asarray(R, dtype=float)
-        keep = np.flatnonzero(np.isfinite(z) & np.isfinite(R.diagonal()))
+    def take(self, m: Measured) -> bool:
+        """As `correct`."""
+        keep = np.flatnonzero(np.isfinite(m.z) & np.isfinite(m.R.diagonal()))
         if not len(keep):
             return False
-        rows, biases = (each[keep] for each in places(indices, extra, len(z)))
-        z, R = z[keep], np.where(np.isfinite(R), R, 0.0)[keep[:, None], keep]
+        z, R = m.z[keep], np.where(np.isfinite(m.R), m.R, 0.0)[keep[:, None], keep]
         R = kernel.floored(z, R)[1]
         R = 0.5 * (R + R.T)
-        H = np.zeros((len(z), self.n))
-        H[range(len(z)), rows] = 1.0
-        H[np.flatnonzero(biases >= 0), biases[biases >= 0]] = 1.0
-        y = kernel.innovation(self.x, rows, biases, z)
+        m = Measured(m.indices[keep], m.extra[keep], z, R, m.gate)
+        H, y = observation(m, self.n), kernel.innovation(self.x, m)
         try:
             nis = float(y @ np.linalg.solve(H @ self.P @ H.T + R, y))
         except np.linalg.LinAlgError:
             return False
         self.nis = nis
-        if not nis < threshold * threshold:
+        if not nis < m.gate * m.gate:
             return False
         # A measured angle is moved by whole turns to lie beside the state's: no residual has to be wrapped.
         if not self._update(H @ self.x + y, H, R):
@@ -93,7 +91,7 @@ class FilterpyEkf(_Filterpy):
 
 
 def _last_to_first(P):
-    """The square root of P from its last variable to the first, as kernel.unscented_predict takes it."""
+    """The square root of P from its last variable to the first, as sigma_points.unscented_predict takes it."""
     return np.linalg.cholesky(P[::-1, ::-1]).T[:, ::-1]
 
 
@@ -123,7 +121,7 @@ class FilterpyUkf(_Filterpy):
     def _propagate(self, dt, time):
         if self.control is not None:
             self.control.apply(self.x, time, dt)
-        self._book = self._unsure if self.P.diagonal()[3:6].max() > kernel.UNSURE_ANGLE else self._sure
+        self._book = self._unsure if self.P.diagonal()[3:6].max() > UNSURE_ANGLE else self._sure
         self._book.Q = self._noise(_moved(self.x, dt)) * dt
         self._with_points(lambda: self._book.predict(dt))
         self._take_over()

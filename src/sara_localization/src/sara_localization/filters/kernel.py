@@ -8,18 +8,16 @@ variable is the sum of one of the 15 and, where `extra` names one, of a bias: h 
   optimal gain this is Joseph's form (tested against it); the measured variable's own row is scaled by r/S instead of
   being subtracted from itself, which keeps its digits (G. Bierman, "Factorization Methods for Discrete Sequential
   Estimation", 1977, ch. II).
-- unscented_predict: Merwe's scaled sigma points (R. van der Merwe, 2004). Mean and covariance are written with the
-  differences to the central point, in which no weight of the order of -1/alpha2 is left to cost digits:
-  m = sum w_i d_i,  P = sum w_i d_i d_i' + (beta - alpha2) m m'   (i >= 1, w_i = 1 / (2 alpha2 (n + kappa))).
 """
 
 from __future__ import annotations
 
-from math import fabs, isfinite, sqrt
+from math import fabs, isfinite
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_localization.filters import sigma_points
 from sara_localization.filters.covariance import (
     SMALLEST_VARIANCE,
     WIDTH,
@@ -32,29 +30,42 @@ from sara_localization.filters.covariance import (
 from sara_localization.filters.motion_model import advance, jacobian
 from sara_localization.filters.narrow import correct as narrow_correct
 from sara_localization.filters.narrow import propagate
-from sara_localization.filters.residual import CORRELATED_BADLY, NOT_FINITE, REJECTED, TAKEN, innovation, wrap_angles
+from sara_localization.filters.residual import (
+    CORRELATED_BADLY,
+    NOT_FINITE,
+    REJECTED,
+    TAKEN,
+    Measured,
+    innovation,
+    wrap_angles,
+)
 
 PREDICTED_BADLY = -1
-UNSURE_ANGLE = 2.0
-"""The variance of an angle (rad2) beyond which sigma points close to the centre say nothing about it."""
 
 
 @kernel
-def predict(x, P, Q, dt, at):
+def predict(x: np.ndarray, P: np.ndarray, Q: np.ndarray, dt: float, at: np.ndarray) -> bool:
     """The EKF's prediction over dt seconds, in place; Q (n, n) per second; F is taken at the state `at` (n,).
 
     Returns whether P is positive definite.
     """
-    n = x.shape[0]
     F = jacobian(at, dt)
     advance(x, dt)
     wrap_angles(x)
-    if n <= WIDTH:
-        work = np.empty((2 * n, WIDTH))
+    if x.shape[0] <= WIDTH:
+        work = np.empty((2 * x.shape[0], WIDTH))
         propagate(P, F, Q, dt, work)
         if limit(P):
             return positive_definite(P)
         return pivots(work, P)
+    _propagate(P, F, Q, dt)
+    return bound(P)
+
+
+@kernel
+def _propagate(P, F, Q, dt):
+    """P <- F P F' + Q dt in place, for any n; F (15, 15) is overwritten."""
+    n = P.shape[0]
     A = P.copy()
     for r in range(9):
         first = 3 if r < 6 else r + 6
@@ -71,11 +82,10 @@ def predict(x, P, Q, dt, at):
                 for c in range(3 if r < 6 else r + 6, 15):
                     total += A[i, c] * F[r, c]
             P[i, r] = P[r, i] = total + 0.5 * (Q[i, r] + Q[r, i]) * dt
-    return bound(P)
 
 
 @kernel
-def floored(z, R):
+def floored(z: np.ndarray, R: np.ndarray) -> tuple[bool, np.ndarray]:
     """Whether z (k,) and R (k, k) are finite, and a copy of R with its diagonal made positive: |r|, at least 1e-9."""
     k, finite = z.shape[0], True
     S = np.empty((k, k))
@@ -89,89 +99,113 @@ def floored(z, R):
 
 
 @kernel
-def correct(x, P, indices, extra, z, R, gate):
-    """Take in k measured variables, in place: indices, extra (k,) int64 (-1: no bias), z (k,), R (k, k), gate in
-    sigmas.
+def correct(x: np.ndarray, P: np.ndarray, m: Measured) -> tuple[int, float, bool]:
+    """Take in what is measured, in place.
 
     Returns (TAKEN, REJECTED or CORRELATED_BADLY: R is not positive definite, nothing done; the squared Mahalanobis
     distance; whether P is positive definite).
     """
-    n, k = x.shape[0], z.shape[0]
-    y = innovation(x, indices, extra, z)
-    diagonal = True
-    for i in range(k):
-        for j in range(i):
-            if R[i, j] != 0.0 or R[j, i] != 0.0:
-                diagonal = False
-    W = np.zeros((k, k))
-    if not diagonal:
-        L = np.zeros((k, k))
-        if not cholesky(R, L):
-            return CORRELATED_BADLY, 0.0, True
-        for j in range(k):
-            W[j, j] = 1.0 / L[j, j]
-            for i in range(j + 1, k):
-                total = 0.0
-                for m in range(j, i):
-                    total -= L[i, m] * W[m, j]
-                W[i, j] = total / L[i, i]
-        for j in range(k - 1, -1, -1):
-            total = 0.0
-            for m in range(j + 1):
-                total += W[j, m] * y[m]
-            y[j] = total
-    moved, covariance = np.zeros(n), P.copy()
-    column, row = np.empty(n), np.empty(n)
+    n, k = x.shape[0], m.z.shape[0]
+    y, diagonal, W = innovation(x, m), uncorrelated(m.R), np.zeros((k, k))
+    if not diagonal and not whiten(m.R, W, y):
+        return CORRELATED_BADLY, 0.0, True
+    moved, covariance, column = np.zeros(n), P.copy(), np.empty(n)
     distance = 0.0
     for j in range(k):
-        i, b = indices[j], extra[j]
+        i, b, r = m.indices[j], m.extra[j], 1.0
         if diagonal:
-            for m in range(n):
-                column[m] = covariance[m, i] + (covariance[m, b] if b >= 0 else 0.0)
-            prior = column[i] + (column[b] if b >= 0 else 0.0)
-            r = R[j, j]
+            for q in range(n):
+                column[q] = covariance[q, i] + (covariance[q, b] if b >= 0 else 0.0)
+            prior, r = column[i] + (column[b] if b >= 0 else 0.0), m.R[j, j]
             rest = y[j] - moved[i] - (moved[b] if b >= 0 else 0.0)
         else:
-            column[:] = 0.0
-            for m in range(j + 1):
-                for q in range(n):
-                    column[q] += W[j, m] * (
-                        covariance[q, indices[m]] + (covariance[q, extra[m]] if extra[m] >= 0 else 0.0)
-                    )
-            prior, r, rest = 0.0, 1.0, y[j]
-            for m in range(j + 1):
-                prior += W[j, m] * (column[indices[m]] + (column[extra[m]] if extra[m] >= 0 else 0.0))
-                rest -= W[j, m] * (moved[indices[m]] + (moved[extra[m]] if extra[m] >= 0 else 0.0))
+            _whitened_column(covariance, W[j, : j + 1], m, column)
+            prior, rest = 0.0, y[j]
+            for q in range(j + 1):
+                prior += W[j, q] * _both(column, m, q)
+                rest -= W[j, q] * _both(moved, m, q)
         S = prior + r
         if not S > 0.0:
             return CORRELATED_BADLY, 0.0, True
         distance += rest * rest / S
-        for m in range(n):
-            moved[m] += column[m] / S * rest
+        _subtract(moved, covariance, column, rest, S)
         if diagonal and b < 0:
             kept = r / S
-            for m in range(n):
-                row[m] = covariance[i, m] * kept
-        for a in range(n):
-            gain = column[a] / S
-            for m in range(a + 1):
-                value = covariance[a, m] - gain * column[m]
-                covariance[a, m] = covariance[m, a] = value
-        if diagonal and b < 0:
-            for m in range(n):
-                covariance[i, m] = covariance[m, i] = row[m]
-    if distance >= gate * gate:
+            for q in range(n):
+                covariance[i, q] = covariance[q, i] = column[q] * kept
+    if distance >= m.gate * m.gate:
         return REJECTED, distance, True
-    for m in range(n):
-        x[m] += moved[m]
+    for i in range(n):
+        x[i] += moved[i]
         for q in range(n):
-            P[m, q] = covariance[m, q]
+            P[i, q] = covariance[i, q]
     wrap_angles(x)
     return TAKEN, distance, positive_definite(P)
 
 
 @kernel
-def separate(z, R):
+def uncorrelated(R: np.ndarray) -> bool:
+    """Whether R (k, k) is diagonal."""
+    for i in range(R.shape[0]):
+        for j in range(i):
+            if R[i, j] != 0.0 or R[j, i] != 0.0:
+                return False
+    return True
+
+
+@kernel
+def whiten(R: np.ndarray, W: np.ndarray, y: np.ndarray) -> bool:
+    """W (k, k), zeros, becomes the inverse of the Cholesky factor of R, and y (k,) W y; False, and nothing done, where
+    R has none.
+    """
+    k = R.shape[0]
+    L = np.zeros((k, k))
+    if not cholesky(R, L):
+        return False
+    for j in range(k):
+        W[j, j] = 1.0 / L[j, j]
+        for i in range(j + 1, k):
+            total = 0.0
+            for q in range(j, i):
+                total -= L[i, q] * W[q, j]
+            W[i, j] = total / L[i, i]
+    for j in range(k - 1, -1, -1):
+        total = 0.0
+        for q in range(j + 1):
+            total += W[j, q] * y[q]
+        y[j] = total
+    return True
+
+
+@kernel
+def _both(values, m, q):
+    """Of values (n,) that of the q-th measured variable and its bias together."""
+    return values[m.indices[q]] + (values[m.extra[q]] if m.extra[q] >= 0 else 0.0)
+
+
+@kernel
+def _whitened_column(covariance, weights, m, column):
+    """P h' into column (n,), for the h of the measured variables with these weights."""
+    column[:] = 0.0
+    for j in range(weights.shape[0]):
+        for q in range(column.shape[0]):
+            column[q] += weights[j] * _both(covariance[q], m, j)
+
+
+@kernel
+def _subtract(moved, covariance, column, rest, S):
+    """The state's step grows by P h rest / S; P <- P - P h h' P / S."""
+    for q in range(column.shape[0]):
+        moved[q] += column[q] / S * rest
+    for a in range(column.shape[0]):
+        gain = column[a] / S
+        for q in range(a + 1):
+            value = covariance[a, q] - gain * column[q]
+            covariance[a, q] = covariance[q, a] = value
+
+
+@kernel
+def separate(z: np.ndarray, R: np.ndarray) -> bool:
     """Whether z (k,) and R (k, k) are finite and R is diagonal."""
     for i in range(z.shape[0]):
         if not (isfinite(z[i]) and isfinite(R[i, i])):
@@ -183,36 +217,36 @@ def separate(z, R):
 
 
 @kernel
-def take(x, P, indices, extra, z, R, gate):
+def take(x: np.ndarray, P: np.ndarray, m: Measured) -> tuple[int, float, bool]:
     """`correct` with the variances of R made positive first (`floored`); NOT_FINITE, and nothing done, where z or R is
     not.
     """
     n = x.shape[0]
-    if n <= WIDTH and separate(z, R):
+    if n <= WIDTH and separate(m.z, m.R):
         C = np.empty((n + 3, WIDTH))
-        result, distance = narrow_correct(x, P, indices, extra, z, R, gate, C)
+        result, distance = narrow_correct(x, P, m, C)
         if result != TAKEN:
             return result, distance, True
         wrap_angles(x)
         return result, distance, pivots(C, P)
-    finite, S = floored(z, R)
+    finite, S = floored(m.z, m.R)
     if not finite:
         return NOT_FINITE, 0.0, True
-    return correct(x, P, indices, extra, z, S, gate)
+    return correct(x, P, Measured(m.indices, m.extra, m.z, S, m.gate))
 
 
 @kernel
-def predict_and_take(x, P, Q, dt, indices, extra, z, R, gate):
+def predict_and_take(x: np.ndarray, P: np.ndarray, Q: np.ndarray, dt: float, m: Measured) -> tuple[int, float, bool]:
     """`predict` from x itself, then `take`; PREDICTED_BADLY, and nothing taken, where P is not positive definite
     between the two.
     """
     if not predict(x, P, Q, dt, x):
         return PREDICTED_BADLY, 0.0, False
-    return take(x, P, indices, extra, z, R, gate)
+    return take(x, P, m)
 
 
 @kernel
-def all_finite(x, P):
+def all_finite(x: np.ndarray, P: np.ndarray) -> bool:
     """Whether x (n,) and P (n, n) are."""
     for i in range(x.shape[0]):
         if not isfinite(x[i]):
@@ -223,86 +257,21 @@ def all_finite(x, P):
     return True
 
 
-@kernel
-def unscented_predict(x, P, dt, alpha, beta, kappa, positions_last):
-    """The UKF's prediction over dt seconds without process noise, in place. False where P has no Cholesky factor.
-
-    positions_last: take the square root of P from its last variable to the first, so that what only correlates through
-    the position (in which the model is linear) is not moved together.
-    """
-    n = x.shape[0]
-    L = np.zeros((n, n))
-    if not cholesky(P[::-1, ::-1].copy() if positions_last else P, L):
-        return False
-    weight = 1.0 / (2.0 * alpha * alpha * (n + kappa))
-    spread = alpha * sqrt(n + kappa)
-    centre = x.copy()
-    advance(centre, dt)
-    D = np.empty((2 * n, n))
-    point = np.empty(n)
-    for j in range(2 * n):
-        sign, column = (spread, j) if j < n else (-spread, j - n)
-        for i in range(n):
-            point[i] = x[i] + sign * (L[n - 1 - i, column] if positions_last else L[i, column])
-        advance(point, dt)
-        for i in range(n):
-            D[j, i] = point[i] - centre[i]
-    m = np.zeros(n)
-    for j in range(2 * n):
-        for i in range(n):
-            m[i] += weight * D[j, i]
-    bend = beta - alpha * alpha
-    for a in range(n):
-        for b in range(a + 1):
-            total = bend * m[a] * m[b]
-            for j in range(2 * n):
-                total += weight * D[j, a] * D[j, b]
-            P[a, b] = P[b, a] = total
-    for i in range(n):
-        x[i] = centre[i] + m[i]
-    wrap_angles(x)
-    return True
-
-
-@kernel
-def unscented_step(x, P, Q, dynamic, dt, alpha, beta, kappa):
-    """The UKF's prediction over dt seconds with Q (n, n) per second, in place: (whether P had a Cholesky factor, else
-    nothing is done; whether P is positive definite).
-
-    dynamic: the pose's block of Q grows with the squared norm of the six velocities. Where an angle's variance is above
-    UNSURE_ANGLE the points are spread wider, see ukf.py.
-    """
-    n = x.shape[0]
-    unsure = max(P[3, 3], P[4, 4], P[5, 5]) > UNSURE_ANGLE
-    if unsure:
-        alpha = max(alpha, sqrt(3.0 / (n + kappa)))
-    if not unscented_predict(x, P, dt, alpha, beta, kappa, unsure):
-        return False, False
-    speed = 0.0
-    for i in range(6, 12):
-        speed += x[i] * x[i]
-    for i in range(n):
-        for j in range(n):
-            P[i, j] += (Q[i, j] * speed if dynamic and i < 6 and j < 6 else Q[i, j]) * dt
-    return True, bound(P)
-
-
 def warm(kind: str | None = None) -> None:
     """Compile (or load from the cache) what a filter needs, 'ekf' or 'ukf' (None: both), so that nothing compiles on
     the move.
     """
     x, P = np.zeros(15), np.eye(15)
-    indices, extra, z, R = np.array([6, 11]), np.array([-1, -1]), np.zeros(2), np.eye(2)
+    m = Measured(np.array([6, 11]), np.array([-1, -1]), np.zeros(2), np.eye(2), np.inf)
     wrap_angles(x)
     positive_definite(P)
+    floored(m.z, m.R)
+    bound(P)
+    innovation(x, m)
+    take(x, P, m)
+    all_finite(x, P)
     if kind != 'ukf':
         predict(x, P, np.eye(15), 0.01, x)
-    floored(z, R)
-    bound(P)
-    innovation(x, indices, extra, z)
-    take(x, P, indices, extra, z, R, np.inf)
-    if kind != 'ukf':
-        predict_and_take(x, P, np.eye(15), 0.01, indices, extra, z, R, np.inf)
-    all_finite(x, P)
+        predict_and_take(x, P, np.eye(15), 0.01, m)
     if kind != 'ekf':
-        unscented_step(x, P, np.eye(15), False, 0.01, 1e-3, 2.0, 0.0)
+        sigma_points.warm()

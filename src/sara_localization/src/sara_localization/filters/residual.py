@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,20 @@ TAKEN, REJECTED, CORRELATED_BADLY, NOT_FINITE = 0, 1, 2, 3
 """What becomes of a measurement."""
 
 
+class Measured(NamedTuple):
+    """k measured variables for the kernels: indices, extra (k,) int64 (the bias that each holds besides, -1: none), z
+    (k,), its covariance R (k, k), and the gate in sigmas.
+    """
+
+    indices: np.ndarray
+    extra: np.ndarray
+    z: np.ndarray
+    R: np.ndarray
+    gate: float
+
+
 @kernel
-def wrap_angles(x):
+def wrap_angles(x: np.ndarray) -> None:
     """Roll, pitch and yaw of the state brought to [-pi, pi], in place."""
     for i in range(3, 6):
         if isfinite(x[i]):
@@ -22,7 +35,7 @@ def wrap_angles(x):
 
 
 @kernel
-def residual(x, i, b, z):
+def residual(x: np.ndarray, i: int, b: int, z: float) -> float:
     """z - x_i, or z - x_i - x_b where b is not -1; angles wrapped."""
     y = z - x[i]
     if b >= 0:
@@ -33,9 +46,9 @@ def residual(x, i, b, z):
 
 
 @kernel
-def innovation(x, indices, extra, z):
+def innovation(x: np.ndarray, m: Measured) -> np.ndarray:
     """y = z - h x (k,), angles wrapped."""
-    y = np.empty(z.shape[0])
-    for j in range(z.shape[0]):
-        y[j] = residual(x, indices[j], extra[j], z[j])
+    y = np.empty(m.z.shape[0])
+    for j in range(m.z.shape[0]):
+        y[j] = residual(x, m.indices[j], m.extra[j], m.z[j])
     return y

@@ -135,7 +135,7 @@ class Gyro:
 
 
 class Standstill:
-    """The detector over all inputs; it is fed by the intake in the order of arrival."""
+    """The detector over all inputs; it is fed by the preprocessor in the order of arrival."""
 
     def __init__(self, config: StandstillConfig, gyros: dict[str, bool]):
         """gyros: the names of the IMUs, and whether the drift of their yaw is to be followed in motion."""

@@ -12,23 +12,24 @@ to the true exp(-sigma2/2) at first, and however unsure the angle is between 1/3
 
 from __future__ import annotations
 
-from sara_localization.filters import covariance, kernel
+from sara_localization.filters import covariance
 from sara_localization.filters.estimator import Estimator
+from sara_localization.filters.sigma_points import Spread, unscented_step
 
 
 class Ukf(Estimator):
     """See Estimator; alpha, beta, kappa: the spread and weights of the sigma points."""
 
     def __init__(self, *args, alpha: float = 0.001, beta: float = 2.0, kappa: float = 0.0, **kwargs):
-        self.alpha, self.beta, self.kappa = float(alpha), float(beta), float(kappa)
+        self.spread = Spread(float(alpha), float(beta), float(kappa))
         super().__init__(*args, **kwargs)
 
     def _propagate(self, dt, time):
         if self.control is not None:
             self.control.apply(self.x, time, dt)
         for _ in range(2):
-            done, positive = kernel.unscented_step(
-                self.x, self.P, self.process_noise, self.dynamic_process_noise, dt, self.alpha, self.beta, self.kappa
+            done, positive = unscented_step(
+                self.x, self.P, self.process_noise, self.dynamic_process_noise, dt, self.spread
             )
             if done:
                 break

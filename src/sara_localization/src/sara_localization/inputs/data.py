@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_localization.filters import state_pose as joining
+from sara_localization.filters import state_pose
 from sara_localization.filters.state import RATES
 from sara_localization.geometry.rigid import Transform
 
@@ -130,7 +130,7 @@ class FilterOutput(NamedTuple):
     @property
     def pose(self) -> Transform:
         """The robot in the world frame."""
-        return joining.pose_of(self.state)
+        return state_pose.pose_of(self.state)
 
     @property
     def angular_acceleration(self) -> np.ndarray:

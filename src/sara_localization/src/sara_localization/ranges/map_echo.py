@@ -11,7 +11,10 @@ map must predict a plane again, as far away as the first one says within a toler
 transform, as a test of smoothness).
 """
 
+from __future__ import annotations
+
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +35,7 @@ PLANE_LEAST = 0.10
 
 
 @kernel
-def cast(grid, x, y, angle, limit):
+def cast(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tuple[float, int]:
     """Walk a ray through uint8 cells (rows, columns) from x, y (cells) until one that is not FREE; returns (distance in
     cells or inf, what is there).
 
@@ -63,13 +66,24 @@ def cast(grid, x, y, angle, limit):
     return math.inf, FREE
 
 
-@kernel
-def echo(grid, resolution, x, y, axis, half, limit, tolerance):
-    """What a sensor at x, y (m from the grid's corner), that looks along `axis` (rad), hears of the map.
+class Cone(NamedTuple):
+    """What a sensor hears: half its cone, rad; up to which range, m; by how much a plane may differ from flat, m."""
 
-    grid: uint8 (rows, columns). half: half its cone, rad; limit, tolerance: m. Returns (PLANE, SILENT or AMBIGUOUS;
-    distance, m; direction of the plane's foot, rad). A plane may differ from flat by the tolerance.
+    half: float
+    limit: float
+    tolerance: float
+
+
+@kernel
+def echo(
+    grid: np.ndarray, resolution: float, sensor: tuple[float, float, float], cone: Cone
+) -> tuple[int, float, float]:
+    """What a sensor at x, y (m from the grid's corner), that looks along an axis (rad), hears of the map.
+
+    grid: uint8 (rows, columns). Returns (PLANE, SILENT or AMBIGUOUS; distance, m; direction of the plane's foot, rad).
     """
+    x, y, axis = sensor
+    half, limit, tolerance = cone.half, cone.limit, cone.tolerance
     n = max(int(round(2.0 * half / RAY_GAP)), 2 * PLANE_RAYS) + 1
     gap = 2.0 * half / (n - 1)
     distances, best, first, nearest = np.empty(n), math.inf, 0, FREE
@@ -109,16 +123,26 @@ def _flat(distances, foot, reach, gap, tolerance):
 
 
 @kernel
-def predict(grid, resolution, base_x, base_y, base_yaw, sensor_x, sensor_y, axis, half, limit, tolerance, axes):
+def predict(
+    grid: np.ndarray,
+    resolution: float,
+    base: tuple[float, float],
+    sensor: tuple[float, float, float],
+    cone: Cone,
+    axes: np.ndarray,
+) -> tuple[int, float, float, float, float]:
     """The echo predicted at a pose, and its slopes, if it is one over the whole uncertainty of that pose.
 
-    All in the grid's frame (m from its corner, rad): base_*: the pose that is uncertain; sensor_*, axis: the sensor,
-    rigidly with it (at the time of its burst). axes: float64 (k, 3), displacements of x, y, yaw to try on either side.
-    Returns (PLANE, SILENT or AMBIGUOUS; distance, m; slopes of the distance with x, y (m/m) and yaw (m/rad)).
+    All in the grid's frame (m from its corner, rad): base: x, y of the pose that is uncertain; sensor: x, y, axis of
+    the sensor, rigidly with it (at the time of its burst). axes: float64 (k, 3), displacements of x, y, yaw to try on
+    either side. Returns (PLANE, SILENT or AMBIGUOUS; distance, m; slopes of the distance with x, y (m/m) and yaw
+    (m/rad)).
     """
-    what, distance, direction = echo(grid, resolution, sensor_x, sensor_y, axis, half, limit, tolerance)
+    what, distance, direction = echo(grid, resolution, sensor, cone)
     if what != PLANE:
         return what, distance, 0.0, 0.0, 0.0
+    base_x, base_y = base
+    sensor_x, sensor_y, axis = sensor
     arm_x, arm_y = sensor_x - base_x, sensor_y - base_y
     slope_x, slope_y = -math.cos(direction), -math.sin(direction)
     slope_yaw = slope_y * arm_x - slope_x * arm_y
@@ -126,22 +150,15 @@ def predict(grid, resolution, base_x, base_y, base_yaw, sensor_x, sensor_y, axis
         for sign in (-1.0, 1.0):
             dx, dy, turn = sign * axes[k, 0], sign * axes[k, 1], sign * axes[k, 2]
             c, s = math.cos(turn), math.sin(turn)
-            other, moved, _ = echo(
-                grid,
-                resolution,
-                base_x + dx + c * arm_x - s * arm_y,
-                base_y + dy + s * arm_x + c * arm_y,
-                axis + turn,
-                half,
-                limit,
-                tolerance,
-            )
-            if other != PLANE or abs(moved - distance - slope_x * dx - slope_y * dy - slope_yaw * turn) > tolerance:
+            x, y = base_x + dx + c * arm_x - s * arm_y, base_y + dy + s * arm_x + c * arm_y
+            other, moved, _ = echo(grid, resolution, (x, y, axis + turn), cone)
+            off = abs(moved - distance - slope_x * dx - slope_y * dy - slope_yaw * turn)
+            if other != PLANE or off > cone.tolerance:
                 return AMBIGUOUS, math.nan, 0.0, 0.0, 0.0
     return what, distance, slope_x, slope_y, slope_yaw
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     grid = np.zeros((3, 3), np.uint8)
-    predict(grid, 1.0, 1.5, 1.5, 0.0, 1.5, 1.5, 0.0, 0.5, 1.0, 0.1, np.zeros((3, 3)))
+    predict(grid, 1.0, (1.5, 1.5), (1.5, 1.5, 0.0), Cone(0.5, 1.0, 0.1), np.zeros((3, 3)))

@@ -17,13 +17,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from typing import NamedTuple
 
 import numpy as np
 
 from sara_common.planar import compose, wrap_exact
 from sara_localization.ranges import map_echo
+from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
+from sara_localization.ranges.range_data import RangeData, RangeMap
 
 FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map')
 """What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
@@ -35,49 +36,12 @@ MEMORY_S = 1.5
 """Of dead reckoning that is kept for readings that come late."""
 
 
-class RangeMap(NamedTuple):
-    """Cells of a map: uint8 (rows, columns) as map_echo has them, row 0 lowest; m per cell; origin (x, y, yaw) of its
-    lower left corner, m, rad.
-    """
-
-    cells: np.ndarray
-    resolution: float
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    @classmethod
-    def from_occupancy(cls, data, resolution, origin, occupied_above):
-        """From nav_msgs/OccupancyGrid's data, int8 (rows, columns): -1 unknown, 0..100. Raises ValueError with a
-        sentence.
-        """
-        data = np.asarray(data)
-        if data.ndim != 2 or not data.size:
-            raise ValueError('the map has no cells')
-        if not (math.isfinite(resolution) and resolution > 0.0 and all(map(math.isfinite, origin))):
-            raise ValueError(f'the map has a resolution of {resolution!r} and its origin at {tuple(origin)!r}')
-        cells = np.where(data > occupied_above, map_echo.OCCUPIED, np.where(data < 0, map_echo.UNKNOWN, map_echo.FREE))
-        return cls(np.ascontiguousarray(cells, dtype=np.uint8), float(resolution), tuple(map(float, origin)))
-
-
-class RangeData(NamedTuple):
-    """A reading: sensor's name; time, s; the sensor in the robot (x, y, yaw; m, rad); range, m (REP-117); what it can
-    measure, m; its full cone, rad.
-    """
-
-    name: str
-    stamp: float
-    mount: tuple[float, float, float]
-    range: float
-    least: float
-    most: float
-    field_of_view: float
-
-
 class RangeCorrection:
     """`offset`: (x, y, yaw) of the dead reckoning's frame in the map as it is given out; `counts`: Counter of what
     became of the readings.
     """
 
-    def __init__(self, config: RangeConfig, map_: RangeMap = None):
+    def __init__(self, config: RangeConfig, map_: RangeMap | None = None):
         map_echo.warm()
         self.config, self.map = config, map_
         self.counts = Counter()
@@ -261,20 +225,8 @@ class RangeCorrection:
         for k in range(3):
             dx, dy = _turned_back(L[0, k], L[1, k], back)
             axes[k] = c.sigmas * dx, c.sigmas * dy, c.sigmas * L[2, k]
-        what, distance, hx, hy, hyaw = map_echo.predict(
-            m.cells,
-            m.resolution,
-            base[0],
-            base[1],
-            base[2],
-            sensor[0],
-            sensor[1],
-            sensor[2],
-            0.5 * r.field_of_view,
-            c.range_max_range + c.max_innovation,
-            c.plane_tolerance,
-            axes,
-        )
+        cone = Cone(0.5 * r.field_of_view, c.range_max_range + c.max_innovation, c.plane_tolerance)
+        what, distance, hx, hy, hyaw = map_echo.predict(m.cells, m.resolution, base[:2], sensor, cone, axes)
         if what != map_echo.PLANE:
             return 'not_predicted' if what == map_echo.SILENT else 'ambiguous'
         return distance, np.array([back[0] * hx - back[1] * hy, back[1] * hx + back[0] * hy, hyaw])

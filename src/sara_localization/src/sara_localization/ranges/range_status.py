@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_localization.ranges.range_correction import FAULTS, RangeCorrection
@@ -13,13 +14,21 @@ LOST_SIGMA = 0.3
 """m of standard deviation from which on the estimate is of little use."""
 
 
-def status(
-    name: str, correction: RangeCorrection, now: float, last_pose, last_range, missing='', before=None
-) -> Status:
-    """`last_pose`, `last_range`: when the last came (s), None before the first; `missing`: the sentence about a
-    transform that is not there.
-    `before`: the counts of the last time, for faults are told when they are new.
+class Heard(NamedTuple):
+    """When the last pose and the last range came (s), None before the first; the sentence about a transform that is not
+    there.
     """
+
+    last_pose: float | None = None
+    last_range: float | None = None
+    missing: str = ''
+
+
+def status(
+    name: str, correction: RangeCorrection, now: float, heard: Heard, before: dict[str, int] | None = None
+) -> Status:
+    """The node's status at a time (s); `before`: the counts of the last time, for faults are told when they are new."""
+    last_pose, last_range, missing = heard
     counts, (place, yaw) = correction.counts, correction.sigma
     faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
     level, message = OK, f'the pose is corrected by {counts["used"]} ranges'

@@ -239,7 +239,7 @@ class FilterNode:
                 told.append(
                     (i.name + ' gyro bias', '{:.6f} {:.6f} {:.6f} rad/s'.format(*tuple(self.engine.gyro_bias(i.name))))
                 )
-        if self.engine.intake.standstill is not None:
+        if self.engine.preprocessor.standstill is not None:
             told.append(('parked', self.engine.parked))
         return told
 

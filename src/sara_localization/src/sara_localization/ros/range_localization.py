@@ -20,13 +20,14 @@ from tf2_msgs.msg import TFMessage
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_localization.fake import true_pose
-from sara_localization.filters import state_pose as joining
+from sara_localization.filters import state_pose
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import StampedTransform
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection, RangeData, RangeMap
-from sara_localization.ranges.range_status import status
+from sara_localization.ranges.range_correction import RangeCorrection
+from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.range_status import Heard, status
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
@@ -86,70 +87,54 @@ class RangeNode:
         with self.lock:
             self.correction.forget()
 
-    def on_odometry(self, msg):
+    def on_odometry(self, msg: Odometry) -> None:
         """Dead reckoning: take it, and give out what it is in the map."""
-        data, config = conversions.odometry(msg), self.config
+        data = conversions.odometry(msg)
         pose = true_pose(data.position, data.orientation)
-        if data.frame_id.lstrip('/') != config.global_frame_id:
+        faulty = self._faulty(data, pose)
+        if faulty:
             with self.lock:
-                self._count(
-                    'bad_frame',
-                    'odom',
-                    f'odom is in the frame "{data.frame_id}": ignored; it must be in {config.global_frame_id}',
-                )
-            return
-        if pose is None or data.stamp <= 0.0:
-            with self.lock:
-                self._count(
-                    'bad_pose',
-                    'odom',
-                    f'odom holds {"what is no pose" if pose is None else "no time stamp"}: dropped',
-                )
+                self._count(faulty[0], 'odom', faulty[1])
             return
         with self.lock:
             self.last_pose = data.stamp
             self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.yaw))
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
-            base_from_odom = (
-                self.transforms.lookup(config.base_frame_id, config.odom_frame_id, data.stamp)
-                if config.tf_broadcast
-                else None
-            )
-            then = corrected
-            if config.join_at_odometry_time:
-                then = joining.pose_earlier(
-                    corrected,
-                    (*data.linear, *data.angular),
-                    self.transforms.age(config.base_frame_id, config.odom_frame_id, data.stamp),
-                )
-            self.missing = (
-                ''
-                if base_from_odom or not config.tf_broadcast
-                else f'no transform {config.odom_frame_id} -> {config.base_frame_id}: {config.global_frame_id} -> '
-                f'{config.odom_frame_id} cannot be published'
-            )
-        if base_from_odom is not None:
-            publish(
-                self.transform_pub,
-                TFMessage(
-                    [
-                        conversions.transform_message(
-                            StampedTransform(
-                                later(data.stamp, config.transform_tolerance),
-                                config.global_frame_id,
-                                config.odom_frame_id,
-                                then @ base_from_odom,
-                            )
-                        )
-                    ]
-                ),
-            )
+            map_from_odom = self._map_from_odom(data, corrected) if self.config.tf_broadcast else None
+        if map_from_odom is not None:
+            publish(self.transform_pub, TFMessage([conversions.transform_message(map_from_odom)]))
         covariance = np.array(data.pose_covariance)
         covariance[PLANAR] = P
         msg.pose.covariance = covariance.ravel().tolist()
         conversions.fill_pose(msg.pose.pose, corrected)
         publish(self.odometry_pub, msg)
+
+    def _faulty(self, data, pose):
+        """(what it counts as, a sentence) for dead reckoning that cannot be used, else None."""
+        if data.frame_id.lstrip('/') != self.config.global_frame_id:
+            wanted = self.config.global_frame_id
+            return 'bad_frame', f'odom is in the frame "{data.frame_id}": ignored; it must be in {wanted}'
+        if pose is None or data.stamp <= 0.0:
+            return 'bad_pose', f'odom holds {"what is no pose" if pose is None else "no time stamp"}: dropped'
+        return None
+
+    def _map_from_odom(self, data, corrected) -> StampedTransform | None:
+        """What is broadcast for a pose that was corrected; None, and told, where odom -> base_link is not known."""
+        c = self.config
+        base_from_odom = self.transforms.lookup(c.base_frame_id, c.odom_frame_id, data.stamp)
+        if base_from_odom is None:
+            self.missing = (
+                f'no transform {c.odom_frame_id} -> {c.base_frame_id}: {c.global_frame_id} -> {c.odom_frame_id} cannot '
+                'be published'
+            )
+            return None
+        self.missing = ''
+        if c.join_at_odometry_time:
+            age = self.transforms.age(c.base_frame_id, c.odom_frame_id, data.stamp)
+            corrected = state_pose.pose_earlier(corrected, (*data.linear, *data.angular), age)
+        dated = later(data.stamp, c.transform_tolerance)
+        return StampedTransform(dated, c.global_frame_id, c.odom_frame_id, corrected @ base_from_odom)
 
     def on_range(self, msg, topic):
         """A reading; where its sensor sits is looked up once."""
@@ -198,15 +183,8 @@ class RangeNode:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
-            told = status(
-                'range_localization',
-                self.correction,
-                now.to_sec(),
-                self.last_pose,
-                self.last_range,
-                self.missing,
-                self.counted,
-            )
+            heard = Heard(self.last_pose, self.last_range, self.missing)
+            told = status('range_localization', self.correction, now.to_sec(), heard, self.counted)
             self.counted = dict(self.correction.counts)
         if told.level:
             rospy.logwarn_throttle(PATIENCE, told.message)

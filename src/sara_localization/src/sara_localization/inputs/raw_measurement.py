@@ -71,7 +71,7 @@ class Memory:
         return covariance is self.given or self.covariance == np.asarray(covariance).tobytes()
 
 
-class Sheet:
+class RawMeasurement:
     """Up to 15 variables from `first` on being prepared, three at a time of one kind: values (n,), covariance (n, n),
     which are measured (mask (n,)), and what was wrong with them. memory: the source's own, None: nothing is kept.
     """
@@ -84,7 +84,7 @@ class Sheet:
             self._known = memory
             return
         self._write()
-        if not sound(np.array(self.values), self._covariance, self._mask, LARGEST_VALUE, LARGEST_VARIANCE):
+        if not sound(np.array(self.values), self._covariance, self._mask):
             self._sift()
 
     def _write(self):
@@ -179,7 +179,7 @@ class Sheet:
         if not self._mask.any():
             return None
         indices, z, R, positive, informative, sane = measured(
-            self.first, np.array(self.values), self._covariance, self._mask, two_d, OFF_PLANE_VARIANCE, LARGEST_VALUE
+            self.first, np.array(self.values), self._covariance, self._mask, two_d
         )
         if not sane:
             # The lever arm of a sensor on a robot whose state has run away, squared: it would run away further.
@@ -209,14 +209,14 @@ def _sane(values) -> bool:
 
 
 @kernel
-def sound(values, covariance, mask, largest_value, largest_variance):
+def sound(values, covariance, mask):
     """Whether everything is a number of a sane size and what is measured (mask (n,) bool) has a positive variance."""
     n = values.shape[0]
     for i in range(n):
-        if not fabs(values[i]) < largest_value:
+        if not fabs(values[i]) < LARGEST_VALUE:
             return False
         for j in range(n):
-            if not fabs(covariance[i, j]) < largest_variance:
+            if not fabs(covariance[i, j]) < LARGEST_VARIANCE:
                 return False
         if mask[i] and not covariance[i, i] > 0.0:
             return False
@@ -251,9 +251,9 @@ def turn(R, mask, covariance):
 
 
 @kernel
-def measured(first, values, covariance, mask, two_d, off_plane_variance, largest_value):
+def measured(first, values, covariance, mask, two_d):
     """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
-    definite, how many of the k are not forced, whether all of z is below largest_value).
+    definite, how many of the k are not forced, whether all of z is below LARGEST_VALUE).
 
     two_d: the variables OFF_PLANE are measured as 0 besides, uncorrelated with the rest.
     """
@@ -278,10 +278,10 @@ def measured(first, values, covariance, mask, two_d, off_plane_variance, largest
     for a in range(k):
         i = indices[a]
         if forced[i]:
-            R[a, a] = off_plane_variance
+            R[a, a] = OFF_PLANE_VARIANCE
             continue
         z[a] = values[i - first]
-        sane = sane and fabs(z[a]) < largest_value
+        sane = sane and fabs(z[a]) < LARGEST_VALUE
         for b in range(k):
             j = indices[b]
             if not forced[j]:
@@ -293,6 +293,6 @@ def measured(first, values, covariance, mask, two_d, off_plane_variance, largest
 def warm() -> None:
     """Compile (or load from the cache) everything."""
     mask = np.ones(6, dtype=bool)
-    sound(np.zeros(6), np.eye(6), mask, 1e12, 1e15)
+    sound(np.zeros(6), np.eye(6), mask)
     turn(np.eye(3), mask, np.eye(6))
-    measured(0, np.zeros(6), np.eye(6), mask, True, 1e-6, 1e12)
+    measured(0, np.zeros(6), np.eye(6), mask, True)

@@ -1,0 +1,49 @@
+"""A map and a reading of a range sensor, as plain data."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_localization.ranges import map_echo
+
+
+class RangeMap(NamedTuple):
+    """Cells of a map: uint8 (rows, columns) as map_echo has them, row 0 lowest; m per cell; origin (x, y, yaw) of its
+    lower left corner, m, rad.
+    """
+
+    cells: np.ndarray
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def from_occupancy(
+        cls, data: np.ndarray, resolution: float, origin: tuple[float, float, float], occupied_above: int
+    ) -> RangeMap:
+        """From nav_msgs/OccupancyGrid's data, int8 (rows, columns): -1 unknown, 0..100. Raises ValueError with a
+        sentence.
+        """
+        data = np.asarray(data)
+        if data.ndim != 2 or not data.size:
+            raise ValueError('the map has no cells')
+        if not (math.isfinite(resolution) and resolution > 0.0 and all(map(math.isfinite, origin))):
+            raise ValueError(f'the map has a resolution of {resolution!r} and its origin at {tuple(origin)!r}')
+        cells = np.where(data > occupied_above, map_echo.OCCUPIED, np.where(data < 0, map_echo.UNKNOWN, map_echo.FREE))
+        return cls(np.ascontiguousarray(cells, dtype=np.uint8), float(resolution), tuple(map(float, origin)))
+
+
+class RangeData(NamedTuple):
+    """A reading: sensor's name; time, s; the sensor in the robot (x, y, yaw; m, rad); range, m (REP-117); what it can
+    measure, m; its full cone, rad.
+    """
+
+    name: str
+    stamp: float
+    mount: tuple[float, float, float]
+    range: float
+    least: float
+    most: float
+    field_of_view: float
