@@ -72,7 +72,7 @@ class SimulatedChair:
         world.obstacles.move_to(0.0)
         self.drive = Drive(world, config, self.chair, start, STEP_S, options)
         self.box = SensorBox(
-            world, config, self.chair, imu, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S
+            world, config, self.chair, (imu, sonar), lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S
         )
         sensors = SensorConfig(gravity=config.gravity) if sensors is None else sensors
         self.motor, self.sensors, self.joystick_node = (
@@ -108,7 +108,7 @@ class SimulatedChair:
                     f'the sensor node is {node.state} {LONGEST_CALIBRATION_S} s after its switch-on: {node.counts}'
                 )
             if motion:
-                box.step(now, *motion)
+                box.step(now, motion)
             else:
                 box.rest(now)
             node.update(now)
@@ -200,7 +200,7 @@ class SimulatedChair:
         if drive.resting:
             box.rest(sensor_now)
         else:
-            box.step(sensor_now, *drive.motion())
+            box.step(sensor_now, drive.motion())
         if 'joystick' not in silent:
             for frame in self.joystick_node.update(now, *(self.grabbed or self.joystick)):
                 if motor is not None:

@@ -47,7 +47,7 @@ def awake(**settings):
 
 def steps(chip, count, value=REST):
     for _ in range(count):
-        chip.step(0.01, *value)
+        chip.step(0.01, tuple(value))
 
 
 def counts(chip):
@@ -98,7 +98,7 @@ def test_the_listing_of_the_thesis_leaves_it_asleep_and_the_driver_wakes_it():
     driver = Driver(SimulatedI2c({0x68: chip}))
     for tick in range(100):
         driver.advance(tick * 0.01)
-        chip.step(0.01, *REST)
+        chip.step(0.01, REST)
     assert driver.ready and not chip.asleep
     assert driver.sample()[2] == pytest.approx(16384, abs=400)
 
@@ -177,7 +177,7 @@ def test_it_settles_after_waking_up():
     chip.write(PWR_MGMT_1, [0x01])
     rates = []
     for _ in range(1500):
-        chip.step(0.01, *REST)
+        chip.step(0.01, REST)
         rates.append(counts(chip)[3] / 131.0)
     assert rates[0] == 0.0 and rates[10] == pytest.approx(0.3, abs=0.03)
     assert rates[150] == pytest.approx(0.3 * math.exp(-1.0), abs=0.02)
@@ -225,7 +225,7 @@ def detector(threshold=20, duration=40, decrement=1, high_pass=1, pin=0x20):
 
 def shake(chip, count, g=0.5):
     for number in range(count):
-        chip.step(0.01, g if number % 2 else -g, 0.0, 1.0, 0.0, 0.0, 0.0)
+        chip.step(0.01, (g if number % 2 else -g, 0.0, 1.0, 0.0, 0.0, 0.0))
 
 
 def fired(chip):
@@ -343,6 +343,6 @@ def test_the_compiled_detector_says_what_its_source_says(forces, hz, decrement, 
     compiled, plain = np.zeros(mpu6050_sample.MOTION), np.zeros(mpu6050_sample.MOTION)
     for force in forces:
         assert mpu6050_sample.take(
-            np.zeros(14, np.uint8), 0, settings, compiled, True, 0.01, (*force, 0.0, 0.0, 0.0)
+            np.zeros(14, np.uint8), settings, compiled, True, 0.01, (*force, 0.0, 0.0, 0.0)
         ) == mpu6050_sample.detect.py_func(plain, settings, 0.01, *force)
         assert np.array_equal(compiled, plain)

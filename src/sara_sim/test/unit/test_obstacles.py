@@ -11,9 +11,10 @@ from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.world import obstacles
 from sara_sim.world.obstacles import Obstacle, ObstacleError, Obstacles
+from sara_sim.world.rays import Cone
 from sara_sim.world.world import World, WorldError
 
-CONE = dict(half_angle=math.radians(30), rays_cast=13, steepest=math.radians(60), limit=6.0)
+CONE = Cone(math.radians(30), 13, math.cos(math.radians(60)), 6.0)
 SURE = ChairConfig(sonar_lost=0.0, frame_loss=0.0)
 
 
@@ -24,7 +25,7 @@ def floor(*things, size=200):
 @given(st.floats(1.0, 4.0), st.floats(0.1, 0.5), st.floats(-math.pi, math.pi))
 def test_a_disc_is_as_far_as_its_surface_in_every_direction(distance, radius, axis):
     x, y = 5.0 + distance * math.cos(axis), 5.0 + distance * math.sin(axis)
-    heard = floor(Obstacle(radius=radius, at=(x, y))).sonar(5.0, 5.0, axis, **CONE)
+    heard = floor(Obstacle(radius=radius, at=(x, y))).sonar(5.0, 5.0, axis, CONE)
     assert heard == pytest.approx(distance - radius, abs=1e-9)
 
 
@@ -33,26 +34,26 @@ def test_a_box_is_as_far_as_its_side(distance, turned, axis):
     """Facing the sonar; then turned about the point where the axis meets it, and large: the nearest ray wins."""
     away = distance + 2.0
     x, y = 5.0 + away * math.cos(axis), 5.0 + away * math.sin(axis)
-    heard = floor(Obstacle(size=(4.0, 0.4), at=(x, y), yaw=axis)).sonar(5.0, 5.0, axis, **CONE)
+    heard = floor(Obstacle(size=(4.0, 0.4), at=(x, y), yaw=axis)).sonar(5.0, 5.0, axis, CONE)
     assert heard == pytest.approx(distance, abs=1e-9)
 
 
 def test_a_disc_beside_the_cone_is_not_heard_and_a_wall_hides_what_is_behind():
-    assert floor(Obstacle(radius=0.2, at=(5.0, 7.0))).sonar(5.0, 5.0, 0.0, **CONE) == math.inf
+    assert floor(Obstacle(radius=0.2, at=(5.0, 7.0))).sonar(5.0, 5.0, 0.0, CONE) == math.inf
     occupied = np.zeros((200, 200), bool)
     occupied[:, 140:144] = True
     world = World(occupied, obstacles=[Obstacle(radius=0.3, at=(9.0, 5.0))])
-    assert world.sonar(5.0, 5.0, 0.0, **CONE) == pytest.approx(2.0, abs=0.05)
+    assert world.sonar(5.0, 5.0, 0.0, CONE) == pytest.approx(2.0, abs=0.05)
     world.obstacles.add(Obstacle('near', radius=0.3, at=(6.5, 5.0)))
-    assert world.sonar(5.0, 5.0, 0.0, **CONE) == pytest.approx(1.2)
+    assert world.sonar(5.0, 5.0, 0.0, CONE) == pytest.approx(1.2)
     world.obstacles.remove('near')
-    assert world.sonar(5.0, 5.0, 0.0, **CONE) == pytest.approx(2.0, abs=0.05)
+    assert world.sonar(5.0, 5.0, 0.0, CONE) == pytest.approx(2.0, abs=0.05)
 
 
 @pytest.mark.parametrize('turn, heard', [(0, True), (50, True), (75, False), (-75, False)])
 def test_steep_boxes_give_nothing_back(turn, heard):
     thing = Obstacle(size=(8.0, 0.02), at=(7.0, 5.0), yaw=math.radians(90 + turn))
-    distance = floor(thing).sonar(5.0, 5.0, 0.0, **CONE)
+    distance = floor(thing).sonar(5.0, 5.0, 0.0, CONE)
     assert math.isfinite(distance) == heard
 
 

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from sara_sim.world.map_image import read_grey
+from sara_sim.world.rays import Cone
 from sara_sim.world.world import World, WorldError
 
-CONE = dict(half_angle=math.radians(30), rays_cast=13, steepest=math.radians(60), limit=6.0)
+CONE = Cone(math.radians(30), 13, math.cos(math.radians(60)), 6.0)
 
 
 def wall_at(x, size=200):
@@ -23,13 +24,13 @@ def wall_at(x, size=200):
 
 @given(st.floats(0.5, 3.9), st.floats(3.0, 7.0), st.floats(-0.5, 0.5))
 def test_a_flat_wall_is_as_far_as_its_nearest_point(x, y, axis):
-    distance = wall_at(5.0).sonar(x, y, axis, **CONE)
+    distance = wall_at(5.0).sonar(x, y, axis, CONE)
     assert distance == pytest.approx(5.0 - x, rel=0.005)
 
 
 @pytest.mark.parametrize('steep, heard', [(0, True), (30, True), (55, True), (65, False), (80, False)])
 def test_steep_walls_give_nothing_back(steep, heard):
-    assert math.isfinite(wall_at(5.0).sonar(4.0, 5.0, math.radians(steep), **CONE)) == heard
+    assert math.isfinite(wall_at(5.0).sonar(4.0, 5.0, math.radians(steep), CONE)) == heard
 
 
 @pytest.mark.parametrize('turn', [20, 45, 70])
@@ -39,15 +40,15 @@ def test_walls_across_the_grid_have_their_true_direction(turn):
     occupied = ((columns + 0.5) * nx + (rows + 0.5) * ny) * 0.05 > 5.0 * (nx + ny) + 1.0
     world = World(occupied)
     for steep, heard in ((0, True), (40, True), (-40, True), (72, False), (-72, False)):
-        distance = world.sonar(5.0, 5.0, math.radians(turn + steep), **CONE)
+        distance = world.sonar(5.0, 5.0, math.radians(turn + steep), CONE)
         assert math.isfinite(distance) == heard
         if steep == 0:
             assert distance == pytest.approx(1.0, abs=0.06)
 
 
 def test_nothing_beyond_the_limit_nor_the_map():
-    assert wall_at(9.0).sonar(1.0, 5.0, 0.0, **CONE) == math.inf
-    assert World.empty().sonar(0.0, 0.0, 1.0, **CONE) == math.inf
+    assert wall_at(9.0).sonar(1.0, 5.0, 0.0, CONE) == math.inf
+    assert World.empty().sonar(0.0, 0.0, 1.0, CONE) == math.inf
 
 
 @settings(max_examples=200)

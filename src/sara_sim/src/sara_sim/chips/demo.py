@@ -28,7 +28,7 @@ class RestingChips:
         drawn, imu, sonar, _ = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
         middle = 0.5 * ROOM_CELLS * world.resolution
         self.box = SensorBox(
-            world, config, DrawnChair.draw(config, drawn), imu, sonar, lambda: (middle, middle, 0.0), STEP_S
+            world, config, DrawnChair.draw(config, drawn), (imu, sonar), lambda: (middle, middle, 0.0), STEP_S
         )
         self._start, self._steps = now, 0
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from sara_sim.chips import mounting
 from sara_sim.config import ChairConfig, DrawnChair
+from sara_sim.motion.body_motion import Motion
 
 _BLOCK = 512
 
@@ -53,21 +54,9 @@ class Imu:
         begin, self._next = self._next, self._next + 6
         return self._block[begin : self._next]
 
-    def moving(
-        self,
-        ax: float,
-        ay: float,
-        yaw_rate: float,
-        yaw_acceleration: float,
-        roll: float = 0.0,
-        pitch: float = 0.0,
-        roll_rate: float = 0.0,
-        pitch_rate: float = 0.0,
-        az: float = 0.0,
-    ) -> list[float]:
-        """The same in motion: acceleration of `base_link` forward, to the left and up (m/s2), rates (rad/s), roll and
-        pitch (rad; a nose that points up is a negative pitch).
-        """
+    def moving(self, motion: Motion) -> list[float]:
+        """The same in motion."""
+        ax, ay, yaw_rate, yaw_acceleration, roll, pitch, roll_rate, pitch_rate, az = motion
         value = self.sample()
         place, g = mounting.IMU, self._gravity
         square = yaw_rate * yaw_rate

@@ -98,15 +98,14 @@ class Mpu6050:
         latched = self._registers[INT_PIN_CFG] & 0x20 and self._registers[INT_STATUS] & self._registers[INT_ENABLE]
         return bool(latched) != bool(self._registers[INT_PIN_CFG] & 0x80)
 
-    def step(self, dt: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> None:
-        """One sample, `dt` s after the last: specific force (g), angular velocity (deg/s), in the chip's axes."""
-        value = ax, ay, az, gx, gy, gz
+    def step(self, dt: float, value: tuple[float, ...]) -> None:
+        """One sample, `dt` s after the last: ax, ay, az (g), gx, gy, gz (deg/s), in the chip's axes."""
         if self._unsettled or self.stuck:
             value = self._let_through(dt, value)
             if value is None:
                 return
         self._value = value
-        if mpu6050_sample.take(self._file, DATA, self._settings, self._motion, self._detects, dt, value):
+        if mpu6050_sample.take(self._data, self._settings, self._motion, self._detects, dt, value):
             self._registers[INT_STATUS] |= MOTION_BIT
         if self._tells_of_data:
             self._registers[INT_STATUS] |= DATA_READY_BIT
@@ -183,7 +182,7 @@ class Mpu6050:
 
     def _power_up(self) -> None:
         self._registers = registers = bytearray(REGISTERS)
-        self._file = np.frombuffer(registers, np.uint8)  # the same bytes, for compiled code
+        self._data = np.frombuffer(registers, np.uint8)[DATA : DATA + DATA_LENGTH]  # the same bytes, for compiled code
         registers[WHO_AM_I] = ADDRESS
         registers[PWR_MGMT_1] = SLEEP_BIT
         for axis, trim in enumerate(self.trim):

@@ -5,6 +5,8 @@ What `Mpu6050` works out of its registers when they change comes in as `settings
 detector remembers, are named here.
 """
 
+from __future__ import annotations
+
 from math import exp, log, pi
 
 import numpy as np
@@ -21,23 +23,23 @@ TEMPERATURE_COUNTS = round((27.0 - 36.53) * 340.0)  # 27 degrees C
 
 
 @kernel
-def put(registers, place, value):
+def put(registers: np.ndarray, place: int, value: float) -> None:
     """A whole number into two registers, high byte first, limited to what they hold."""
     counts = min(max(round(value), -32768), 32767)
     registers[place], registers[place + 1] = counts >> 8 & 0xFF, counts & 0xFF
 
 
 @kernel
-def convert(registers, place, settings, value):
-    """Specific force (g) and angular velocity (deg/s), six values, into the fourteen data registers from `place` on."""
+def convert(data: np.ndarray, settings: np.ndarray, value: tuple[float, ...]) -> None:
+    """Specific force (g) and angular velocity (deg/s), six values, into the fourteen data registers."""
     for axis in range(3):
-        put(registers, place + 2 * axis, value[axis] * settings[ACCEL_SCALE] + settings[SHIFT + axis])
-        put(registers, place + 8 + 2 * axis, value[3 + axis] * settings[GYRO_SCALE] + settings[SHIFT + 3 + axis])
-    put(registers, place + 6, float(TEMPERATURE_COUNTS))
+        put(data, 2 * axis, value[axis] * settings[ACCEL_SCALE] + settings[SHIFT + axis])
+        put(data, 8 + 2 * axis, value[3 + axis] * settings[GYRO_SCALE] + settings[SHIFT + 3 + axis])
+    put(data, 6, float(TEMPERATURE_COUNTS))
 
 
 @kernel
-def detect(motion, settings, dt, ax, ay, az):
+def detect(motion: np.ndarray, settings: np.ndarray, dt: float, ax: float, ay: float, az: float) -> bool:
     """Whether the motion detector fires: high-passed acceleration above MOT_THR on any axis for MOT_DUR.
 
     The chip looks every millisecond. A sample of `dt` (s) is a step at its input that then decays with the filter's
@@ -74,15 +76,16 @@ def detect(motion, settings, dt, ax, ay, az):
 
 
 @kernel
-def take(registers, place, settings, motion, detects, dt, value):
-    """A sample (ax, ay, az in g, gx, gy, gz in deg/s), `dt` s after the last, into the data registers from `place` on;
-    whether the detector, if it
-    `detects`, fires.
+def take(
+    data: np.ndarray, settings: np.ndarray, motion: np.ndarray, detects: bool, dt: float, value: tuple[float, ...]
+) -> bool:
+    """A sample (ax, ay, az in g, gx, gy, gz in deg/s), `dt` s after the last, into the fourteen data registers; whether
+    the detector, if it `detects`, fires.
     """
-    convert(registers, place, settings, value)
+    convert(data, settings, value)
     return detects and detect(motion, settings, dt, value[0], value[1], value[2])
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    take(np.zeros(14, np.uint8), 0, np.ones(SETTINGS), np.zeros(MOTION), True, 0.01, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    take(np.zeros(14, np.uint8), np.ones(SETTINGS), np.zeros(MOTION), True, 0.01, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))

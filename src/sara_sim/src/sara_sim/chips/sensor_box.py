@@ -13,6 +13,7 @@ from sara_sim.chips.mpu6050 import Mpu6050
 from sara_sim.chips.sonars import Sonars
 from sara_sim.chips.srf02 import Srf02
 from sara_sim.config import ChairConfig, DrawnChair
+from sara_sim.motion.body_motion import Motion
 from sara_sim.world.world import World
 
 
@@ -26,16 +27,16 @@ class SensorBox:
         world: World,
         config: ChairConfig,
         chair: DrawnChair,
-        imu: np.random.Generator,
-        sonar: np.random.Generator,
+        luck: tuple[np.random.Generator, np.random.Generator],
         pose: Callable[[], tuple[float, float, float]],
         dt: float,
     ):
+        """`luck`: of the IMU and of the sonars. `pose`: gives the true (x, y, yaw) of the chair now. `dt`: s a step."""
         self.dt, self.time = dt, 0.0
         self.noise: list[tuple] = []
         self._gravity = config.gravity
-        self.physics = Imu(config, chair, imu, dt)
-        self.acoustics = Sonars(world, config, sonar, pose)
+        self.physics = Imu(config, chair, luck[0], dt)
+        self.acoustics = Sonars(world, config, luck[1], pose)
         self.imu = Mpu6050()
         self.sonars = {name: Srf02(self._echo_of(name), lambda: self.time) for name in SONAR_ADDRESSES}
         self.i2c = SimulatedI2c(
@@ -47,15 +48,15 @@ class SensorBox:
 
     def rest(self, now: float) -> None:
         """One step of a chair at rest on a level floor. `now`: s."""
-        self.time = now
-        value = self.physics.sample()
-        self.imu.step(self.dt, *(self._noisy(value) if self.noise else value))
+        self._feel(now, self.physics.sample())
 
-    def step(self, now: float, *motion: float) -> None:
-        """One step in motion: arguments of `Imu.moving`."""
+    def step(self, now: float, motion: Motion) -> None:
+        """One step in motion. `now`: s."""
+        self._feel(now, self.physics.moving(motion))
+
+    def _feel(self, now: float, value: list[float]) -> None:
         self.time = now
-        value = self.physics.moving(*motion)
-        self.imu.step(self.dt, *(self._noisy(value) if self.noise else value))
+        self.imu.step(self.dt, tuple(self._noisy(value) if self.noise else value))
 
     def _noisy(self, value: list[float]) -> list[float]:
         for random, accel, gyro in self.noise:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sara_sim.chips import mounting
 from sara_sim.config import ChairConfig
+from sara_sim.world.rays import Cone
 from sara_sim.world.world import World
 
 _BLOCK = 256
@@ -26,7 +27,9 @@ class Sonars:
     ):
         """`pose`: gives the true (x, y, yaw) of the chair now."""
         self._world, self._config, self._random, self._pose = world, config, random, pose
-        self._half, self._steepest = radians(config.sonar_cone / 2), radians(config.sonar_steepest)
+        self._cone = Cone(
+            radians(config.sonar_cone / 2), config.sonar_rays, cos(radians(config.sonar_steepest)), config.sonar_limit
+        )
         self._errors: list = []
         self._luck: list = []
         self.extra: dict = {}
@@ -47,10 +50,7 @@ class Sonars:
             x + c * mount.x - s * mount.y,
             y + s * mount.x + c * mount.y,
             yaw + mount.yaw,
-            self._half,
-            config.sonar_rays,
-            self._steepest,
-            config.sonar_limit,
+            self._cone,
         )
         if self.extra and name in self.extra:
             error += self.extra[name]()

@@ -111,21 +111,25 @@ class Faults:
 
     def _apply(self) -> None:
         """Put everything right, then apply what is happening."""
-        chair, box = self._chair, self._chair.box
-        self.active = chair.faulty = bool(self._all)
-        wire = chair.wire
-        wire.faults = [
-            (active.fault, self._identifiers(active.fault), active.random)
-            for active in self._all
-            if isinstance(active.fault, kinds.FrameFault)
+        self.active = self._chair.faulty = bool(self._all)
+        self._apply_to_bus()
+        self._apply_to_sonars()
+        self._apply_to_imu()
+        self._apply_to_encoders()
+        self._apply_to_drive()
+
+    def _apply_to_bus(self) -> None:
+        chair = self._chair
+        chair.wire.faults = [
+            (active.fault, self._identifiers(active.fault), active.random) for active in self._of(kinds.FrameFault)
         ]
         chair.pulled_out = self._any(kinds.AdapterUnplugged)
+        chair.silent_nodes = frozenset(active.fault.node for active in self._of(kinds.NodeSilent))
+
+    def _apply_to_sonars(self) -> None:
+        box = self._chair.box
         for name, chip in box.sonars.items():
-            mine = [
-                active
-                for active in self._all
-                if isinstance(active.fault, kinds.SonarFault) and active.fault.sensor in (name, 'all')
-            ]
+            mine = [active for active in self._of(kinds.SonarFault) if active.fault.sensor in (name, 'all')]
             chip.silent = any(isinstance(active.fault, kinds.SonarSilent) for active in mine)
             stuck = [active.fault.range for active in mine if isinstance(active.fault, kinds.SonarStuck)]
             chip.stuck_cm = round(100.0 * stuck[-1]) if stuck else None
@@ -137,35 +141,34 @@ class Faults:
                 box.acoustics.extra[name] = lambda noisy=noisy: sum(
                     float(random.normal(0.0, sigma)) for random, sigma in noisy
                 )
+
+    def _apply_to_imu(self) -> None:
+        box = self._chair.box
         box.imu.silent, box.imu.stuck = self._any(kinds.ImuSilent), self._any(kinds.ImuStuck)
         box.noise = [
-            (active.random, active.fault.accel_sigma, active.fault.gyro_sigma)
-            for active in self._all
-            if isinstance(active.fault, kinds.ImuNoisy)
+            (active.random, active.fault.accel_sigma, active.fault.gyro_sigma) for active in self._of(kinds.ImuNoisy)
         ]
-        chair.encoders.frozen = frozenset(
-            wheel
-            for active in self._all
-            if isinstance(active.fault, kinds.EncoderFrozen)
-            for wheel in ('right', 'left')
-            if active.fault.wheel in (wheel, 'both')
-        )
-        chair.encoders.noise = [
-            (active.random, active.fault.wheel, active.fault.sigma)
-            for active in self._all
-            if isinstance(active.fault, kinds.EncoderNoisy)
+
+    def _apply_to_encoders(self) -> None:
+        encoders = self._chair.encoders
+        frozen = [active.fault.wheel for active in self._of(kinds.EncoderFrozen)]
+        encoders.frozen = frozenset(wheel for wheel in ('right', 'left') if wheel in frozen or 'both' in frozen)
+        encoders.noise = [
+            (active.random, active.fault.wheel, active.fault.sigma) for active in self._of(kinds.EncoderNoisy)
         ]
-        chair.silent_nodes = frozenset(
-            active.fault.node for active in self._all if isinstance(active.fault, kinds.NodeSilent)
-        )
-        grabbed = [
-            (active.fault.x, active.fault.y) for active in self._all if isinstance(active.fault, kinds.JoystickGrabbed)
-        ]
+
+    def _apply_to_drive(self) -> None:
+        """What pulls the joystick, the battery and the wheels' grip."""
+        chair = self._chair
+        grabbed = [(active.fault.x, active.fault.y) for active in self._of(kinds.JoystickGrabbed)]
         chair.grabbed = grabbed[-1] if grabbed else None
         if not self._any(kinds.BatteryLow):
             chair.battery = chair.config.battery
         if not self._any(kinds.WheelSlip):
             chair.drive.grip = (1.0, 1.0)
 
+    def _of(self, kind: type) -> list[Active]:
+        return [active for active in self._all if isinstance(active.fault, kind)]
+
     def _any(self, kind: type) -> bool:
-        return any(isinstance(active.fault, kind) for active in self._all)
+        return bool(self._of(kind))

@@ -11,7 +11,9 @@ from math import exp, floor, pi
 from sara_common.planar import wrap
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion import rolling
+from sara_sim.motion.body_motion import Motion
 from sara_sim.motion.drift import Drift
+from sara_sim.motion.rolling import Contact, Motor, Surroundings
 from sara_sim.options import ChairOptions
 from sara_sim.world.world import World, WorldError
 
@@ -23,8 +25,7 @@ _BISECTIONS = 6
 class Drive:
     """True state of the chair. `x`, `y` (m), `yaw` (rad, unwrapped) in the map; `right`, `left` wheel angles (rad).
 
-    `grip`: (right, left) share of a wheel's rolling that moves the body; 1 unless a fault says less. `drift`: what else
-    moves the body.
+    `drift`: what else moves the body.
     """
 
     def __init__(
@@ -51,12 +52,22 @@ class Drive:
         self.contacts = 0
         self.touching = False
         self._since_touch = CONTACT_RELEASE_S
-        self._lag = config.motor_lag * (options.mass + options.payload) / options.mass
-        self._decay = exp(-dt / self._lag)
+        lag = config.motor_lag * (options.mass + options.payload) / options.mass
         self._edges = config.steps_per_turn / (2.0 * pi)
-        self._motor = (float(config.dead_band), float(config.max_wheel_speed))
-        self._surroundings = world.clear_of(config.length, config.width), (*world.origin, world.resolution)
-        self.drift = Drift(world, config, options, self._lag, self.pose)
+        self._motor = Motor(float(config.dead_band), float(config.max_wheel_speed), dt, lag, exp(-dt / lag))
+        self._surroundings = Surroundings(world.clear_of(config.length, config.width), *world.origin, world.resolution)
+        self.drift = Drift(world, config, options, lag, self.pose)
+
+    @property
+    def grip(self) -> tuple[float, float]:
+        """(right, left): the share of a wheel's rolling that moves the body; 1 unless a fault says less."""
+        return self._grip
+
+    @grip.setter
+    def grip(self, value: tuple[float, float]) -> None:
+        self._grip, chair = value, self.chair
+        radii = chair.right_radius * value[0], chair.left_radius * value[1]
+        self._contact = Contact(*radii, chair.slip, self.config.track)
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -79,17 +90,11 @@ class Drive:
         """
         pose, (right, left), speeds, motion, near = rolling.roll(
             (self.x, self.y, self.yaw),
-            (self.right_speed, self.left_speed),
-            (float(right_target), float(left_target)),
-            self._radii(),
-            self.chair.slip,
-            self.config.track,
-            self._motor,
-            self.dt,
-            self._lag,
-            self._decay,
+            ((float(right_target), self.right_speed), (float(left_target), self.left_speed)),
             (self.speed, self.yaw_rate),
-            *self._surroundings,
+            self._contact,
+            self._motor,
+            self._surroundings,
         )
         if near and self.world.overlaps(*pose, self.config.length, self.config.width):
             return False
@@ -104,11 +109,10 @@ class Drive:
 
     def _pushed_on(self, right_target: float, left_target: float) -> None:
         """The step with all that may move or stop the chair."""
-        chair, drift = self.chair, self.drift
+        drift, contact = self.drift, self._contact
         right, right_speed = self._wheel(right_target, self.right_speed)
         left, left_speed = self._wheel(left_target, self.left_speed)
-        floor_contact = self._radii(), chair.slip, self.config.track
-        distance, turn = rolling.body(right, left, *floor_contact)
+        distance, turn = rolling.body(right, left, contact)
         side = 0.0
         if drift.active:
             distance, side, turn = drift.displaced(distance, turn, self.speed, self.yaw_rate, self.dt)
@@ -135,7 +139,7 @@ class Drive:
         self.right += right
         self.left += left
         self.right_speed, self.left_speed = right_speed, left_speed
-        speed, rate = rolling.body(right_speed, left_speed, *floor_contact)
+        speed, rate = rolling.body(right_speed, left_speed, contact)
         if drift.active:
             speed, rate = drift.velocity(speed, rate)
             drift.lean(self.x, self.y, self.yaw, self.dt)
@@ -143,14 +147,14 @@ class Drive:
         self.yaw_acceleration = (rate - self.yaw_rate) / self.dt
         self.speed, self.yaw_rate = speed, rate
 
-    def motion(self) -> tuple:
-        """Arguments of `Imu.moving`."""
+    def motion(self) -> Motion:
+        """What an IMU feels of it."""
         drift = self.drift
         if not drift.active:
-            return self.acceleration, self.speed * self.yaw_rate, self.yaw_rate, self.yaw_acceleration
+            return Motion(self.acceleration, self.speed * self.yaw_rate, self.yaw_rate, self.yaw_acceleration)
         # In the chair's own axes: a moving chair that turns is accelerated towards the inside of the turn.
         shake = drift.shaken
-        return (
+        return Motion(
             self.acceleration + shake[0] - drift.side_speed * self.yaw_rate,
             self.speed * self.yaw_rate + drift.side_acceleration,
             self.yaw_rate,
@@ -162,14 +166,10 @@ class Drive:
             shake[1],
         )
 
-    def _radii(self) -> tuple[float, float]:
-        """(right, left), m, as far as they move the body."""
-        return self.chair.right_radius * self.grip[0], self.chair.left_radius * self.grip[1]
-
     def _wheel(self, target: float, speed: float) -> tuple[float, float]:
         """(angle turned in dt, speed after it)."""
         droop = float(self.drift.droop)
-        return rolling.wheel(float(target), float(speed), self._motor, droop, self.dt, self._lag, self._decay)
+        return rolling.wheel(float(target), float(speed), droop, self._motor)
 
     def _moved(self, distance: float, side: float, turn: float) -> tuple[float, float, float]:
         return rolling.moved((self.x, self.y, self.yaw), float(distance), float(side), float(turn))

@@ -5,15 +5,40 @@ Rays walk the grid cell by cell (Amanatides and Woo, "A fast voxel traversal alg
 overlap of the rectangle with a square cell is the separating axis test.
 """
 
+from __future__ import annotations
+
 from math import ceil, cos, floor, inf, sin
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
 
 
+class Walls(NamedTuple):
+    """A map: which cells are occupied, (rows, columns) bool, row 0 lowest; unit vectors towards the nearby wall, zero
+    where there is none; m per cell.
+    """
+
+    occupied: np.ndarray
+    normal_x: np.ndarray
+    normal_y: np.ndarray
+    resolution: float
+
+
+class Cone(NamedTuple):
+    """What a sonar hears: half its cone, rad; rays in it; the cosine of the steepest angle between its axis and a
+    wall's normal; up to which distance, m.
+    """
+
+    half_angle: float
+    rays: int
+    cos_steepest: float
+    limit: float
+
+
 @kernel
-def cast(occupied, x, y, angle, limit):
+def cast(occupied: np.ndarray, x: float, y: float, angle: float, limit: float) -> tuple[float, int, int]:
     """Walk one ray. `occupied`: (rows, columns) bool, row 0 lowest; x, y, limit in cells; angle in rad.
 
     Returns (distance in cells or inf, row, column of the last free cell before the hit).
@@ -43,36 +68,43 @@ def cast(occupied, x, y, angle, limit):
 
 
 @kernel
-def cone(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit):
-    """Nearest echo in a cone, in cells, or inf. Lengths in cells, angles in rad.
+def _angle_of(axis, cone, i):
+    """The direction of the i-th ray of a cone."""
+    return axis + cone.half_angle * (2.0 * i / (cone.rays - 1) - 1.0) if cone.rays > 1 else axis
 
-    `normal_x`, `normal_y`: (rows, columns) unit vectors towards the nearby wall, zero where there is none. A hit counts
-    if the wall's normal is within the steepest angle of the cone's axis.
+
+@kernel
+def echo(walls: Walls, place: tuple[float, float, float], cone: Cone) -> float:
+    """Nearest echo in a cone, in cells, or inf. place: x, y in cells, and the cone's axis, rad.
+
+    A hit counts if the wall's normal is within the steepest angle of the cone's axis.
     """
-    nearest = inf
+    x, y, axis = place
+    nearest, limit = inf, cone.limit / walls.resolution
     ax, ay = cos(axis), sin(axis)
-    rows, columns = occupied.shape
-    for i in range(rays):
-        angle = axis + half_angle * (2.0 * i / (rays - 1) - 1.0) if rays > 1 else axis
-        distance, row, column = cast(occupied, x, y, angle, min(limit, nearest))
+    rows, columns = walls.occupied.shape
+    for i in range(cone.rays):
+        distance, row, column = cast(walls.occupied, x, y, _angle_of(axis, cone, i), min(limit, nearest))
         if distance < nearest:
             if 0 <= row < rows and 0 <= column < columns:
-                nx, ny = normal_x[row, column], normal_y[row, column]
-                if (nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cos_steepest:
+                nx, ny = walls.normal_x[row, column], walls.normal_y[row, column]
+                if (nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cone.cos_steepest:
                     continue
             nearest = distance
     return nearest
 
 
 @kernel
-def is_clear(clear, x, y):
+def is_clear(clear: np.ndarray, x: float, y: float) -> bool:
     """Whether a place (in cells) is on the map and its cell is one of those that are `clear`, (rows, columns) bool."""
     rows, columns = clear.shape
     return 0 <= y < rows and 0 <= x < columns and clear[int(y), int(x)]
 
 
 @kernel
-def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
+def rectangle_overlaps(
+    occupied: np.ndarray, x: float, y: float, yaw: float, half_length: float, half_width: float
+) -> bool:
     """True if the rectangle centred on (x, y) overlaps an occupied cell. Lengths in cells, touching edges do not
     overlap.
     """
@@ -93,7 +125,7 @@ def rectangle_overlaps(occupied, x, y, yaw, half_length, half_width):
 
 
 @kernel
-def hit_shape(x, y, dx, dy, shape):
+def hit_shape(x: float, y: float, dx: float, dy: float, shape: np.ndarray) -> tuple[float, float, float]:
     """Where the ray from (x, y) along the unit vector (dx, dy) meets a shape (a row of `Obstacles.shapes`).
 
     Returns (distance or inf, normal x, normal y of the surface there, towards the shape). 0 from inside.
@@ -139,33 +171,39 @@ def hit_shape(x, y, dx, dy, shape):
 
 
 @kernel
-def cone_with_shapes(occupied, normal_x, normal_y, x, y, axis, half_angle, rays, cos_steepest, limit, shapes):
-    """As `cone`, with the rows of `shapes` (lengths in cells too) in front of or behind the walls."""
-    nearest = inf
+def echo_with_shapes(walls: Walls, place: tuple[float, float, float], cone: Cone, shapes: np.ndarray) -> float:
+    """As `echo`, with the rows of `shapes` (lengths in cells too) in front of or behind the walls."""
+    x, y, axis = place
+    nearest, limit = inf, cone.limit / walls.resolution
     ax, ay = cos(axis), sin(axis)
-    rows, columns = occupied.shape
-    for i in range(rays):
-        angle = axis + half_angle * (2.0 * i / (rays - 1) - 1.0) if rays > 1 else axis
-        distance, row, column = cast(occupied, x, y, angle, limit)
+    rows, columns = walls.occupied.shape
+    for i in range(cone.rays):
+        angle = _angle_of(axis, cone, i)
+        distance, row, column = cast(walls.occupied, x, y, angle, limit)
         nx = ny = 0.0
         if distance < inf and 0 <= row < rows and 0 <= column < columns:
-            nx, ny = normal_x[row, column], normal_y[row, column]
+            nx, ny = walls.normal_x[row, column], walls.normal_y[row, column]
         dx, dy = cos(angle), sin(angle)
         for k in range(shapes.shape[0]):
             reach, hx, hy = hit_shape(x, y, dx, dy, shapes[k])
             if reach < distance:
                 distance, nx, ny = reach, hx, hy
-        if distance > limit or distance >= nearest or ((nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cos_steepest):
+        steep = (nx != 0.0 or ny != 0.0) and nx * ax + ny * ay < cone.cos_steepest
+        if distance > limit or distance >= nearest or steep:
             continue
         nearest = distance
     return nearest
 
 
 @kernel
-def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
-    """Which shapes a rectangle centred on (x, y) overlaps: fills `met` (n bool), returns how many. Touching edges do
-    not overlap.
+def rectangle_meets_shapes(
+    shapes: np.ndarray, pose: tuple[float, float, float], half: tuple[float, float], met: np.ndarray
+) -> int:
+    """Which shapes a rectangle centred on a pose (x, y, yaw), of half a length and half a width, overlaps: fills `met`
+    (n bool), returns how many. Touching edges do not overlap.
     """
+    x, y, yaw = pose
+    half_length, half_width = half
     count = 0
     c, s = cos(yaw), sin(yaw)
     for k in range(shapes.shape[0]):
@@ -189,11 +227,12 @@ def rectangle_meets_shapes(shapes, x, y, yaw, half_length, half_width, met):
     return count
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     occupied, normals, shapes = np.zeros((2, 2), np.bool_), np.zeros((2, 2), np.float32), np.ones((1, 6))
-    cone(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0)
-    cone_with_shapes(occupied, normals, normals, 0.0, 0.0, 0.0, 0.0, 1, 1.0, 1.0, shapes)
+    walls, cone, place = Walls(occupied, normals, normals, 1.0), Cone(0.0, 1, 1.0, 1.0), (0.0, 0.0, 0.0)
+    echo(walls, place, cone)
+    echo_with_shapes(walls, place, cone, shapes)
     is_clear(occupied, 0.0, 0.0)
     rectangle_overlaps(occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
-    rectangle_meets_shapes(shapes, 0.0, 0.0, 0.0, 1.0, 1.0, np.zeros(1, np.bool_))
+    rectangle_meets_shapes(shapes, place, (1.0, 1.0), np.zeros(1, np.bool_))

@@ -17,6 +17,7 @@ from sara_common.config import is_number
 from sara_sim.world import rays, smooth
 from sara_sim.world.map_image import read_grey
 from sara_sim.world.obstacles import Obstacles
+from sara_sim.world.rays import Cone, Walls
 
 # Walls on a grid are stairs: their direction is that of the occupancy blurred over this many cells.
 _BLUR_CELLS = 1.5
@@ -53,7 +54,7 @@ class World:
         self.origin = (float(origin[0]), float(origin[1]))
         self.obstacles = Obstacles(obstacles)
         self.ramps = list(ramps)
-        self._normal_x, self._normal_y = _wall_normals(self.occupied)
+        self._walls = Walls(self.occupied, *_wall_normals(self.occupied), self.resolution)
         self._reach: dict = {}
         rays.warm()  # here and not in the middle of a drive
 
@@ -80,43 +81,18 @@ class World:
         darkness = pixels / 255.0 if negate else (255.0 - pixels) / 255.0
         return cls(darkness[::-1] > threshold, resolution, origin)
 
-    def sonar(
-        self, x: float, y: float, axis: float, half_angle: float, rays_cast: int, steepest: float, limit: float
-    ) -> float:
-        """Distance (m) to the nearest wall in a cone that sends an echo back, inf without one.
+    def sonar(self, x: float, y: float, axis: float, cone: Cone) -> float:
+        """Distance (m) to the nearest wall or obstacle in a cone that sends an echo back, inf without one.
 
-        `x`, `y`: m, map frame. `axis`, `half_angle`, `steepest` (between the axis and a wall's normal): rad. `limit`:
-        m.
+        `x`, `y`: m, map frame. `axis`: rad.
         """
         size = self.resolution
+        place = (x - self.origin[0]) / size, (y - self.origin[1]) / size, axis
         shapes = self.obstacles.shapes
         if len(shapes):
             scaled = (shapes - (*self.origin, 0.0, 0.0, 0.0, 0.0)) / (size, size, 1.0, 1.0, size, size)
-            return size * rays.cone_with_shapes(
-                self.occupied,
-                self._normal_x,
-                self._normal_y,
-                (x - self.origin[0]) / size,
-                (y - self.origin[1]) / size,
-                axis,
-                half_angle,
-                rays_cast,
-                math.cos(steepest),
-                limit / size,
-                scaled,
-            )
-        return size * rays.cone(
-            self.occupied,
-            self._normal_x,
-            self._normal_y,
-            (x - self.origin[0]) / size,
-            (y - self.origin[1]) / size,
-            axis,
-            half_angle,
-            rays_cast,
-            math.cos(steepest),
-            limit / size,
-        )
+            return size * rays.echo_with_shapes(self._walls, place, cone, scaled)
+        return size * rays.echo(self._walls, place, cone)
 
     def overlaps(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
         """True if a rectangle (m) centred on (x, y, yaw) overlaps an occupied cell."""
@@ -143,7 +119,7 @@ class World:
         shapes = self.obstacles.shapes
         met = np.zeros(len(shapes), np.bool_)
         if len(shapes):
-            rays.rectangle_meets_shapes(shapes, x, y, yaw, 0.5 * length, 0.5 * width, met)
+            rays.rectangle_meets_shapes(shapes, (x, y, yaw), (0.5 * length, 0.5 * width), met)
         return met
 
 
