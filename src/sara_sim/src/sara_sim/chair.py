@@ -169,7 +169,7 @@ class SimulatedChair:
         """Press the sensor node's push-button: it calibrates anew, which takes 30 s at rest."""
         self.sensors.recalibrate()
 
-    def log(self, path) -> CandumpLog:
+    def log(self, path: str) -> CandumpLog:
         """From now on write what passes the PC's adapter to a file as `candump -l` does; `close` it. Raises OSError."""
         if self.wire.log:
             self.wire.log.close()

@@ -24,7 +24,7 @@ class CsvWriter:
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(CSV_HEADER)
 
-    def write(self, output: FilterOutput):
+    def write(self, output: FilterOutput) -> None:
         sigmas = np.sqrt(np.maximum(output.covariance.diagonal()[:SIZE], 0.0))
         self._writer.writerow(
             [f'{output.stamp:.9f}'] + [f'{v:.9g}' for v in output.state[:SIZE]] + [f'{s:.6g}' for s in sigmas]
@@ -37,7 +37,7 @@ class TumWriter:
     def __init__(self, file: TextIO):
         self._file = file
 
-    def write(self, output: FilterOutput):
+    def write(self, output: FilterOutput) -> None:
         pose = output.pose
         numbers = [f'{v:.9f}' for v in (*pose.translation, *pose.rotation)]
         self._file.write('{:.9f} {}\n'.format(output.stamp, ' '.join(numbers)))
@@ -52,7 +52,7 @@ class Track:
         self.sigma: list[tuple] = []
         self.speed: list[tuple] = []
 
-    def write(self, output: FilterOutput):
+    def write(self, output: FilterOutput) -> None:
         x, variances = output.state, np.maximum(output.covariance.diagonal(), 0.0)
         self.t.append(output.stamp)
         self.pose.append((float(x[0]), float(x[1]), float(x[5])))
@@ -68,7 +68,7 @@ class InputTrack:
         self.t: list[float] = []
         self.pose: list[tuple] = []
 
-    def add(self, stamp: float, x: float, y: float, yaw: float):
+    def add(self, stamp: float, x: float, y: float, yaw: float) -> None:
         self.t.append(stamp)
         self.pose.append((x, y, yaw))
 

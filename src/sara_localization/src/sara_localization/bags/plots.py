@@ -24,7 +24,7 @@ def figure(rows: int, columns: int, size):
 
 def draw_drive(
     path: str, track: Track, inputs: Iterable[InputTrack] = (), title: str = '', reference: np.ndarray | None = None
-):
+) -> None:
     """The path, yaw and its uncertainty over time, and the speeds, into an image file.
 
     The paths of the inputs begin where the estimate begins: they are in frames of their own. reference: (n, 2) m, in

@@ -7,6 +7,7 @@ drives straight on for ever.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from sara_localization.geometry.rigid import Transform, quaternion_from_rpy, rot
 SMALLEST = 1e-6
 
 
-def turned_mask(mask, mounting: Transform, imu: bool):
+def turned_mask(mask: Sequence[bool], mounting: Transform, imu: bool) -> tuple[bool, ...]:
     """(15,) which of the robot's variables come out, of a (15,) mask along the axes of a sensor mounted by
     robot_from_sensor.
     """

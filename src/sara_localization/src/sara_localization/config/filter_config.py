@@ -37,6 +37,23 @@ ONLY_WITH = {
         'deceleration_gains',
     )
 }
+SWITCHES = {
+    'two_d_mode': False,
+    'publish_tf': True,
+    'invert_tf': False,
+    'print_diagnostics': True,
+    'publish_acceleration': False,
+    'permit_corrected_publication': False,
+    'reset_on_time_jump': False,
+    'predict_to_current_time': False,
+    'smooth_lagged_data': False,
+    'dynamic_process_noise_covariance': False,
+    'disabled_at_startup': False,
+    'publish_nis': False,
+    'join_at_odometry_time': False,
+    'debug': False,
+}
+"""Parameters that are on or off, and their defaults."""
 
 
 @dataclass(frozen=True)
@@ -207,39 +224,8 @@ class _Reader(InputReader):
     def config(self, cls, filter) -> FilterConfig:
         inputs = self.inputs()
         frequency = self.number('frequency', 30.0, above=0.0)
-        sensor_timeout = self.number('sensor_timeout', 1.0 / frequency, above=0.0)
-        values = dict(
-            sensor_timeout=sensor_timeout,
-            transform_time_offset=self.number('transform_time_offset', 0.0),
-            transform_timeout=self.number('transform_timeout', 0.0, low=0.0),
-            gravitational_acceleration=self.number('gravitational_acceleration', 9.80665),
-            history_length=abs(self.number('history_length', 0.0)),
-            hold_after=self.number('hold_after', 0.0, low=0.0),
-            process_noise_covariance=self.covariance('process_noise_covariance', SIZE, np.diag(DEFAULT_PROCESS_NOISE)),
-            initial_estimate_covariance=self.covariance(
-                'initial_estimate_covariance', SIZE, np.eye(SIZE) * DEFAULT_INITIAL_VARIANCE
-            ),
-            initial_state=self.vector('initial_state', np.zeros(SIZE)),
-            control=self.control(sensor_timeout, inputs),
-            standstill=self.standstill(),
-        )
-        for name, default in (
-            ('two_d_mode', False),
-            ('publish_tf', True),
-            ('invert_tf', False),
-            ('print_diagnostics', True),
-            ('publish_acceleration', False),
-            ('permit_corrected_publication', False),
-            ('reset_on_time_jump', False),
-            ('predict_to_current_time', False),
-            ('smooth_lagged_data', False),
-            ('dynamic_process_noise_covariance', False),
-            ('disabled_at_startup', False),
-            ('publish_nis', False),
-            ('join_at_odometry_time', False),
-            ('debug', False),
-        ):
-            values[name] = self.boolean(name, default)
+        values = self.sizes(frequency, inputs)
+        values.update({name: self.boolean(name, default) for name, default in SWITCHES.items()})
         if values['smooth_lagged_data'] and values['history_length'] == 0.0:
             self.warnings.append(
                 'smooth_lagged_data has no effect while history_length is 0: give it the longest delay of an '
@@ -257,3 +243,22 @@ class _Reader(InputReader):
         if self.faults:
             raise ConfigError(self.faults, self.warnings)
         return cls(inputs=inputs, filter=filter, frequency=frequency, warnings=tuple(self.warnings), **values)
+
+    def sizes(self, frequency, inputs):
+        """Times, covariances and what else has a size."""
+        sensor_timeout = self.number('sensor_timeout', 1.0 / frequency, above=0.0)
+        return dict(
+            sensor_timeout=sensor_timeout,
+            transform_time_offset=self.number('transform_time_offset', 0.0),
+            transform_timeout=self.number('transform_timeout', 0.0, low=0.0),
+            gravitational_acceleration=self.number('gravitational_acceleration', 9.80665),
+            history_length=abs(self.number('history_length', 0.0)),
+            hold_after=self.number('hold_after', 0.0, low=0.0),
+            process_noise_covariance=self.covariance('process_noise_covariance', SIZE, np.diag(DEFAULT_PROCESS_NOISE)),
+            initial_estimate_covariance=self.covariance(
+                'initial_estimate_covariance', SIZE, np.eye(SIZE) * DEFAULT_INITIAL_VARIANCE
+            ),
+            initial_state=self.vector('initial_state', np.zeros(SIZE)),
+            control=self.control(sensor_timeout, inputs),
+            standstill=self.standstill(),
+        )

@@ -108,7 +108,7 @@ class InputReader(ParameterReader):
             self.imu_options(name, mask, values)
         return InputConfig(name, kind, topic, mask, **values)
 
-    def pose_options(self, name, mask, values):
+    def pose_options(self, name: str, mask: tuple[bool, ...], values: dict[str, object]) -> None:
         differential = values['differential'] = self.boolean(name + '_differential', False)
         relative = values['relative'] = self.boolean(name + '_relative', False)
         if differential and relative:
@@ -124,7 +124,7 @@ class InputReader(ParameterReader):
                 )
             )
 
-    def imu_options(self, name, mask, values):
+    def imu_options(self, name: str, mask: tuple[bool, ...], values: dict[str, object]) -> None:
         values['remove_gravity'] = self.boolean(name + '_remove_gravitational_acceleration', False)
         bias = values['gyro_bias'] = self.choice(name + '_gyro_bias', ('off', 'standstill', 'state'))
         values['gyro_bias_noise'] = self.number(name + '_gyro_bias_noise', 1e-10, low=0.0)

@@ -5,13 +5,14 @@ known.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from sara_localization.filters.state import NAMES, SIZE
 
 
-def as_number(value):
+def as_number(value: object) -> float | None:
     """A float from a number or from a string such as '1e-9' (YAML 1.1 takes 1e-9 for a string), else None."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         return None
@@ -21,14 +22,14 @@ def as_number(value):
         return None
 
 
-def as_bool(value):
+def as_bool(value: object) -> bool | None:
     """True or False from a bool, 0 or 1, or those words in a string, else None."""
     if isinstance(value, str):
         return {'true': True, 'false': False}.get(value.lower())
     return bool(value) if value in (0, 1) and isinstance(value, (bool, int)) else None
 
 
-def as_numbers(value):
+def as_numbers(value: object) -> list[float] | None:
     """A list of finite floats from a list (of lists) of numbers, else None."""
     if not isinstance(value, (list, tuple)):
         return None
@@ -45,11 +46,11 @@ class ParameterReader:
         self.left = dict(params)
         self.known, self.faults, self.warnings = [], [], []
 
-    def take(self, name, default=None):
+    def take(self, name: str, default: object = None) -> object:
         self.known.append(name)
         return self.left.pop(name, default)
 
-    def number(self, name, default, low=None, above=None):
+    def number(self, name: str, default: float, low: float | None = None, above: float | None = None) -> float:
         value = self.take(name, default)
         result = as_number(value)
         if result is None or not math.isfinite(result):
@@ -61,7 +62,7 @@ class ParameterReader:
             return default
         return result
 
-    def boolean(self, name, default):
+    def boolean(self, name: str, default: bool) -> bool:
         value = self.take(name, default)
         result = as_bool(value)
         if result is None:
@@ -69,7 +70,7 @@ class ParameterReader:
             return default
         return result
 
-    def choice(self, name, allowed):
+    def choice(self, name: str, allowed: tuple[str, ...]) -> str:
         """One of the words in `allowed`, the first by default. YAML's off is False: it stands for the word off."""
         value = self.take(name, allowed[0])
         value = 'off' if value is False and 'off' in allowed else value
@@ -78,7 +79,7 @@ class ParameterReader:
             return allowed[0]
         return value
 
-    def frame(self, name, default, prefix=''):
+    def frame(self, name: str, default: str, prefix: str = '') -> str:
         value = self.take(name, default)
         if not isinstance(value, str) or not value.strip('/'):
             self.faults.append(f'{name} is {value!r}, allowed is the name of a frame')
@@ -86,7 +87,7 @@ class ParameterReader:
         value = value.lstrip('/')
         return value if not prefix or value.startswith(prefix + '/') else f'{prefix}/{value}'
 
-    def file(self, name, default):
+    def file(self, name: str, default: str) -> str:
         """The name of a file."""
         value = self.take(name, default)
         if not isinstance(value, str) or not value:
@@ -94,7 +95,7 @@ class ParameterReader:
             return default
         return value
 
-    def numbers(self, name, size, default, low=None):
+    def numbers(self, name: str, size: int, default: Sequence[float], low: float | None = None) -> Sequence[float]:
         """A tuple of `size` finite numbers."""
         value = self.take(name)
         if value is None:
@@ -106,7 +107,7 @@ class ParameterReader:
             return default
         return tuple(result)
 
-    def vector(self, name, default):
+    def vector(self, name: str, default: np.ndarray) -> np.ndarray:
         value = self.take(name)
         if value is None:
             return np.array(default, dtype=float)
@@ -117,7 +118,9 @@ class ParameterReader:
             return np.array(default, dtype=float)
         return np.array(numbers)
 
-    def covariance(self, name, size, default=None, positive=False):
+    def covariance(
+        self, name: str, size: int, default: np.ndarray | None = None, positive: bool = False
+    ) -> np.ndarray | None:
         """A (size, size) covariance from size*size numbers or its diagonal; positive: every variance above 0."""
         value = self.take(name)
         if value is None:
@@ -139,7 +142,7 @@ class ParameterReader:
             self.faults.append(f'{name} holds a variance of {matrix.diagonal().min():g}, allowed are variances above 0')
         return matrix
 
-    def flags(self, name, size, names):
+    def flags(self, name: str, size: int, names: str) -> tuple[bool, ...] | None:
         """A tuple of `size` booleans, None where there is none (and that is a fault)."""
         value = self.take(name)
         if value is None:

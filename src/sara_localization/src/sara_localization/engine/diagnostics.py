@@ -116,7 +116,7 @@ class FrequencyDiagnostics:
         self.count = 0
         self._history = deque(maxlen=WINDOW)
 
-    def tick(self):
+    def tick(self) -> None:
         """A message was published."""
         self.count += 1
 

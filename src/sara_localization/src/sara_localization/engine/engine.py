@@ -88,7 +88,7 @@ class FilterEngine:
         standstill = self.preprocessor.standstill
         return standstill.gyros[name].bias.copy() if standstill and name in standstill.gyros else np.zeros(3)
 
-    def reset(self):
+    def reset(self) -> None:
         """As if nothing had ever come in; the counters stay."""
         self.filter.reset()
         self._last_tick = None
@@ -117,23 +117,23 @@ class FilterEngine:
 
     # Inputs
 
-    def add_odometry(self, name: str, data: OdometryData):
+    def add_odometry(self, name: str, data: OdometryData) -> None:
         """A message of input `name` (odomN); never raises for what the data holds."""
         self._enqueue(name, self.preprocessor.odometry(name, data, self._motion()))
 
-    def add_pose(self, name: str, data: PoseData):
+    def add_pose(self, name: str, data: PoseData) -> None:
         """A message of input `name` (poseN)."""
         self._enqueue(name, self.preprocessor.pose(name, data, self._motion()))
 
-    def add_twist(self, name: str, data: TwistData):
+    def add_twist(self, name: str, data: TwistData) -> None:
         """A message of input `name` (twistN)."""
         self._enqueue(name, self.preprocessor.twist(name, data, self._motion()))
 
-    def add_imu(self, name: str, data: ImuData):
+    def add_imu(self, name: str, data: ImuData) -> None:
         """A message of input `name` (imuN)."""
         self._enqueue(name, self.preprocessor.imu(name, data, self._motion()))
 
-    def add_control(self, command, stamp: float):
+    def add_control(self, command: np.ndarray, stamp: float) -> None:
         """A command (6,) vx vy vz vroll vpitch vyaw in the robot's frame, given at a time (s); one that is not finite
         is dropped.
         """

@@ -22,17 +22,17 @@ class History:
         self.length = length
         self._states, self._measurements, self._commands = deque(), deque(), []
 
-    def clear(self):
+    def clear(self) -> None:
         """Nothing of what was done may be done again."""
         self._states.clear()
         self._measurements.clear()
 
-    def forget(self):
+    def forget(self) -> None:
         """As if nothing had ever come in."""
         self.clear()
         self._commands.clear()
 
-    def done(self, entry: tuple[int, str, Measurement]):
+    def done(self, entry: tuple[int, str, Measurement]) -> None:
         """A measurement was taken; entry: what the queue held."""
         self._measurements.append(entry)
 

@@ -29,13 +29,13 @@ class Output:
         self._period = 1.0 / config.frequency
         self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """As if nothing had ever been published."""
         self._published_stamp = 0.0
         self._rates, self._rates_time = np.zeros(3), 0.0
         self.turning = Turning(np.zeros(SIZE), np.zeros((SIZE, SIZE)), self._rates, 0.0)
 
-    def at_rest(self):
+    def at_rest(self) -> None:
         """The robot was put somewhere, at rest."""
         self._rates = np.zeros(3)
 

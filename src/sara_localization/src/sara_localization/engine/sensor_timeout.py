@@ -27,18 +27,18 @@ class Silence:
         self._tell_turn = {i.name for i in inputs if any(i.mask[ANGLES]) or any(i.mask[RATES])}
         self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """As if nothing had ever been heard."""
         self._motion_at = self._turn_at = math.inf
         self.fresh = self.moving = self.turning = False
         self._anchor = None
 
     @property
-    def holding(self):
+    def holding(self) -> bool:
         """Whether anything is held."""
         return self.moving or self.turning
 
-    def heard(self, name, stamp):
+    def heard(self, name: str, stamp: float) -> None:
         """A measurement of input `name` at stamp (s) was taken in."""
         if name in self._tell_motion:
             self._motion_at, self.fresh = stamp, True

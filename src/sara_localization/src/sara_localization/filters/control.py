@@ -38,7 +38,7 @@ class Control:
         self.config = config
         self.command, self.stamp = (0.0,) * 6, 0.0
 
-    def set(self, command, stamp: float):
+    def set(self, command: np.ndarray, stamp: float) -> None:
         """command: (6,) vx vy vz vroll vpitch vyaw in the robot's frame, at a time (s)."""
         self.command, self.stamp = tuple(float(c) for c in command), stamp
 
@@ -58,7 +58,7 @@ class Control:
             )
         )
 
-    def apply(self, x: np.ndarray, time: float, dt: float):
+    def apply(self, x: np.ndarray, time: float, dt: float) -> None:
         """Put the command into the state before a prediction over dt seconds that ends at `time`, in place.
 
         A linear one replaces the acceleration, an angular one changes the rate.

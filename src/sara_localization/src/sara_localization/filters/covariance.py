@@ -21,7 +21,7 @@ MARGIN = 1e-13
 
 
 @kernel
-def cholesky(A, L):
+def cholesky(A: np.ndarray, L: np.ndarray) -> bool:
     """L (k, k) lower with L L' = A; False where A is not positive definite by more than round-off."""
     for i in range(A.shape[0]):
         for j in range(i + 1):
@@ -38,7 +38,7 @@ def cholesky(A, L):
 
 
 @kernel
-def pivots(U, P):
+def pivots(U: np.ndarray, P: np.ndarray) -> bool:
     """Whether P (n, n) is finite and positive definite by a margin above round-off, by the pivots of P - MARGIN
     diag(P).
 
@@ -62,7 +62,7 @@ def pivots(U, P):
 
 
 @kernel
-def positive_definite(P):
+def positive_definite(P: np.ndarray) -> bool:
     """Whether P (n, n), symmetric, is finite and positive definite by a margin above round-off, whatever the units of
     its rows.
     """
@@ -70,7 +70,7 @@ def positive_definite(P):
 
 
 @kernel
-def limit(P):
+def limit(P: np.ndarray) -> bool:
     """Keep every variance of P (n, n) below LARGEST_VARIANCE, in place; correlations stay. Returns whether one was
     above.
     """
@@ -87,7 +87,7 @@ def limit(P):
 
 
 @kernel
-def bound(P):
+def bound(P: np.ndarray) -> bool:
     """`limit`, and then whether P is positive definite."""
     limit(P)
     return positive_definite(P)

@@ -40,7 +40,13 @@ def _no_bias(k: int) -> np.ndarray:
     return np.full(k, -1, dtype=np.int64)
 
 
-def measured(indices, z, R, threshold: float = math.inf, extra=None) -> Measured:
+def measured(
+    indices: Sequence[int],
+    z: Sequence[float],
+    R: np.ndarray,
+    threshold: float = math.inf,
+    extra: Sequence[int] | None = None,
+) -> Measured:
     """The arguments of Estimator.correct as the kernels take them."""
     rows = _int_array(tuple(indices))
     biases = _no_bias(len(z)) if extra is None else _int_array(tuple(extra))
@@ -59,6 +65,10 @@ def observation(m: Measured, n: int) -> np.ndarray:
 def valid_step(dt: float) -> float:
     """dt, or 0.01 s where it can only come from a clock that was set."""
     return STEP_INSTEAD if dt > LONGEST_STEP else dt
+
+
+Snapshot = tuple[float, np.ndarray, np.ndarray]
+"""(time, x, P)"""
 
 
 class Biases(NamedTuple):
@@ -108,14 +118,14 @@ class Estimator:
         self.keep_positive, self.repairs = True, 0
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Back to the state before the first measurement."""
         self.x, self.P = self._initial_state.copy(), self._initial_covariance.copy()
         self.initialised = False
         self.last_measurement_time = 0.0
         self.nis = 0.0
 
-    def set_state(self, x, P):
+    def set_state(self, x: np.ndarray, P: np.ndarray) -> None:
         """Replace the 15 variables (15,) and their covariance (15, 15); biases stay as they are, independent of the
         rest.
         """
@@ -125,16 +135,16 @@ class Estimator:
         self.P[SIZE:, :SIZE] = 0.0
         self._keep_positive(covariance.positive_definite(self.P))
 
-    def snapshot(self):
+    def snapshot(self) -> Snapshot:
         """(time, x, P), to go back to with `restore`."""
         return self.last_measurement_time, self.x.copy(), self.P.copy()
 
-    def restore(self, snapshot):
+    def restore(self, snapshot: Snapshot) -> None:
         """Go back to a snapshot."""
         self.last_measurement_time, x, P = snapshot
         self.x, self.P = x.copy(), P.copy()
 
-    def predict(self, dt: float, time: float = math.nan):
+    def predict(self, dt: float, time: float = math.nan) -> None:
         """Move the state dt seconds on; `time`: the time (s) at the end, for the age of the control input."""
         self._propagate(dt, time)
 
@@ -154,7 +164,14 @@ class Estimator:
             self.repairs += 1
             covariance.repair(self.P)
 
-    def correct(self, indices, z, R, threshold: float = math.inf, extra=None) -> bool:
+    def correct(
+        self,
+        indices: Sequence[int],
+        z: Sequence[float],
+        R: np.ndarray,
+        threshold: float = math.inf,
+        extra: Sequence[int] | None = None,
+    ) -> bool:
         """Take in a measurement of some of the state's variables.
 
         Args:
@@ -206,7 +223,15 @@ class Estimator:
         self._keep_positive(covariance.positive_definite(self.P))
         return True
 
-    def process(self, stamp: float, indices, z, R, threshold: float = math.inf, extra=None) -> bool:
+    def process(
+        self,
+        stamp: float,
+        indices: Sequence[int],
+        z: Sequence[float],
+        R: np.ndarray,
+        threshold: float = math.inf,
+        extra: Sequence[int] | None = None,
+    ) -> bool:
         """Predict to the measurement's stamp (s) and correct with it; an older one only corrects.
 
         The first measurement ever is not fused: its values and its block of R are copied into state and covariance.
@@ -231,7 +256,7 @@ class Estimator:
         self._propagate(dt, stamp)
         return self.take(m)
 
-    def predict_to(self, time: float):
+    def predict_to(self, time: float) -> None:
         """Move the state to the time (s), which becomes the time of the state."""
         dt = valid_step(time - self.last_measurement_time)
         self._propagate(dt, time)

@@ -24,7 +24,7 @@ _SMALLEST_COSINE = 1e-9
 
 
 @kernel
-def advance(x, dt):
+def advance(x: np.ndarray, dt: float) -> None:
     """Move the state (n,), n >= 15, dt seconds on, in place."""
     sr, cr, sp, cp, sy, cy = sin(x[3]), cos(x[3]), sin(x[4]), cos(x[4]), sin(x[5]), cos(x[5])
     if abs(cp) < _SMALLEST_COSINE:
@@ -43,7 +43,7 @@ def advance(x, dt):
 
 
 @kernel
-def jacobian(x, dt):
+def jacobian(x: np.ndarray, dt: float) -> np.ndarray:
     """The Jacobian F (15, 15) of `advance` at x."""
     sr, cr, sp, cp, sy, cy = sin(x[3]), cos(x[3]), sin(x[4]), cos(x[4]), sin(x[5]), cos(x[5])
     if abs(cp) < _SMALLEST_COSINE:
@@ -82,7 +82,7 @@ def jacobian(x, dt):
 
 
 @kernel
-def linearise(x, dt, F):
+def linearise(x: np.ndarray, dt: float, F: np.ndarray) -> None:
     """Put the Jacobian of `advance` at x (n,) into the upper left of F (n, n)."""
     F[:SIZE, :SIZE] = jacobian(x, dt)
 

@@ -74,7 +74,7 @@ class Gyro:
             return self._offset
         return self._offset + self.yaw_drift * (stamp - self._offset_stamp)
 
-    def forget_yaw(self):
+    def forget_yaw(self) -> None:
         """The robot's heading was set: what had drifted is of no more use."""
         self._offset, self._offset_stamp, self._last_out = 0.0, None, None
         self._window.clear()
@@ -114,7 +114,7 @@ class Gyro:
             return True
         return float(np.std(accelerations, axis=0).max()) <= c.acceleration_deviation
 
-    def learn(self, sample: _Sample):
+    def learn(self, sample: _Sample) -> None:
         """A sample from which on the robot is known to have been parked for a window's time."""
         before, self._last_out = self._last_out, sample
         if before is None or sample.stamp <= before.stamp:
@@ -129,7 +129,7 @@ class Gyro:
             self.yaw_drift += (step / dt - self.yaw_drift) * weight
             self._offset, self._offset_stamp = wrap_exact(self._offset + step), sample.stamp
 
-    def moved(self):
+    def moved(self) -> None:
         """The robot is not parked: the next parking starts anew."""
         self._last_out = None
 
@@ -144,7 +144,7 @@ class Standstill:
         self._wheels_seen = self._wheels_moved = -math.inf
         self.parked = False
 
-    def forget_yaw(self):
+    def forget_yaw(self) -> None:
         """After set_pose."""
         for gyro in self.gyros.values():
             gyro.forget_yaw()

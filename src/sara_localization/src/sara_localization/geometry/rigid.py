@@ -8,6 +8,7 @@ Quaternions are (x, y, z, w) and of unit length; roll, pitch, yaw are the fixed-
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-def cross(a, b) -> Vector:
+def cross(a: Sequence[float], b: Sequence[float]) -> Vector:
     """a x b of two 3-vectors."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
@@ -35,7 +36,7 @@ def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     )
 
 
-def rpy_from_quaternion(q) -> Vector:
+def rpy_from_quaternion(q: Sequence[float]) -> Vector:
     """Roll, pitch, yaw (rad) of a unit quaternion; with the nose straight up or down all of the turn is in roll."""
     x, y, z, w = q
     sin_pitch = 2.0 * (w * y - x * z)
@@ -47,7 +48,7 @@ def rpy_from_quaternion(q) -> Vector:
     return roll, math.asin(sin_pitch), yaw
 
 
-def yaw_from_quaternion(q) -> float:
+def yaw_from_quaternion(q: Sequence[float]) -> float:
     """The yaw alone of rpy_from_quaternion."""
     x, y, z, w = q
     if abs(2.0 * (w * y - x * z)) >= 1.0:
@@ -55,7 +56,7 @@ def yaw_from_quaternion(q) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def normalised(q) -> Quaternion:
+def normalised(q: Sequence[float]) -> Quaternion:
     """The quaternion at unit length; raises ValueError for one of (nearly) no length or not finite."""
     length = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     if not math.isfinite(length) or length < 1e-6:
@@ -63,7 +64,7 @@ def normalised(q) -> Quaternion:
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
 
 
-def multiply(a, b) -> Quaternion:
+def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
     """The rotation b followed by the rotation a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
@@ -75,7 +76,7 @@ def multiply(a, b) -> Quaternion:
     )
 
 
-def rotate(q, v) -> Vector:
+def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:
     """The 3-vector v turned by the unit quaternion q: v + 2 w (u x v) + 2 u x (u x v)."""
     ux, uy, uz, w = q
     vx, vy, vz = v
@@ -87,7 +88,7 @@ def rotate(q, v) -> Vector:
     )
 
 
-def rotation_matrix(q) -> np.ndarray:
+def rotation_matrix(q: Sequence[float]) -> np.ndarray:
     """The (3, 3) matrix of a unit quaternion."""
     x, y, z, w = q
     return np.array(
@@ -108,7 +109,9 @@ class Transform(_Rigid):
     """A rigid transform: rotate by `rotation` (x, y, z, w), then add `translation` (m)."""
 
     @classmethod
-    def from_xyz_rpy(cls, x=0.0, y=0.0, z=0.0, roll=0.0, pitch=0.0, yaw=0.0) -> Transform:
+    def from_xyz_rpy(
+        cls, x: float = 0.0, y: float = 0.0, z: float = 0.0, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+    ) -> Transform:
         return cls((float(x), float(y), float(z)), quaternion_from_rpy(roll, pitch, yaw))
 
     @cached_property
@@ -134,7 +137,7 @@ class Transform(_Rigid):
         """a_from_b @ b_from_c = a_from_c."""
         return Transform(self.apply(other.translation), multiply(self.rotation, other.rotation))
 
-    def apply(self, point) -> Vector:
+    def apply(self, point: Sequence[float]) -> Vector:
         """The point's coordinates in the target frame."""
         r = rotate(self.rotation, point)
         t = self.translation

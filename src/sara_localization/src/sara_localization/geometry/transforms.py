@@ -123,7 +123,7 @@ class TransformBuffer:
         self._newest.clear()
         self._fixed.clear()
 
-    def clear(self):
+    def clear(self) -> None:
         """Forget what moves; what is static stays."""
         self._frames = {child: frame for child, frame in self._frames.items() if isinstance(frame, _Static)}
         self._tree_changed()

@@ -98,7 +98,7 @@ class Turning(NamedTuple):
     before: np.ndarray
     dt: float
 
-    def acceleration(self):
+    def acceleration(self) -> tuple[np.ndarray, np.ndarray]:
         """The angular acceleration (3,) rad/s2 and its covariance (3, 3); worked out when it is asked for, which few
         do.
         """

@@ -3,8 +3,7 @@ frame.
 
 A sensor states the same covariance in every message, as a rule, and sits still on its robot: what follows from
 covariance, mask and mounting is worked out once and kept (Memory) for as long as they stay the same; then only the
-values are looked at. The
-loops are compiled: numpy's calls cost more than their work here.
+values are looked at. The loops are compiled: numpy's calls cost more than their work here.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_localization.filters.covariance import cholesky
 from sara_localization.filters.state import NAMES, OFF_PLANE, SIZE
-from sara_localization.geometry.rigid import rotation_matrix
+from sara_localization.geometry.rigid import Quaternion, rotation_matrix
 
 OFF_PLANE_VARIANCE = 1e-6
 # Drivers write "I do not measure this" as a very large variance; squared, it would no longer be a number.
@@ -59,14 +58,14 @@ class Memory:
     def __init__(self):
         self.given = self.covariance = self.mask = None
 
-    def keep(self, covariance):
+    def keep(self, covariance: np.ndarray) -> None:
         """Remember what is worked out of this one. One that cannot be written is known again by itself, another by its
         bytes.
         """
         self.covariance = np.asarray(covariance).tobytes()
         self.given = covariance if isinstance(covariance, np.ndarray) and not covariance.flags.writeable else None
 
-    def holds(self, covariance) -> bool:
+    def holds(self, covariance: np.ndarray) -> bool:
         """Whether it is the one that is remembered."""
         return covariance is self.given or self.covariance == np.asarray(covariance).tobytes()
 
@@ -151,13 +150,13 @@ class RawMeasurement:
         self._covariance[i, :] = self._covariance[:, i] = 0.0
         self.problems.append(Problem(kind, sentence))
 
-    def turn(self, rotation):
+    def turn(self, rotation: Quaternion) -> None:
         """Turn mask and covariance, three variables at a time, by the unit quaternion."""
         self._rotation = rotation
         if self._known is None:
             turn(rotation_matrix(rotation), self._mask, self._covariance)
 
-    def measurement(self, stamp, source, threshold, two_d: bool) -> Measurement | None:
+    def measurement(self, stamp: float, source: str, threshold: float, two_d: bool) -> Measurement | None:
         """What is measured after all; with two_d the variables off the plane besides, as zero and uncorrelated with the
         rest.
         """
@@ -209,7 +208,7 @@ def _sane(values) -> bool:
 
 
 @kernel
-def sound(values, covariance, mask):
+def sound(values: np.ndarray, covariance: np.ndarray, mask: np.ndarray) -> bool:
     """Whether everything is a number of a sane size and what is measured (mask (n,) bool) has a positive variance."""
     n = values.shape[0]
     for i in range(n):
@@ -224,7 +223,7 @@ def sound(values, covariance, mask):
 
 
 @kernel
-def turn(R, mask, covariance):
+def turn(R: np.ndarray, mask: np.ndarray, covariance: np.ndarray) -> None:
     """Turn mask (n,) and covariance (n, n), three variables at a time, by the (3, 3) matrix R, in place."""
     n = mask.shape[0]
     turned = np.empty((n, n))
@@ -251,7 +250,9 @@ def turn(R, mask, covariance):
 
 
 @kernel
-def measured(first, values, covariance, mask, two_d):
+def measured(
+    first: int, values: np.ndarray, covariance: np.ndarray, mask: np.ndarray, two_d: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool, int, bool]:
     """Of n variables from `first` on those that are measured: (indices (k,), z (k,), R (k, k), whether R is positive
     definite, how many of the k are not forced, whether all of z is below LARGEST_VALUE).
 

@@ -33,7 +33,7 @@ class InputStatus:
         self.problems[kind] += 1
         return self._once(kind, f'{self.name} ({self.topic}): {sentence}')
 
-    def took(self, taken: bool, nis: float, dof: int):
+    def took(self, taken: bool, nis: float, dof: int) -> None:
         """A measurement of `dof` variables was used or rejected by the gate, at the squared Mahalanobis distance
         nis.
         """

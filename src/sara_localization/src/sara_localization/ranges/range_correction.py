@@ -47,7 +47,7 @@ class RangeCorrection:
         self.counts = Counter()
         self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """As at the start: the dead reckoning is believed, within the initial variances."""
         c = self.config
         self.offset = self._wanted = (0.0, 0.0, 0.0)
@@ -56,19 +56,19 @@ class RangeCorrection:
         self._passed, self._used = {}, {}
 
     @property
-    def pose(self):
+    def pose(self) -> tuple[float, float, float] | None:
         """The pose estimated, (x, y, yaw) in the map; None before there is any."""
         return compose(self._wanted, self._trail[-1][1]) if self._trail else None
 
     @property
-    def sigma(self):
+    def sigma(self) -> tuple[float, float]:
         """Standard deviations of the estimate: (the greatest in the plane, m; yaw, rad)."""
         (a, b), (_, d) = self.P[:2, :2].tolist()
         return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b)), math.sqrt(self.P[2, 2])
 
     # Dead reckoning
 
-    def on_pose(self, stamp: float, pose: tuple[float, float, float]):
+    def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
         """The dead reckoning has the robot at (x, y, yaw) at a time (s). One that jumps was put there, and is believed
         anew.
         """

@@ -14,7 +14,7 @@ from sara_localization.geometry.stamps import Stamp, nanoseconds
 from sara_localization.inputs.data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
 
 
-def seconds(time) -> Stamp:
+def seconds(time: rospy.Time) -> Stamp:
     """A rospy.Time in seconds, with its nanoseconds."""
     return Stamp(time.secs, time.nsecs)
 

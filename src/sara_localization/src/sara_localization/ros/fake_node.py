@@ -58,14 +58,14 @@ class FakeNode:
             )
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
-    def on_initial_pose(self, msg):
+    def on_initial_pose(self, msg: PoseWithCovarianceStamped) -> None:
         """The robot is to be there: the true frame is moved under it."""
         with self.lock:
             refused = self.fake.on_initial_pose(conversions.pose(msg))
         if refused:
             rospy.logwarn(refused)
 
-    def on_ground_truth(self, msg):
+    def on_ground_truth(self, msg: Odometry) -> None:
         """Queue a true pose, and use all whose transform has come meanwhile."""
         data = conversions.odometry(msg)
         truth = true_pose(data.position, data.orientation)
@@ -122,7 +122,7 @@ class FakeNode:
         publish(self.pose_pub, msg)
         publish(self.cloud_pub, cloud)
 
-    def diagnose(self, _event):
+    def diagnose(self, _event: rospy.timer.TimerEvent) -> None:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             counts, waiting = dict(self.counts), len(self.waiting)
@@ -142,7 +142,7 @@ class FakeNode:
         publish(self.diagnostics_pub, diagnostic_array(rospy.Time.now(), [told]))
 
 
-def main():
+def main() -> None:
     start_node('fake_localization')
     FakeNode(configured(FakeConfig))  # kept alive by its subscribers
     rospy.spin()

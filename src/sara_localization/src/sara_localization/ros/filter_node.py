@@ -12,7 +12,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from std_srvs.srv import Empty, EmptyResponse
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from sara_common.diagnostics import ERROR
@@ -23,6 +23,7 @@ from sara_localization.checks.findings import sorted_findings
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.diagnostics import FilterDiagnostics, FrequencyDiagnostics
 from sara_localization.engine.engine import FilterEngine
+from sara_localization.geometry.stamps import Stamp
 from sara_localization.ros import conversions, wire
 from sara_localization.ros.cycle import Cycle
 from sara_localization.ros.inputs import KINDS, published_topics, why_silent
@@ -30,7 +31,14 @@ from sara_localization.ros.mailbox import Mailbox
 from sara_localization.ros.outbox import Outbox
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 from sara_localization.ros.topic_watch import TopicWatch
-from sara_localization.srv import SetPose, SetPoseResponse, ToggleFilterProcessing, ToggleFilterProcessingResponse
+from sara_localization.srv import (
+    SetPose,
+    SetPoseRequest,
+    SetPoseResponse,
+    ToggleFilterProcessing,
+    ToggleFilterProcessingRequest,
+    ToggleFilterProcessingResponse,
+)
 
 DIAGNOSTICS_PERIOD = 1.0
 WAITING_LOG_PERIOD = 5.0
@@ -109,13 +117,13 @@ class FilterNode:
         if not (self.silent_tf_failure and 'no transform' in sentence):
             rospy.logwarn(sentence)
 
-    def on_control(self, msg):
+    def on_control(self, msg: Twist | TwistStamped) -> None:
         """A command to the robot's wheels."""
         stamp, command = conversions.command(msg, conversions.seconds(rospy.Time.now()))
         with self.lock:
             self.engine.add_control(command, stamp)
 
-    def set_pose(self, msg):
+    def set_pose(self, msg: PoseWithCovarianceStamped) -> None:
         """The robot is at this pose, at rest: from RViz or a program."""
         with self.lock:
             self.mailbox.deliver()
@@ -130,11 +138,12 @@ class FilterNode:
                 msg.header.frame_id or self.config.world_frame,
             )
 
-    def set_pose_service(self, request):
+    def set_pose_service(self, request: SetPoseRequest) -> SetPoseResponse:
+        """As the topic set_pose."""
         self.set_pose(request.pose)
         return SetPoseResponse()
 
-    def enable(self, _request):
+    def enable(self, _request: EmptyRequest) -> EmptyResponse:
         """Start a filter that was disabled_at_startup."""
         with self.lock:
             self.mailbox.deliver()
@@ -145,7 +154,7 @@ class FilterNode:
             rospy.logwarn('~enable was called, but the filter was enabled already')
         return EmptyResponse()
 
-    def toggle(self, request):
+    def toggle(self, request: ToggleFilterProcessingRequest) -> ToggleFilterProcessingResponse:
         """Stop or resume the use of measurements; the output goes on."""
         with self.lock:
             changed = self.engine.toggle(request.on)
@@ -155,7 +164,7 @@ class FilterNode:
             rospy.logwarn('~toggle was called, but measurements are %s already', 'used' if request.on else 'unused')
         return ToggleFilterProcessingResponse(status=changed)
 
-    def reset(self, _request):
+    def reset(self, _request: EmptyRequest) -> EmptyResponse:
         """Forget everything: the filter starts anew from initial_state."""
         with self.lock:
             self.mailbox.forget()
@@ -163,7 +172,7 @@ class FilterNode:
         rospy.loginfo('the filter starts anew')
         return EmptyResponse()
 
-    def tick(self, now):
+    def tick(self, now: Stamp) -> None:
         """A cycle of the filter at `now` (Stamp); whatever goes wrong in one must not end the timer."""
         try:
             with self.lock:
@@ -251,7 +260,7 @@ class FilterNode:
         return {name: why for name in silent if (why := why_silent(*self.topics[name], published))}
 
 
-def watch_clock():
+def watch_clock() -> None:
     """Say it when simulated time is asked for and nobody gives it: nothing else would ever run."""
     began, said = time.monotonic(), 0.0
     while not rospy.is_shutdown() and rospy.Time.now().is_zero():
@@ -276,7 +285,7 @@ def parameters() -> dict:
     return params
 
 
-def run(kind: str):
+def run(kind: str) -> FilterNode:
     """The node of that kind ('ekf' or 'ukf') until it is shut down."""
     start_node(kind + '_navigation_node')
     config, findings = check_config.check(parameters(), kind)

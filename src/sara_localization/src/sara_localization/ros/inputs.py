@@ -49,7 +49,7 @@ def resolved(topic: str) -> str:
     return topic if topic.startswith('/') else '/' + topic
 
 
-def why_silent(kind: str, topic: str, published) -> str:
+def why_silent(kind: str, topic: str, published: list[tuple[str, str]]) -> str:
     """Why nothing comes on a topic, from [(topic, type), ...] of what is published; '' where it is published as it
     should.
     """
@@ -66,7 +66,7 @@ def why_silent(kind: str, topic: str, published) -> str:
     return f'nobody publishes {topic} ({hint})'
 
 
-def published_topics():
+def published_topics() -> list[tuple[str, str]]:
     """[(topic, type), ...] as the master knows them; [] where it does not answer."""
     try:
         return [tuple(pair) for pair in rospy.get_published_topics()]

@@ -143,7 +143,7 @@ class Mailbox:
         for take, most in line.topic.takers:
             self._left.extend((take, data) for data in (messages[-most:] if most else messages))
 
-    def deliver(self):
+    def deliver(self) -> None:
         """Give what has come to those who take it."""
         with self._lock:
             for line in self._lines:
@@ -153,7 +153,7 @@ class Mailbox:
                 take, data = left.popleft()
                 take(data)
 
-    def forget(self):
+    def forget(self) -> None:
         """Throw away what has come."""
         with self._lock:
             for line in self._lines:

@@ -28,7 +28,7 @@ class Outbox:
         """Whether anybody listens."""
         return bool(self._impl.connections)
 
-    def send(self, write: Callable, *values):
+    def send(self, write: Callable, *values) -> None:
         """Send what write(sequence number, *values) returns, with the length before it; it is only called if anybody
         listens.
         """

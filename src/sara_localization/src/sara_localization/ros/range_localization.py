@@ -62,7 +62,7 @@ class RangeNode:
         ]
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
-    def on_map(self, msg):
+    def on_map(self, msg: OccupancyGrid) -> None:
         """A map takes the place of the one before."""
         info = msg.info
         try:
@@ -82,7 +82,7 @@ class RangeNode:
         with self.lock:
             self.correction.map = map_
 
-    def on_set_pose(self, _msg):
+    def on_set_pose(self, _msg: PoseWithCovarianceStamped) -> None:
         """Whoever dead-reckons begins there: it is believed anew."""
         with self.lock:
             self.correction.forget()
@@ -136,7 +136,7 @@ class RangeNode:
         dated = later(data.stamp, c.transform_tolerance)
         return StampedTransform(dated, c.global_frame_id, c.odom_frame_id, corrected @ base_from_odom)
 
-    def on_range(self, msg, topic):
+    def on_range(self, msg: Range, topic: str) -> None:
         """A reading; where its sensor sits is looked up once."""
         stamp, frame = conversions.seconds(msg.header.stamp), msg.header.frame_id
         with self.lock:
@@ -179,7 +179,7 @@ class RangeNode:
             self.told.add(key)
             rospy.logwarn(sentence)
 
-    def diagnose(self, _event):
+    def diagnose(self, _event: rospy.timer.TimerEvent) -> None:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
@@ -191,7 +191,7 @@ class RangeNode:
         publish(self.diagnostics_pub, diagnostic_array(now, [told]))
 
 
-def main():
+def main() -> None:
     start_node('range_localization')
     RangeNode(configured(RangeConfig))  # kept alive by its subscribers
     rospy.spin()

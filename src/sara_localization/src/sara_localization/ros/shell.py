@@ -28,7 +28,7 @@ def configured(config_class):
     return config
 
 
-def publish(publisher, message):
+def publish(publisher: rospy.Publisher, message: object) -> None:
     """Publish; a message that comes while the node is being shut down is not told any more."""
     try:
         publisher.publish(message)

@@ -11,7 +11,8 @@ from geometry_msgs.msg import TransformStamped
 from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
-from sara_localization.geometry.rigid import IDENTITY
+from sara_localization.geometry.rigid import IDENTITY, Transform
+from sara_localization.inputs.data import StampedTransform
 from sara_localization.ros import conversions, wire
 
 # After a wait in vain for a transform it is not waited for again for so long (s): messages would pile up behind each
@@ -38,7 +39,7 @@ class Tf2Transforms:
         ]
         self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
 
-    def enter(self, stamped):
+    def enter(self, stamped: StampedTransform) -> None:
         """A StampedTransform of this node's own; tf2 is told when somebody asks."""
         self._own.append(stamped)
 
@@ -56,7 +57,7 @@ class Tf2Transforms:
         for transform in TFMessage().deserialize(msg.bytes).transforms:
             enter(transform, who)
 
-    def lookup(self, target, source, stamp):
+    def lookup(self, target: str, source: str, stamp: float | None) -> Transform | None:
         """target_from_source at the stamp (s), the latest one where that fails, or None."""
         if target == source:
             return IDENTITY
@@ -80,7 +81,7 @@ class Tf2Transforms:
             return None
         return conversions.transform(found).transform
 
-    def age(self, target, source, stamp):
+    def age(self, target: str, source: str, stamp: float) -> float:
         """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing
         moves.
         """
@@ -90,7 +91,7 @@ class Tf2Transforms:
             return 0.0
         return 0.0 if newest.is_zero() else max(0.0, (conversions.ros_time(stamp) - newest).to_sec())
 
-    def clear(self):
+    def clear(self) -> None:
         """Forget all that moved, as after a jump of the clock."""
         self._own.clear()
         self.buffer.clear()

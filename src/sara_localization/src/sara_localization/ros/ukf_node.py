@@ -3,5 +3,5 @@
 from sara_localization.ros.filter_node import run
 
 
-def main():
+def main() -> None:
     run('ukf')

@@ -8,6 +8,8 @@ them.
 
 from __future__ import annotations
 
+import rospy
+
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.stamps import Stamp
@@ -45,11 +47,11 @@ class BagFilter:
         self.last = None
 
     @property
-    def topics(self):
+    def topics(self) -> list[str]:
         """All topics to be read from the bag, with a leading slash."""
         return [*self._by_topic, *TF_TOPICS, SET_POSE] + ([CONTROL] if self.config.control is not None else [])
 
-    def deliver(self, topic: str, msg, received):
+    def deliver(self, topic: str, msg: object, received: rospy.Time | Stamp) -> None:
         """One message of the bag, or a bag_tools.Unread, at the time (rospy.Time or Stamp) it was received."""
         topic = resolved(topic)
         read = msg.message if isinstance(msg, Unread) and topic in (*TF_TOPICS, SET_POSE, CONTROL) else msg
@@ -76,7 +78,7 @@ class BagFilter:
             self.on_input(i, data)
             self.messages += 1
 
-    def finish(self):
+    def finish(self) -> None:
         """The ticks after the last message."""
         if self.start is not None:
             for _ in range(TICKS_AFTER_LAST):

@@ -64,7 +64,7 @@ def enter_transforms(buffer, topic: str, msg):
         )
 
 
-def topic_types(bag: rosbag.Bag):
+def topic_types(bag: rosbag.Bag) -> list[tuple[str, str]]:
     """[(topic, type), ...] of a bag."""
     return [(resolved(topic), info.msg_type) for topic, info in bag.get_type_and_topic_info().topics.items()]
 
