@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_nav.costmaps.layers import cone
+from sara_nav.grids.grid import Grid
 
 readings = st.lists(
     st.tuples(
@@ -20,36 +21,25 @@ readings = st.lists(
     min_size=1,
     max_size=4,
 )
-PLAIN = getattr(cone.apply, '__wrapped__', None) or cone.apply.py_func
-BOUNDLESS = types.FunctionType(PLAIN.__code__, {**vars(cone), '_around': lambda *_: np.full((4, 2), np.inf)})
+
+
+def plain(kernel, **others):
+    """Return the plain form of a kernel of ``cone``, with other functions in place of some that it calls."""
+    function = getattr(kernel, '__wrapped__', None) or kernel.py_func
+    return types.FunctionType(function.__code__, {**vars(cone), **others})
+
+
+BOUNDLESS = plain(cone.apply, _take=plain(cone._take, corners_around=lambda _: np.full((4, 2), np.inf)))
 
 
 def told(apply, readings, remember, inflate_cone):
     """Return all that some readings change, taken one after the other."""
     grid, seen_at = np.full((32, 32), 0.5, np.float32), np.full((32, 32), -np.inf)
     free_at = np.full((32, 32) if remember else (0, 0), -np.inf)
+    belief, model = cone.Belief(grid, seen_at, free_at), cone.Model(1.2, inflate_cone, 0.2, 0.8)
     windows = [
-        apply(
-            grid,
-            seen_at,
-            free_at,
-            0.0,
-            0.0,
-            0.1,
-            x,
-            y,
-            yaw,
-            distance,
-            half,
-            1.2,
-            inflate_cone,
-            clear,
-            0.2,
-            0.8,
-            float(t),
-            t - 2.0,
-        )
-        for t, (x, y, yaw, distance, half, clear) in enumerate(readings)
+        apply(belief, Grid(0.0, 0.0, 0.1), model, cone.When(float(t), t - 2.0), cone.Reading(*reading))
+        for t, reading in enumerate(readings)
     ]
     return grid, seen_at, free_at, np.array(windows)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.goals.goal_input import GoalError, global_pose, planar_pose
-from sara_nav.goals.goal_search import GivenUp, cleared, places, search_plan
+from sara_nav.goals.goal_search import GivenUp, Nearby, cleared, places, search_plan
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.planners.grid_planner import GridPlanner
 from sara_nav.planners.navfn import NavfnROS
@@ -64,18 +64,18 @@ START = Pose2D(0.0, 0.0, 0.0)
 @pytest.mark.parametrize('planner', [GridPlanner(), NavfnROS()])
 def test_a_goal_in_an_obstacle_is_planned_to_nearby_and_the_goal_appended(planner):
     costmap, goal = costs((45, 25, 55, 35)), Pose2D(4.0, 2.0, 1.0)
-    plan, text = search_plan(planner, costmap, START, goal, 0.0)
+    plan, text = search_plan(planner, costmap, START, goal)
     assert plan is None and 'obstacle' in text
-    plan, text = search_plan(planner, costmap, START, goal, 1.0)
+    plan, text = search_plan(planner, costmap, START, goal, Nearby(1.0))
     assert plan[-1].tolist() == [4.0, 2.0, 1.0] and 'leads to' in text
     x, y = plan[-2, :2]
     assert costmap.cost_at(x, y) == 0 and max(abs(x - 4.0), abs(y - 2.0)) == pytest.approx(0.6)
-    bare, _ = search_plan(planner, costmap, START, goal, 1.0, add_unreachable_goal=False)
+    bare, _ = search_plan(planner, costmap, START, goal, Nearby(1.0, add_unreachable_goal=False))
     assert bare.tolist() == plan[:-1].tolist()
 
 
 def test_the_exact_goal_is_first():
-    plan, text = search_plan(GridPlanner(), costs(), START, Pose2D(4.0, 2.0, 1.0), 1.0)
+    plan, text = search_plan(GridPlanner(), costs(), START, Pose2D(4.0, 2.0, 1.0), Nearby(1.0))
     assert text == '' and plan[-1].tolist() == [4.0, 2.0, 1.0]
 
 
@@ -89,15 +89,17 @@ def test_what_cannot_be_reached_is_not_tried_where_the_planner_knows():
             return super().plan(*args)
 
     closed = costs((40, 20, 60, 21), (40, 40, 60, 41), (40, 20, 41, 41), (60, 20, 61, 41))
-    assert search_plan(Counting(), closed, START, Pose2D(4.0, 2.0, 0.0), 0.9)[0] is None
+    assert search_plan(Counting(), closed, START, Pose2D(4.0, 2.0, 0.0), Nearby(0.9))[0] is None
     assert len(tried) == 1
-    plan, _ = search_plan(Counting(), closed, START, Pose2D(4.0, 2.0, 0.0), 2.0)
+    plan, _ = search_plan(Counting(), closed, START, Pose2D(4.0, 2.0, 0.0), Nearby(2.0))
     assert plan is not None and len(tried) == 3
 
 
 def test_the_search_can_be_given_up():
     with pytest.raises(GivenUp):
-        search_plan(GridPlanner(), costs((45, 25, 55, 35)), START, Pose2D(4.0, 2.0, 1.0), 1.0, give_up=lambda: True)
+        search_plan(
+            GridPlanner(), costs((45, 25, 55, 35)), START, Pose2D(4.0, 2.0, 1.0), Nearby(1.0, give_up=lambda: True)
+        )
 
 
 def test_clearing_frees_a_square_about_the_robot_and_nothing_else():

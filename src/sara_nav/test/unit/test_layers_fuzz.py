@@ -15,7 +15,7 @@ from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
-from sara_nav.costmaps.observations import Observation, ObservationError, cloud_points, scan_points
+from sara_nav.costmaps.observations import CloudLayout, Observation, ObservationError, cloud_points, scan_points
 from sara_nav.grids.grid import GridError, GridGeometry
 from sara_nav.maps.map_io import GridMap, MapError
 
@@ -138,7 +138,7 @@ def test_a_scan_gives_points_or_is_refused(ranges, start, increment, low, high, 
 )
 def test_a_cloud_gives_points_or_is_refused(data, width, height, point_step, row_step, places, big):
     try:
-        points = cloud_points(data, width, height, point_step, row_step, dict(zip('xyz', places)), big)
+        points = cloud_points(data, CloudLayout(width, height, point_step, row_step, dict(zip('xyz', places)), big))
     except ObservationError:
         return
     assert points.shape == (width * height, 3)

@@ -11,10 +11,10 @@ from sara_common.planar import Pose2D
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap import LETHAL
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.costmaps.layers.mapped_echo import explained
+from sara_nav.costmaps.layers.mapped_echo import Mapped, explained
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.maps.map_io import GridMap
 from sara_nav.move_base.settings import read_costmap
 
@@ -40,21 +40,8 @@ def wall(x0, y0, xn, yn):
 
 def known(costs, at, distance, near=False, frame=HERE, tolerance=TOLERANCE, steepest=math.pi / 2):
     """Return whether the map explains one echo, the sensor at a Pose2D of the frame."""
-    return bool(
-        explained(
-            costs,
-            -4.0,
-            -4.0,
-            SIZE,
-            frame.x,
-            frame.y,
-            frame.yaw,
-            np.array([[at.x, at.y, at.yaw, distance, HALF, 0.0]]),
-            np.array([near]),
-            tolerance,
-            math.cos(steepest),
-        )[0]
-    )
+    mapped = Mapped(costs, Grid(-4.0, -4.0, SIZE), (frame.x, frame.y, frame.yaw), float(tolerance), math.cos(steepest))
+    return bool(explained(mapped, np.array([[at.x, at.y, at.yaw, distance, HALF, 0.0]]), np.array([near]))[0])
 
 
 def centre(x, y):

@@ -44,13 +44,13 @@ def test_a_cloud_gives_back_the_points_that_were_packed(points, big_endian, doub
     step = 3 * size + gap
     data = b''.join(bytes(gap) + struct.pack(order + '3' + letter, *p) for p in points)
     fields = {name: (gap + i * size, 8 if double else 7) for i, name in enumerate('xyz')}
-    found = obs.cloud_points(data, len(points), 1, step, step * len(points), fields, big_endian)
+    found = obs.cloud_points(data, obs.CloudLayout(len(points), 1, step, step * len(points), fields, big_endian))
     assert found.tolist() == [list(p) for p in points]
 
 
 def test_rows_of_a_cloud_may_be_padded():
     row = struct.pack('<6f', 1, 2, 3, 4, 5, 6) + b'pad!'
-    found = obs.cloud_points(row * 2, 2, 2, 12, 28, {'x': (0, 7), 'y': (4, 7), 'z': (8, 7)})
+    found = obs.cloud_points(row * 2, obs.CloudLayout(2, 2, 12, 28, {'x': (0, 7), 'y': (4, 7), 'z': (8, 7)}))
     assert found.tolist() == [[1, 2, 3], [4, 5, 6]] * 2
 
 
@@ -67,11 +67,10 @@ def test_rows_of_a_cloud_may_be_padded():
     ],
 )
 def test_a_cloud_without_sense_is_refused(change):
-    sound = dict(
-        data=bytes(24), width=2, height=1, point_step=12, row_step=24, fields={'x': (0, 7), 'y': (4, 7), 'z': (8, 7)}
-    )
+    data = change.pop('data', bytes(24))
+    sound = obs.CloudLayout(2, 1, 12, 24, {'x': (0, 7), 'y': (4, 7), 'z': (8, 7)})
     with pytest.raises(obs.ObservationError, match='cloud'):
-        obs.cloud_points(**dict(sound, **change))
+        obs.cloud_points(data, sound._replace(**change))
 
 
 @given(

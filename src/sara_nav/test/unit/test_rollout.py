@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline
 from sara_nav.grids.grid import Grid, GridGeometry
+from sara_nav.grids.polygon import footprint_cells
 from sara_nav.sampled import map_grid, rollout
 
 REFERENCE = Path(__file__).parents[5] / 'shared' / 'data' / 'reference' / 'costmap.npz'
@@ -55,14 +56,14 @@ def test_a_lines_cost_is_the_highest_of_its_cells(x0, y0, x1, y1, seed):
 
 def test_footprint_cells_of_the_peers_test():
     """Front, right, back and left edge of a square, at yaw 0; a quarter turn begins with what was the left edge."""
-    cells = outline.footprint_cells(Pose2D(4.5, 4.5, 0.0), SQUARE, TEN).tolist()
+    cells = footprint_cells(Pose2D(4.5, 4.5, 0.0), SQUARE, TEN).tolist()
     assert cells == (
         [[6, y] for y in (6, 5, 4, 3, 2)]
         + [[x, 2] for x in (6, 5, 4, 3, 2)]
         + [[2, y] for y in (2, 3, 4, 5, 6)]
         + [[x, 6] for x in (2, 3, 4, 5, 6)]
     )
-    turned = outline.footprint_cells(Pose2D(4.5, 4.5, 0.5 * math.pi), SQUARE, TEN).tolist()
+    turned = footprint_cells(Pose2D(4.5, 4.5, 0.5 * math.pi), SQUARE, TEN).tolist()
     assert turned == (
         [[x, 6] for x in (2, 3, 4, 5, 6)]
         + [[6, y] for y in (6, 5, 4, 3, 2)]
@@ -72,9 +73,9 @@ def test_footprint_cells_of_the_peers_test():
 
 
 def test_a_filled_footprint_is_all_cells_inside():
-    cells = outline.footprint_cells(Pose2D(4.5, 4.5, 0.0), SQUARE, TEN, True)
+    cells = footprint_cells(Pose2D(4.5, 4.5, 0.0), SQUARE, TEN, True)
     assert {tuple(c) for c in cells} == {(x, y) for x in range(2, 7) for y in range(2, 7)}
-    assert len(outline.footprint_cells(Pose2D(1.0, 4.5, 0.0), SQUARE, TEN)) == 0, 'a corner is off the map'
+    assert len(footprint_cells(Pose2D(1.0, 4.5, 0.0), SQUARE, TEN)) == 0, 'a corner is off the map'
 
 
 @pytest.mark.skipif(not REFERENCE.exists(), reason='shared/data/reference/costmap.npz is not beside the project')

@@ -117,10 +117,7 @@ def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
         distances.spread(
             np.array(costs, np.uint8),
             result,
-            0,
-            0,
-            result.shape[1],
-            result.shape[0],
+            (0, 0, result.shape[1], result.shape[0]),
             reach,
             cost_table(reach, resolution, inscribed_radius, config.cost_scaling_factor),
             1 if config.inflate_unknown else INSCRIBED,

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,11 +46,23 @@ def scan_points(ranges, angle_min, angle_increment, range_min, range_max, inf_is
     return np.column_stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(len(distance))])
 
 
-def cloud_points(data, width, height, point_step, row_step, fields, big_endian=False):
-    """Return the points (n, 3) of a packed cloud (sensor_msgs/PointCloud2) in its own frame; raises ObservationError.
+class CloudLayout(NamedTuple):
+    """How the points of a sensor_msgs/PointCloud2 are packed; sizes and steps of its message, in points and bytes.
 
-    data: bytes. fields: {name: (offset in bytes, datatype)}, x, y and z each FLOAT32 (7) or FLOAT64 (8).
+    fields: {name: (offset in bytes, datatype)}, x, y and z each FLOAT32 (7) or FLOAT64 (8).
     """
+
+    width: int
+    height: int
+    point_step: int
+    row_step: int
+    fields: dict
+    big_endian: bool = False
+
+
+def cloud_points(data: bytes, layout: CloudLayout) -> np.ndarray:
+    """Return the points (n, 3) of a packed cloud in its own frame; raises ObservationError."""
+    width, height, point_step, row_step, fields, big_endian = layout
     formats = {7: 'f4', 8: 'f8'}
     missing = [name for name in 'xyz' if name not in fields or fields[name][1] not in formats]
     if missing:

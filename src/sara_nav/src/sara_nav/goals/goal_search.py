@@ -4,24 +4,36 @@ The search is the C++ move_base's: growing squares in steps of three cells up to
 outwards, below the goal before above it and left before right.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from sara_common.planar import Pose2D
 from sara_nav.costmaps import costmap as cm
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import GridGeometry
 from sara_nav.planners.planning import PlanError
 
 MOST_TRIES = 300
 MOST_STEPS = 1e6
 
 
+class GlobalPlanner(Protocol):
+    """What plans; one that knows which cells it can reach also has ``explore``."""
+
+    def plan(self, costmap: Costmap, start: Pose2D, goal: Pose2D) -> np.ndarray:
+        """Return a plan (n, 3); raises PlanError."""
+
+
 class GivenUp(Exception):
     """The search was told to stop."""
 
 
-def places(goal, tolerance, geometry):
+def places(goal: Pose2D, tolerance: float, geometry: GridGeometry) -> np.ndarray:
     """Return the places (n, 2) on the map (m) that are tried after the goal itself, in their order.
 
     Steps of three cells each way from the goal, or of ``tolerance`` (m) where that is less; none for a tolerance of 0.
@@ -45,7 +57,7 @@ def places(goal, tolerance, geometry):
     return np.column_stack([goal.x + step * column[order], goal.y + step * row[order]])
 
 
-def cleared(costmap, pose, radius):
+def cleared(costmap: Costmap, pose: Pose2D, radius: float) -> Costmap:
     """Return a copy of the Costmap with the square of half side ``radius`` (m) about the pose free."""
     g = costmap.geometry
     low = [
@@ -61,20 +73,33 @@ def cleared(costmap, pose, radius):
     return Costmap(costs, g)
 
 
-def search_plan(planner, costmap, start, goal, tolerance, add_unreachable_goal=True, give_up=lambda: False):
-    """Return (plan (n, 3), text): to the goal, or to a place within ``tolerance`` (m) of it; (None, why) without any.
+class Nearby(NamedTuple):
+    """Which places other than the goal will do: those within ``tolerance`` (m) of it.
 
-    A plan to another place ends with the asked goal as well when ``add_unreachable_goal``. Raises GivenUp once
-    ``give_up()`` says so, asked before each try. Places that the planner knows that it cannot reach are not tried
-    (``explore``); without that knowledge at most MOST_TRIES are.
+    add_unreachable_goal: a plan to another place ends with the asked goal as well. give_up: asked before each try;
+    the search ends once it says True.
+    """
+
+    tolerance: float = 0.0
+    add_unreachable_goal: bool = True
+    give_up: Callable[[], bool] = lambda: False
+
+
+def search_plan(
+    planner: GlobalPlanner, costmap: Costmap, start: Pose2D, goal: Pose2D, nearby: Nearby = Nearby()
+) -> tuple[np.ndarray | None, str]:
+    """Return (plan (n, 3), text): to the goal, or to a place ``nearby``; (None, why) without any. Raises GivenUp.
+
+    Places that the planner knows that it cannot reach are not tried (``explore``); without that knowledge at most
+    MOST_TRIES are.
     """
     try:
         return planner.plan(costmap, start, goal), ''
     except PlanError as error:
         problem = str(error)
     tries = 0
-    for place in _places(planner, costmap, start, goal, tolerance):
-        if give_up():
+    for place in _places(planner, costmap, start, goal, nearby.tolerance):
+        if nearby.give_up():
             raise GivenUp
         tries += 1
         if tries > MOST_TRIES:
@@ -83,7 +108,7 @@ def search_plan(planner, costmap, start, goal, tolerance, add_unreachable_goal=T
             plan = planner.plan(costmap, start, place)
         except PlanError:
             continue
-        if add_unreachable_goal:
+        if nearby.add_unreachable_goal:
             plan = np.vstack([plan, [[goal.x, goal.y, goal.yaw]]])
         return plan, f'no plan leads to the goal ({problem}); this one leads to ({place.x:.2f}, {place.y:.2f})'
     return None, problem

@@ -7,7 +7,7 @@ ours (replan_when_blocked).
 
 import math
 
-from sara_nav.goals.goal_search import cleared, search_plan
+from sara_nav.goals.goal_search import Nearby, cleared, search_plan
 from sara_nav.goals.move_base_config import PLANNING
 from sara_nav.goals.plan_check import PlanWatch
 from sara_nav.planners.planning import PlanError
@@ -77,9 +77,8 @@ class PlanMaker:
         costmap = self._costmaps.world.costmap
         if config.make_plan_clear_costmap:
             costmap = cleared(costmap, start, config.clearing_radius)
-        return search_plan(
-            self._informed(), costmap, start, goal, tolerance, config.make_plan_add_unreachable_goal, give_up
-        )
+        nearby = Nearby(tolerance, config.make_plan_add_unreachable_goal, give_up)
+        return search_plan(self._informed(), costmap, start, goal, nearby)
 
     def _informed(self):
         """Return the planner, which has been told the footprint that the global costmap has now, if it asks for one."""

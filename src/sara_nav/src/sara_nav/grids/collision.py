@@ -8,7 +8,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
-from sara_nav.grids import outline
+from sara_nav.grids import outline, polygon
 from sara_nav.grids.footprint import cover
 from sara_nav.grids.grid import Grid
 
@@ -218,3 +218,4 @@ def warm():
     touched(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
     worsens(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
     outline.warm()
+    polygon.warm()

@@ -5,16 +5,21 @@ a reach. Both run along rows of memory with one operation a cell, so that the co
 them.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.grids import windows
+from sara_nav.grids.windows import Window
 
 LETHAL, UNKNOWN = 254, 255
 
 
 @kernel
-def _along_columns(costs, x0, y0, xn, yn, reach):
+def _along_columns(costs, window, reach):
     """Return the squares (float32, whole) of the gaps along each column to the nearest lethal cell of the window."""
+    x0, y0, xn, yn = window
     rows, columns = yn - y0, xn - x0
     one, far = np.float32(1.0), np.float32(reach + 1)
     gap = np.empty((rows, columns), np.float32)
@@ -63,13 +68,13 @@ def _along_row(squares, reach, best):
 
 
 @kernel
-def squared_distances(costs, reach):
+def squared_distances(costs: np.ndarray, reach: int) -> np.ndarray:
     """Return the exact squared distance (cells squared, int32) from each cell to the nearest lethal one.
 
     Only distances up to ``reach`` cells are found; further cells hold more than reach squared.
     """
     height, width = costs.shape
-    squares = _along_columns(costs, 0, 0, width, height, reach)
+    squares = _along_columns(costs, (0, 0, width, height), reach)
     best = np.empty(width, np.float32)
     result = np.empty((height, width), np.int32)
     for y in range(height):
@@ -80,25 +85,29 @@ def squared_distances(costs, reach):
 
 
 @kernel
-def pick_lethal(costs, obstacles, x0, y0, xn, yn):
+def pick_lethal(costs: np.ndarray, obstacles: np.ndarray, window: Window) -> None:
     """Write 254 into a window of obstacles (uint8 (h, w)) where the costs hold it, else 0."""
+    x0, y0, xn, yn = window
     for y in range(y0, yn):
         for x in range(x0, xn):
             obstacles[y, x] = LETHAL if costs[y, x] == LETHAL else 0
 
 
 @kernel
-def spread(obstacles, costs, x0, y0, xn, yn, reach, table, unknown_from):
+def spread(
+    obstacles: np.ndarray, costs: np.ndarray, window: Window, reach: int, table: np.ndarray, unknown_from: int
+) -> None:
     """Raise the costs of a window by what the obstacles in and around it cost there.
 
-    obstacles: uint8 (h, w), 254 where an obstacle is. costs: uint8 (h, w), changed in rows y0..yn-1, columns x0..xn-1.
+    obstacles: uint8 (h, w), 254 where an obstacle is. costs: uint8 (h, w), changed in the window.
     table: cost (uint8) by squared distance in cells, reach^2 + 1 entries. A known cell keeps the greater cost; an
     unknown one takes a cost of at least ``unknown_from``.
     """
+    x0, y0, xn, yn = window
     height, width = costs.shape
     left, right = max(0, x0 - reach), min(width, xn + reach)
     low, high = max(0, y0 - reach), min(height, yn + reach)
-    squares = _along_columns(obstacles, left, low, right, high, reach)
+    squares = _along_columns(obstacles, (left, low, right, high), reach)
     best = np.empty(right - left, np.float32)
     limit = np.float32(reach * reach)
     for y in range(y0, yn):
@@ -118,5 +127,6 @@ def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     squared_distances(costs, 2)
-    pick_lethal(costs, costs.copy(), 0, 0, 3, 3)
-    spread(costs, costs, 0, 0, 3, 3, 2, np.zeros(5, np.uint8), 1)
+    pick_lethal(costs, costs.copy(), (0, 0, 3, 3))
+    windows.warm()
+    spread(costs, costs, (0, 0, 3, 3), 2, np.zeros(5, np.uint8), 1)

@@ -41,12 +41,13 @@ def arc(pose, v, w, duration, steps):
     """Return the poses (steps + 1, 3) from a Pose2D on along v (m/s) and w (rad/s), evenly over ``duration`` (s); yaw
     not wrapped.
     """
-    return _arc(float(pose.x), float(pose.y), float(pose.yaw), float(v), float(w), float(duration), steps)
+    return _arc((float(pose.x), float(pose.y), float(pose.yaw)), float(v), float(w), float(duration), steps)
 
 
 @kernel
-def _arc(x, y, yaw, v, w, duration, steps):
+def _arc(pose, v, w, duration, steps):
     """See ``arc``: the chord of each way from the start, half its turn off the heading."""
+    x, y, yaw = pose
     poses = np.empty((steps + 1, 3))
     for k in range(steps + 1):
         time = k * (duration / steps)
@@ -69,4 +70,4 @@ def _turn(pose, yaw):
 
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    _arc(0.0, 0.0, 0.0, 0.1, 0.0, 1.0, 2)
+    _arc((0.0, 0.0, 0.0), 0.1, 0.0, 1.0, 2)

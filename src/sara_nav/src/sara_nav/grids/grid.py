@@ -65,18 +65,6 @@ class GridGeometry:
         """Return (column, row) of the cell that would hold the point (m) on a grid without edges."""
         return math.floor((x - self.origin_x) / self.resolution), math.floor((y - self.origin_y) / self.resolution)
 
-    def to_nearest_cell(self, x: float, y: float) -> tuple[int, int]:
-        """Return (column, row) of the cell of the grid that is nearest to the point (m), which may be infinite."""
-        result = []
-        for value, origin, cells in ((x, self.origin_x, self.width), (y, self.origin_y, self.height)):
-            if value < origin:
-                result.append(0)
-            elif value >= origin + cells * self.resolution:
-                result.append(cells - 1)
-            else:
-                result.append(min(cells - 1, math.floor((value - origin) / self.resolution)))
-        return tuple(result)
-
     def moved(self, columns: int, rows: int) -> 'GridGeometry':
         """Return the grid moved by whole cells."""
         return GridGeometry(

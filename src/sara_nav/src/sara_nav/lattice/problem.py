@@ -145,7 +145,7 @@ class Problem:
                 tails = escapes or tails
                 budget = min(budget, ESCAPE_MOST // 3) if exhaustive and not escapes else budget
             if tight:
-                status, found, _ = self._search(begin, limit, min(ESCAPE_MOST, budget), escape=True)
+                status, found, _ = self._search(begin, limit, min(ESCAPE_MOST, budget))
                 if status == search.FOUND:
                     begin, limit, head = Pose2D(*found[-1, :3].tolist()), self.config.hard_margin, found[:-1]
             status, moves, joint = self._search_to(tails, begin, limit, budget)
@@ -156,14 +156,16 @@ class Problem:
         """m from an obstacle, from which on the robot can turn about."""
         return self.body.circumscribed + self.config.hard_margin
 
-    def _search(self, pose, limit, most, ends=NO_ENDS, wave=NO_WAVE, escape=False, backwards=False):
-        """Return (status, moves (n, 5), joint), see search.search.
+    def _search(self, pose, limit, most, aim=None, backwards=False):
+        """Return (status, moves (n, 5), joint), see search.search. aim: the ends and the wave from them; None: any pose
+        with room to turn about.
 
         Moves are pieces of legs, so that no run-up is asked for; and the time astern counts less than it will, or greed
         would drive astern for being quick.
         """
-        c, rules = self.config, self.world.rules
+        c, rules, escape = self.config, self.world.rules, aim is None
         greed = float(ESCAPE_GREED if escape else c.greed)
+        ends, wave = (NO_ENDS, NO_WAVE) if escape else aim
         rules = rules._replace(
             reverse_factor=1.0 + 0.25 * greed * (rules.reverse_factor - 1.0),
             clearance_weight=rules.clearance_weight * SEARCH_CARE,
@@ -171,8 +173,9 @@ class Problem:
             run_up_cost=0.0,
             sense=-1.0 if backwards else 1.0,
         )
-        quest = search.Quest(wave, ends, self.radius, greed, most, float(c.hard_margin) if escape else -1.0)
-        status, expanded, moves, joint = search.search(self.world._replace(rules=rules), quest, pose, float(limit))
+        world, room = self.world._replace(rules=rules), float(c.hard_margin) if escape else -1.0
+        quest = search.Quest(world, wave, ends, self.radius, greed, most, room)
+        status, expanded, moves, joint = search.search(quest, pose, float(limit))
         self.expanded += expanded
         return status, moves, joint
 
@@ -181,7 +184,7 @@ class Problem:
         if not tails:
             return search.NO_PATH, None, None
         ends = np.array([(*tail.poses[0], tail.seconds) for tail in tails])
-        return self._search(pose, limit, most, ends=ends, wave=self.field.wave_from(ends[:, [0, 1, 3]], self._pace))
+        return self._search(pose, limit, most, (ends, self.field.wave_from(ends[:, [0, 1, 3]], self._pace)))
 
     def _tails(self, goal, limit):
         """Return the Tails straight to the goal, and the goal itself where it has its margin."""
@@ -203,7 +206,7 @@ class Problem:
         was exhaustive).
         """
         most = min(ESCAPE_MOST, self.config.max_expansions)
-        status, moves, _ = self._search(goal, limit, most, escape=True, backwards=True)
+        status, moves, _ = self._search(goal, limit, most, backwards=True)
         if status != search.FOUND:
             return [], status == search.NO_PATH
         seconds = sum(

@@ -8,6 +8,8 @@ is tight. The order is weighted A*'s (Pohl 1970): the time so far plus ``greed``
 wave ignores turns, so the path found is a good one to make straight, no more.
 """
 
+from __future__ import annotations
+
 import heapq
 import math
 from typing import NamedTuple
@@ -21,8 +23,8 @@ from sara_nav.lattice.body import gap, move
 from sara_nav.lattice.field import distance_at
 from sara_nav.lattice.joining import join, sees
 from sara_nav.lattice.moves import AHEAD, ASTERN, FAR, FINE_HEADINGS, FINE_STEP, TURNS, key_of, kind_of, option_of
-from sara_nav.lattice.tree import empty_tree, put, slot_of, trace
-from sara_nav.lattice.world import example_world
+from sara_nav.lattice.tree import Tree, empty_tree, put, slot_of, trace
+from sara_nav.lattice.world import Rules, World, example_world
 
 FOUND, NO_PATH, GAVE_UP = 0, 1, 2
 BESIDE = 0.08
@@ -34,8 +36,9 @@ ASTERN_WITHIN = 3.0
 
 
 class Quest(NamedTuple):
-    """What a search looks for."""
+    """What a search looks for, and where."""
 
+    world: World
     wave: np.ndarray
     """float32 (rows + 1, columns + 1): least s from each corner of cells to the nearest end; see Field.wave_from."""
     ends: np.ndarray
@@ -64,16 +67,16 @@ class Joints(NamedTuple):
 
 
 @kernel
-def left_at(world, quest, x, y):
+def left_at(quest: Quest, x: float, y: float) -> float:
     """Return the time (s) the wave says is left at a point (m), FAR where it did not come.
 
     With ``escape``: the time to where turning about has that much room, at least. Distances grow no faster than one
     drives.
     """
-    rules = world.rules
+    rules = quest.world.rules
     u, v = (x - rules.origin_x) / rules.resolution, (y - rules.origin_y) / rules.resolution
     if quest.escape >= 0.0:
-        return max(0.0, rules.radius + quest.escape - distance_at(world.distances, u, v)) / rules.speed
+        return max(0.0, rules.radius + quest.escape - distance_at(quest.world.distances, u, v)) / rules.speed
     wave = quest.wave
     i, j = int(v), int(u)
     if not (u >= 0.0 and v >= 0.0 and i < wave.shape[0] - 1 and j < wave.shape[1] - 1):
@@ -91,18 +94,18 @@ def left_at(world, quest, x, y):
 
 
 @kernel
-def search(world, quest, start, limit):
+def search(quest: Quest, start: Pose2D, limit: float) -> tuple[int, int, np.ndarray, np.ndarray]:
     """Search from a Pose2D, where the gap may be as little as ``limit`` (m, see body.move), for what a Quest asks.
 
     Return (status, expanded, moves (n, 5), joint): moves are x, y, yaw at their beginning, length, turn; the last is no
     move but a pose, and the joint (state, 1 ahead or -1 astern, number of the end) tells how the end is joined to it.
     """
-    tree = empty_tree(quest.most)
+    world, tree = quest.world, empty_tree(quest.most)
     joints = Joints(np.zeros((MOST_JOINTS + 4, 3)), np.full(1, np.inf), np.zeros(2, np.int64))
     none = np.empty((0, 5))
     heading = np.int16(round(start.yaw / FINE_STEP)) % FINE_HEADINGS
     put(tree, 0, start, (0.0, 0.0), (0.0, limit), (-1, heading, TURNS))
-    heap = [(quest.greed * min(left_at(world, quest, start.x, start.y), FAR), 0)]
+    heap = [(quest.greed * min(left_at(quest, start.x, start.y), FAR), 0)]
     expanded, count = 0, 1
     while len(heap) > 0:
         _, n = heapq.heappop(heap)
@@ -120,7 +123,7 @@ def search(world, quest, start, limit):
         if expanded >= quest.most:
             return GAVE_UP, expanded, none, joints.rows[0]
         expanded += 1
-        join_ends(world, quest, tree, n, joints, heap, expanded)
+        join_ends(quest, tree, n, joints, heap, expanded)
         stride = 0.5 if room > world.rules.radius + world.rules.greatest_gap else 0.2
         for option in range(20 if wants_slight_arcs(world, tree, n, pose, room) else 12):
             length, turn = option_of(option, pose.yaw, stride)
@@ -128,15 +131,17 @@ def search(world, quest, start, limit):
                 continue  # it would undo the turn that led here
             if turn == 0.0 and length == 0.0:
                 continue
-            added = try_move(world, quest, tree, n, (length, turn), count, joints.seconds[0], heap)
+            added, priority = try_move(quest, tree, n, (length, turn), count, joints.seconds[0])
             if added < 0:
                 return GAVE_UP, expanded, none, joints.rows[0]
-            count += added
+            if added > 0:
+                heapq.heappush(heap, (priority, count))
+                count += 1
     return NO_PATH, expanded, none, joints.rows[0]
 
 
 @kernel
-def look(world, x, y):
+def look(world: World, x: float, y: float) -> tuple[float, float, float]:
     """Return (column, row, distance) of a point (m): its place on the grid, not rounded, and m to the next obstacle."""
     scale = 1.0 / world.rules.resolution
     u, v = (x - world.rules.origin_x) * scale, (y - world.rules.origin_y) * scale
@@ -144,15 +149,15 @@ def look(world, x, y):
 
 
 @kernel
-def join_ends(world, quest, tree, n, joints, heap, expanded):
+def join_ends(quest: Quest, tree: Tree, n: int, joints: Joints, heap: list, expanded: int) -> None:
     """Join state n to the ends that it sees, now and then: the more seldom, the more time is left and the longer the
     search has run. Joints that are sooner than all before are kept and wait in the heap, as -1 minus their number.
     """
     joints.counts[1] -= 1
     if joints.counts[1] > 0 or joints.counts[0] >= MOST_JOINTS:
         return
-    pose = Pose2D(tree.x[n], tree.y[n], tree.yaw[n])
-    left = left_at(world, quest, pose.x, pose.y)
+    world, pose = quest.world, Pose2D(tree.x[n], tree.y[n], tree.yaw[n])
+    left = left_at(quest, pose.x, pose.y)
     joints.counts[1] = max(1, min(20, int(0.25 * left)), expanded // 50)
     ends = quest.ends
     for e in range(len(ends)):
@@ -173,7 +178,7 @@ def join_ends(world, quest, tree, n, joints, heap, expanded):
 
 
 @kernel
-def wants_slight_arcs(world, tree, n, pose, room):
+def wants_slight_arcs(world: World, tree: Tree, n: int, pose: Pose2D, room: float) -> bool:
     """True where the body stands beside something before any turn of the lattice was possible."""
     if not (n == 0 or tree.index[n] % (FINE_HEADINGS // 32) != 0):
         return False
@@ -181,7 +186,7 @@ def wants_slight_arcs(world, tree, n, pose, room):
 
 
 @kernel
-def change_cost(rules, before, now, first):
+def change_cost(rules: Rules, before: int, now: int, first: bool) -> float:
     """Return the seconds that a move of kind ``now`` costs for what was ``before``: a turn's beginning, or a change of
     gear. first: nothing was before.
     """
@@ -191,13 +196,15 @@ def change_cost(rules, before, now, first):
 
 
 @kernel
-def try_move(world, quest, tree, n, run, count, incumbent, heap):
-    """Make one move (length m, turn rad) from state n. Return 1 where it led to a new state, kept as number ``count``
-    and put into the heap; 0 where it did not, is no better than what is known, or cannot be better than the best path
-    found so far (``incumbent``, s); -1 where there is no room for more states.
+def try_move(
+    quest: Quest, tree: Tree, n: int, run: tuple[float, float], count: int, incumbent: float
+) -> tuple[int, float]:
+    """Make one move (length m, turn rad) from state n. Return (1, s by which the search orders it) where it led to a
+    new state, kept as number ``count``; 0 first where it did not, is no better than what is known, or cannot be better
+    than the best path found so far (``incumbent``, s); -1 first where there is no room for more states.
     """
     length, turn = run
-    rules, spent = world.rules, tree.spent[n]
+    world, rules, spent = quest.world, quest.world.rules, tree.spent[n]
     pose = Pose2D(tree.x[n], tree.y[n], tree.yaw[n])
     kind = kind_of(length)
     extra = change_cost(rules, tree.kind[n], kind, n == 0)
@@ -211,25 +218,24 @@ def try_move(world, quest, tree, n, run, count, incumbent, heap):
     known = tree.best[at] if tree.keys[at] == key else np.inf
     least = spent + extra + abs(length) / rules.speed  # before looking whether the body fits, which takes longest
     if known <= least + 1e-4:
-        return 0
-    left = left_at(world, quest, x, y)
+        return 0, 0.0
+    left = left_at(quest, x, y)
     if least + left >= incumbent:
-        return 0
+        return 0, 0.0
     seconds, limit = move(world, pose, length, turn, tree.limit[n])
     if seconds == np.inf or (left >= FAR and limit >= rules.hard_margin):
-        return 0
+        return 0, 0.0
     total = spent + extra + seconds
     if known <= total + 1e-4 or total + left >= incumbent:
-        return 0
+        return 0, 0.0
     if count >= len(tree.x):
-        return -1
+        return -1, 0.0
     tree.keys[at], tree.best[at] = key, total
     put(tree, count, Pose2D(x, y, wrap(yaw)), run, (total, limit), (n, heading, kind))
-    heapq.heappush(heap, (total + quest.greed * min(left, FAR), count))
-    return 1
+    return 1, total + quest.greed * min(left, FAR)
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    quest = Quest(np.zeros((4, 4), np.float32), np.zeros((1, 4)), 0.1, 1.5, 10, -1.0)
-    search(example_world(), quest, Pose2D(1.0, 1.0, 0.0), 0.0)
+    quest = Quest(example_world(), np.zeros((4, 4), np.float32), np.zeros((1, 4)), 0.1, 1.5, 10, -1.0)
+    search(quest, Pose2D(1.0, 1.0, 0.0), 0.0)

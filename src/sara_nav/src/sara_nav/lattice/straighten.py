@@ -14,11 +14,11 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.kernels import wrap
 from sara_common.planar import Pose2D
-from sara_nav.lattice.arrivals import ANY, OWN, enter, no_arrivals, trace
+from sara_nav.lattice.arrivals import ANY, OWN, Arrivals, enter, no_arrivals, trace
 from sara_nav.lattice.body import BEND, arrive, move, room_at, turn_to
 from sara_nav.lattice.joining import sees
 from sara_nav.lattice.moves import TURNS, kind_of
-from sara_nav.lattice.world import example_world
+from sara_nav.lattice.world import Rules, World, example_world
 
 BITTY = 1.0
 """s that each of the path's own arcs and turns costs besides, so that legs take their place."""
@@ -54,6 +54,17 @@ class Reach(NamedTuple):
     """m, of a leg."""
     astern: float
     """m, of a leg astern."""
+
+
+class Leg(NamedTuple):
+    """A straight leg between two places of a path."""
+
+    begin: int
+    end: int
+    length: float
+    """m, negative astern."""
+    heading: float
+    """rad, of the body on it."""
 
 
 @kernel
@@ -140,32 +151,31 @@ def join_straight(world, path, known, i, j, reach):
     if not sees(world, x, y, gx, gy, reach.radius):
         return
     bearing = math.atan2(gy - y, gx - x)
-    leave(world, path, known, i, j, length, bearing)
+    leave(world, path, known, Leg(i, j, length, bearing))
     if length <= reach.astern:
-        leave(world, path, known, i, j, -length, bearing + math.pi)
+        leave(world, path, known, Leg(i, j, -length, bearing + math.pi))
 
 
 @kernel
-def leave(world, path, known, i, j, length, heading):
-    """Leave place i, after either of its arrivals, by a leg of ``length`` (m, negative astern) to place j with the yaw
-    ``heading`` (rad).
-    """
+def leave(world: World, path: Path, known: Arrivals, leg: Leg) -> None:
+    """Leave the place where a Leg begins, after either of its arrivals."""
+    i, j, length, heading = leg
     rules, poses = world.rules, path.poses
     what, looked = kind_of(length), False
-    leg, arrived = np.inf, 0.0
+    taken, arrived = np.inf, 0.0
     for own in range(2):
-        if known.cost[i, own] == np.inf or not may_pay(rules, known, i, j, own, length, heading):
+        if known.cost[i, own] == np.inf or not may_pay(rules, known, leg, own):
             continue
         begin = Pose2D(poses[i, 0], poses[i, 1], known.yaw[i, own])
         seconds, turn, after = turn_to(world, begin, heading, known.limit[i, own])
         if seconds == np.inf:
             continue
         if not looked or i == 0:
-            leg, arrived = move(world, Pose2D(poses[i, 0], poses[i, 1], heading), length, 0.0, after)
+            taken, arrived = move(world, Pose2D(poses[i, 0], poses[i, 1], heading), length, 0.0, after)
             looked = True
-        if leg == np.inf:
+        if taken == np.inf:
             return
-        total = known.cost[i, own] + seconds + leg + gear(rules, known.kind[i, own], what)
+        total = known.cost[i, own] + seconds + taken + gear(rules, known.kind[i, own], what)
         if total < known.cost[j, ANY] and j < len(poses) - 1:
             known.cost[j, ANY], known.yaw[j, ANY], known.limit[j, ANY] = total, heading, arrived
             enter(known, j, ANY, (i, own, what), (turn, length, 0.0))
@@ -178,8 +188,9 @@ def leave(world, path, known, i, j, length, heading):
 
 
 @kernel
-def may_pay(rules, known, i, j, own, length, heading):
-    """True when a leg, free of all that slows it, may come to place j sooner than what is known."""
+def may_pay(rules: Rules, known: Arrivals, leg: Leg, own: int) -> bool:
+    """True when a Leg, free of all that slows it, may come to its end sooner than what is known."""
+    i, j, length, heading = leg
     about = abs(wrap(heading - known.yaw[i, own]))
     least = (
         known.cost[i, own]

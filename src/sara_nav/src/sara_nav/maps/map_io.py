@@ -113,8 +113,24 @@ def occupancy(pixels, mode, negate, occupied_thresh, free_thresh):
     return values[::-1].copy()
 
 
-def load_description(path):
+def load_description(path: str) -> MapDescription:
     """Read a map's YAML file; raises MapError with every fault in one sentence each."""
+    entries = _read_entries(path)
+    values, faults = _values(entries)
+    description = MapDescription(
+        image=os.path.join(os.path.dirname(os.path.abspath(path)), str(entries.get('image'))),
+        mode=entries.get('mode', 'trinary'),
+        unknown_keys=tuple(sorted(str(k) for k in set(entries) - set(KEYS))),
+        **{'resolution': 1.0, **values, 'negate': bool(values.get('negate'))},
+    )
+    faults += description.faults()
+    if faults:
+        raise MapError('map file {}: {}'.format(path, '; '.join(faults)))
+    return description
+
+
+def _read_entries(path):
+    """Return what a map's YAML file holds, a dict; raises MapError."""
     try:
         with open(path, encoding='utf-8') as stream:
             entries = yaml.load(stream, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
@@ -124,13 +140,20 @@ def load_description(path):
         raise MapError(f'map file {path} cannot be read: {error}') from None
     if not isinstance(entries, dict):
         raise MapError(f'map file {path} must hold "name: value" lines')
+    return entries
+
+
+def _values(entries):
+    """Return the numbers among a map's entries, {name: value}, and a sentence on each entry of a wrong kind."""
     faults = [f'{name} is missing' for name in KEYS if name not in entries and name != 'mode']
     values = {}
     for name in ('resolution', 'occupied_thresh', 'free_thresh'):
         if name in entries:
-            values[name] = _number(entries[name])
-            if values[name] is None:
+            number = _number(entries[name])
+            if number is None:
                 faults.append(f'{name} is {entries[name]!r}, allowed is a number')
+            else:
+                values[name] = number
     if 'origin' in entries:
         origin = entries['origin']
         numbers = [_number(v) for v in origin] if isinstance(origin, list) and len(origin) == 3 else [None]
@@ -144,18 +167,7 @@ def load_description(path):
             faults.append('negate is {!r}, allowed are 0 and 1'.format(values['negate']))
     if 'image' in entries and (not isinstance(entries['image'], str) or not entries['image']):
         faults.append('image is {!r}, allowed is a file name'.format(entries['image']))
-    sound = {name: value for name, value in values.items() if value is not None}
-    image = os.path.join(os.path.dirname(os.path.abspath(path)), str(entries.get('image')))
-    description = MapDescription(
-        image=image,
-        mode=entries.get('mode', 'trinary'),
-        unknown_keys=tuple(sorted(str(k) for k in set(entries) - set(KEYS))),
-        **{'resolution': 1.0, **sound, 'negate': bool(values.get('negate'))},
-    )
-    faults += description.faults()
-    if faults:
-        raise MapError('map file {}: {}'.format(path, '; '.join(faults)))
-    return description
+    return values, faults
 
 
 def _number(value):

@@ -18,7 +18,7 @@ from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
-from sara_nav.costmaps.observations import Observation, cloud_points, scan_points, transformed
+from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_points, transformed
 from sara_nav.ros import conversions as conv
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
@@ -202,15 +202,9 @@ class CostmapInputs:
                 msg.ranges, msg.angle_min, msg.angle_increment, msg.range_min, msg.range_max, source.inf_is_valid
             )
         elif isinstance(msg, PointCloud2):
-            points = cloud_points(
-                msg.data,
-                msg.width,
-                msg.height,
-                msg.point_step,
-                msg.row_step,
-                {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1},
-                msg.is_bigendian,
-            )
+            fields = {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1}
+            layout = CloudLayout(msg.width, msg.height, msg.point_step, msg.row_step, fields, msg.is_bigendian)
+            points = cloud_points(msg.data, layout)
         else:
             points = np.array([[p.x, p.y, p.z] for p in msg.points], float).reshape(-1, 3)
         to_points = self._transform(msg.header.frame_id, msg.header.stamp)

@@ -64,7 +64,7 @@ class Services:
             start, goal = self._poses(request)
             with node.lock:
                 node.machine.costmaps.ensure(rospy.get_time())
-                plan, text = search_plan(self._planner, node.machine.global_costmap.costmap, start, goal, 0.0)
+                plan, text = search_plan(self._planner, node.machine.global_costmap.costmap, start, goal)
         except ValueError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from sara_common.planar import wrap
-from sara_nav.grids import outline
+from sara_nav.grids.polygon import footprint_cells
 from sara_nav.planners.local_command import LOCAL_PLANNERS
 from sara_nav.sampled import rollout
 from sara_nav.sampled.goal_stage import GoalLimits
@@ -72,7 +72,7 @@ class TrajectoryPlanner(SamplingPlanner):
         can_stop(v, w): whether the robot could stop from a command without touching anything.
         """
         c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
-        under = outline.footprint_cells(pose, world.footprint, g, True)
+        under = footprint_cells(pose, world.footprint, g, True)
         scale = g.resolution if c.meter_scoring else 1.0
         state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
         acceleration = c.acc_lim_x, c.acc_lim_theta

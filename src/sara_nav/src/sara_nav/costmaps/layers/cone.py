@@ -6,12 +6,26 @@ the echo and occupied around it, and Bayes' rule joins that with what was known.
 docs/costmaps.md.
 """
 
+from __future__ import annotations
+
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common.kernels import wrap
+from sara_nav.costmaps.layers import cone_shape
+from sara_nav.costmaps.layers.cone_shape import (
+    Reading,
+    columns_within,
+    cone_of,
+    corners_around,
+    is_within,
+    off_axis,
+    sector_window,
+)
+from sara_nav.grids.grid import Grid
+from sara_nav.grids.windows import Window, grown
 
 AXIS = 233.0 / 254.0
 """Least probability that the cell on the axis at the measured range has before the rule is applied."""
@@ -21,51 +35,49 @@ SURELY = 0.9
 """Share of the cone's width within which nothing can be without being heard."""
 
 
+class Belief(NamedTuple):
+    """What a layer holds of its cells."""
+
+    grid: np.ndarray
+    """float32 (h, w): probability of an obstacle, 0.5 unknown."""
+    seen_at: np.ndarray
+    """float64 (h, w): when a cell was last held for occupied, s."""
+    free_at: np.ndarray
+    """float64 (h, w): when a cell was last seen free, s; of other size where that is not kept."""
+
+
+class Model(NamedTuple):
+    """The inverse sensor model and the thresholds; see RangeSensorConfig."""
+
+    phi: float
+    """m at which evidence has fallen to a half."""
+    inflate_cone: float
+    clear_below: float
+    """Probability below which a cell is free."""
+    mark_above: float
+    """Probability above which a cell is occupied."""
+
+
+class When(NamedTuple):
+    """Times of a reading, s."""
+
+    t: float
+    free_since: float
+    """Cells seen free since then are not what echoes, as long as there are others on the arc; inf: any may be."""
+
+
 @kernel
-def apply_all(
-    grid,
-    seen_at,
-    free_at,
-    origin_x,
-    origin_y,
-    resolution,
-    phi,
-    inflate_cone,
-    clear_below,
-    mark_above,
-    t,
-    free_since,
-    readings,
-):
+def apply_all(belief: Belief, grid: Grid, model: Model, when: When, readings: np.ndarray) -> tuple[Window, np.ndarray]:
     """Take readings, in their order, as ``apply`` does; returns the window (x0, y0, xn, yn) around their cones, and
     those of their changes that are not empty, int64 (k, 4).
 
     readings: float64 (n, 6), x, y, yaw, distance, half, and 1.0 for clear.
     """
-    height, width = grid.shape
+    height, width = belief.grid.shape
     around, changes, kept = (width, height, 0, 0), np.empty((len(readings), 4), np.int64), 0
     for i in range(len(readings)):
         r = readings[i]
-        cone, changed = apply(
-            grid,
-            seen_at,
-            free_at,
-            origin_x,
-            origin_y,
-            resolution,
-            r[0],
-            r[1],
-            r[2],
-            r[3],
-            r[4],
-            phi,
-            inflate_cone,
-            r[5] != 0.0,
-            clear_below,
-            mark_above,
-            t,
-            free_since,
-        )
+        cone, changed = apply(belief, grid, model, when, Reading(r[0], r[1], r[2], r[3], r[4], r[5] != 0.0))
         if cone[0] < cone[2]:
             around = min(around[0], cone[0]), min(around[1], cone[1]), max(around[2], cone[2]), max(around[3], cone[3])
         if changed[0] < changed[2]:
@@ -75,173 +87,84 @@ def apply_all(
 
 
 @kernel
-def apply(
-    grid,
-    seen_at,
-    free_at,
-    origin_x,
-    origin_y,
-    resolution,
-    x,
-    y,
-    yaw,
-    distance,
-    half,
-    phi,
-    inflate_cone,
-    clear,
-    clear_below,
-    mark_above,
-    t,
-    free_since,
-):
+def apply(belief: Belief, grid: Grid, model: Model, when: When, reading: Reading) -> tuple[Window, Window]:
     """Take one reading into the probabilities; returns two windows (x0, y0, xn, yn): that of the cone, and that of the
     cells that went over a threshold.
-
-    grid: float32 (h, w), 0.5 unknown; seen_at: float64 (h, w), when a cell was last held for occupied (s). x, y, yaw:
-    sensor in the grid's frame; distance: m; half: half the field of view (rad). clear: the cone is empty up to
-    ``distance`` and a little beyond, where an echo from there would have marked. Probabilities keep off 0 and 1, so
-    that no cell is ever beyond change.
-    free_at: float64 (h, w), when a cell was last seen free (s); those seen since ``free_since`` are not what echoes, as
-    long as there are others on the arc. A free_at of other size is not kept, and carves nothing.
     """
-    height, width = grid.shape
-    band = max(resolution * distance, 0.71 * resolution)
-    length = distance + band
-    x0, y0, xn, yn = sector_window(x, y, yaw, length, half, origin_x, origin_y, resolution)
-    x0, y0, xn, yn = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
-    if xn <= x0 or yn <= y0:
+    cone = cone_of(grid, reading, model.inflate_cone)
+    height, width = belief.grid.shape
+    x0, y0, xn, yn = sector_window((cone.x, cone.y, reading.yaw), cone.length, cone.half, grid)
+    window = max(0, x0), max(0, y0), min(width, xn), min(height, yn)
+    if window[2] <= window[0] or window[3] <= window[1]:
         return (0, 0, 0, 0), (0, 0, 0, 0)
-    low, high = 0.5 * min(clear_below, 0.2), 1.0 - 0.25 * (1.0 - mark_above)
+    kept = belief.free_at.shape == belief.grid.shape
+    if cone.clear or not kept or not _others(belief.free_at, window, grid, cone, when.free_since):
+        when = When(when.t, np.inf)
+    return window, _take(belief, grid, model, when, cone, window)
+
+
+@kernel
+def _take(belief, grid, model, when, cone, window):
+    """Take a Cone into the cells of a window; returns the window of those that went over a threshold."""
+    cells, seen_at, free_at = belief
+    x0, y0, xn, yn = window
+    changed, keep = (xn, yn, x0, y0), free_at.shape == cells.shape
+    low, high = 0.5 * min(model.clear_below, 0.2), 1.0 - 0.25 * (1.0 - model.mark_above)  # none is beyond change
     # A cell that is surely free stays so before the echo, wherever it is in the cone: most cells are, and need no more.
-    surely_free, quiet = np.float32(low), (length if clear else max(distance - 2.0 * band, 0.0)) ** 2
-    changed = (width, height, 0, 0)
-    c, s = math.cos(yaw), math.sin(yaw)
-    axis_column = int(math.floor((x + distance * c - origin_x) / resolution))
-    axis_row = int(math.floor((y + distance * s - origin_y) / resolution))
-    ox, oy = math.floor((x - origin_x) / resolution), math.floor((y - origin_y) / resolution)
-    side = 1.2 * distance
-    ax = math.floor((x + math.cos(yaw - half) * side - origin_x) / resolution)
-    ay = math.floor((y + math.sin(yaw - half) * side - origin_y) / resolution)
-    bx = math.floor((x + math.cos(yaw + half) * side - origin_x) / resolution)
-    by = math.floor((y + math.sin(yaw + half) * side - origin_y) / resolution)
-    slack = -inflate_cone * abs((ax * (by - oy) + bx * (oy - ay) + ox * (ay - by)) / 2.0)
-    slope = math.tan(half) if half < 1.5 else np.inf
-    keep = free_at.shape == grid.shape
-    carve = (
-        keep
-        and not clear
-        and _others(
-            free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since
-        )
-    )
-    corners = _around(c, s, length, half, slope, 0.71 * resolution)
-    from_sensor = np.empty(xn - x0)  # m along the grid's rows, of each column
-    for column in range(x0, xn):
-        from_sensor[column - x0] = origin_x + (column + 0.5) * resolution - x
+    before_echo = cone.distance - 2.0 * cone.band
+    surely_free, quiet = np.float32(low), (cone.length if cone.clear else max(before_echo, 0.0)) ** 2
+    corners = corners_around(cone)
     for row in range(y0, yn):
-        dy = origin_y + (row + 0.5) * resolution - y
-        least, most = _reach(corners, dy)
-        first = x0 if least == -np.inf else max(x0, int(math.floor((x + least - origin_x) / resolution - 1.0)))
-        last = xn if most == np.inf else min(xn, int(math.ceil((x + most - origin_x) / resolution + 1.0)))
+        dy = grid.origin_y + (row + 0.5) * grid.resolution - cone.y
+        first, last = columns_within(corners, cone, grid, dy, (x0, xn))
         for column in range(first, last):
-            dx = from_sensor[column - x0]
-            if grid[row, column] <= surely_free and dx * dx + dy * dy < quiet:
-                if keep:
-                    along, aside = c * dx + s * dy, abs(c * dy - s * dx)
-                    if along > 0.0 and aside <= slope * SURELY * along:
-                        free_at[row, column] = t
+            dx = grid.origin_x + (column + 0.5) * grid.resolution - cone.x
+            along, aside = cone.cosine * dx + cone.sine * dy, cone.cosine * dy - cone.sine * dx
+            before = cells[row, column]
+            if before <= surely_free and dx * dx + dy * dy < quiet:
+                if keep and along > 0.0 and abs(aside) <= cone.slope * SURELY * along:
+                    free_at[row, column] = when.t
                 continue
-            along, aside = c * dx + s * dy, -s * dx + c * dy
-            on_axis = not clear and column == axis_column and row == axis_row
-            in_beam = along > 0.0 and abs(aside) <= 0.71 * resolution  # however narrow the cone is
-            if not on_axis:
-                if half < 1.5 and not in_beam and abs(aside) > slope * along:
-                    continue
-                if along * along + aside * aside >= length * length:
-                    continue
-            if inflate_cone < 1.0 and not (
-                _turn(ax, ay, bx, by, column, row) >= slack
-                and _turn(bx, by, ox, oy, column, row) >= slack
-                and _turn(ox, oy, ax, ay, column, row) >= slack
-            ):
+            on_axis = column == cone.axis_column and row == cone.axis_row
+            off = off_axis(cone, along, aside, on_axis)
+            if off > 1.0 or (model.inflate_cone < 1.0 and not is_within(cone.triangle, column, row)):
                 continue
-            off = 0.0 if in_beam or on_axis else abs(math.atan2(aside, along)) / half
-            if off > 1.0:
-                continue
-            before = grid[row, column]
-            p = before
-            if on_axis:
-                p = max(p, AXIS)
             away = math.hypot(along, aside)
-            evidence = 0.0 if clear else _model(away, distance, band, off, phi)
-            if carve and (evidence > 0.5 or on_axis) and free_at[row, column] >= free_since:
+            evidence = 0.0 if cone.clear else _model(away, cone.distance, cone.band, off, model.phi)
+            echoes = evidence > 0.5 or on_axis
+            if echoes and keep and free_at[row, column] >= when.free_since:
                 continue
-            if keep and off <= SURELY and (clear or away < distance - 2.0 * band):
-                free_at[row, column] = t
-            p = min(max(evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p)), low), high)
-            grid[row, column] = p
-            after = grid[row, column]
-            if (before > mark_above) != (after > mark_above) or (before < clear_below) != (after < clear_below):
-                changed = (
-                    min(changed[0], column),
-                    min(changed[1], row),
-                    max(changed[2], column + 1),
-                    max(changed[3], row + 1),
-                )
-            if evidence > 0.5 or on_axis:
-                seen_at[row, column] = t
-    return (x0, y0, xn, yn), changed
+            if keep and off <= SURELY and (cone.clear or away < before_echo):
+                free_at[row, column] = when.t
+            p = max(before, AXIS) if on_axis else before
+            cells[row, column] = min(max(evidence * p / (evidence * p + (1.0 - evidence) * (1.0 - p)), low), high)
+            if _crosses(model, before, cells[row, column]):
+                changed = grown(changed, column, row)
+            if echoes:
+                seen_at[row, column] = when.t
+    return changed
 
 
 @kernel
-def _around(c, s, length, half, slope, thick):
-    """Return four corners (4, 2), m from the sensor along the grid's axes, around a cone and a beam as thick as that on
-    either side of its axis.
-
-    Corners at infinity where the cone is so wide that they say nothing.
-    """
-    corners = np.empty((4, 2))
-    if half >= 1.5:
-        corners[:] = np.inf
-        return corners
-    thick, length = thick + 1e-6, length + 1e-6
-    wide = max(slope * length, thick) + 1e-6
-    for k in range(4):
-        along = -1e-6 if k == 0 or k == 3 else length
-        aside = (thick if along < 0.0 else wide) * (1.0 if k < 2 else -1.0)
-        corners[k, 0], corners[k, 1] = c * along - s * aside, s * along + c * aside
-    return corners
+def _crosses(model, before, after):
+    """True where a probability went over a threshold."""
+    marked, cleared = model.mark_above, model.clear_below
+    return (before > marked) != (after > marked) or (before < cleared) != (after < cleared)
 
 
 @kernel
-def _reach(corners, y):
-    """Return the least and the greatest x of a convex outline's (k, 2) points at y: the one above the other where it
-    has none there, without bounds where its corners say nothing.
-    """
-    if corners[0, 0] == np.inf:
-        return -np.inf, np.inf
-    least, most = 1e9, -1e9
-    for k in range(len(corners)):
-        ax, ay, bx, by = corners[k - 1, 0], corners[k - 1, 1], corners[k, 0], corners[k, 1]
-        if min(ay, by) <= y <= max(ay, by):
-            x = ax if ay == by else ax + (y - ay) / (by - ay) * (bx - ax)
-            least, most = min(least, x), max(most, x)
-            if ay == by:
-                least, most = min(least, bx), max(most, bx)
-    return least, most
-
-
-@kernel
-def _others(free_at, x0, y0, xn, yn, x, y, c, s, distance, band, half, origin_x, origin_y, resolution, free_since):
+def _others(free_at, window, grid, cone, free_since):
     """True when there are cells on the arc of an echo that were not seen free since a time (s)."""
+    x0, y0, xn, yn = window
+    c, s = cone.cosine, cone.sine
     for row in range(y0, yn):
-        dy = origin_y + (row + 0.5) * resolution - y
+        dy = grid.origin_y + (row + 0.5) * grid.resolution - cone.y
         for column in range(x0, xn):
             if free_at[row, column] < free_since:
-                dx = origin_x + (column + 0.5) * resolution - x
+                dx = grid.origin_x + (column + 0.5) * grid.resolution - cone.x
                 along, aside = c * dx + s * dy, abs(c * dy - s * dx)
-                if abs(math.hypot(along, aside) - distance) < band and math.atan2(aside, along) <= SURELY * half:
+                off_arc = abs(math.hypot(along, aside) - cone.distance)
+                if off_arc < cone.band and math.atan2(aside, along) <= SURELY * cone.half:
                     return True
     return False
 
@@ -263,64 +186,28 @@ def _model(d, distance, band, off, phi):
 
 
 @kernel
-def _turn(ax, ay, bx, by, cx, cy):
-    return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-
-
-@kernel
-def sector_window(x, y, yaw, length, half, origin_x, origin_y, resolution):
-    """Return the window (x0, y0, xn, yn) of cells around a sector of a circle, not cut to the grid."""
-    low_x = high_x = x
-    low_y = high_y = y
-    for k in range(6):
-        if k < 2:
-            angle = yaw - half if k == 0 else yaw + half
-        else:
-            angle = (k - 2) * 0.5 * math.pi
-            off = abs(wrap(angle - yaw))
-            if off > half:
-                continue
-        px, py = x + length * math.cos(angle), y + length * math.sin(angle)
-        low_x, high_x = min(low_x, px), max(high_x, px)
-        low_y, high_y = min(low_y, py), max(high_y, py)
-    px, py = x + length * math.cos(yaw), y + length * math.sin(yaw)
-    low_x, high_x = min(low_x, px), max(high_x, px)
-    low_y, high_y = min(low_y, py), max(high_y, py)
-    return (
-        int(math.floor((low_x - origin_x) / resolution)),
-        int(math.floor((low_y - origin_y) / resolution)),
-        int(math.floor((high_x - origin_x) / resolution)) + 1,
-        int(math.floor((high_y - origin_y) / resolution)) + 1,
-    )
-
-
-@kernel
-def forget(grid, seen_at, x0, y0, xn, yn, before):
-    """Make unknown again what was last held for occupied before a time (s).
+def forget(grid: np.ndarray, seen_at: np.ndarray, window: Window, before: float) -> tuple[Window, Window]:
+    """Make unknown again what was last held for occupied before a time (s), in a window.
 
     Returns (window that changed, window that still holds something likely occupied), each x0, y0, xn, yn.
     """
-    changed = (xn, yn, x0, y0)
-    left = (xn, yn, x0, y0)
+    x0, y0, xn, yn = window
+    changed = left = (xn, yn, x0, y0)
     for row in range(y0, yn):
         for column in range(x0, xn):
             if grid[row, column] > 0.5:
                 if seen_at[row, column] < before:
                     grid[row, column] = 0.5
-                    changed = (
-                        min(changed[0], column),
-                        min(changed[1], row),
-                        max(changed[2], column + 1),
-                        max(changed[3], row + 1),
-                    )
+                    changed = grown(changed, column, row)
                 else:
-                    left = (min(left[0], column), min(left[1], row), max(left[2], column + 1), max(left[3], row + 1))
+                    left = grown(left, column, row)
     return changed, left
 
 
 @kernel
-def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
+def write(grid: np.ndarray, costs: np.ndarray, window: Window, clear_below: float, mark_above: float) -> None:
     """Write a window's costs: 254 above, 0 below the thresholds; a known cost is never lowered."""
+    x0, y0, xn, yn = window
     for row in range(y0, yn):
         for column in range(x0, xn):
             p = grid[row, column]
@@ -330,23 +217,11 @@ def write(grid, costs, x0, y0, xn, yn, clear_below, mark_above):
                 costs[row, column] = 0
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     grid, seen_at = np.full((3, 3), 0.5, np.float32), np.zeros((3, 3))
-    apply_all(
-        grid,
-        seen_at,
-        seen_at.copy(),
-        0.0,
-        0.0,
-        1.0,
-        1.2,
-        1.0,
-        0.2,
-        0.8,
-        0.0,
-        -1.0,
-        np.array([[0.5, 0.5, 0.0, 1.0, 0.5, 0.0]]),
-    )
-    forget(grid, seen_at, 0, 0, 3, 3, 1.0)
-    write(grid, np.zeros((3, 3), np.uint8), 0, 0, 3, 3, 0.2, 0.8)
+    belief, model = Belief(grid, seen_at, seen_at.copy()), Model(1.2, 1.0, 0.2, 0.8)
+    apply_all(belief, Grid(0.0, 0.0, 1.0), model, When(0.0, -1.0), np.array([[0.5, 0.5, 0.0, 1.0, 0.5, 0.0]]))
+    cone_shape.warm()
+    forget(grid, seen_at, (0, 0, 3, 3), 1.0)
+    write(grid, np.zeros((3, 3), np.uint8), (0, 0, 3, 3), 0.2, 0.8)

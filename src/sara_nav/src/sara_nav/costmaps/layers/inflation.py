@@ -68,7 +68,7 @@ class InflationLayer(Layer):
 
     def update_costs(self, costs, window):
         """Obstacles are remembered as they are below this layer, so that those of layers above are never spread."""
-        distances.pick_lethal(costs, self._obstacles, *window)
+        distances.pick_lethal(costs, self._obstacles, window)
 
     def finish(self, costs, window):
         """Spread the obstacles into a window, once those of all windows are known."""
@@ -76,7 +76,7 @@ class InflationLayer(Layer):
             distances.spread(
                 self._obstacles,
                 costs,
-                *window,
+                window,
                 self.reach,
                 self._table,
                 1 if self.config.inflate_unknown else INSCRIBED,

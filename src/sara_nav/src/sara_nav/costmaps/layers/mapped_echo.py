@@ -7,11 +7,13 @@ Wherever a wall ends or has a corner, it echoes. Compiled by numba.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_nav.costmaps.layers.cone import sector_window
+from sara_nav.costmaps.layers.cone_shape import sector_window
+from sara_nav.grids.grid import Grid
 
 LETHAL = 254
 REACH = 3
@@ -24,17 +26,30 @@ SLENDER = 0.5
 """Cells whose lesser variance is more than this share of the greater are no wall with a direction."""
 
 
-@kernel
-def explained(
-    costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw, readings, near, tolerance, cos_steepest
-):
-    """Return for each reading whether the map explains its echo, bool (n,).
+class Mapped(NamedTuple):
+    """The map that may explain echoes, and how nearly it must."""
 
-    costs: uint8 (h, w), the map's, 254 occupied. frame_x, frame_y, frame_yaw: the readings' frame in the map's (m,
-    rad). readings: float64 (n, 6), x, y, yaw, distance, half the cone, and not 0.0 for no echo. near: bool (n,), the
-    echo is at the distance or nearer.
-    tolerance: m. cos_steepest: of the greatest angle between the axis and a wall's normal at which the wall echoes.
+    costs: np.ndarray
+    """uint8 (h, w), 254 occupied."""
+    grid: Grid
+    frame: tuple[float, float, float]
+    """x, y, yaw (m, rad) of the readings' frame in the map's."""
+    tolerance: float
+    """m between the arc of an echo and what explains it."""
+    cos_steepest: float
+    """Cosine of the greatest angle between the axis and a wall's normal at which the wall echoes."""
+
+
+@kernel
+def explained(mapped, readings, near):
+    """Return for each reading whether a Mapped explains its echo, bool (n,).
+
+    readings: float64 (n, 6), x, y, yaw, distance, half the cone, and not 0.0 for no echo. near: bool (n,), the echo is
+    at the distance or nearer.
     """
+    costs, tolerance, cos_steepest = mapped.costs, mapped.tolerance, mapped.cos_steepest
+    origin_x, origin_y, resolution = mapped.grid
+    frame_x, frame_y, frame_yaw = mapped.frame
     height, width = costs.shape
     result = np.zeros(len(readings), np.bool_)
     c, s = math.cos(frame_yaw), math.sin(frame_yaw)
@@ -50,7 +65,7 @@ def explained(
             (0.0 if near[i] else max(distance - tolerance - 1e-9, 0.0)) ** 2,
             (distance + tolerance + 1e-9) ** 2,
         )
-        x0, y0, xn, yn = sector_window(x, y, yaw, distance, half, origin_x, origin_y, resolution)
+        x0, y0, xn, yn = sector_window((x, y, yaw), distance, half, mapped.grid)
         more = int(tolerance / resolution) + 2
         x0, y0, xn, yn = x0 - more, y0 - more, xn + more, yn + more
         for row in range(max(y0, 0), min(yn, height)):
@@ -72,18 +87,14 @@ def explained(
 
 
 @kernel
-def explain(
-    costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw, readings, near, tolerance, cos_steepest
-):
+def explain(mapped, readings, near):
     """Turn each echo that the map explains into an empty cone up to where that may be, in the readings themselves;
     arguments as of ``explained``.
     """
-    known = explained(
-        costs, origin_x, origin_y, resolution, frame_x, frame_y, frame_yaw, readings, near, tolerance, cos_steepest
-    )
+    known = explained(mapped, readings, near)
     for i in range(len(readings)):
         if known[i]:
-            readings[i, 3] -= tolerance
+            readings[i, 3] -= mapped.tolerance
             readings[i, 5] = 1.0
 
 
@@ -137,19 +148,7 @@ def _echoes(costs, column, row, axis_x, axis_y, cos_steepest):
 
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    arguments = (
-        np.zeros((3, 3), np.uint8),
-        0.0,
-        0.0,
-        1.0,
-        0.0,
-        0.0,
-        0.0,
-        np.zeros((1, 6)),
-        np.zeros(1, np.bool_),
-        0.1,
-        0.5,
-    )
-    explained(*arguments)
-    explain(*arguments)
+    mapped = Mapped(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 0.1, 0.5)
+    explained(mapped, np.zeros((1, 6)), np.zeros(1, np.bool_))
+    explain(mapped, np.zeros((1, 6)), np.zeros(1, np.bool_))
     of_some_length(np.zeros((1, 6)))

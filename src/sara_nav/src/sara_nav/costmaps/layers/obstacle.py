@@ -185,13 +185,11 @@ class ObstacleLayer(GridLayer):
                     windows.add(
                         *rays.mark_points(
                             self.costs,
-                            float(g.origin_x),
-                            float(g.origin_y),
-                            g.resolution,
-                            np.array(o.origin),
+                            g.grid,
+                            np.array(o.origin, np.float64),
                             o.points,
-                            source.obstacle_range,
-                            self.config.max_obstacle_height,
+                            float(source.obstacle_range),
+                            float(self.config.max_obstacle_height),
                         )
                     )
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
@@ -206,11 +204,8 @@ class ObstacleLayer(GridLayer):
         windows.add(
             *rays.clear_rays(
                 self.costs,
-                float(g.origin_x),
-                float(g.origin_y),
-                g.resolution,
-                x,
-                y,
+                g.grid,
+                (float(x), float(y)),
                 observation.points,
                 math.ceil(source.raytrace_range / g.resolution),
             )

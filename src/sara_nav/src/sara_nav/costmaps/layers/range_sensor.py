@@ -8,16 +8,15 @@ peer's) echoes that the map explains mark nothing, for the cone of an ultrasonic
 
 import math
 from collections import deque
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.config import range_faults
 from sara_nav.costmaps.layers import cone, mapped_echo
 from sara_nav.costmaps.layers.base import Layer, outside, shifted
+from sara_nav.costmaps.layers.range_sensor_config import RangeSensorConfig
+from sara_nav.grids.windows import around
 
-SENSOR_TYPES = ('VARIABLE', 'FIXED', 'ALL')
 FARTHEST = 1e6
 """Positions (m) and angles (rad) beyond this are nonsense; cells there could not even be counted."""
 MOST_WAITING = 1000
@@ -37,73 +36,6 @@ class RangeReading(NamedTuple):
     min_range: float
     max_range: float
     field_of_view: float
-
-
-@dataclass(frozen=True)
-class RangeSensorConfig:
-    """Names of range_sensor_layer::RangeSensorLayer; two defaults differ, see the module. transform_tolerance is also
-    read under the peer's name transform_tolerance_.
-
-    Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance
-    (m) marks nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this
-    from the sensor's axis are not expected to echo. free_memory: s, cells that were seen free no longer ago are not
-    what echoes, as long as others on the arc may be; 0: nobody remembers.
-    """
-
-    topics: tuple = ('/sonar',)
-    ns: str = ''
-    input_sensor_type: str = 'ALL'
-    use_decay: bool = True
-    pixel_decay: float = 10.0
-    transform_tolerance: float = 0.3
-    phi: float = 1.2
-    inflate_cone: float = 1.0
-    no_readings_timeout: float = 0.0
-    clear_threshold: float = 0.2
-    mark_threshold: float = 0.8
-    clear_on_max_reading: bool = True
-    ignore_mapped: bool = False
-    mapped_tolerance: float = 0.2
-    mapped_steepest: float = 0.5 * math.pi
-    free_memory: float = 0.0
-    enabled: bool = True
-
-    def faults(self):
-        """Return a list of sentences, one for each bad value."""
-        result = []
-        if isinstance(self.topics, str) or not all(isinstance(topic, str) and topic for topic in self.topics):
-            result.append(f'topics is {self.topics!r}, allowed is a list of names')
-        if self.input_sensor_type.upper() not in SENSOR_TYPES:
-            result.append(
-                'input_sensor_type is {!r}, allowed are {}'.format(self.input_sensor_type, ', '.join(SENSOR_TYPES))
-            )
-        result += range_faults(
-            self,
-            {
-                'pixel_decay': (0.0, 1e6),
-                'transform_tolerance': (0.0, 10.0),
-                'phi': (0.0, 1e3),
-                'inflate_cone': (0.0, 1.0),
-                'no_readings_timeout': (0.0, 1e6),
-                'clear_threshold': (0.0, 1.0),
-                'mark_threshold': (0.0, 1.0),
-                'mapped_tolerance': (0.0, 10.0),
-                'free_memory': (0.0, 1e6),
-                'mapped_steepest': (0.0, 0.5 * math.pi),
-            },
-        )
-        if not result and self.clear_threshold > self.mark_threshold:
-            result.append(
-                f'clear_threshold is {self.clear_threshold:g}, allowed is mark_threshold ({self.mark_threshold:g}) '
-                'and less'
-            )
-        return result
-
-    def sources(self):
-        """Return the topics with ``ns`` before them."""
-        if not self.ns:
-            return tuple(self.topics)
-        return tuple('{}/{}'.format(self.ns.rstrip('/'), topic.lstrip('/')) for topic in self.topics)
 
 
 class RangeSensorLayer(Layer):
@@ -238,26 +170,16 @@ class RangeSensorLayer(Layer):
             readings = np.array(readings, dtype=np.float64)
             if c.ignore_mapped:
                 readings = self._unexplained(readings, np.array(near))
-            around, changes = cone.apply_all(
-                self._grid,
-                self._seen_at,
-                self._free_at,
-                float(g.origin_x),
-                float(g.origin_y),
-                float(g.resolution),
-                c.phi,
-                c.inflate_cone,
-                c.clear_threshold,
-                c.mark_threshold,
-                float(t),
-                float(t - c.free_memory),
-                readings,
-            )
+            belief = cone.Belief(self._grid, self._seen_at, self._free_at)
+            model = cone.Model(float(c.phi), float(c.inflate_cone), float(c.clear_threshold), float(c.mark_threshold))
+            when = cone.When(float(t), float(t - c.free_memory))
+            reached, changes = cone.apply_all(belief, g.grid, model, when, readings)
             for change in changes.tolist():
                 windows.add(*change)
-            self._widen(around)
+            if reached[0] < reached[2]:
+                self._marks = reached if self._marks is None else around(self._marks, reached)
         if c.use_decay and self._marks is not None:
-            changed, left = cone.forget(self._grid, self._seen_at, *self._marks, float(t - c.pixel_decay))
+            changed, left = cone.forget(self._grid, self._seen_at, self._marks, float(t - c.pixel_decay))
             windows.add(*changed)
             self._marks = left if left[0] < left[2] else None
 
@@ -270,32 +192,14 @@ class RangeSensorLayer(Layer):
             mapped = layer.mapped() if layer.enabled and hasattr(layer, 'mapped') else None
             if mapped is not None:
                 costs, g, frame = mapped
-                mapped_echo.explain(
-                    costs,
-                    float(g.origin_x),
-                    float(g.origin_y),
-                    float(g.resolution),
-                    frame.x,
-                    frame.y,
-                    frame.yaw,
-                    readings,
-                    near,
-                    c.mapped_tolerance,
-                    math.cos(c.mapped_steepest),
-                )
+                place = float(frame.x), float(frame.y), float(frame.yaw)
+                steepest = math.cos(c.mapped_steepest)
+                mapped = mapped_echo.Mapped(costs, g.grid, place, float(c.mapped_tolerance), steepest)
+                mapped_echo.explain(mapped, readings, near)
         return mapped_echo.of_some_length(readings)
 
-    def _widen(self, window):
-        if window[0] < window[2]:
-            m = self._marks
-            self._marks = (
-                window
-                if m is None
-                else (min(m[0], window[0]), min(m[1], window[1]), max(m[2], window[2]), max(m[3], window[3]))
-            )
-
     def update_costs(self, costs, window):
-        cone.write(self._grid, costs, *window, self.config.clear_threshold, self.config.mark_threshold)
+        cone.write(self._grid, costs, window, float(self.config.clear_threshold), float(self.config.mark_threshold))
 
     def stale(self, t):
         limit = self.config.no_readings_timeout

@@ -8,14 +8,20 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.grids.grid import Grid
 from sara_nav.grids.outline import line_cells
+from sara_nav.grids.windows import grown
 
 FREE, LETHAL = 0, 254
 
 
 @kernel
-def clear_rays(costs, origin_x, origin_y, resolution, sensor_x, sensor_y, points, reach):
-    """Free the cells on the lines from a sensor on the grid to points (n, 3), m, no further than ``reach`` cells."""
+def clear_rays(costs, grid, sensor, points, reach):
+    """Free the cells on the lines from a sensor (x, y), m, on the grid to points (n, 3), m, no further than ``reach``
+    cells. grid: a Grid.
+    """
+    origin_x, origin_y, resolution = grid
+    sensor_x, sensor_y = sensor
     height, width = costs.shape
     x0 = int(math.floor((sensor_x - origin_x) / resolution))
     y0 = int(math.floor((sensor_y - origin_y) / resolution))
@@ -32,13 +38,15 @@ def clear_rays(costs, origin_x, origin_y, resolution, sensor_x, sensor_y, points
         x1 = int(math.floor((sensor_x + share * dx - origin_x) / resolution))
         y1 = int(math.floor((sensor_y + share * dy - origin_y) / resolution))
         x1, y1 = min(max(x1, 0), width - 1), min(max(y1, 0), height - 1)
-        window = _free_line(costs, x0, y0, x1, y1, reach, window)
+        window = _free_line(costs, (x0, y0), (x1, y1), reach, window)
     return window
 
 
 @kernel
-def _free_line(costs, x0, y0, x1, y1, reach, window):
-    low_x, low_y, high_x, high_y = window
+def _free_line(costs, begin, end, reach, window):
+    """Free the cells from one to another (column, row); returns the window grown by those changed."""
+    x0, y0 = begin
+    x1, y1 = end
     cells = line_cells(x0, y0, x1, y1)
     length = math.hypot(x1 - x0, y1 - y0)
     last = len(cells) if length <= reach else int(reach / length * (len(cells) - 1)) + 1
@@ -46,17 +54,18 @@ def _free_line(costs, x0, y0, x1, y1, reach, window):
         x, y = cells[k]
         if costs[y, x] != FREE:
             costs[y, x] = FREE
-            low_x, high_x = min(low_x, x), max(high_x, x + 1)
-            low_y, high_y = min(low_y, y), max(high_y, y + 1)
-    return low_x, low_y, high_x, high_y
+            window = grown(window, x, y)
+    return window
 
 
 @kernel
-def mark_points(costs, origin_x, origin_y, resolution, sensor, points, obstacle_range, highest):
+def mark_points(costs, grid, sensor, points, obstacle_range, highest):
     """Make lethal the cells of points (n, 3), m, nearer to the sensor (3,) than ``obstacle_range`` and not above
-    ``highest``."""
+    ``highest``. grid: a Grid.
+    """
+    origin_x, origin_y, resolution = grid
     height, width = costs.shape
-    low_x, low_y, high_x, high_y = width, height, 0, 0
+    window = (width, height, 0, 0)
     for i in range(len(points)):
         dx, dy, dz = points[i, 0] - sensor[0], points[i, 1] - sensor[1], points[i, 2] - sensor[2]
         if points[i, 2] > highest or dx * dx + dy * dy + dz * dz >= obstacle_range * obstacle_range:
@@ -66,9 +75,8 @@ def mark_points(costs, origin_x, origin_y, resolution, sensor, points, obstacle_
             x, y = int(u), int(v)
             if costs[y, x] != LETHAL:
                 costs[y, x] = LETHAL
-                low_x, high_x = min(low_x, x), max(high_x, x + 1)
-                low_y, high_y = min(low_y, y), max(high_y, y + 1)
-    return low_x, low_y, high_x, high_y
+                window = grown(window, x, y)
+    return window
 
 
 @kernel
@@ -76,9 +84,9 @@ def free_polygon(costs, cells):
     """Free the cells of a convex polygon whose corners lie in ``cells`` (k, 2) int64 (column, row), its outline too."""
     height, width = costs.shape
     left, right = max(0, cells[:, 0].min()), min(width - 1, cells[:, 0].max())
-    low_x, low_y, high_x, high_y = width, height, 0, 0
+    window = (width, height, 0, 0)
     if right < left:
-        return low_x, low_y, high_x, high_y
+        return window
     bottom = np.full(right - left + 1, height, np.int64)
     top = np.full(right - left + 1, -1, np.int64)
     for i in range(len(cells)):
@@ -92,14 +100,14 @@ def free_polygon(costs, cells):
         for y in range(max(0, bottom[x - left]), min(height - 1, top[x - left]) + 1):
             if costs[y, x] != FREE:
                 costs[y, x] = FREE
-                low_x, high_x = min(low_x, x), max(high_x, x + 1)
-                low_y, high_y = min(low_y, y), max(high_y, y + 1)
-    return low_x, low_y, high_x, high_y
+                window = grown(window, x, y)
+    return window
 
 
 def warm():
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs, points = np.zeros((3, 3), np.uint8), np.zeros((1, 3))
-    clear_rays(costs, 0.0, 0.0, 1.0, 0.5, 0.5, points, 2)
-    mark_points(costs, 0.0, 0.0, 1.0, np.zeros(3), points, 1.0, 1.0)
+    grid = Grid(0.0, 0.0, 1.0)
+    clear_rays(costs, grid, (0.5, 0.5), points, 2)
+    mark_points(costs, grid, np.zeros(3), points, 1.0, 1.0)
     free_polygon(costs, np.zeros((3, 2), np.int64))

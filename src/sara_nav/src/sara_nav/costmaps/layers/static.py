@@ -5,6 +5,7 @@ the map's frame is another one than the costmap's.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, static_costs
 from sara_nav.costmaps.layers.base import GridLayer, combine
+from sara_nav.grids.grid import Grid
 from sara_nav.maps.map_io import GridMap, MapError
 
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
@@ -170,54 +172,35 @@ class StaticLayer(GridLayer):
         x0, y0, xn, yn = window
         if self.rolling:
             g, m, f = self.parent.geometry, self._map.geometry, self._frame
-            look_up(
-                costs,
-                float(g.origin_x),
-                float(g.origin_y),
-                g.resolution,
-                x0,
-                y0,
-                xn,
-                yn,
-                self.costs,
-                float(m.origin_x),
-                float(m.origin_y),
-                m.resolution,
-                f.x,
-                f.y,
-                f.yaw,
-                self.config.use_maximum,
-            )
+            source = Source(self.costs, m.grid, (float(f.x), float(f.y), float(f.yaw)))
+            look_up(costs, g.grid, window, source, self.config.use_maximum)
         elif self.config.use_maximum:
             combine(costs, self.costs, window, True)
         else:
             costs[y0:yn, x0:xn] = self.costs[y0:yn, x0:xn]
 
 
+class Source(NamedTuple):
+    """A map that costs are copied from."""
+
+    costs: np.ndarray
+    """uint8 (h, w)."""
+    grid: Grid
+    frame: tuple[float, float, float]
+    """x, y, yaw (m, rad) of the other grid's frame in the map's."""
+
+
 @kernel
-def look_up(
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
-    x0,
-    y0,
-    xn,
-    yn,
-    source,
-    source_x,
-    source_y,
-    source_resolution,
-    frame_x,
-    frame_y,
-    frame_yaw,
-    maximum,
-):
-    """Copy a map's costs into a window of another grid, whose frame is at (x, y, yaw) in the map's.
+def look_up(costs, grid, window, source, maximum):
+    """Copy a Source's costs into a window (x0, y0, xn, yn) of a Grid; ``maximum``: where they are higher.
 
     Cells whose centre is off the map are left as they are.
     """
-    height, width = source.shape
+    origin_x, origin_y, resolution = grid
+    source_x, source_y, source_resolution = source.grid
+    frame_x, frame_y, frame_yaw = source.frame
+    x0, y0, xn, yn = window
+    height, width = source.costs.shape
     c, s = np.cos(frame_yaw), np.sin(frame_yaw)
     for row in range(y0, yn):
         y = origin_y + (row + 0.5) * resolution
@@ -225,11 +208,11 @@ def look_up(
             x = origin_x + (column + 0.5) * resolution
             u = int(np.floor((frame_x + c * x - s * y - source_x) / source_resolution))
             v = int(np.floor((frame_y + s * x + c * y - source_y) / source_resolution))
-            if 0 <= u < width and 0 <= v < height and (not maximum or source[v, u] > costs[row, column]):
-                costs[row, column] = source[v, u]
+            if 0 <= u < width and 0 <= v < height and (not maximum or source.costs[v, u] > costs[row, column]):
+                costs[row, column] = source.costs[v, u]
 
 
 def warm():
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    grid = np.zeros((2, 2), np.uint8)
-    look_up(grid, 0.0, 0.0, 1.0, 0, 0, 2, 2, grid, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, False)
+    costs, grid = np.zeros((2, 2), np.uint8), Grid(0.0, 0.0, 1.0)
+    look_up(costs, grid, (0, 0, 2, 2), Source(costs, grid, (0.0, 0.0, 0.0)), False)
