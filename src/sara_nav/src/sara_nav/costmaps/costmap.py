@@ -5,6 +5,8 @@ Cost values and formulas are those of costmap_2d, so that its parameters and pic
 255 unknown. Distances to obstacles are exact Euclidean ones between cell centres.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -13,6 +15,7 @@ import numpy as np
 from sara_common.config import range_faults
 from sara_nav.grids import distances
 from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import GridMap
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 
@@ -31,7 +34,7 @@ class StaticLayerConfig:
     use_maximum: bool = False
     enabled: bool = True
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 1 <= self.lethal_cost_threshold <= 100:
@@ -50,7 +53,7 @@ class InflationConfig:
     inflate_unknown: bool = False
     enabled: bool = True
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return range_faults(self, {'inflation_radius': (0.0, 50.0), 'cost_scaling_factor': (0.0, 100.0)})
 
@@ -62,13 +65,13 @@ class Costmap:
     costs: np.ndarray
     geometry: GridGeometry
 
-    def cost_at(self, x, y):
+    def cost_at(self, x: float, y: float) -> int:
         """Return the cost at a point (m), or None off the map."""
         cell = self.geometry.to_cell(x, y)
         return None if cell is None else int(self.costs[cell[1], cell[0]])
 
 
-def static_costs(data, config=StaticLayerConfig()):
+def static_costs(data: np.ndarray, config: StaticLayerConfig = StaticLayerConfig()) -> np.ndarray:
     """Return costs uint8 of occupancy values int8 (-1 unknown, 0..100), same shape.
 
     Other negative values, and -1 where another value means unknown, are obstacles.
@@ -85,7 +88,7 @@ def static_costs(data, config=StaticLayerConfig()):
     return costs
 
 
-def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
+def cost_of_distance(distance: np.ndarray | float, inscribed_radius: float, cost_scaling_factor: float) -> np.ndarray:
     """Return the cost 0..254 at ``distance`` (m, array) from an obstacle: floor(252 exp(-k (d - r_i)))."""
     distance = np.asarray(distance, float)
     costs = np.floor((INSCRIBED - 1) * np.exp(-cost_scaling_factor * np.maximum(distance - inscribed_radius, 0.0)))
@@ -93,19 +96,21 @@ def cost_of_distance(distance, inscribed_radius, cost_scaling_factor):
     return np.where(distance == 0.0, LETHAL, costs).astype(np.uint8)
 
 
-def reach_of(radius, resolution, shape):
+def reach_of(radius: float, resolution: float, shape: tuple[int, int]) -> int:
     """Return how many cells a radius (m) reaches on a grid of this shape: ceil(radius/resolution), never beyond its
     diagonal.
     """
     return math.ceil(min(radius / resolution, math.hypot(*shape)))
 
 
-def cost_table(reach, resolution, inscribed_radius, cost_scaling_factor):
+def cost_table(reach: int, resolution: float, inscribed_radius: float, cost_scaling_factor: float) -> np.ndarray:
     """Return the costs (uint8, reach^2 + 1) by squared distance in cells."""
     return cost_of_distance(resolution * np.sqrt(np.arange(reach * reach + 1)), inscribed_radius, cost_scaling_factor)
 
 
-def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
+def inflate(
+    costs: np.ndarray, resolution: float, inscribed_radius: float, config: InflationConfig = InflationConfig()
+) -> np.ndarray:
     """Return costs with every obstacle (254) spread to ``inflation_radius``; the greater cost wins.
 
     An unknown cell becomes known when ``inflate_unknown`` is set and the obstacle's cost there is not 0, or
@@ -125,7 +130,12 @@ def inflate(costs, resolution, inscribed_radius, config=InflationConfig()):
     return result
 
 
-def build(grid_map, inscribed_radius, static=StaticLayerConfig(), inflation=InflationConfig()):
+def build(
+    grid_map: GridMap,
+    inscribed_radius: float,
+    static: StaticLayerConfig = StaticLayerConfig(),
+    inflation: InflationConfig = InflationConfig(),
+) -> Costmap:
     """Return the Costmap of a GridMap for a robot of this inscribed radius (m)."""
     costs = static_costs(grid_map.data, static)
     return Costmap(
@@ -134,7 +144,7 @@ def build(grid_map, inscribed_radius, static=StaticLayerConfig(), inflation=Infl
     )
 
 
-def to_occupancy(costs):
+def to_occupancy(costs: np.ndarray) -> np.ndarray:
     """Return costs as the peer publishes them: 0 -> 0, 253 -> 99, 254 -> 100, 255 -> -1, others 1..98 (int8)."""
     return _OCCUPANCY[costs]
 

@@ -1,9 +1,13 @@
 """The two costmaps that move_base drives with: one to plan on, one to steer and look for collisions on."""
 
+from __future__ import annotations
+
 import math
 
 from sara_common.planar import Pose2D
+from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.windows import Window, around
 
 SAME = Pose2D(0.0, 0.0, 0.0)
 
@@ -11,40 +15,40 @@ SAME = Pose2D(0.0, 0.0, 0.0)
 class CostmapPair:
     """The LayeredCostmaps ``world`` (to plan on) and ``local``, updated when they are due."""
 
-    def __init__(self, world, local):
+    def __init__(self, world: LayeredCostmap, local: LayeredCostmap) -> None:
         self.world, self.local = world, local
         self._changed = {}
         self._to_plan_on = None
         self._at_once = False
         self.world_changes = 0  # how often the costmap that is planned on became another one
 
-    def wake(self):
+    def wake(self) -> None:
         """Have the next ``update`` build both, due or not."""
         self._at_once = True
 
-    def ensure(self, t):
+    def ensure(self, t: float) -> None:
         """Build at t (s) what was never built: then the robot's pose does not matter yet."""
         for costmap in (self.world, self.local):
             if costmap.updated_at is None:
                 self.refresh(costmap, t, None)
 
-    def update(self, t, pose, local_pose):
+    def update(self, t: float, pose: Pose2D | None, local_pose: Pose2D | None) -> None:
         """Build what is due at t (s) around the robot's pose (Pose2D or None) in either costmap's frame."""
         for costmap, at in ((self.world, pose), (self.local, local_pose or pose)):
             if self._at_once or costmap.due(t):
                 self.refresh(costmap, t, at)
         self._at_once = False
 
-    def refresh(self, costmap, t, pose):
+    def refresh(self, costmap: LayeredCostmap, t: float, pose: Pose2D | None) -> None:
         """Build one of the two at t (s), due or not, around the robot's pose (Pose2D or None) in its frame."""
         name = 'global' if costmap is self.world else 'local'
         old, new = self._changed.get(name), costmap.update(t, pose)
         self.world_changes += name == 'global' and new is not None
         if old is not None and new is not None:
-            new = (min(old[0], new[0]), min(old[1], new[1]), max(old[2], new[2]), max(old[3], new[3]))
+            new = around(old, new)
         self._changed[name] = new if new is not None else old
 
-    def take_changed(self):
+    def take_changed(self) -> dict[str, Window | None]:
         """Return the windows (x0, y0, xn, yn) of cells that changed since the last call, by 'global' and 'local'.
 
         A costmap that was not updated is not among them; one that was without changing has None.
@@ -52,14 +56,14 @@ class CostmapPair:
         changed, self._changed = self._changed, {}
         return changed
 
-    def reset(self, t, pose, local_pose):
+    def reset(self, t: float, pose: Pose2D | None, local_pose: Pose2D | None) -> None:
         """Forget what sensors have seen, and build both anew."""
         for costmap in (self.world, self.local):
             costmap.reset()
         self.wake()
         self.update(t, pose, local_pose)
 
-    def missing(self):
+    def missing(self) -> str:
         """Return '' or the sentence that says which map has not come yet."""
         for costmap in (self.world, self.local):
             for layer in costmap.layers.values():
@@ -68,7 +72,7 @@ class CostmapPair:
                     return problem
         return ''
 
-    def refusal(self, pose, must_fit, unknown_blocks):
+    def refusal(self, pose: Pose2D, must_fit: bool, unknown_blocks: bool) -> str:
         """Return why a goal (Pose2D) cannot be taken, '' when it can. must_fit: the footprint may overlap nothing
         there.
         """
@@ -86,7 +90,7 @@ class CostmapPair:
             )
         return ''
 
-    def to_plan_on(self, unknown_blocks):
+    def to_plan_on(self, unknown_blocks: bool) -> LocalWorld:
         """Return the LocalWorld of the global costmap, for poses of its frame."""
         world, kept = self.world, self._to_plan_on
         if (
@@ -98,7 +102,7 @@ class CostmapPair:
             kept = self._to_plan_on = LocalWorld(world.costmap, world.footprint, unknown_blocks)
         return kept
 
-    def around(self, pose, local_pose, unknown_blocks):
+    def around(self, pose: Pose2D, local_pose: Pose2D | None, unknown_blocks: bool) -> LocalWorld:
         """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""
         offset = SAME if local_pose is None else local_pose.compose(pose.inverse())
         return LocalWorld(self.local.costmap, self.local.footprint, unknown_blocks, offset)

@@ -3,11 +3,14 @@
 Every fault is collected and named; what has no effect is warned of.
 """
 
+from __future__ import annotations
+
 import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
+from sara_nav.config.parameters import Parameters
 from sara_nav.config.registry import UnknownPlanner
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers import LAYERS
@@ -16,6 +19,7 @@ from sara_nav.costmaps.layers.obstacle import ObstacleLayer, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint, radii
+from sara_nav.maps.map_io import GridMap
 
 FROM_PARENT = {
     'costmap_2d::StaticLayer': ('map_topic', 'unknown_cost_value', 'lethal_cost_threshold', 'track_unknown_space'),
@@ -42,16 +46,16 @@ class CostmapSettings:
     published_footprint_topic: str = 'footprint'
 
     @property
-    def footprint(self):
+    def footprint(self) -> np.ndarray:
         """The padded corners (k, 2), m."""
         return pad_footprint(self.unpadded, self.footprint_padding)
 
     @property
-    def inscribed_radius(self):
+    def inscribed_radius(self) -> float:
         """Inscribed radius of the padded footprint (m)."""
         return radii(self.footprint)[0]
 
-    def make(self, grid_map=None):
+    def make(self, grid_map: GridMap | None = None) -> LayeredCostmap:
         """Return the LayeredCostmap; its static layers get ``grid_map`` when one is given."""
         layers = [layer(name, config) for name, layer, config in self.layers]
         costmap = LayeredCostmap(self.config, layers, self.footprint)
@@ -61,7 +65,14 @@ class CostmapSettings:
         return costmap
 
 
-def read_costmap(parameters, prefix, footprint=None, robot_radius=None, static_map=False, defaults=CostmapConfig()):
+def read_costmap(
+    parameters: Parameters,
+    prefix: str,
+    footprint: np.ndarray | None = None,
+    robot_radius: float | None = None,
+    static_map: bool = False,
+    defaults: CostmapConfig = CostmapConfig(),
+) -> CostmapSettings:
     """Return the CostmapSettings under a prefix ('global_costmap/'), which only make sense when there are no faults.
 
     footprint, robot_radius: found by a search above the node's own namespace. static_map: whether there is a map where

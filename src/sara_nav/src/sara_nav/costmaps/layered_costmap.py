@@ -4,19 +4,24 @@ costmap_2d's LayeredCostmap and Costmap2DROS without ROS: the scheme is Lu, Hers
 rolling costmap moves with the robot by whole cells; what it still sees is kept.
 """
 
+from __future__ import annotations
+
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_common.config import range_faults
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import FREE, UNKNOWN, Costmap
 from sara_nav.costmaps.layers import obstacle, range_sensor, static
+from sara_nav.costmaps.layers.base import Layer, shifted
 from sara_nav.grids import collision, distances
 from sara_nav.grids.footprint import radii
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.grids.windows import Windows, area
+from sara_nav.grids.windows import Window, Windows, area
 
 FARTHEST = 1e6
 """A robot further (m) than this from the origin of its frame is not believed to be there."""
@@ -40,7 +45,7 @@ class CostmapConfig:
     origin_x: float = 0.0
     origin_y: float = 0.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = range_faults(
             self,
@@ -71,7 +76,7 @@ class CostmapConfig:
                 result.append(f'{name} is {getattr(self, name)!r}, allowed is the name of a frame')
         return result
 
-    def geometry(self):
+    def geometry(self) -> GridGeometry:
         """Return the GridGeometry these parameters ask for; parts of cells are cut off."""
         return GridGeometry(
             int(self.width / self.resolution + 1e-9),
@@ -88,7 +93,7 @@ class LayeredCostmap:
     ``cells_computed`` counts the cells of all updates, each once for every time its costs were put together.
     """
 
-    def __init__(self, config, layers, footprint):
+    def __init__(self, config: CostmapConfig, layers: Sequence[Layer], footprint: np.ndarray) -> None:
         warm()
         faults = config.faults()
         if faults:
@@ -111,29 +116,29 @@ class LayeredCostmap:
     # -- what planners look at ---------------------------------------------------------------------------------
 
     @property
-    def costmap(self):
+    def costmap(self) -> Costmap:
         """The Costmap as of the last update; live, and another object after it rolled or was resized."""
         return self._costmap
 
     @property
-    def geometry(self):
+    def geometry(self) -> GridGeometry:
         """The GridGeometry of the costmap."""
         return self._costmap.geometry
 
-    def current(self, t):
+    def current(self, t: float) -> str:
         """Return '' when all layers have what they need, else sentences on what is stale."""
         found = [layer.stale(t) for layer in self.layers.values() if layer.enabled]
         return '; '.join(text for text in found if text)
 
     # -- updating ----------------------------------------------------------------------------------------------
 
-    def due(self, t):
+    def due(self, t: float) -> bool:
         """True when update_frequency asks for an update at ``t``; at 0 it never does."""
         if self.config.update_frequency <= 0.0:
             return False
         return self._next is None or t >= self._next - 1e-6 or t < self.updated_at - 1e-6
 
-    def update(self, t, pose):
+    def update(self, t: float, pose: Pose2D | None) -> Window | None:
         """Bring the costmap up to ``t``; pose: Pose2D of the robot in global_frame, or None when it is not known.
 
         Returns the window (x0, y0, xn, yn) of cells that changed, or None.
@@ -183,32 +188,28 @@ class LayeredCostmap:
             return Windows(g)
         self._cells_moved = self._cells_moved[0] + columns, self._cells_moved[1] + rows
         moved = self._start.moved(*self._cells_moved)
-        old = self._costmap.costs
-        costs = np.full_like(old, self._default)
+        self._costmap = Costmap(shifted(self._costmap.costs, columns, rows, self._default), moved)
         windows = Windows(moved)
-        x, y = max(0, columns), max(0, rows)
-        part = old[y : max(0, g.height + min(0, rows)), x : max(0, g.width + min(0, columns))]
-        if part.size:
-            to_x, to_y = x - columns, y - rows
-            costs[to_y : to_y + part.shape[0], to_x : to_x + part.shape[1]] = part
-            windows.add(0, 0, to_x, g.height)
-            windows.add(to_x + part.shape[1], 0, g.width, g.height)
-            windows.add(0, 0, g.width, to_y)
-            windows.add(0, to_y + part.shape[0], g.width, g.height)
+        left, low = max(0, -columns), max(0, -rows)
+        right, high = left + g.width - abs(columns), low + g.height - abs(rows)
+        if left < right and low < high:
+            windows.add(0, 0, left, g.height)
+            windows.add(right, 0, g.width, g.height)
+            windows.add(0, 0, g.width, low)
+            windows.add(0, high, g.width, g.height)
         else:
             windows.add_all()
-        self._costmap = Costmap(costs, moved)
         for layer in self.layers.values():
             layer.roll(columns, rows)
         return windows
 
     # -- changes -----------------------------------------------------------------------------------------------
 
-    def touch_all(self):
+    def touch_all(self) -> None:
         """Have everything computed anew in the next update."""
         self._everything = True
 
-    def resize(self, geometry, locked=False):
+    def resize(self, geometry: GridGeometry, locked: bool = False) -> None:
         """Take another GridGeometry; what sensors said is forgotten. locked: a map gave it, parameters yield to it."""
         self._locked = self._locked or locked
         self._set_geometry(geometry)
@@ -221,7 +222,7 @@ class LayeredCostmap:
         self._costmap = Costmap(np.full(geometry.shape, self._default, np.uint8), geometry)
         self._everything = True
 
-    def set_footprint(self, corners):
+    def set_footprint(self, corners: np.ndarray) -> None:
         """Take another padded outline (k, 2) of the robot, m."""
         self._set_footprint(corners)
         for layer in self.layers.values():
@@ -231,7 +232,7 @@ class LayeredCostmap:
         self.footprint = np.array(corners, dtype=np.float64)
         self.inscribed_radius, self.circumscribed_radius = radii(self.footprint)
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: CostmapConfig) -> None:
         """Take other parameters; raises ValueError. Size and place change unless a map gave them."""
         faults = config.faults()
         if faults:
@@ -242,14 +243,16 @@ class LayeredCostmap:
             self.resize(config.geometry())
         self.touch_all()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget what sensors said; maps stay."""
         self._costmap.costs[:] = self._default
         for layer in self.layers.values():
             layer.reset()
         self.touch_all()
 
-    def clear_area(self, x0, y0, x1, y1, invert, layer_names):
+    def clear_area(
+        self, x0: float, y0: float, x1: float, y1: float, invert: bool, layer_names: Sequence[str]
+    ) -> list[str]:
         """Forget, in the layers named, all but a rectangle (m, global frame), or with ``invert`` what is in it.
 
         Cells that the rectangle's edges run through count as outside. Returns the names of the layers cleared; the
@@ -267,7 +270,7 @@ class LayeredCostmap:
 
 
 @functools.cache
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel that costmaps use, once; making a costmap does it too."""
     for module in (collision, distances, obstacle, range_sensor, static):
         module.warm()

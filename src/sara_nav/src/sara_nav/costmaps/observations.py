@@ -1,6 +1,9 @@
 """What a laser scanner or a depth camera saw, as points in a costmap's frame: pure data for the obstacle layer."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,7 +28,14 @@ class Observation:
     points: np.ndarray
 
 
-def scan_points(ranges, angle_min, angle_increment, range_min, range_max, inf_is_valid=False):
+def scan_points(
+    ranges: Sequence[float],
+    angle_min: float,
+    angle_increment: float,
+    range_min: float,
+    range_max: float,
+    inf_is_valid: bool = False,
+) -> np.ndarray:
     """Return the points (n, 3) of a laser scan in its own frame, z = 0; raises ObservationError.
 
     Readings are kept from range_min up to but not at range_max. ``inf_is_valid``: +Inf is a reading just short of
@@ -90,7 +100,7 @@ def cloud_points(data: bytes, layout: CloudLayout) -> np.ndarray:
     return np.column_stack([cells[name].reshape(-1).astype(np.float64) for name in 'xyz'])
 
 
-def transformed(points, translation, rotation):
+def transformed(points: np.ndarray, translation: Sequence[float], rotation: Sequence[float]) -> np.ndarray:
     """Return points (n, 3) after a rotation by a unit quaternion (x, y, z, w) and a translation (3,);
     ObservationError.
     """

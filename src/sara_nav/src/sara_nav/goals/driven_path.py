@@ -1,9 +1,11 @@
 """The way a robot came by: its poses of the last metres, so that it can go back where it surely fits."""
 
+from __future__ import annotations
+
 import math
 from collections import deque
 
-from sara_common.planar import wrap
+from sara_common.planar import Pose2D, wrap
 
 STEP, TURN = 0.05, 0.1
 """A pose is kept that is so far (m) or so much turned (rad) from the one before."""
@@ -14,14 +16,14 @@ JUMP = 1.0
 class Track:
     """Poses (Pose2D, local costmap's frame), the newest last. ``length``: m that are remembered."""
 
-    def __init__(self, length=5.0):
+    def __init__(self, length: float = 5.0) -> None:
         self._poses = deque(maxlen=max(2, int(length / STEP)))
         self._seen = None
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._poses)
 
-    def keep(self, pose):
+    def keep(self, pose: Pose2D) -> None:
         """The robot is here now."""
         if self._seen is not None and pose.distance(self._seen) > JUMP:
             self.forget()
@@ -33,12 +35,12 @@ class Track:
         ):
             self._poses.append(pose)
 
-    def forget(self):
+    def forget(self) -> None:
         """The robot did not come from there."""
         self._poses.clear()
         self._seen = None
 
-    def back(self, pose, ahead):
+    def back(self, pose: Pose2D, ahead: float) -> Pose2D | None:
         """Return the newest pose that is at least ``ahead`` (m) from a Pose2D, or None; what is newer is forgotten.
 
         So a robot that follows these poses goes back along its track, and never has it forward again.
@@ -48,7 +50,7 @@ class Track:
             self._poses.pop()
         return self._poses[-1] if self._poses else None
 
-    def bearing(self, pose, ahead):
+    def bearing(self, pose: Pose2D, ahead: float) -> float | None:
         """Return where the track goes back from a Pose2D: direction (rad, -pi..pi) of that pose off its own yaw, or
         None.
         """

@@ -1,10 +1,13 @@
 """The goal that move_base drives to, and since when things are as they are."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from sara_common.planar import Pose2D, wrap
-from sara_nav.goals.move_base_config import CLEARING, PLANNING
+from sara_nav.goals.move_base_config import CLEARING, PLANNING, MoveBaseConfig
 
 BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK = (
     'Failed to find a valid plan. Even after executing recovery behaviors.',
@@ -54,18 +57,18 @@ class Goal:
     recovery: object = None
     begins_anew: bool = False
 
-    def watch_oscillation(self, t, pose, distance):
+    def watch_oscillation(self, t: float, pose: Pose2D, distance: float) -> None:
         """Take note of the robot's pose: ``distance`` (m) from where it was last noted it is getting on."""
         if self.oscillation_pose is None or pose.distance(self.oscillation_pose) >= distance:
             self.oscillation_pose, self.oscillation_since = pose, t
             for trigger in (BY_OSCILLATION, BY_STUCK) if self.phase != CLEARING else ():
                 self.found(trigger)
 
-    def excuse_standing(self):
+    def excuse_standing(self) -> None:
         """It is not in vain that the robot has stood until now."""
         self.still_pose = None
 
-    def stuck_for(self, t, pose, command):
+    def stuck_for(self, t: float, pose: Pose2D, command: tuple[float, float]) -> float:
         """The robot is at a Pose2D and told to drive (v m/s, w rad/s); return for how long (s) it has been told so in
         vain.
         """
@@ -79,7 +82,7 @@ class Goal:
             self.still_pose, self.still_since = pose, t
         return t - self.still_since
 
-    def take_up(self, pose, memory, recoveries=()):
+    def take_up(self, pose: Pose2D, memory: float, recoveries: Sequence = ()) -> None:
         """Recovery begins at a Pose2D: it goes on where one within ``memory`` (m) of there ended, and remembers this
         one.
 
@@ -97,19 +100,19 @@ class Goal:
         if memory > 0.0:
             self.recovered_at.append((pose, self.recovery_index + 1))
 
-    def found(self, trigger):
+    def found(self, trigger: str) -> None:
         """What led to recovery has passed: the next one begins with the first behaviour."""
         if self.trigger == trigger:
             self.recovery_index, self.trigger = 0, ''
 
-    def recovered(self, t):
+    def recovered(self, t: float) -> None:
         """A behaviour is through: plan anew, with fresh patience; the next recovery takes the next one."""
         self.recovery_index += 1
         self.recovery, self.phase, self.problem, self.begins_anew = None, PLANNING, '', True
         self.planning_since, self.last_plan_try, self.oscillation_since = None, -math.inf, t
         self.still_pose = None
 
-    def plan_failed(self, t, config):
+    def plan_failed(self, t: float, config: MoveBaseConfig) -> str:
         """One more try to plan failed, for ``problem``; return why that was the last, or ''."""
         self.tries += 1
         if 0 <= config.max_planning_retries < self.tries:
@@ -121,18 +124,18 @@ class Goal:
             return f'No plan was found within planner_patience ({config.planner_patience:.1f} s): {self.problem}'
         return ''
 
-    def lost(self, t, config):
+    def lost(self, t: float, config: MoveBaseConfig) -> bool:
         """There is no pose of the robot; return whether that is so for as long as it may be."""
         if self.pose_at is None:
             return t - self.set_at >= config.localization_patience - 1e-6
         return t - self.pose_at > config.transform_tolerance
 
-    def stale_for(self, t):
+    def stale_for(self, t: float) -> float:
         """A sensor is out of date; return for how long (s) so far."""
         self.stale_since = t if self.stale_since is None else self.stale_since
         return t - self.stale_since
 
-    def lead_to(self, used):
+    def lead_to(self, used: Pose2D | None) -> bool:
         """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than
         before.
         """
@@ -143,7 +146,7 @@ class Goal:
         return elsewhere
 
     @property
-    def moved(self):
+    def moved(self) -> str:
         """The sentence that says that the plan does not lead to ``pose``, or ''."""
         if self.used is None:
             return ''
@@ -152,7 +155,7 @@ class Goal:
             f'{self.used.y:.2f}), {self.used.distance(self.pose):.2f} m from it (default_tolerance)'
         )
 
-    def reached(self):
+    def reached(self) -> str:
         """Return the sentence of success."""
         if self.used is None:
             return 'Goal reached.'

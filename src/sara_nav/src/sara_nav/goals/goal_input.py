@@ -1,6 +1,9 @@
 """From what a client sends as a pose to a goal in the global frame, or the sentence that says what is wrong with it."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 
 from sara_common.planar import Pose2D, yaw_from_quaternion
 
@@ -24,7 +27,7 @@ def _of_unit_length(quaternion):
     return tuple(q / math.sqrt(squared) for q in quaternion)
 
 
-def planar_pose(position, orientation):
+def planar_pose(position: Sequence[float], orientation: Sequence[float]) -> Pose2D:
     """Return the Pose2D of a position (x, y, z) and a quaternion (x, y, z, w) of any length but nearly 0; raises
     GoalError.
     """
@@ -37,7 +40,13 @@ def planar_pose(position, orientation):
     return Pose2D(float(position[0]), float(position[1]), yaw)
 
 
-def global_pose(frame, position, orientation, global_frame, find):
+def global_pose(
+    frame: str,
+    position: Sequence[float],
+    orientation: Sequence[float],
+    global_frame: str,
+    find: Callable[[str], Pose2D],
+) -> Pose2D:
     """Return the Pose2D in ``global_frame`` of a pose given in ``frame``; raises GoalError.
 
     find: called with another frame than the global one; returns its Pose2D in the global frame, or raises LookupError

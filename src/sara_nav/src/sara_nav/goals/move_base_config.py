@@ -3,6 +3,8 @@
 Names, units and defaults of the parameters are those of the C++ move_base.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -69,7 +71,7 @@ class MoveBaseConfig:
     stuck_timeout: float = 0.0
     recovery_memory: float = 0.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return range_faults(self, LIMITS)
 
@@ -114,7 +116,7 @@ class Counters:
     bad_poses: int = 0
     bad_velocities: int = 0
 
-    def end(self, status):
+    def end(self, status: str) -> None:
         """A goal ended so."""
         if status == SUCCEEDED:
             self.succeeded += 1

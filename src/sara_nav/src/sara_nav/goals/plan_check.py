@@ -1,8 +1,12 @@
 """Whether a plan that is being driven has been crossed by something new since it was made."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.planar import Pose2D
+from sara_nav.grids.collision import LocalWorld
 
 AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
@@ -16,25 +20,25 @@ class PlanWatch:
     corner of the footprint through something, and would do so again.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """There is no plan any more."""
         self._plan = None
 
-    def take(self, plan, world):
+    def take(self, plan: np.ndarray, world: LocalWorld) -> None:
         """Watch a new plan (n, 3), made on a LocalWorld of the global costmap."""
         self._plan = np.ascontiguousarray(plan, dtype=np.float64)
         self._along = np.concatenate([[0.0], np.hypot(*np.diff(self._plan[:, :2], axis=0).T).cumsum()])
         self._touched, self._at = world.touched(self._plan), 0
 
-    def follow(self, pose):
+    def follow(self, pose: Pose2D) -> None:
         """The robot is at a Pose2D, some way further along the plan."""
         if self._plan is not None:
             self._at = nearest(self._plan, self._along, self._at, float(pose.x), float(pose.y))
 
-    def blocked(self, world):
+    def blocked(self, world: LocalWorld) -> float | None:
         """Return how far (m) along the plan from the robot it is blocked now, or None when it is not."""
         if self._plan is None:
             return None
@@ -43,7 +47,7 @@ class PlanWatch:
 
 
 @kernel
-def nearest(plan, along, at, x, y):
+def nearest(plan: np.ndarray, along: np.ndarray, at: int, x: float, y: float) -> int:
     """Return the index of the pose of a plan (n, 3) that is nearest to (x, y), from ``at`` on and AHEAD further along
     (n,) m at most.
     """
@@ -57,6 +61,6 @@ def nearest(plan, along, at, x, y):
     return best
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
     nearest(np.zeros((2, 3)), np.zeros(2), 0, 0.0, 0.0)

@@ -5,10 +5,18 @@ Patience and periods are those of the C++ move_base; that a plan is made anew as
 ours (replan_when_blocked).
 """
 
-import math
+from __future__ import annotations
 
-from sara_nav.goals.goal_search import Nearby, cleared, search_plan
-from sara_nav.goals.move_base_config import PLANNING
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.goals.goal import Goal
+from sara_nav.goals.goal_search import GlobalPlanner, Nearby, cleared, search_plan
+from sara_nav.goals.move_base_config import PLANNING, Counters, MoveBaseConfig
 from sara_nav.goals.plan_check import PlanWatch
 from sara_nav.planners.planning import PlanError
 
@@ -21,18 +29,18 @@ class PlanMaker:
     in the machine's Counters.
     """
 
-    def __init__(self, planner, costmaps, counters):
+    def __init__(self, planner: GlobalPlanner, costmaps: CostmapPair, counters: Counters) -> None:
         self.planner = planner
         self._costmaps, self._counters = costmaps, counters
         self._watch = PlanWatch()
         self._watched = None  # which of the global costmap's changes the plan was last looked at on
 
     @property
-    def unknown_blocks(self):
+    def unknown_blocks(self) -> bool:
         """True when the footprint may not overlap unknown cells: the planner does not plan through them either."""
         return not getattr(self.planner.config, 'allow_unknown', False)
 
-    def due(self, goal, t, pose, config):
+    def due(self, goal: Goal, t: float, pose: Pose2D, config: MoveBaseConfig) -> bool:
         """Whether a Goal wants a plan at t (s), because it has none, something blocks the robot at ``pose``, or
         planner_frequency says so.
         """
@@ -42,7 +50,7 @@ class PlanMaker:
         # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
         return bool(waiting or blocked or config.planner_frequency) and t - goal.last_plan_try >= period - 1e-3
 
-    def make(self, goal, t, pose, config):
+    def make(self, goal: Goal, t: float, pose: Pose2D, config: MoveBaseConfig) -> tuple[np.ndarray | None, str]:
         """Return (plan (n, 3) or None, why) for a Goal from ``pose`` at t (s); why: '', or by what patience is at its
         end.
         """
@@ -62,11 +70,13 @@ class PlanMaker:
             self._watched = self._costmaps.world_changes
         return plan, ''
 
-    def plan(self, start, goal):
+    def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return a plan (n, 3) from one Pose2D to another on the global costmap. Raises PlanError."""
         return self._informed().plan(self._costmaps.world.costmap, start, goal)
 
-    def search(self, start, goal, tolerance, config, give_up):
+    def search(
+        self, start: Pose2D, goal: Pose2D, tolerance: float, config: MoveBaseConfig, give_up: Callable[[], bool]
+    ) -> tuple[np.ndarray | None, str]:
         """Return (plan (n, 3) or None, text) for whoever asks: see goal_search. Raises ValueError where no plan can be
         asked for.
         """

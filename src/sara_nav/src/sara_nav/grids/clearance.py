@@ -6,6 +6,8 @@ as range sensors with wide cones see it: all that is within an angle of straight
 ahead at that distance, since an echo does not say where in the cone it comes from.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from dataclasses import dataclass
@@ -94,7 +96,9 @@ def place_of(x: float, y: float, footprint: np.ndarray) -> str:
 
 
 @kernel
-def gaps(ground, corners, poses, ahead):
+def gaps(
+    ground: Ground, corners: np.ndarray, poses: np.ndarray, ahead: Ahead
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return a Room's gap, x, y and ahead (n,) at poses (n, 3) of the costmap's frame.
 
     ground: a Ground (collision.py). corners: the footprint's (k, 2), m. ahead: an Ahead.
@@ -198,7 +202,7 @@ def _edges(corners):
     return edges, radius
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
     ground = Ground(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), True)

@@ -1,8 +1,10 @@
 """What a robot's footprint meets on a costmap: the world a local planner looks at, and the peer's footprint cost."""
 
+from __future__ import annotations
+
 import functools
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -10,9 +12,18 @@ from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline, polygon
 from sara_nav.grids.footprint import cover
-from sara_nav.grids.grid import Grid
+from sara_nav.grids.grid import Grid, GridGeometry
 
 LETHAL, UNKNOWN = 254, 255
+Box = tuple[float, float, float, float, float]
+"""What points are within; see ``box_of``."""
+
+
+class CostGrid(Protocol):
+    """What is needed of a Costmap."""
+
+    costs: np.ndarray
+    geometry: GridGeometry
 
 
 class Ground(NamedTuple):
@@ -34,7 +45,13 @@ class LocalWorld:
     farthest corner. ``shift``: the offset as (x, y, yaw).
     """
 
-    def __init__(self, costmap, footprint, unknown_blocks=True, offset=Pose2D(0.0, 0.0, 0.0)):
+    def __init__(
+        self,
+        costmap: CostGrid,
+        footprint: np.ndarray,
+        unknown_blocks: bool = True,
+        offset: Pose2D = Pose2D(0.0, 0.0, 0.0),
+    ) -> None:
         self.costmap = costmap
         self.geometry = costmap.geometry
         self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
@@ -84,7 +101,7 @@ def _covering(footprint, spacing):
     return points, box_of(points), float(np.hypot(*corners.T).max())
 
 
-def box_of(points: np.ndarray) -> tuple[float, float, float, float, float]:
+def box_of(points: np.ndarray) -> Box:
     """Return what points (k, 2) are within: the least x and y, the greatest x and y, and the greatest distance from the
     origin (five floats).
     """
@@ -96,7 +113,7 @@ def box_of(points: np.ndarray) -> tuple[float, float, float, float, float]:
 
 
 @kernel
-def moved(poses, offset):
+def moved(poses: np.ndarray, offset: tuple[float, float, float]) -> np.ndarray:
     """Return poses (n, 3) as seen in the frame in which the origin of theirs is at ``offset`` (x, y, yaw)."""
     if offset[0] == 0.0 and offset[1] == 0.0 and offset[2] == 0.0:
         return poses
@@ -110,7 +127,7 @@ def moved(poses, offset):
 
 
 @kernel
-def touched(ground, points, box, poses):
+def touched(ground: Ground, points: np.ndarray, box: Box, poses: np.ndarray) -> np.ndarray:
     """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
 
     ground: a Ground. points: (k, 2) metres in the robot's frame, within the box (``box_of``); poses: (n, 3) x, y, yaw
@@ -139,7 +156,7 @@ def touched(ground, points, box, poses):
 
 
 @kernel
-def worsens(ground, points, box, poses):
+def worsens(ground: Ground, points: np.ndarray, box: Box, poses: np.ndarray) -> bool:
     """Return whether any later pose touches more than the first; arguments as of ``touched``."""
     counts = touched(ground, points, box, poses)
     return counts.max() > counts[0]
@@ -210,7 +227,7 @@ def _far_off(near, ground, pose, box):
     return True
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     moved(np.zeros((1, 3)), (0.0, 0.0, 0.0))

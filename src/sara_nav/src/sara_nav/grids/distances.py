@@ -123,7 +123,7 @@ def spread(
                     costs[y, x] = cost
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     squared_distances(costs, 2)

@@ -3,8 +3,11 @@
 A footprint is an array (k, 2) of corners in the robot's frame, metres.
 """
 
+from __future__ import annotations
+
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,7 +16,7 @@ class FootprintError(ValueError):
     """A footprint makes no sense; the message says what was given and what is allowed."""
 
 
-def parse_footprint(value):
+def parse_footprint(value: str | Sequence) -> np.ndarray:
     """Return a footprint (k, 2) from ``[[x, y], ...]`` as a list or as a string; raises FootprintError."""
     corners = _parse_array(value) if isinstance(value, str) else value
     try:
@@ -51,7 +54,7 @@ def _parse_array(text):
     return rows
 
 
-def circle_footprint(radius, corners=16):
+def circle_footprint(radius: float, corners: int = 16) -> np.ndarray:
     """Return a regular polygon (corners, 2) on a circle of ``radius`` (m); raises FootprintError."""
     if not (math.isfinite(radius) and radius > 0.0):
         raise FootprintError(f'robot_radius is {radius!r}, allowed are numbers above 0')
@@ -59,13 +62,13 @@ def circle_footprint(radius, corners=16):
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def pad_footprint(corners, padding):
+def pad_footprint(corners: np.ndarray, padding: float) -> np.ndarray:
     """Return the footprint with ``padding`` (m) added to each coordinate away from zero."""
     corners = np.asarray(corners, float)
     return corners + np.where(corners > 0.0, padding, np.where(corners < 0.0, -padding, 0.0))
 
 
-def contains_origin(corners):
+def contains_origin(corners: np.ndarray) -> bool:
     """True when the robot's centre lies inside the footprint (even-odd rule)."""
     inside = False
     for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0)):
@@ -74,7 +77,7 @@ def contains_origin(corners):
     return inside
 
 
-def radii(corners):
+def radii(corners: np.ndarray) -> tuple[float, float]:
     """Return (inscribed, circumscribed) radius (m) of the footprint about the robot's centre.
 
     The inscribed radius is the least distance of the outline from the centre, 0 when the centre is outside.
@@ -89,7 +92,7 @@ def radii(corners):
     return inscribed, float(np.hypot(*corners.T).max())
 
 
-def cover(corners, spacing):
+def cover(corners: np.ndarray, spacing: float) -> np.ndarray:
     """Return points (n, 2) on the outline and inside the footprint, no further apart than ``spacing`` (m).
 
     Looking these points up in a grid whose cells are no smaller than ``spacing`` finds every obstacle that

@@ -3,6 +3,8 @@
 Arrays are indexed [row, column] = [y, x] with row 0 at the bottom, as nav_msgs/OccupancyGrid has it.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -30,7 +32,7 @@ class GridGeometry:
     origin_x: float
     origin_y: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise GridError(f'resolution is {self.resolution!r}, allowed are numbers above 0')
         if self.width < 1 or self.height < 1:
@@ -65,7 +67,7 @@ class GridGeometry:
         """Return (column, row) of the cell that would hold the point (m) on a grid without edges."""
         return math.floor((x - self.origin_x) / self.resolution), math.floor((y - self.origin_y) / self.resolution)
 
-    def moved(self, columns: int, rows: int) -> 'GridGeometry':
+    def moved(self, columns: int, rows: int) -> GridGeometry:
         """Return the grid moved by whole cells."""
         return GridGeometry(
             self.width,

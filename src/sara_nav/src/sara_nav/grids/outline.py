@@ -5,6 +5,8 @@ the shorter length, begun at half the longer, reaches the longer. So lines, and 
 C++ peer's to the cell.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -44,7 +46,7 @@ class Placed(NamedTuple):
 
 
 @kernel
-def line_cells(x0, y0, x1, y1):
+def line_cells(x0: int, y0: int, x1: int, y1: int) -> np.ndarray:
     """Return the cells int64 (n, 2) of the line from cell (x0, y0) to (x1, y1), both included."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x1 >= x0 else -1
@@ -68,7 +70,7 @@ def line_cells(x0, y0, x1, y1):
 
 
 @kernel
-def line_cost(costs, x0, y0, x1, y1):
+def line_cost(costs: np.ndarray, x0: int, y0: int, x1: int, y1: int) -> int:
     """Return the highest cost on the line between two cells of the map, or HIT_LETHAL or HIT_UNKNOWN."""
     return _line_above(costs, Around(costs, ALL), 0, (x0, y0), (x1, y1))
 
@@ -118,7 +120,7 @@ def _asides(step, longer, shorter, share):
 
 
 @kernel
-def outline_cost(costs, grid, corners, placed):
+def outline_cost(costs: np.ndarray, grid: Grid, corners: np.ndarray, placed: Placed) -> int:
     """Return the highest cost under the outline of a footprint, or HIT_LETHAL, HIT_UNKNOWN, OFF_MAP.
 
     grid: a Grid. corners: (k, 2) m, robot's frame. placed: a Placed.
@@ -127,7 +129,9 @@ def outline_cost(costs, grid, corners, placed):
 
 
 @kernel
-def outline_above(costs, around, floor, grid, corners, placed):
+def outline_above(
+    costs: np.ndarray, around: Around, floor: int, grid: Grid, corners: np.ndarray, placed: Placed
+) -> int:
     """Return what ``outline_cost`` does, but ``floor`` where that is higher.
 
     around: an Around; where it is no higher than the floor, the outline is not drawn.
@@ -156,7 +160,7 @@ def outline_above(costs, around, floor, grid, corners, placed):
 
 
 @kernel
-def points_along(corners, gap):
+def points_along(corners: np.ndarray, gap: float) -> np.ndarray:
     """Return points (n, 2) along the outline of corners (k, 2), such that every point of it has one within half of
     ``gap`` (m).
     """
@@ -176,7 +180,7 @@ def points_along(corners, gap):
 
 
 @kernel
-def is_below(around, floor, grid, points, placed):
+def is_below(around: Around, floor: int, grid: Grid, points: np.ndarray, placed: Placed) -> bool:
     """True when an outline that lies on the map, of points_along, surely costs no more than ``floor``; False says
     nothing.
 
@@ -194,7 +198,7 @@ def is_below(around, floor, grid, points, placed):
 
 
 @kernel
-def highest_around(costs, reach):
+def highest_around(costs: np.ndarray, reach: int) -> np.ndarray:
     """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns, or a
     higher one.
     """
@@ -206,7 +210,7 @@ def highest_around(costs, reach):
 
 
 @kernel
-def cost_ceiling(costs, column, row, half, reach):
+def cost_ceiling(costs: np.ndarray, column: int, row: int, half: int, reach: int) -> np.ndarray:
     """Return uint8 like ``costs``: the highest cost within ``reach`` cells of a cell, along rows and columns.
 
     Only cells up to ``half`` from (column, row), whose surroundings lie on the map, are worked out; all others hold
@@ -245,7 +249,7 @@ def _higher(a, b):
     return result
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     line_cells(0, 0, 1, 1)

@@ -27,7 +27,7 @@ def grown(window: Window, column: int, row: int) -> Window:
 class Windows:
     """Rectangles (x0, y0, xn, yn) of cells, columns x0..xn-1 and rows y0..yn-1, always within the grid."""
 
-    def __init__(self, geometry: GridGeometry):
+    def __init__(self, geometry: GridGeometry) -> None:
         self.geometry = geometry
         self._all = []
 

@@ -1,5 +1,7 @@
 """What straightening knows of the arrivals at each place of a path."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +36,7 @@ class Arrivals(NamedTuple):
 
 
 @kernel
-def no_arrivals(n):
+def no_arrivals(n: int) -> Arrivals:
     """Return Arrivals at n places, none of which is reached."""
     return Arrivals(
         np.full((n, 2), np.inf),
@@ -50,7 +52,9 @@ def no_arrivals(n):
 
 
 @kernel
-def enter(known, j, arrival, origin, motion):
+def enter(
+    known: Arrivals, j: int, arrival: int, origin: tuple[int, int, int], motion: tuple[float, float, float]
+) -> None:
     """Note how place j was arrived at: (the place before, which of its arrivals, kind of drive) and (turn rad, leg m,
     turn on arrival rad).
     """
@@ -59,7 +63,7 @@ def enter(known, j, arrival, origin, motion):
 
 
 @kernel
-def trace(poses, moves, known):
+def trace(poses: np.ndarray, moves: np.ndarray, known: Arrivals) -> np.ndarray:
     """Return the moves (m, 5), x, y, yaw, length, turn, that lead to the last of poses (n, 3); none when nothing does.
 
     moves: (n, 2), the path's own from each pose.
@@ -91,6 +95,6 @@ def trace(poses, moves, known):
     return steps[m:].copy()
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     no_arrivals(1)

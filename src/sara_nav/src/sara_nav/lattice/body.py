@@ -9,6 +9,8 @@ A move has one curvature: straight, an arc, or a turn in place. It is sampled as
 m, times in s.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -17,7 +19,7 @@ from ahead_of_time import kernel
 from sara_common.kernels import wrap
 from sara_common.planar import Pose2D
 from sara_nav.lattice.field import distance_at
-from sara_nav.lattice.world import example_world
+from sara_nav.lattice.world import Rules, World, example_world
 
 FINE = 0.045
 """m that any point of the body moves between two samples where it is tight; a quarter of that where it has less than
@@ -34,7 +36,7 @@ BEND = 0.35
 
 
 @kernel
-def room_at(world, x, y):
+def room_at(world: World, x: float, y: float) -> float:
     """Return the distance (m) from a point (m, map frame) to the nearest obstacle."""
     rules = world.rules
     return distance_at(
@@ -43,7 +45,7 @@ def room_at(world, x, y):
 
 
 @kernel
-def gap(world, pose, limit):
+def gap(world: World, pose: Pose2D, limit: float) -> float:
     """Return the least distance (m) of the outline at a Pose2D to an obstacle, at most rules.greatest_gap.
 
     Between the outline's points, half a spacing may be missed. With a positive limit the result may be ROUGH too great
@@ -79,7 +81,7 @@ def gap(world, pose, limit):
 
 
 @kernel
-def margin_at(here):
+def margin_at(here: float) -> float:
     """Return the gap to be kept near where a path begins or ends with the gap ``here`` (m): TOUCHING, or no more
     contacts than there are.
 
@@ -90,7 +92,7 @@ def margin_at(here):
 
 
 @kernel
-def slowness(rules, least):
+def slowness(rules: Rules, least: float) -> float:
     """Return by what factor a gap (m) makes a drive take longer."""
     if least >= rules.clearance:
         return 1.0
@@ -99,7 +101,7 @@ def slowness(rules, least):
 
 
 @kernel
-def slowness_about(world, x, y):
+def slowness_about(world: World, x: float, y: float) -> float:
     """Return by what factor the room about a place (m) makes a turn there take longer.
 
     It goes by the circle that turning about sweeps, not by what this turn sweeps of it: sensors that measure how far
@@ -112,7 +114,7 @@ def slowness_about(world, x, y):
 
 
 @kernel
-def place(pose, length, turn, share):
+def place(pose: Pose2D, length: float, turn: float, share: float) -> Pose2D:
     """Return the Pose2D after a share of a move (m, rad) from a Pose2D; its yaw is not wrapped."""
     heading, dyaw = pose.yaw + 0.5 * share * turn, share * turn
     chord = share * length
@@ -122,14 +124,14 @@ def place(pose, length, turn, share):
 
 
 @kernel
-def unhindered(rules, length, turn):
+def unhindered(rules: Rules, length: float, turn: float) -> float:
     """Return the seconds of a move where nothing is near."""
     seconds = max(abs(length) / rules.speed, abs(turn) / rules.turn_rate)
     return seconds * rules.reverse_factor if length * rules.sense < 0.0 else seconds
 
 
 @kernel
-def run_up_lacking(rules, path, first, last):
+def run_up_lacking(rules: Rules, path: float, first: float, last: float) -> float:
     """Return the seconds that a straight leg of ``path`` m costs more because narrow places, between the shares
     ``first`` and ``last`` of it, are near its ends.
     """
@@ -138,7 +140,7 @@ def run_up_lacking(rules, path, first, last):
 
 
 @kernel
-def move(world, pose, length, turn, limit):
+def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -> tuple[float, float]:
     """Return (seconds, limit) of a move from a Pose2D; seconds is inf where the body may not go.
 
     length: m along the path, negative astern. turn: rad. limit: the least gap allowed (m). Where that is below the hard
@@ -182,7 +184,7 @@ def move(world, pose, length, turn, limit):
 
 
 @kernel
-def arrive(world, pose, length, turn, limit):
+def arrive(world: World, pose: Pose2D, length: float, turn: float, limit: float) -> float:
     """Return the seconds of the move that ends at a Pose2D where the gap may be as little as ``limit`` (m): the move
     away from there, backwards in time, so that the gap only gets as small as it must.
     """
@@ -193,7 +195,7 @@ def arrive(world, pose, length, turn, limit):
 
 
 @kernel
-def turn_to(world, pose, target, limit):
+def turn_to(world: World, pose: Pose2D, target: float, limit: float) -> tuple[float, float, float]:
     """Return (seconds, turn, limit) of turning in place from a Pose2D to ``target`` (rad): the short way round, the
     long one where that is blocked. Arguments and ``limit`` as of ``move``.
     """
@@ -208,7 +210,7 @@ def turn_to(world, pose, target, limit):
     return seconds + world.rules.turn_cost * min(1.0, abs(turn) / BEND), turn, after
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world, pose = example_world(), Pose2D(1.0, 1.0, 0.0)
     turn_to(world, pose, 1.0, 0.0)

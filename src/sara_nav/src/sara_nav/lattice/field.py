@@ -11,6 +11,8 @@ oriented body can be faster, and so the wave is a search's lower bound (the obst
 2010, "Path Planning for Autonomous Vehicles in Unknown Semi-structured Environments").
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterable
 
@@ -29,7 +31,7 @@ UNIT = 20
 
 
 @kernel
-def corners_of(costs, unknown_blocks):
+def corners_of(costs: np.ndarray, unknown_blocks: bool) -> np.ndarray:
     """Return uint8 (rows + 1, columns + 1): 254 at corners of obstacle cells and on the map's edge, else 0."""
     rows, columns = costs.shape
     corners = np.zeros((rows + 1, columns + 1), np.uint8)
@@ -49,7 +51,7 @@ def corners_of(costs, unknown_blocks):
 
 
 @kernel
-def as_metres(squares, table, result):
+def as_metres(squares: np.ndarray, table: np.ndarray, result: np.ndarray) -> None:
     """Put the distance (m, float32) of each squared distance (cells) into ``result``; beyond the table, its last."""
     last = len(table) - 1
     for i in range(squares.shape[0]):
@@ -58,7 +60,7 @@ def as_metres(squares, table, result):
 
 
 @kernel
-def distance_at(field, u, v):
+def distance_at(field: np.ndarray, u: float, v: float) -> float:
     """Return the distance (m) at the point u columns, v rows from the map's corner; 0 off the map and for NaN."""
     rows, columns = field.shape
     if not (0.0 <= u < columns - 1 and 0.0 <= v < rows - 1):
@@ -71,7 +73,7 @@ def distance_at(field, u, v):
 
 
 @kernel
-def lay_out(squares, table, steps, wave, pending):
+def lay_out(squares: np.ndarray, table: np.ndarray, steps: np.ndarray, wave: np.ndarray, pending: np.ndarray) -> None:
     """Prepare potential.spread over the corners: steps by squared distance (table uint8), nothing reached yet."""
     rows, columns = squares.shape
     width, last = columns + 2, len(table) - 1
@@ -93,7 +95,7 @@ class Field:
     reach: m, greater distances are not told apart. ``metres``: float32 (rows + 1, columns + 1).
     """
 
-    def __init__(self, costmap: Costmap, unknown_blocks: bool, reach: float):
+    def __init__(self, costmap: Costmap, unknown_blocks: bool, reach: float) -> None:
         g = self.geometry = costmap.geometry
         self.reach, self.unknown_blocks = reach, unknown_blocks
         self._costs = costmap.costs.copy()
@@ -158,7 +160,7 @@ class Field:
         return np.where(inner < potential.HIGH, inner / np.float32(scale), potential.HIGH)
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     squares = distances.squared_distances(corners_of(np.zeros((3, 3), np.uint8), True), 2)
     metres = np.empty((4, 4), np.float32)

@@ -5,6 +5,8 @@ soonest, which keeps the greatest gaps; coarsely first, then finely. Places on t
 to the straightening.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -27,7 +29,7 @@ that, about the best, but none further turned.
 
 
 @kernel
-def narrow_places(world, poses, inscribed):
+def narrow_places(world: World, poses: np.ndarray, inscribed: float) -> np.ndarray:
     """Return the indices (int64) of the poses (n, 3) where the path is narrowest about: with less than rules.narrow
     beside the inscribed radius (m), and nothing narrower within APART.
     """
@@ -47,7 +49,7 @@ def narrow_places(world, poses, inscribed):
 
 
 @kernel
-def is_narrowest(near, done, i):
+def is_narrowest(near: np.ndarray, done: np.ndarray, i: int) -> bool:
     """True when ``near`` is least at i, of all within APART by ``done`` (m); of equals, at the last."""
     j = i - 1
     while j >= 0 and done[i] - done[j] < APART:
@@ -63,7 +65,7 @@ def is_narrowest(near, done, i):
 
 
 @kernel
-def best_line(world, pose):
+def best_line(world: World, pose: Pose2D) -> Pose2D:
     """Return the Pose2D of the best straight line through, near a Pose2D; its yaw is NaN when none is free."""
     best, found = np.inf, pose
     angle, aside, many = ANGLE, ASIDE, MANY
@@ -122,7 +124,7 @@ def with_gates(
     return np.array(rows), np.array(steps), follow
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world = example_world()
     narrow_places(world, np.ones((3, 3)), 0.1)

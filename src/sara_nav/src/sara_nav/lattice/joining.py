@@ -1,5 +1,7 @@
 """Whether one place sees another, and the analytic path between two poses: turn, straight, turn."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -9,11 +11,11 @@ from sara_common.planar import Pose2D
 from sara_nav.lattice.body import move, turn_to
 from sara_nav.lattice.field import distance_at
 from sara_nav.lattice.moves import AHEAD, ASTERN
-from sara_nav.lattice.world import example_world
+from sara_nav.lattice.world import World, example_world
 
 
 @kernel
-def sees(world, x0, y0, x1, y1, radius):
+def sees(world: World, x0: float, y0: float, x1: float, y1: float, radius: float) -> bool:
     """True when a circle of ``radius`` (m) can move straight from one point (m) to the other."""
     rules = world.rules
     length = math.hypot(x1 - x0, y1 - y0)
@@ -30,7 +32,9 @@ def sees(world, x0, y0, x1, y1, radius):
 
 
 @kernel
-def join(world, pose, last, limit, goal, sense):
+def join(
+    world: World, pose: Pose2D, last: int, limit: float, goal: Pose2D, sense: float
+) -> tuple[float, float, float, float]:
     """Return (seconds, first turn, length, second turn) from a Pose2D to the Pose2D ``goal`` by turn, straight, turn;
     seconds is inf where that is not free.
 
@@ -54,7 +58,7 @@ def join(world, pose, last, limit, goal, sense):
     return first + straight + second, turn, sense * length, back
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world, pose = example_world(), Pose2D(1.0, 1.0, 0.0)
     sees(world, 1.0, 1.0, 1.0, 1.5, 0.1)

@@ -1,10 +1,13 @@
 """The moves that the search tries, and the cells that its states fall into."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.lattice.world import Rules
 
 STEP = 2.0 * math.pi / 32.0
 """rad between the headings that turns end on."""
@@ -18,13 +21,13 @@ TURNS, AHEAD, ASTERN = 0, 1, 2
 
 
 @kernel
-def kind_of(length):
+def kind_of(length: float) -> int:
     """Return the kind of a move of ``length`` (m)."""
     return TURNS if length == 0.0 else AHEAD if length > 0.0 else ASTERN
 
 
 @kernel
-def key_of(u, v, heading, distance, rules):
+def key_of(u: float, v: float, heading: int, distance: float, rules: Rules) -> int:
     """Return the number of the cell of a state at column u, row v (not rounded), ``distance`` (m) from an obstacle:
     cells are 0.05, 0.1 or 0.25 m wide by how much room there is. heading: in FINE_STEPs.
     """
@@ -38,7 +41,7 @@ def key_of(u, v, heading, distance, rules):
 
 
 @kernel
-def option_of(option, yaw, stride):
+def option_of(option: int, yaw: float, stride: float) -> tuple[float, float]:
     """Return (length m, turn rad) of one of twenty moves from a yaw (rad): 0 and 1 turns, 2 and 3 straights, 4 to 11
     arcs of about 1 m and 0.5 m radius, 12 to 19 slight arcs of 10 and 20 m. stride: m of the moves ahead.
     """
@@ -59,6 +62,6 @@ def option_of(option, yaw, stride):
     return (max(0.2, 0.5 * stride) if option < 8 else -0.2), turn
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     option_of(0, 0.0, kind_of(0.0) + 0.2)

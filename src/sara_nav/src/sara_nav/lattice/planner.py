@@ -5,6 +5,8 @@ legs (straighten.py), whose corners are moved and rounded (smooth.py). So it lea
 than the body, turns where there is room to turn, and backs out where there is none.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Iterator
@@ -35,7 +37,7 @@ class LatticePlanner:
 
     config_class = LatticePlannerConfig
 
-    def __init__(self, config: LatticePlannerConfig = LatticePlannerConfig()):
+    def __init__(self, config: LatticePlannerConfig = LatticePlannerConfig()) -> None:
         warm()
         self.config = config
         self.goal_used = None
@@ -117,7 +119,7 @@ class LatticePlanner:
 
 
 @functools.cache
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel of this planner, once; making a planner does it too."""
     kernels = (lattice_field, lattice_body, arrivals, gates, joining, moves, rounding, search, smooth, straighten, tree)
     for module in kernels:

@@ -1,5 +1,7 @@
 """One costmap with one body on it: what LatticePlanner asks of search, straightening and smoothing, in their order."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -45,7 +47,7 @@ class Tail(NamedTuple):
 class Problem:
     """Finds plans on one Field for one Body. ``expanded``: states that its searches expanded."""
 
-    def __init__(self, config: LatticePlannerConfig, field: Field, body: Body):
+    def __init__(self, config: LatticePlannerConfig, field: Field, body: Body) -> None:
         self.config, self.field, self.body, self.expanded = config, field, body, 0
         self.world = World(field.metres, config.rules(field.geometry, body), body.outline, body.inside)
         self.radius = max(body.inscribed + config.hard_margin - 0.5 * field.geometry.resolution, 0.0)

@@ -1,5 +1,7 @@
 """Turns between two legs driven one way become arcs, where there is room for them."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -8,7 +10,7 @@ from ahead_of_time import kernel
 from sara_common.kernels import wrap
 from sara_common.planar import Pose2D
 from sara_nav.lattice.body import BEND, move
-from sara_nav.lattice.world import example_world
+from sara_nav.lattice.world import World, example_world
 
 RADII = (2.0, 1.5, 1.0, 0.75, 0.5)
 """m, of rounded corners; the greatest that fits is taken."""
@@ -21,7 +23,7 @@ STRAIGHT_END = 0.3
 
 
 @kernel
-def rounded(world, moves):
+def rounded(world: World, moves: np.ndarray) -> np.ndarray:
     """Return moves (m, 5) with an arc in place of each turn between two legs one way, where there is room for it.
 
     moves: (n, 5) without turns in place. A turn of over BEND is rounded only where nothing slows the arc by much.
@@ -57,7 +59,9 @@ def rounded(world, moves):
 
 
 @kernel
-def widest_arc(world, corner, yaw, turn, sense, room):
+def widest_arc(
+    world: World, corner: tuple[float, float], yaw: float, turn: float, sense: float, room: float
+) -> tuple[float, float]:
     """Return (m cut off either leg, radius m) of the widest arc that rounds a corner; radius 0.0 where none does.
 
     corner: (x, y, ...) m, where a leg with a yaw (rad) ends in a turn (rad). room: m that may be cut off.
@@ -79,6 +83,6 @@ def widest_arc(world, corner, yaw, turn, sense, room):
     return 0.0, 0.0
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     rounded(example_world(), np.ones((2, 5)))

@@ -7,6 +7,8 @@ Only corners between two straight legs are touched; arcs that the search needed 
 nearer to an obstacle than the margin.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -45,7 +47,9 @@ class Corner(NamedTuple):
 
 
 @kernel
-def leg(world, a, b, sense, before, bound):
+def leg(
+    world: World, a: tuple[float, float], b: tuple[float, float], sense: float, before: float, bound: float
+) -> tuple[float, float]:
     """Return (seconds, heading) of turning at a (x, y; m) from the yaw ``before`` (rad) and driving straight to b,
     ahead (sense 1.0) or astern (-1.0).
 
@@ -66,13 +70,13 @@ def leg(world, a, b, sense, before, bound):
 
 
 @kernel
-def bearing_of(a, b, sense):
+def bearing_of(a: tuple[float, float], b: tuple[float, float], sense: float) -> float:
     """Return the yaw (rad) of a body that drives from a to b (x, y; m), ahead (sense 1.0) or astern (-1.0)."""
     return math.atan2(b[1] - a[1], b[0] - a[0]) + (0.0 if sense > 0.0 else math.pi)
 
 
 @kernel
-def by_way_of(world, corner, x, y, bound):
+def by_way_of(world: World, corner: Corner, x: float, y: float, bound: float) -> float:
     """Return the seconds that the two legs about a Corner take, and the turns about them, if it lies at (x, y), m; inf
     beyond ``bound``.
     """
@@ -88,7 +92,7 @@ def by_way_of(world, corner, x, y, bound):
 
 
 @kernel
-def directly(world, corner, best):
+def directly(world: World, corner: Corner, best: float) -> tuple[float, float]:
     """Return (seconds, heading) of going without a Corner whose legs are driven the same way; more than ``best``, or
     inf, where that does not pay.
     """
@@ -100,7 +104,9 @@ def directly(world, corner, best):
 
 
 @kernel
-def best_place(world, corner, place, size, best):
+def best_place(
+    world: World, corner: Corner, place: tuple[float, float], size: float, best: float
+) -> tuple[float, float]:
     """Return (x, y), m, where a Corner takes least time, of where it is and eight places ``size`` m about it.
 
     best: s that it takes where it is.
@@ -116,7 +122,9 @@ def best_place(world, corner, place, size, best):
 
 
 @kernel
-def set_leg(moves, ends, k, a, b, sense):
+def set_leg(
+    moves: np.ndarray, ends: np.ndarray, k: int, a: tuple[float, float], b: tuple[float, float], sense: float
+) -> None:
     """Make move k a straight one from a to b (x, y; m)."""
     moves[k, 0], moves[k, 1], ends[k, 0], ends[k, 1] = a[0], a[1], b[0], b[1]
     moves[k, 2] = bearing_of(a, b, sense)
@@ -124,7 +132,7 @@ def set_leg(moves, ends, k, a, b, sense):
 
 
 @kernel
-def ends_of(moves):
+def ends_of(moves: np.ndarray) -> np.ndarray:
     """Return where each of the moves (n, 5) ends, (n, 2), m."""
     n = len(moves)
     ends = np.empty((n, 2))
@@ -136,7 +144,7 @@ def ends_of(moves):
 
 
 @kernel
-def corner_at(moves, ends, yaws, k, n):
+def corner_at(moves: np.ndarray, ends: np.ndarray, yaws: np.ndarray, k: int, n: int) -> Corner:
     """Return the Corner where move k of the first n begins; yaws (2,): before the first move and after the last."""
     return Corner(
         moves[k - 1, 0],
@@ -151,7 +159,7 @@ def corner_at(moves, ends, yaws, k, n):
 
 
 @kernel
-def relax(world, moves, yaws):
+def relax(world: World, moves: np.ndarray, yaws: np.ndarray) -> np.ndarray:
     """Return moves (m, 5) x, y, yaw, length, turn without turns in place, which follow from the yaws, after moving
     corners.
 
@@ -170,7 +178,7 @@ def relax(world, moves, yaws):
 
 
 @kernel
-def sweep(world, moves, ends, yaws, n, size):
+def sweep(world: World, moves: np.ndarray, ends: np.ndarray, yaws: np.ndarray, n: int, size: float) -> tuple[int, bool]:
     """Move each corner of the first n moves by ``size`` m, or leave it out, where that takes less time; in place.
 
     Return (how many moves are left, whether any corner was moved).
@@ -204,7 +212,7 @@ def sweep(world, moves, ends, yaws, n, size):
 
 
 @kernel
-def with_turns(world, moves, start, goal):
+def with_turns(world: World, moves: np.ndarray, start: Pose2D, goal: Pose2D) -> np.ndarray:
     """Return moves (m, 5) with the turns in place that lie between them, from a Pose2D to a Pose2D."""
     n = len(moves)
     result = np.empty((2 * n + 1, 5))
@@ -246,7 +254,7 @@ def smooth(world: World, steps: np.ndarray, start: Pose2D, goal: Pose2D, limit: 
     return np.vstack([steps[:first], with_turns(world, moves, start, goal), steps[last:]])
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world, pose, moves = example_world(), Pose2D(1.0, 1.0, 1.0), np.ones((2, 5))
     relax(world, moves, np.zeros(2))

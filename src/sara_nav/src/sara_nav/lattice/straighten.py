@@ -6,6 +6,8 @@ the path's own yaw; from that the path itself always continues, so that somethin
 bends included.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -68,7 +70,7 @@ class Leg(NamedTuple):
 
 
 @kernel
-def straighten(world, path, anchors, reach):
+def straighten(world: World, path: Path, anchors: np.ndarray, reach: Reach) -> np.ndarray:
     """Return moves (m, 5) x, y, yaw, length, turn from the first to the last pose of a Path; none where none is found.
 
     anchors: indices (int64) of the poses that legs may join, the first and the last among them. reach: a Reach.
@@ -95,13 +97,13 @@ def straighten(world, path, anchors, reach):
 
 
 @kernel
-def pose_of(poses, i):
+def pose_of(poses: np.ndarray, i: int) -> Pose2D:
     """Return row i of poses (n, 3) as a Pose2D."""
     return Pose2D(poses[i, 0], poses[i, 1], poses[i, 2])
 
 
 @kernel
-def follow_path(world, path, known):
+def follow_path(world: World, path: Path, known: Arrivals) -> np.ndarray:
     """Enter the path's own moves into the arrivals, so that whatever takes longer need not be looked at. Return the
     seconds (n,) that each takes, without changes of gear; inf beside the path.
     """
@@ -128,7 +130,7 @@ def follow_path(world, path, known):
 
 
 @kernel
-def go_on(world, path, known, i, taken):
+def go_on(world: World, path: Path, known: Arrivals, i: int, taken: float) -> None:
     """Go on from place i by the path's own move, which takes ``taken`` s, where that is sooner than what is known."""
     next, what = path.follow[i], kind_of(path.moves[i, 0])
     total = known.cost[i, OWN] + taken + gear(world.rules, known.kind[i, OWN], what)
@@ -139,7 +141,7 @@ def go_on(world, path, known, i, taken):
 
 
 @kernel
-def join_straight(world, path, known, i, j, reach):
+def join_straight(world: World, path: Path, known: Arrivals, i: int, j: int, reach: Reach) -> None:
     """Go straight from place i to place j, ahead and astern, where that is sooner than what is known."""
     x, y, gx, gy = path.poses[i, 0], path.poses[i, 1], path.poses[j, 0], path.poses[j, 1]
     length = math.hypot(gx - x, gy - y)
@@ -202,7 +204,7 @@ def may_pay(rules: Rules, known: Arrivals, leg: Leg, own: int) -> bool:
 
 
 @kernel
-def anchors_of(world, poses, follow):
+def anchors_of(world: World, poses: np.ndarray, follow: np.ndarray) -> np.ndarray:
     """Return the indices (int64) of the poses (n, 3) that legs are to join: first, last, and some between, nearer where
     it is tight, with all that are not on the path (follow (n,), see Path).
     """
@@ -221,7 +223,7 @@ def anchors_of(world, poses, follow):
 
 
 @kernel
-def towards_end(world, path):
+def towards_end(world: World, path: Path) -> np.ndarray:
     """Return the gap (n,), m, that a Path is allowed at each of its poses because it ends so near to something: the
     hard margin but for the last.
     """
@@ -239,12 +241,12 @@ def towards_end(world, path):
 
 
 @kernel
-def gear(rules, before, now):
+def gear(rules: Rules, before: int, now: int) -> float:
     """Return what it costs (s) that the last drive was of one kind and this is of the other."""
     return rules.gear_cost if before != TURNS and now != TURNS and before != now else 0.0
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world, poses, follow = example_world(), np.ones((2, 3)), np.array([1, -1])
     anchors = anchors_of(world, poses, follow)

@@ -1,10 +1,13 @@
 """The states that a search keeps, and the table that finds the best of a cell."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.planar import Pose2D
 
 
 class Tree(NamedTuple):
@@ -39,7 +42,7 @@ class Tree(NamedTuple):
 
 
 @kernel
-def empty_tree(most):
+def empty_tree(most: int) -> Tree:
     """Return a Tree with room for what a search of ``most`` expanded states finds."""
     room, size = 6 * most + 16, 1
     while size < 8 * most:
@@ -61,7 +64,9 @@ def empty_tree(most):
 
 
 @kernel
-def put(tree, n, pose, run, spent, origin):
+def put(
+    tree: Tree, n: int, pose: Pose2D, run: tuple[float, float], spent: tuple[float, float], origin: tuple[int, int, int]
+) -> None:
     """Keep state n: a Pose2D, the move (length m, turn rad) that led there, (s so far, gap allowed), and (the state
     before, heading in FINE_STEPs, kind of the move).
     """
@@ -72,7 +77,7 @@ def put(tree, n, pose, run, spent, origin):
 
 
 @kernel
-def slot_of(keys, key):
+def slot_of(keys: np.ndarray, key: int) -> int:
     """Return the place of a key in an open-addressed table whose empty places hold -1."""
     mask = np.uint64(len(keys) - 1)
     at = (np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)
@@ -83,7 +88,7 @@ def slot_of(keys, key):
 
 
 @kernel
-def trace(tree, last):
+def trace(tree: Tree, last: int) -> np.ndarray:
     """Return the moves (n, 5), x, y, yaw, length, turn, from the start to a state, and as one more row, with no move,
     the state itself.
     """
@@ -102,7 +107,7 @@ def trace(tree, last):
     return moves
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     tree = empty_tree(1)
     slot_of(tree.keys, 1)

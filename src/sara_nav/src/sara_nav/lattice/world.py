@@ -1,5 +1,7 @@
 """What the lattice's kernels look at: distances to obstacles, the body among them, and the rules that time moves."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -70,7 +72,7 @@ class Body:
     outline's points; ``inscribed``, ``circumscribed``: radii, m.
     """
 
-    def __init__(self, corners: np.ndarray, resolution: float):
+    def __init__(self, corners: np.ndarray, resolution: float) -> None:
         self.corners, self.resolution = np.ascontiguousarray(corners, dtype=np.float64), resolution
         self.inscribed, self.circumscribed = radii(self.corners)
         following = np.roll(self.corners, -1, axis=0)

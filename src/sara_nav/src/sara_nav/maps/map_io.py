@@ -4,6 +4,8 @@ Modes: ``trinary`` (free, occupied, unknown), ``scale`` (shades between the thre
 ``raw`` (pixel values as they are, wrapped into int8). ``map_saver`` writes what is read here.
 """
 
+from __future__ import annotations
+
 import math
 import os
 import re
@@ -59,7 +61,7 @@ class MapDescription:
     mode: str = 'trinary'
     unknown_keys: tuple = ()
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
@@ -78,7 +80,7 @@ class MapDescription:
         return result
 
 
-def occupancy(pixels, mode, negate, occupied_thresh, free_thresh):
+def occupancy(pixels: np.ndarray, mode: str, negate: bool, occupied_thresh: float, free_thresh: float) -> np.ndarray:
     """Turn an image into occupancy values.
 
     pixels: uint8 (rows, columns) grey, (rows, columns, 3) RGB or (rows, columns, 4) RGBA, row 0 at the top.
@@ -180,7 +182,7 @@ def _number(value):
         return None
 
 
-def read_image(path):
+def read_image(path: str) -> np.ndarray:
     """Return the pixels of an image as uint8: grey (rows, columns), RGB or RGBA (rows, columns, channels).
 
     Any format that Pillow knows: pgm (plain or binary, 8 or 16 bit), png and bmp above all. Colours of a palette are
@@ -230,7 +232,7 @@ def _plain_mode(image):
     return 'L' if image.mode in ('1', 'L') else 'RGB'
 
 
-def load_image(description):
+def load_image(description: MapDescription) -> GridMap:
     """Return the GridMap that a MapDescription describes; raises MapError."""
     faults = description.faults()
     if faults:
@@ -250,6 +252,6 @@ def load_image(description):
     return GridMap(data, geometry, yaw)
 
 
-def load_map(path):
+def load_map(path: str) -> GridMap:
     """Read a map from its YAML file and return a GridMap; raises MapError."""
     return load_image(load_description(path))

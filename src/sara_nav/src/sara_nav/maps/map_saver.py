@@ -5,6 +5,8 @@ occupied_thresh 0.65 and free_thresh 0.196. Both files lie in one folder and the
 that the pair can be moved; numbers are written in full, so that nothing is lost on the way.
 """
 
+from __future__ import annotations
+
 import math
 import os
 import tempfile
@@ -12,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image
+
+from sara_nav.maps.map_io import GridMap
 
 FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205
 FORMATS = ('pgm', 'png')
@@ -34,7 +38,7 @@ class SaverConfig:
     image_format: str = 'pgm'
     mode: str = 'trinary'
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 1 <= self.occupied <= 100:
@@ -51,7 +55,7 @@ class SaverConfig:
         return result
 
 
-def grey_values(data, config=SaverConfig()):
+def grey_values(data: np.ndarray, config: SaverConfig = SaverConfig()) -> np.ndarray:
     """Return the image, uint8 (rows, columns) with row 0 at the top, of occupancy values int8 with row 0 at the
     bottom.
     """
@@ -64,7 +68,7 @@ def grey_values(data, config=SaverConfig()):
     return pixels
 
 
-def description_text(image, grid_map, mode='trinary'):
+def description_text(image: str, grid_map: GridMap, mode: str = 'trinary') -> str:
     """Return the text of the YAML file for an image (file name) of a GridMap."""
     g = grid_map.geometry
     numbers = [float(v) for v in (g.resolution, g.origin_x, g.origin_y, grid_map.origin_yaw)]
@@ -84,7 +88,7 @@ def _yaml_number(value):
     return text.replace('e', '.0e', 1) if 'e' in text and '.' not in text else text
 
 
-def save_map(grid_map, config=SaverConfig()):
+def save_map(grid_map: GridMap, config: SaverConfig = SaverConfig()) -> tuple[str, str]:
     """Write NAME.pgm (or .png) and NAME.yaml and return both paths.
 
     Each file appears whole or not at all, the image first. Raises SaveError, and ValueError for a bad config.

@@ -5,6 +5,8 @@ It follows the poses it remembers by pure pursuit (Coulter, 1992), backwards, or
 In each cycle the footprint is tried on the local costmap along the arc that it is about to drive.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -14,7 +16,7 @@ from sara_common.config import range_faults
 from sara_common.planar import wrap
 from sara_nav.grids.free_motions import arc
 from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, next_speed
-from sara_nav.recovery.behaviours import RECOVERIES, RecoveryStep
+from sara_nav.recovery.behaviours import RECOVERIES, Recovery, RecoveryStep, Situation
 
 LOOKAHEAD = 0.3
 """Distance (m) of the remembered pose that is aimed at."""
@@ -55,7 +57,7 @@ class BackOutConfig:
     ahead: float = 0.3
     held_timeout: float = 3.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = range_faults(
             self,
@@ -79,15 +81,14 @@ class BackOutConfig:
 
 
 @RECOVERIES.register('sara_nav/BackOutRecovery')
-class BackOutRecovery:
+class BackOutRecovery(Recovery):
     """Drives back; see the module."""
 
     config_class = BackOutConfig
 
-    def __init__(self, name, config=BackOutConfig()):
-        self.name = name
-        self.config = config
-        self._limits = SpeedLimits(config.acc_lim, config.acc_lim, config.jerk_lim)
+    def __init__(self, name: str, config: BackOutConfig | None = None) -> None:
+        super().__init__(name, config)
+        self._limits = SpeedLimits(self.config.acc_lim, self.config.acc_lim, self.config.jerk_lim)
         self._begin(None)
 
     def _begin(self, pose):
@@ -96,15 +97,11 @@ class BackOutRecovery:
         self._sign, self._turning, self._manner, self._since = 0, False, ALONG, 0.0
         self._end = ''
 
-    def start(self, situation):
+    def start(self, situation: Situation) -> None:
         """Begin."""
         self._begin(situation.local_pose)
 
-    def missing(self, global_costmap, local_costmap):
-        """Return no sentences: there is nothing it needs of the costmaps."""
-        return []
-
-    def update(self, situation):
+    def update(self, situation: Situation) -> RecoveryStep:
         """Return what to drive in this cycle."""
         c, here = self.config, situation.local_pose
         self._driven += here.distance(self._from)
@@ -179,13 +176,8 @@ class BackOutRecovery:
             self._end = why
             return
         self._manner += 1
-        self._turning, self._since, self._still_since, self._speed, self._acceleration = (
-            False,
-            self._driven,
-            None,
-            0.0,
-            0.0,
-        )
+        self._turning, self._since, self._still_since = False, self._driven, None
+        self._speed = self._acceleration = 0.0
         if self._manner == AWAY:
             self._sign, self._driven, self._since = -self._sign, 0.0, 0.0
 

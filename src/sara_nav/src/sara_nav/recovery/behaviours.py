@@ -6,13 +6,20 @@ up:
 are through, and cannot be cancelled.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_nav.config.registry import Registry
+from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.costmaps.layered_costmap import LayeredCostmap
+from sara_nav.goals.driven_path import Track
+from sara_nav.grids.collision import LocalWorld
 
 NOT_CLEARED = ('costmap_2d::StaticLayer', 'costmap_2d::InflationLayer')
 """Layers that hold nothing a sensor has seen."""
@@ -21,7 +28,7 @@ NOT_CLEARED = ('costmap_2d::StaticLayer', 'costmap_2d::InflationLayer')
 class RecoveryRegistry(Registry):
     """Behaviours by the name users write into ``recovery_behaviors``, with or without its package."""
 
-    def find(self, name):
+    def find(self, name: str) -> type:
         """Return the class of that name; raises UnknownPlanner, whose text says what there is."""
         full = [known for known in (*self.names(), *self.refused) if name == known.split('/')[-1]]
         return super().find(full[0] if full else name)
@@ -49,12 +56,12 @@ class Situation:
     pose: Pose2D
     local_pose: Pose2D
     velocity: tuple
-    world: object
-    costmaps: object
-    track: object = None
-    goal: object = None
+    world: LocalWorld
+    costmaps: CostmapPair
+    track: Track | None = None
+    goal: Pose2D | None = None
     why: str = ''
-    plan: object = None
+    plan: Callable[[], np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -85,7 +92,7 @@ class ClearCostmapConfig:
     affected_maps: str = 'both'
     layer_names: tuple = None
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not (math.isfinite(self.reset_distance) and self.reset_distance >= 0.0):
@@ -98,21 +105,37 @@ class ClearCostmapConfig:
         return result
 
 
+class Recovery:
+    """A behaviour called ``name``, with its ``config``."""
+
+    config_class: type
+    clears_only = False
+    """It does no more than to clear costmaps."""
+
+    def __init__(self, name: str, config: object = None) -> None:
+        self.name = name
+        self.config = self.config_class() if config is None else config
+
+    def start(self, situation: Situation) -> None:
+        """Begin."""
+
+    def missing(self, global_costmap: LayeredCostmap, local_costmap: LayeredCostmap) -> list[str]:
+        """Return sentences on what the costmaps do not have though it is asked for."""
+        return []
+
+    def update(self, situation: Situation) -> RecoveryStep:
+        """Return what to do in this control cycle."""
+        raise NotImplementedError
+
+
 @RECOVERIES.register('clear_costmap_recovery/ClearCostmapRecovery')
-class ClearCostmapRecovery:
+class ClearCostmapRecovery(Recovery):
     """Forgets what sensors marked, away from the robot; through in one step."""
 
     config_class = ClearCostmapConfig
     clears_only = True
 
-    def __init__(self, name, config=ClearCostmapConfig()):
-        self.name = name
-        self.config = config
-
-    def start(self, situation):
-        """Begin."""
-
-    def layers(self, costmap):
+    def layers(self, costmap: LayeredCostmap) -> list[str]:
         """Return the names of the costmap's layers that are cleared; one named by several parts is known by its
         last.
         """
@@ -120,7 +143,7 @@ class ClearCostmapRecovery:
             return [n for n, layer in costmap.layers.items() if getattr(layer, 'plugin_name', '') not in NOT_CLEARED]
         return [n for n in costmap.layers if n.split('/')[-1] in self.config.layer_names]
 
-    def missing(self, global_costmap, local_costmap):
+    def missing(self, global_costmap: LayeredCostmap, local_costmap: LayeredCostmap) -> list[str]:
         """Return sentences about names in layer_names that no affected costmap has, and about having nothing to
         clear.
         """
@@ -137,7 +160,7 @@ class ClearCostmapRecovery:
             result.append(f'recovery behaviour {self.name} has nothing to clear: no affected costmap has such a layer')
         return result
 
-    def update(self, situation):
+    def update(self, situation: Situation) -> RecoveryStep:
         """Clear; the text says what."""
         c, said = self.config, []
         both = situation.costmaps
@@ -176,7 +199,7 @@ class RotateRecoveryConfig:
     min_in_place_vel_theta: float = 0.4
     yaw_goal_tolerance: float = 0.10
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return [
             f'{name} is {getattr(self, name)!r}, allowed are numbers above 0'
@@ -186,7 +209,7 @@ class RotateRecoveryConfig:
 
 
 @RECOVERIES.register('rotate_recovery/RotateRecovery')
-class RotateRecovery:
+class RotateRecovery(Recovery):
     """Turns once about, counter-clockwise; stops when any part of what is left of the turn would touch something.
 
     The peer looks at the footprint's outline; here its inside counts too. The turn is measured in the local costmap's
@@ -198,23 +221,13 @@ class RotateRecovery:
     SLOW_ENOUGH = 0.05
     """Speed (m/s) below which a robot that was driving may begin to turn."""
 
-    def __init__(self, name, config=RotateRecoveryConfig()):
-        self.name = name
-        self.config = config
-        self._yaw = None
-        self._turned = self._rate = self._began = 0.0
-
-    def start(self, situation):
+    def start(self, situation: Situation) -> None:
         """Begin."""
         self._yaw = situation.local_pose.yaw
         self._turned = self._rate = 0.0
         self._began = situation.t
 
-    def missing(self, global_costmap, local_costmap):
-        """Return no sentences: there is nothing it needs of the costmaps."""
-        return []
-
-    def update(self, situation):
+    def update(self, situation: Situation) -> RecoveryStep:
         """Return the turn for this cycle: as fast as lets it stop in time, within the limits."""
         c, pose = self.config, situation.pose
         self._turned += wrap(situation.local_pose.yaw - self._yaw)

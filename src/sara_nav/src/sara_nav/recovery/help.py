@@ -6,14 +6,25 @@ is free once it has forgotten what its
 sensors saw: they may not look there any more. A way that stays blocked ends the goal, in words.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_common.config import range_faults
+from sara_common.planar import Pose2D
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.planners.planning import PlanError
-from sara_nav.recovery.behaviours import RECOVERIES, ClearCostmapConfig, ClearCostmapRecovery, RecoveryStep
+from sara_nav.recovery.behaviours import (
+    RECOVERIES,
+    ClearCostmapConfig,
+    ClearCostmapRecovery,
+    Recovery,
+    RecoveryStep,
+    Situation,
+)
 
 PERIOD = 1.0
 """Seconds between two tries to plan."""
@@ -40,26 +51,25 @@ class AskForHelpConfig:
     look_ahead: float = 1.0
     nearby: float = 1.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return range_faults(self, {'patience': (1.0, 3600.0), 'look_ahead': (0.0, 100.0), 'nearby': (0.0, 10.0)})
 
 
 @RECOVERIES.register('sara_nav/AskForHelp')
-class AskForHelp:
+class AskForHelp(Recovery):
     """Waits for a person; see the module."""
 
     config_class = AskForHelpConfig
 
-    def __init__(self, name, config=AskForHelpConfig()):
-        self.name = name
-        self.config = config
+    def __init__(self, name: str, config: AskForHelpConfig | None = None) -> None:
+        super().__init__(name, config)
         self._began = self._tried = -math.inf
         self._was_blocked = False
         self._sentence = ''
         self._forget = ClearCostmapRecovery(name, ClearCostmapConfig(reset_distance=0.0, force_updating=True))
 
-    def start(self, situation):
+    def start(self, situation: Situation) -> None:
         """Begin."""
         self._began = self._tried = situation.t
         self._was_blocked = self._way(situation) is None
@@ -74,11 +84,7 @@ class AskForHelp:
             )
         )
 
-    def missing(self, global_costmap, local_costmap):
-        """Return no sentences: there is nothing it needs of the costmaps."""
-        return []
-
-    def update(self, situation):
+    def update(self, situation: Situation) -> RecoveryStep:
         """Stand, and look whether the way is free."""
         waited = situation.t - self._began
         if self._was_blocked and situation.t - self._tried >= PERIOD - 1e-3:
@@ -114,7 +120,7 @@ class AskForHelp:
         return None if situation.world.worsens(poses) else plan
 
 
-def nearest_obstacle(world, pose, within):
+def nearest_obstacle(world: LocalWorld, pose: Pose2D, within: float) -> tuple[float, str] | None:
     """Return (m from the box about the footprint, which side) of the obstacle nearest to a robot at a Pose2D, or None
     beyond ``within``.
     """

@@ -3,11 +3,41 @@
 Each update asks the layers, from the bottom up, first which cells changed and then to write their costs into those.
 """
 
+from __future__ import annotations
+
 from collections import Counter
+from typing import Protocol
 
 import numpy as np
 
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import UNKNOWN
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.windows import Window, Windows
+
+
+class LayerConfig(Protocol):
+    """A layer's parameters, a frozen dataclass."""
+
+    enabled: bool
+
+    def faults(self) -> list[str]:
+        """Return a list of sentences, one for each bad value."""
+
+
+class Parent(Protocol):
+    """What a layer uses of the LayeredCostmap that it is part of."""
+
+    geometry: GridGeometry
+    footprint: np.ndarray
+    inscribed_radius: float
+    layers: dict[str, Layer]
+
+    def touch_all(self) -> None:
+        """Have everything computed anew in the next update."""
+
+    def resize(self, geometry: GridGeometry, locked: bool = False) -> None:
+        """Take another GridGeometry."""
 
 
 class Layer:
@@ -18,7 +48,7 @@ class Layer:
 
     config_class = None
 
-    def __init__(self, name, config=None):
+    def __init__(self, name: str, config: LayerConfig | None = None) -> None:
         self.name = name
         self.config = self.config_class() if config is None else config
         faults = self.config.faults()
@@ -29,41 +59,41 @@ class Layer:
         self.parent = None
 
     @property
-    def enabled(self):
+    def enabled(self) -> bool:
         """False when the layer is switched off; then it neither marks nor clears."""
         return self.config.enabled
 
-    def attach(self, parent):
+    def attach(self, parent: Parent) -> None:
         """Take the LayeredCostmap that this layer is part of."""
         self.parent = parent
         self.resize(parent.geometry)
 
-    def resize(self, geometry):
+    def resize(self, geometry: GridGeometry) -> None:
         """The costmap has a new GridGeometry: what was known is forgotten."""
 
-    def roll(self, columns, rows):
+    def roll(self, columns: int, rows: int) -> None:
         """The window moved by whole cells; what is still in it is kept."""
 
-    def update_bounds(self, t, pose, windows):
+    def update_bounds(self, t: float, pose: Pose2D | None, windows: Windows) -> None:
         """Take in what was learned until ``t`` (s) and enter what changed into the Windows. pose: Pose2D or None."""
 
-    def update_costs(self, costs, window):
+    def update_costs(self, costs: np.ndarray, window: Window) -> None:
         """Write into the cells of a window of the costmap's array (h, w)."""
 
-    def finish(self, costs, window):
+    def finish(self, costs: np.ndarray, window: Window) -> None:
         """Write what depends on the costs around a window too, once all windows were written."""
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget what sensors said."""
 
-    def clear(self, x0, y0, xn, yn, invert):
+    def clear(self, x0: int, y0: int, xn: int, yn: int, invert: bool) -> bool:
         """Forget all cells but x0 < x < xn, y0 < y < yn, or with ``invert`` just those; False: nothing to forget."""
         return False
 
-    def footprint_changed(self):
+    def footprint_changed(self) -> None:
         """The robot's outline is another one now."""
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: LayerConfig) -> None:
         """Take a new configuration; raises ValueError naming what is wrong in it."""
         faults = config.faults()
         if faults:
@@ -71,14 +101,14 @@ class Layer:
         self.config = config
         self.parent.touch_all()
 
-    def time_went_back(self, t):
+    def time_went_back(self, t: float) -> None:
         """The clock was set back to ``t`` (s): stamps from before mean nothing."""
 
-    def stale(self, t):
+    def stale(self, t: float) -> str:
         """Return '' or a sentence on what this layer waits for."""
         return ''
 
-    def drop(self, kind, text):
+    def drop(self, kind: str, text: str) -> None:
         """Count something that cannot be used."""
         self.counts[kind] += 1
         self.problem = text
@@ -90,23 +120,23 @@ class GridLayer(Layer):
     default = UNKNOWN
     """Cost of a cell that nothing is known of; unknown cells leave the costmap as it is."""
 
-    def resize(self, geometry):
+    def resize(self, geometry: GridGeometry) -> None:
         self.costs = np.full(geometry.shape, self.default, np.uint8)
 
-    def roll(self, columns, rows):
+    def roll(self, columns: int, rows: int) -> None:
         self.costs = shifted(self.costs, columns, rows, self.default)
 
-    def reset(self):
+    def reset(self) -> None:
         self.costs[:] = self.default
         self.parent.touch_all()
 
-    def clear(self, x0, y0, xn, yn, invert):
+    def clear(self, x0: int, y0: int, xn: int, yn: int, invert: bool) -> bool:
         self.costs[outside(self.costs.shape, x0, y0, xn, yn, invert)] = UNKNOWN
         self.parent.touch_all()
         return True
 
 
-def shifted(array, columns, rows, fill):
+def shifted(array: np.ndarray, columns: int, rows: int, fill: float) -> np.ndarray:
     """Return what a window over ``array`` (h, w) sees after it moved by whole cells; new cells hold ``fill``."""
     result = np.empty(array.shape, array.dtype)
     result.fill(fill)
@@ -118,14 +148,14 @@ def shifted(array, columns, rows, fill):
     return result
 
 
-def outside(shape, x0, y0, xn, yn, invert):
+def outside(shape: tuple[int, int], x0: int, y0: int, xn: int, yn: int, invert: bool) -> np.ndarray:
     """Return a mask of all cells but x0 < x < xn, y0 < y < yn; with ``invert`` of just those."""
     mask = np.full(shape, not invert)
     mask[max(0, y0 + 1) : max(0, yn), max(0, x0 + 1) : max(0, xn)] = invert
     return mask
 
 
-def combine(costs, own, window, maximum):
+def combine(costs: np.ndarray, own: np.ndarray, window: Window, maximum: bool) -> None:
     """Write a layer's costs into a window: the greater one (``maximum``), or its own; unknown cells write nothing."""
     x0, y0, xn, yn = window
     master, values = costs[y0:yn, x0:xn], own[y0:yn, x0:xn]

@@ -6,6 +6,8 @@ sensor and explain nothing; their direction is that of the occupied cells about 
 Wherever a wall ends or has a corner, it echoes. Compiled by numba.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -41,7 +43,7 @@ class Mapped(NamedTuple):
 
 
 @kernel
-def explained(mapped, readings, near):
+def explained(mapped: Mapped, readings: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return for each reading whether a Mapped explains its echo, bool (n,).
 
     readings: float64 (n, 6), x, y, yaw, distance, half the cone, and not 0.0 for no echo. near: bool (n,), the echo is
@@ -87,7 +89,7 @@ def explained(mapped, readings, near):
 
 
 @kernel
-def explain(mapped, readings, near):
+def explain(mapped: Mapped, readings: np.ndarray, near: np.ndarray) -> None:
     """Turn each echo that the map explains into an empty cone up to where that may be, in the readings themselves;
     arguments as of ``explained``.
     """
@@ -99,7 +101,7 @@ def explain(mapped, readings, near):
 
 
 @kernel
-def of_some_length(readings):
+def of_some_length(readings: np.ndarray) -> np.ndarray:
     """Return the readings (n, 6) whose distance is above 0; those given where that is all of them."""
     kept = np.empty_like(readings)
     count = 0
@@ -146,7 +148,7 @@ def _echoes(costs, column, row, axis_x, axis_y, cos_steepest):
     return abs(axis_y * math.cos(angle) - axis_x * math.sin(angle)) >= cos_steepest
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
     mapped = Mapped(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 0.1, 0.5)
     explained(mapped, np.zeros((1, 6)), np.zeros(1, np.bool_))

@@ -4,16 +4,20 @@ Sources, ranges, heights, persistence and the ways to combine are the peer's. Wh
 the costmap's frame (observations.py).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_common.config import range_faults
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import FREE, UNKNOWN
 from sara_nav.costmaps.layers import rays
-from sara_nav.costmaps.layers.base import GridLayer, combine
+from sara_nav.costmaps.layers.base import GridLayer, Parent, combine
 from sara_nav.costmaps.observations import Observation
+from sara_nav.grids.windows import Window, Windows
 
 DATA_TYPES = ('PointCloud', 'PointCloud2', 'LaserScan')
 OVERWRITE, MAXIMUM, NOTHING = 0, 1, 99
@@ -38,7 +42,7 @@ class SourceConfig:
     obstacle_range: float = 2.5
     raytrace_range: float = 3.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if self.data_type not in DATA_TYPES:
@@ -65,7 +69,7 @@ class ObstacleConfig:
     sources: tuple = ()
     enabled: bool = True
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = [f'{source.name}/{fault}' for source in self.sources for fault in source.faults()]
         if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
@@ -85,25 +89,25 @@ class ObstacleLayer(GridLayer):
     config_class = ObstacleConfig
 
     @property
-    def default(self):
+    def default(self) -> int:
         """Cost of a cell that nothing is known of."""
         return UNKNOWN if self.config.track_unknown_space else FREE
 
-    def attach(self, parent):
+    def attach(self, parent: Parent) -> None:
         self._seen = {source.name: [] for source in self.config.sources}
         self._heard = {}
         self._new = set()
         self._started = None
         super().attach(parent)
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: ObstacleConfig) -> None:
         super().reconfigure(config)
         for source in config.sources:
             self._seen.setdefault(source.name, [])
 
     # -- observations in ---------------------------------------------------------------------------------------
 
-    def add_observation(self, observation):
+    def add_observation(self, observation: Observation) -> None:
         """Take an Observation for the coming updates; one that makes no sense is dropped and counted."""
         source = next((s for s in self.config.sources if s.name == observation.source), None)
         if source is None:
@@ -140,18 +144,18 @@ class ObstacleLayer(GridLayer):
             del seen[1:]
         self._new.add(source.name)
 
-    def forget_observations(self):
+    def forget_observations(self) -> None:
         """Forget what was observed; the marks it made stay."""
         for seen in self._seen.values():
             seen.clear()
 
-    def time_went_back(self, t):
+    def time_went_back(self, t: float) -> None:
         self.forget_observations()
         self._heard.clear()
         self._new.clear()
         self._started = t
 
-    def stale(self, t):
+    def stale(self, t: float) -> str:
         late = []
         for source in self.config.sources:
             silent = t - self._heard.get(source.name, t if self._started is None else self._started)
@@ -164,7 +168,7 @@ class ObstacleLayer(GridLayer):
 
     # -- the layer ---------------------------------------------------------------------------------------------
 
-    def update_bounds(self, t, pose, windows):
+    def update_bounds(self, t: float, pose: Pose2D | None, windows: Windows) -> None:
         if self._started is None:
             self._started = t
         self._heard.update((name, t) for name in self._new)
@@ -175,23 +179,13 @@ class ObstacleLayer(GridLayer):
                     o for o in self._seen[source.name] if t - o.stamp <= source.observation_persistence
                 ]
         for source in self.config.sources:
-            if source.clearing:
-                for observation in self._seen[source.name]:
-                    self._clear_rays(observation, source, windows)
-        g = self.parent.geometry
+            for observation in self._seen[source.name] if source.clearing else ():
+                self._clear_rays(observation, source, windows)
+        grid, highest = self.parent.geometry.grid, float(self.config.max_obstacle_height)
         for source in self.config.sources:
-            if source.marking:
-                for o in self._seen[source.name]:
-                    windows.add(
-                        *rays.mark_points(
-                            self.costs,
-                            g.grid,
-                            np.array(o.origin, np.float64),
-                            o.points,
-                            float(source.obstacle_range),
-                            float(self.config.max_obstacle_height),
-                        )
-                    )
+            for o in self._seen[source.name] if source.marking else ():
+                sensor, limit = np.array(o.origin, np.float64), float(source.obstacle_range)
+                windows.add(*rays.mark_points(self.costs, grid, sensor, o.points, limit, highest))
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
             self._clear_footprint(pose, windows)
 
@@ -201,15 +195,8 @@ class ObstacleLayer(GridLayer):
         if g.to_cell(x, y) is None:
             self.drop('sensors_off_the_map', f'a sensor at ({x:.2f}, {y:.2f}) is off the map: nothing is cleared')
             return
-        windows.add(
-            *rays.clear_rays(
-                self.costs,
-                g.grid,
-                (float(x), float(y)),
-                observation.points,
-                math.ceil(source.raytrace_range / g.resolution),
-            )
-        )
+        reach = math.ceil(source.raytrace_range / g.resolution)
+        windows.add(*rays.clear_rays(self.costs, g.grid, (float(x), float(y)), observation.points, reach))
 
     def _clear_footprint(self, pose, windows):
         g = self.parent.geometry
@@ -224,11 +211,11 @@ class ObstacleLayer(GridLayer):
         if np.abs(cells).max() < 1e6:
             windows.add(*rays.free_polygon(self.costs, cells.astype(np.int64)))
 
-    def update_costs(self, costs, window):
+    def update_costs(self, costs: np.ndarray, window: Window) -> None:
         if self.config.combination_method != NOTHING:
             combine(costs, self.costs, window, self.config.combination_method == MAXIMUM)
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel."""
     rays.warm()

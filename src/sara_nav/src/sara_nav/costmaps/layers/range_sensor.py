@@ -6,16 +6,20 @@ marked is forgotten after ``pixel_decay`` (``use_decay``, on here and off in the
 peer's) echoes that the map explains mark nothing, for the cone of an ultrasonic sensor drawn as an arc closes doors.
 """
 
+from __future__ import annotations
+
 import math
 from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.layers import cone, mapped_echo
-from sara_nav.costmaps.layers.base import Layer, outside, shifted
+from sara_nav.costmaps.layers.base import Layer, Parent, outside, shifted
 from sara_nav.costmaps.layers.range_sensor_config import RangeSensorConfig
-from sara_nav.grids.windows import around
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.windows import Window, Windows, around
 
 FARTHEST = 1e6
 """Positions (m) and angles (rad) beyond this are nonsense; cells there could not even be counted."""
@@ -43,7 +47,7 @@ class RangeSensorLayer(Layer):
 
     config_class = RangeSensorConfig
 
-    def attach(self, parent):
+    def attach(self, parent: Parent) -> None:
         self._waiting = deque(maxlen=MOST_WAITING)
         self._stamps = {}
         self._heard = {}
@@ -51,13 +55,13 @@ class RangeSensorLayer(Layer):
         self._kind = self.config.input_sensor_type.upper()
         super().attach(parent)
 
-    def resize(self, geometry):
+    def resize(self, geometry: GridGeometry) -> None:
         self._grid = np.full(geometry.shape, 0.5, np.float32)
         self._seen_at = np.full(geometry.shape, -math.inf)
         self._forget_free()
         self._marks = None
 
-    def roll(self, columns, rows):
+    def roll(self, columns: int, rows: int) -> None:
         self._grid = shifted(self._grid, columns, rows, 0.5)
         self._seen_at = shifted(self._seen_at, columns, rows, -math.inf)
         if len(self._free_at):
@@ -67,12 +71,12 @@ class RangeSensorLayer(Layer):
             height, width = self._grid.shape
             self._marks = (max(0, x0 - columns), max(0, y0 - rows), min(width, xn - columns), min(height, yn - rows))
 
-    def reset(self):
+    def reset(self) -> None:
         self._waiting.clear()
         self.resize(self.parent.geometry)
         self.parent.touch_all()
 
-    def clear(self, x0, y0, xn, yn, invert):
+    def clear(self, x0: int, y0: int, xn: int, yn: int, invert: bool) -> bool:
         forgotten = outside(self._grid.shape, x0, y0, xn, yn, invert)
         self._grid[forgotten] = 0.5
         if len(self._free_at):
@@ -80,7 +84,7 @@ class RangeSensorLayer(Layer):
         self.parent.touch_all()
         return True
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: RangeSensorConfig) -> None:
         remembered = self.config.free_memory > 0.0
         super().reconfigure(config)
         self._kind = config.input_sensor_type.upper()
@@ -91,7 +95,7 @@ class RangeSensorLayer(Layer):
         """Keep when cells were last seen free only where that is asked for; nothing is known of it yet."""
         self._free_at = np.full(self._grid.shape if self.config.free_memory > 0.0 else (0, 0), -math.inf)
 
-    def time_went_back(self, t):
+    def time_went_back(self, t: float) -> None:
         self._waiting.clear()
         self._stamps.clear()
         self._heard.clear()
@@ -101,7 +105,7 @@ class RangeSensorLayer(Layer):
 
     # -- readings in -------------------------------------------------------------------------------------------
 
-    def add_range(self, reading):
+    def add_range(self, reading: RangeReading) -> None:
         """Take a RangeReading for the next update; one that makes no sense is dropped and counted, and while the layer
         is switched off nothing is kept.
         """
@@ -153,7 +157,7 @@ class RangeSensorLayer(Layer):
 
     # -- the layer ---------------------------------------------------------------------------------------------
 
-    def update_bounds(self, t, pose, windows):
+    def update_bounds(self, t: float, pose: Pose2D | None, windows: Windows) -> None:
         if self._started is None:
             self._started = t
         g, c = self.parent.geometry, self.config
@@ -198,10 +202,10 @@ class RangeSensorLayer(Layer):
                 mapped_echo.explain(mapped, readings, near)
         return mapped_echo.of_some_length(readings)
 
-    def update_costs(self, costs, window):
+    def update_costs(self, costs: np.ndarray, window: Window) -> None:
         cone.write(self._grid, costs, window, float(self.config.clear_threshold), float(self.config.mark_threshold))
 
-    def stale(self, t):
+    def stale(self, t: float) -> str:
         limit = self.config.no_readings_timeout
         if limit <= 0.0 or not self.enabled or self._started is None:
             return ''
@@ -209,12 +213,12 @@ class RangeSensorLayer(Layer):
         return '; '.join(f'range sensor on {source} silent for {age:.1f} s' for age, source in silent if age > limit)
 
     @property
-    def probabilities(self):
+    def probabilities(self) -> np.ndarray:
         """float32 (h, w): how likely each cell is occupied; 0.5 where nothing is known."""
         return self._grid
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel."""
     cone.warm()
     mapped_echo.warm()

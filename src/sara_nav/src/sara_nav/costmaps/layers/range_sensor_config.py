@@ -39,7 +39,7 @@ class RangeSensorConfig:
     free_memory: float = 0.0
     enabled: bool = True
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if isinstance(self.topics, str) or not all(isinstance(topic, str) and topic for topic in self.topics):
@@ -70,7 +70,7 @@ class RangeSensorConfig:
             )
         return result
 
-    def sources(self):
+    def sources(self) -> tuple[str, ...]:
         """Return the topics with ``ns`` before them."""
         if not self.ns:
             return tuple(self.topics)

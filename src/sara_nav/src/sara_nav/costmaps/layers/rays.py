@@ -3,6 +3,8 @@
 Each kernel returns the window (x0, y0, xn, yn) of the cells whose cost it changed, empty when it changed none.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -10,13 +12,13 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_nav.grids.grid import Grid
 from sara_nav.grids.outline import line_cells
-from sara_nav.grids.windows import grown
+from sara_nav.grids.windows import Window, grown
 
 FREE, LETHAL = 0, 254
 
 
 @kernel
-def clear_rays(costs, grid, sensor, points, reach):
+def clear_rays(costs: np.ndarray, grid: Grid, sensor: tuple[float, float], points: np.ndarray, reach: int) -> Window:
     """Free the cells on the lines from a sensor (x, y), m, on the grid to points (n, 3), m, no further than ``reach``
     cells. grid: a Grid.
     """
@@ -59,7 +61,9 @@ def _free_line(costs, begin, end, reach, window):
 
 
 @kernel
-def mark_points(costs, grid, sensor, points, obstacle_range, highest):
+def mark_points(
+    costs: np.ndarray, grid: Grid, sensor: np.ndarray, points: np.ndarray, obstacle_range: float, highest: float
+) -> Window:
     """Make lethal the cells of points (n, 3), m, nearer to the sensor (3,) than ``obstacle_range`` and not above
     ``highest``. grid: a Grid.
     """
@@ -80,7 +84,7 @@ def mark_points(costs, grid, sensor, points, obstacle_range, highest):
 
 
 @kernel
-def free_polygon(costs, cells):
+def free_polygon(costs: np.ndarray, cells: np.ndarray) -> Window:
     """Free the cells of a convex polygon whose corners lie in ``cells`` (k, 2) int64 (column, row), its outline too."""
     height, width = costs.shape
     left, right = max(0, cells[:, 0].min()), min(width - 1, cells[:, 0].max())
@@ -104,7 +108,7 @@ def free_polygon(costs, cells):
     return window
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs, points = np.zeros((3, 3), np.uint8), np.zeros((1, 3))
     grid = Grid(0.0, 0.0, 1.0)

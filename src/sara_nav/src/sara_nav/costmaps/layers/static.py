@@ -4,6 +4,8 @@ A costmap that does not roll takes the map's size; a rolling one looks the map u
 the map's frame is another one than the costmap's.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -12,8 +14,9 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, static_costs
-from sara_nav.costmaps.layers.base import GridLayer, combine
-from sara_nav.grids.grid import Grid
+from sara_nav.costmaps.layers.base import GridLayer, Parent, combine
+from sara_nav.grids.grid import Grid, GridGeometry
+from sara_nav.grids.windows import Window, Windows
 from sara_nav.maps.map_io import GridMap, MapError
 
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
@@ -26,29 +29,29 @@ class StaticLayer(GridLayer):
 
     config_class = StaticLayerConfig
 
-    def attach(self, parent):
+    def attach(self, parent: Parent) -> None:
         self._map = None
         self._frame = Pose2D(0.0, 0.0, 0.0)
         self._windows = []
         super().attach(parent)
 
     @property
-    def rolling(self):
+    def rolling(self) -> bool:
         """True when the costmap rolls: then ``costs`` lie on the map's cells instead of the costmap's."""
         return self.parent.config.rolling_window
 
-    def resize(self, geometry):
+    def resize(self, geometry: GridGeometry) -> None:
         if not self.rolling:
             self._windows = []
             super().resize(geometry)
 
-    def roll(self, columns, rows):
+    def roll(self, columns: int, rows: int) -> None:
         pass
 
-    def stale(self, t):
+    def stale(self, t: float) -> str:
         return '' if self._map is not None else f'no map on {self.config.map_topic} yet'
 
-    def mapped(self):
+    def mapped(self) -> tuple[np.ndarray, GridGeometry, Pose2D] | None:
         """Return (costs (h, w), the GridGeometry they lie on, the costmap's frame in that grid's, Pose2D); None without
         a map.
         """
@@ -60,7 +63,7 @@ class StaticLayer(GridLayer):
 
     # -- data in -----------------------------------------------------------------------------------------------
 
-    def set_map(self, grid_map):
+    def set_map(self, grid_map: GridMap) -> bool:
         """Take a GridMap; returns False when it is ignored as ``first_map_only`` asks; raises MapError."""
         if self._map is not None and self.config.first_map_only:
             return False
@@ -84,7 +87,7 @@ class StaticLayer(GridLayer):
         self._take_map()
         return True
 
-    def update_map(self, x, y, values):
+    def update_map(self, x: int, y: int, values: np.ndarray) -> bool:
         """Take new values (rows, columns) int8 of a part of the map whose lower left cell is (x, y); MapError."""
         values = np.asarray(values)
         if self._map is None:
@@ -112,7 +115,7 @@ class StaticLayer(GridLayer):
             self._windows.append((x, y, x + values.shape[1], y + values.shape[0]))
         return True
 
-    def set_frame(self, pose):
+    def set_frame(self, pose: Pose2D) -> None:
         """Say where the costmap's frame is in the map's (Pose2D); only a rolling costmap may be in another frame."""
         if not pose.is_finite():
             self.drop('bad_frames', 'a transform to the map that holds a NaN')
@@ -121,12 +124,12 @@ class StaticLayer(GridLayer):
             self._frame = pose
             self.parent.touch_all()
 
-    def reset(self):
+    def reset(self) -> None:
         """Take the map anew, as it came last."""
         if self._map is not None:
             self._take_map()
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: StaticLayerConfig) -> None:
         super().reconfigure(config)
         if self._map is not None:
             self._take_map()
@@ -139,7 +142,7 @@ class StaticLayer(GridLayer):
 
     # -- the layer ---------------------------------------------------------------------------------------------
 
-    def clear(self, x0, y0, xn, yn, invert):
+    def clear(self, x0: int, y0: int, xn: int, yn: int, invert: bool) -> bool:
         if self.rolling:
             return self._clear_on_map(x0, y0, xn, yn, invert)
         return super().clear(x0, y0, xn, yn, invert)
@@ -161,12 +164,12 @@ class StaticLayer(GridLayer):
         self.parent.touch_all()
         return True
 
-    def update_bounds(self, t, pose, windows):
+    def update_bounds(self, t: float, pose: Pose2D | None, windows: Windows) -> None:
         pending, self._windows = self._windows, []
         for window in pending:
             windows.add(*window)
 
-    def update_costs(self, costs, window):
+    def update_costs(self, costs: np.ndarray, window: Window) -> None:
         if self._map is None:
             return
         x0, y0, xn, yn = window
@@ -191,7 +194,7 @@ class Source(NamedTuple):
 
 
 @kernel
-def look_up(costs, grid, window, source, maximum):
+def look_up(costs: np.ndarray, grid: Grid, window: Window, source: Source, maximum: bool) -> None:
     """Copy a Source's costs into a window (x0, y0, xn, yn) of a Grid; ``maximum``: where they are higher.
 
     Cells whose centre is off the map are left as they are.
@@ -212,7 +215,7 @@ def look_up(costs, grid, window, source, maximum):
                 costs[row, column] = source.costs[v, u]
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
     costs, grid = np.zeros((2, 2), np.uint8), Grid(0.0, 0.0, 1.0)
     look_up(costs, grid, (0, 0, 2, 2), Source(costs, grid, (0.0, 0.0, 0.0)), False)
