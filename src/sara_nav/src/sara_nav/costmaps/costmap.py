@@ -14,10 +14,8 @@ import numpy as np
 
 from sara_common.config import range_faults
 from sara_nav.grids import distances
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, GridGeometry
 from sara_nav.maps.map_io import GridMap
-
-FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 
 
 @dataclass(frozen=True)

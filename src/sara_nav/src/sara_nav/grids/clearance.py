@@ -17,9 +17,8 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_nav.grids.collision import Ground, LocalWorld
-from sara_nav.grids.grid import Grid
+from sara_nav.grids.grid import LETHAL, UNKNOWN, Grid
 
-LETHAL, UNKNOWN = 254, 255
 GAP, NEAR_X, NEAR_Y, AHEAD = 0, 1, 2, 3
 """Rows of what ``gaps`` finds; see Room."""
 

@@ -12,9 +12,8 @@ from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline, polygon
 from sara_nav.grids.footprint import cover
-from sara_nav.grids.grid import Grid, GridGeometry
+from sara_nav.grids.grid import LETHAL, UNKNOWN, Grid, GridGeometry
 
-LETHAL, UNKNOWN = 254, 255
 Box = tuple[float, float, float, float, float]
 """What points are within; see ``box_of``."""
 

@@ -11,9 +11,8 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_nav.grids import windows
+from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.grids.windows import Window
-
-LETHAL, UNKNOWN = 254, 255
 
 
 @kernel

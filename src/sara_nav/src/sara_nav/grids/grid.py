@@ -9,6 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
+"""Costs of costmap_2d: free, surely touched by the robot whose centre is there, an obstacle, not known."""
+
 
 class GridError(ValueError):
     """The geometry of a grid makes no sense."""

@@ -21,9 +21,9 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids import distances
+from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.planners import potential
 
-LETHAL, UNKNOWN = 254, 255
 BLOCKED = 255
 """Step of a corner that the wave may not enter."""
 UNIT = 20

@@ -15,6 +15,7 @@ import numpy as np
 from sara_common.config import range_faults
 from sara_common.planar import wrap
 from sara_nav.grids.free_motions import arc
+from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, next_speed
 from sara_nav.recovery.behaviours import RECOVERIES, Recovery, RecoveryStep, Situation
 
@@ -32,7 +33,6 @@ ALONG, STRAIGHT, AWAY = range(3)
 MANNERS = 'backing out along the way it came', 'backing out straight', 'drawing away from what is behind'
 SPACING = 0.03
 """The footprint is tried every so many metres."""
-LETHAL, UNKNOWN = 254, 255
 
 
 @dataclass(frozen=True)

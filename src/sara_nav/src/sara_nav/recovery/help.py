@@ -16,6 +16,7 @@ import numpy as np
 from sara_common.config import range_faults
 from sara_common.planar import Pose2D
 from sara_nav.grids.collision import LocalWorld
+from sara_nav.grids.grid import LETHAL
 from sara_nav.planners.planning import PlanError
 from sara_nav.recovery.behaviours import (
     RECOVERIES,
@@ -28,7 +29,6 @@ from sara_nav.recovery.behaviours import (
 
 PERIOD = 1.0
 """Seconds between two tries to plan."""
-LETHAL = 254
 SIDES = (
     'ahead',
     'ahead on the left',

@@ -24,7 +24,7 @@ from sara_nav.costmaps.layers.cone_shape import (
     off_axis,
     sector_window,
 )
-from sara_nav.grids.grid import Grid
+from sara_nav.grids.grid import FREE, LETHAL, UNKNOWN, Grid
 from sara_nav.grids.windows import Window, grown
 
 AXIS = 233.0 / 254.0
@@ -212,9 +212,9 @@ def write(grid: np.ndarray, costs: np.ndarray, window: Window, clear_below: floa
         for column in range(x0, xn):
             p = grid[row, column]
             if p > mark_above:
-                costs[row, column] = 254
-            elif p < clear_below and costs[row, column] == 255:
-                costs[row, column] = 0
+                costs[row, column] = LETHAL
+            elif p < clear_below and costs[row, column] == UNKNOWN:
+                costs[row, column] = FREE
 
 
 def warm() -> None:

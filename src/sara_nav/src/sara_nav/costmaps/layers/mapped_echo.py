@@ -15,9 +15,8 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_nav.costmaps.layers.cone_shape import sector_window
-from sara_nav.grids.grid import Grid
+from sara_nav.grids.grid import LETHAL, Grid
 
-LETHAL = 254
 REACH = 3
 """Cells about a place, on each side, that a wall's direction is taken from."""
 END = 0.75

@@ -10,11 +10,9 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_nav.grids.grid import Grid
+from sara_nav.grids.grid import FREE, LETHAL, Grid
 from sara_nav.grids.outline import line_cells
 from sara_nav.grids.windows import Window, grown
-
-FREE, LETHAL = 0, 254
 
 
 @kernel
