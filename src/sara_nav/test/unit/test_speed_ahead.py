@@ -1,139 +1,112 @@
-"""The compiled pace along a leg against its plain form: the same caps place by place, the same command, the same
-cause.
-"""
-
-import math
+"""Laws of the speed along a leg: of each rule by itself, and of a drive that keeps to all of them."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import LETHAL, Costmap
-from sara_nav.grids.clearance import place_of, room
+from sara_nav.grids.clearance import place_of
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import parse_footprint
 from sara_nav.grids.grid import GridGeometry
+from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.smooth_speed import SpeedLimits, next_speed, way_to_slow
-from sara_nav.pursuit.speed_ahead import BEYOND, BLOCKED_BEFORE, CREEP, FINE, REACH, STEP, SUDDEN
-from sara_nav.pursuit.speed_plan import KINDS, SpeedPlan
+from sara_nav.pursuit.speed_plan import KINDS, SpeedPlan, limits_of
 
 CONFIG = RotateThenPursueConfig()
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 GRID = GridGeometry(120, 120, 0.05, -3.0, -3.0)
+DT = 0.05
 marks = st.lists(st.tuples(st.integers(0, 119), st.integers(0, 119)), max_size=6)
 
 
-def ahead_speed(free, c):
-    """The speeds (m/s) at which a robot with `free` m before it (array) can still react and come to rest: v t + v^2 / 2
-    a = free - stop.
-    """
-    way = np.maximum(np.asarray(free, float) - c.ahead_stop_distance, 0.0)
-    return c.ahead_dec * (np.sqrt(c.ahead_reaction_time**2 + 2.0 * way / c.ahead_dec) - c.ahead_reaction_time)
-
-
-def gap_speed(gap, c):
-    """The speeds (m/s) beside obstacles: narrow_vel at a gap (m, array) of 0, max_vel_x from wide_gap on, evenly
-    between.
-    """
-    return c.narrow_vel + (c.max_vel_x - c.narrow_vel) * np.minimum(np.asarray(gap, float) / c.wide_gap, 1.0)
-
-
-def bend_speed(leg, s, turn_gain, c):
-    """The speeds (m/s) at s (n,) m along that the path's bends allow: w = v k, its change v^2 k', lateral v^2 k."""
-    k = np.abs(leg.at(s)[3]) + 1e-9
-    change = np.where(s > leg.length, 0.0, np.interp(s, leg.s, np.abs(leg.change))) + 1e-9
-    return np.minimum.reduce(
-        [
-            0.9 * turn_gain * c.max_vel_theta / k,
-            np.sqrt(0.8 * turn_gain * c.acc_lim_theta / change),
-            np.sqrt(c.max_lateral_acc / k),
-        ]
-    )
-
-
-def plain(leg, speed, acceleration, curvature, world, gain, dt, c=CONFIG):
-    """(speed, acceleration, cap, kind) as speed_ahead's text has it, array by array."""
-    highest = c.max_vel_x if not leg.backward else -c.min_vel_x
-    look = speed * 0.5 + way_to_slow(speed, max(acceleration, 0.0), 0.0, c.comfort_dec_x, c.jerk_lim_x) + BEYOND
-    ways = np.arange(0.0, min(look, max(leg.left, 0.0)) + STEP, STEP)
-    s = leg.along + ways
-    seen = room(world, leg.poses(s), leg.backward, c.ahead_angle, REACH)
-    options = np.vstack(
-        [bend_speed(leg, s, gain, c), gap_speed(seen.gap, c), np.maximum(ahead_speed(seen.ahead, c), c.narrow_vel)]
-    )
-    options[0, 0] = min(options[0, 0], max(0.9 * gain * c.max_vel_theta / max(abs(curvature), 1e-6), CREEP))
-    fine = np.arange(0.0, min(look, max(leg.left, 0.0)) + FINE, FINE)
-    touched = world.touched(leg.poses(leg.along + fine))
-    worse = np.flatnonzero(touched > touched[0])
-    free = fine[worse[0]] - BLOCKED_BEFORE - FINE if len(worse) else math.inf
-    ways, caps = np.append(ways, [leg.left, free]), np.append(options.min(axis=0), [0.0, 0.0])
-    picked = [k for k in range(len(ways)) if (caps[k] < highest or k >= len(ways) - 2) and math.isfinite(ways[k])]
-    limits = SpeedLimits(c.acc_lim_x, c.comfort_dec_x, c.jerk_lim_x)
-    after, chosen, at = next_speed(speed, acceleration, highest, ways[picked], caps[picked], limits, dt)
-    k = picked[at] if at >= 0 else -1
-    if k >= 0 and ways[k] - way_to_slow(after, chosen, caps[k], c.comfort_dec_x, c.jerk_lim_x) < -SUDDEN:
-        after, chosen, _ = next_speed(
-            speed,
-            acceleration,
-            highest,
-            ways[picked],
-            caps[picked],
-            SpeedLimits(c.acc_lim_x, c.dec_lim_x, c.jerk_lim_x),
-            dt,
-        )
-    if chosen <= 0.0 and after < CREEP and leg.left > 0.0 and free > 0.0:
-        after, chosen = CREEP if speed >= CREEP else min(speed + c.acc_lim_x * dt, CREEP), 0.0
-    if k < 0:
-        return after, chosen, highest, 'free', 0.0
-    n = len(ways) - 2
-    kind = 'end' if k == n else 'blocked' if k == n + 1 else ('bend', 'narrow', 'ahead')[int(options[:, k].argmin())]
-    size = {
-        'end': max(leg.left, 0.0),
-        'blocked': max(free, 0.0),
-        'bend': 0.0,
-        'narrow': seen.gap[min(k, n - 1)],
-        'ahead': seen.ahead[min(k, n - 1)],
-    }[kind]
-    return after, chosen, caps[k], kind, size
-
-
-@settings(deadline=None, max_examples=150)
-@given(
-    st.floats(0.3, 3.0),
-    st.floats(-1.2, 1.2),
-    st.booleans(),
-    st.floats(0.0, 1.0),
-    st.floats(0.0, 0.5),
-    st.floats(-0.3, 0.3),
-    st.floats(-1.0, 1.0),
-    st.floats(0.7, 1.1),
-    marks,
-    st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0)),
-)
-def test_the_pace_is_that_of_the_plain_form(
-    length, bend, backward, share, speed, acceleration, curvature, gain, cells, offset
-):
+def arc(length, bend, backward=False):
     angles = np.linspace(0.0, length * bend, 30)
-    points = np.cumsum(np.column_stack([np.cos(angles), np.sin(angles)]) * length / 30, axis=0)
-    leg = Leg(points, backward)
-    leg.locate(*points[int(share * 29)])
+    return Leg(np.cumsum(np.column_stack([np.cos(angles), np.sin(angles)]) * length / 30, axis=0), backward)
+
+
+def world_with(cells):
     costs = np.zeros(GRID.shape, np.uint8)
     for row, column in cells:
         costs[row, column] = LETHAL
-    world = LocalWorld(Costmap(costs, GRID), SARA, offset=Pose2D(*offset))
-    assume(leg.left > 0.0)
-    plan = SpeedPlan(CONFIG)
-    plan.acceleration = acceleration
-    found = plan.pace(leg, speed, curvature, world, gain, 0.05)
-    after, chosen, cap, kind, size = plain(leg, speed, acceleration, curvature, world, gain, 0.05)
-    assert (found.speed, found.acceleration, found.cap) == pytest.approx((after, chosen, cap), abs=1e-9)
-    assert found.cause.kind == kind and found.cause.size == pytest.approx(size, abs=1e-9)
-    assert (found.cause.where != '') == (kind == 'narrow')
+    return LocalWorld(Costmap(costs, GRID), SARA)
+
+
+def driven(leg, world, config=CONFIG, seconds=60.0):
+    """A base that does what it is told, from rest at the leg's start to its end, or until it stands: (m along, Pace) of each cycle."""
+    plan, speed, rows = SpeedPlan(config), 0.0, []
+    for _ in range(round(seconds / DT)):
+        curvature = leg.bend(leg.along)[0]
+        pace = plan.pace(leg, speed, curvature, world, 1.0, DT)
+        rows.append((leg.along, pace))
+        leg.along += 0.5 * (speed + pace.speed) * DT
+        leg.left = leg.length - leg.along
+        if leg.left <= 0.0 or speed == pace.speed == 0.0:
+            return rows
+        speed, plan.acceleration = pace.speed, pace.acceleration
+    return rows
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 3.0), st.floats(0.7, 1.1))
+def test_a_bend_allows_the_speed_at_which_the_first_limit_is_reached(curvature, change, gain):
+    limits = limits_of(CONFIG, False)
+    v, k = speed_ahead.bend_cap(curvature, change, gain, limits), abs(curvature)
+    shares = (
+        v * k / (0.9 * gain * CONFIG.max_vel_theta),
+        v * v * change / (0.8 * gain * CONFIG.acc_lim_theta),
+        v * v * k / CONFIG.max_lateral_acc,
+    )
+    assert max(shares) <= 1.0 + 1e-9
+    if k > 1e-3 or change > 1e-3:
+        assert max(shares) == pytest.approx(1.0, abs=1e-5)
+
+
+@given(st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(0.0, 4.0))
+def test_the_slowest_of_bend_gap_and_what_is_ahead_counts(bend, gap, ahead):
+    c, limits = CONFIG, limits_of(CONFIG, False)
+    beside = speed_ahead.gap_cap(gap, c.narrow_vel, c.max_vel_x, c.wide_gap)
+    before = max(speed_ahead.ahead_cap(ahead, c.ahead_stop_distance, c.ahead_reaction_time, c.ahead_dec), c.narrow_vel)
+    cap, why = speed_ahead.lowest_cap(bend, gap, ahead, limits, SpeedPlan(c).regulation)
+    assert cap == min(bend, beside, before)
+    assert cap == {'bend': bend, 'narrow': beside, 'ahead': before}[KINDS[why]]
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(0.5, 2.5), st.floats(-1.0, 1.0), st.booleans(), marks)
+def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(length, bend, backward, cells):
+    leg, world = arc(length, bend, backward), world_with(cells)
+    at_start = int(world.touched(leg.poses([0.0]))[0])
+    rows = driven(leg, world)
+    along = np.array([a for a, _ in rows] + [leg.along])
+    touched = world.touched(leg.poses(along))
+    assert touched.max() <= at_start
+    highest = -CONFIG.min_vel_x if backward else CONFIG.max_vel_x
+    for (_, before), (_, after) in zip(rows, rows[1:]):
+        assert 0.0 <= after.speed <= highest + 1e-12
+        creeps = after.speed <= speed_ahead.CREEP + 1e-12
+        assert creeps or -CONFIG.dec_lim_x <= after.acceleration <= CONFIG.acc_lim_x
+        assert creeps or abs(after.acceleration - before.acceleration) <= CONFIG.jerk_lim_x * DT + 1e-9
+    last = rows[-1][1]
+    if leg.left <= 0.0:
+        assert leg.left > -0.002 and last.speed <= 2.0 * speed_ahead.CREEP
+    else:
+        assert last.speed == 0.0
+        assert last.cause.kind == 'blocked'
+        ahead = leg.along + np.arange(0.0, speed_ahead.BLOCKED_BEFORE + 3 * speed_ahead.FINE, 0.01)
+        assert world.touched(leg.poses(ahead)).max() > touched[-1]
+    for _, pace in rows:
+        assert pace.cause.size >= 0.0 and (pace.cause.where != '') == (pace.cause.kind == 'narrow')
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.1, 2.0))
+def test_a_bend_is_driven_at_a_turn_rate_within_its_limit(bend):
+    rows = driven(arc(2.3, bend), world_with(()))
+    assert max(pace.speed for _, pace in rows) * bend <= 0.9 * CONFIG.max_vel_theta * 1.03
 
 
 def test_every_cause_has_a_name():
     assert len(set(KINDS)) == 6 and place_of(1.0, 0.0, SARA) == 'front'
+    assert [KINDS[i] for i in (speed_ahead.FREE, speed_ahead.END, speed_ahead.BLOCKED)] == ['free', 'end', 'blocked']

@@ -23,7 +23,7 @@ from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.pursuit.smooth_turn import free_angle, planned_way, way_round
 from sara_nav.pursuit.speed_ahead import ahead_cap
 from sara_nav.pursuit.speed_plan import gap_speed
-from sara_nav.pursuit.stopping_path import MARGIN, REACTION, blocked_where, stopping_way
+from sara_nav.pursuit.stopping_path import MARGIN, REACTION, blocked_where, stopping_path
 
 FOOTPRINT = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 CONFIG = RotateThenPursueConfig()
@@ -111,7 +111,7 @@ def test_a_straight_leg_knows_where_one_is(x, y):
     leg = Leg([(0.0, 0.0), (0.9, 0.0)])
     leg.locate(x, y)
     assert leg.left == pytest.approx(0.9 - max(x, 0.0), abs=1e-6) and leg.offset == pytest.approx(y, abs=1e-6)
-    assert leg.at(leg.along + 5.0)[0] == pytest.approx(min(max(x, 0.0), 0.9) + 5.0, abs=1e-6)
+    assert leg.poses([leg.along + 5.0])[0, 0] == pytest.approx(min(max(x, 0.0), 0.9) + 5.0, abs=1e-6)
 
 
 def test_progress_never_falls_where_a_path_crosses_itself():
@@ -134,7 +134,7 @@ def test_no_path_is_moved_far_and_beside_it_left_is_positive(steps, deviation):
     )
     off = max(np.hypot(*(dense - p).T).min() for p in leg.xy)
     assert off <= deviation + 0.035  # the last smoothing takes the corners
-    x, y, heading, _ = leg.at(0.5 * leg.length)
+    x, y, heading = leg.poses([0.5 * leg.length])[0]
     leg.locate(leg.xy[0, 0], leg.xy[0, 1])
     _, offset, _ = leg.nearest(
         float(x) - 0.05 * math.sin(heading), float(y) + 0.05 * math.cos(heading), 0.5 * leg.length - 0.2
@@ -290,7 +290,8 @@ def test_words_of_one_kind_stay_for_a_second():
 def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, curvature, backward):
     """Step by step as the law, the leg and the pose say it, each by itself."""
     leg = Leg(np.array(arc(Pose2D(1.0, 2.0, 0.3), 1.5, bend))[:, :2], backward)
-    x, y, heading, _ = (float(value) for value in leg.at(way))
+    x, y, yaw = (float(value) for value in leg.poses([way])[0])
+    heading = yaw - math.pi if backward else yaw
     now = Pose2D(
         x - aside * math.sin(heading),
         y + aside * math.cos(heading),
@@ -299,7 +300,7 @@ def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, cu
     leg.locate(now.x, now.y)
     law, pose, along = TrackingLaw(CONFIG.tracking_length, CONFIG.tracking_time), now, leg.along
     expected, left = [(now.x, now.y, now.yaw)], speed * REACTION + speed * speed / (2.0 * CONFIG.dec_lim_x) + MARGIN
-    found = stopping_way(leg, law, now, speed, curvature, CONFIG)
+    found = stopping_path(leg, law, now, speed, curvature, CONFIG)
     while left > 1e-6:
         step = min(left, 0.04)
         along, offset, _ = leg.nearest(pose.x, pose.y, along)

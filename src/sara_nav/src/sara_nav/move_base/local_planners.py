@@ -5,7 +5,7 @@ from sara_nav.grids import clearance, collision, outline
 from sara_nav.grids import free_motions as ways
 from sara_nav.planners.local_command import BLOCKED, DRIVING, FAILED, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
 from sara_nav.pursuit import curvature_law as tracking_law
-from sara_nav.pursuit import path_tracker, smooth_speed, speed_ahead, stopping_steps
+from sara_nav.pursuit import path_tracker, smooth_speed, smooth_turn, speed_ahead, stopping_path
 from sara_nav.pursuit.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig
 from sara_nav.sampled import critics, map_grid, rollout, speed_samples
 from sara_nav.sampled.dwa_planner import DWAPlanner, DWAPlannerConfig
@@ -41,9 +41,10 @@ def warm():
         plan_watch,
         rollout,
         smooth_speed,
+        smooth_turn,
         speed_ahead,
         speed_samples,
-        stopping_steps,
+        stopping_path,
         tracking_law,
         ways,
     ):

@@ -7,11 +7,12 @@ and bends of the robot's scale within millimetres; corners become arcs. How far 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common.planar import wrap
+from sara_common.kernels import wrap
 
 SPACING = 0.05
 """Way between two samples (m)."""
@@ -25,17 +26,45 @@ UNSTEADY = 0.02
 """Bends of an arc differ by less than this (rad)."""
 
 
+class Samples(NamedTuple):
+    """A leg as kernels take it, at n points evenly spaced."""
+
+    s: np.ndarray
+    """(n,) m from the start, rising."""
+    xy: np.ndarray
+    """(n, 2) m."""
+    direction: np.ndarray
+    """(n - 1, 2), unit vectors from each point to the next."""
+    heading: np.ndarray
+    """(n,) rad of the motion, not wrapped."""
+    curvature: np.ndarray
+    """(n,) 1/m."""
+    change: np.ndarray
+    """(n,) 1/m2 of the curvature."""
+    size_of_change: np.ndarray
+    """(n,) 1/m2, >= 0."""
+
+
+class Place(NamedTuple):
+    """Where a robot is on a leg: m from the start, m to the end (negative beyond it), and whether it drives in
+    reverse.
+    """
+
+    along: float
+    left: float
+    backward: bool
+
+
 class Leg:
     """A path the robot drives without stopping, in reverse when ``backward``.
 
     points (n, 2) m. deviation: how far smoothing may move the path (m). After ``locate``: ``along`` (m from its start,
     never falling), ``left`` (m to its end, negative beyond), ``offset`` (m, the robot is to the left of the path, as it
     is driven).
-    ``s``, ``xy``, ``heading``, ``curvature``, ``change``: of its samples; ``direction`` (n - 1, 2): from each to the
-    next.
+    ``s``, ``xy``, ``heading``, ``curvature``, ``change``: of its ``samples``.
     """
 
-    def __init__(self, points, backward=False, deviation=0.02):
+    def __init__(self, points: np.ndarray, backward: bool = False, deviation: float = 0.02):
         self.points, self.backward = np.asarray(points, float), bool(backward)
         even, s = _evenly(self.points)
         xy = _smooth_within(even, deviation, s[1])
@@ -43,7 +72,7 @@ class Leg:
         length = np.hypot(*steps.T)
         self.s = np.append(0.0, length.cumsum())
         self.xy, self.length = xy, float(self.s[-1])
-        self.direction = steps / length[:, None]
+        direction = steps / length[:, None]
         heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
         middle = 0.5 * (self.s[1:] + self.s[:-1])
         self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
@@ -54,46 +83,38 @@ class Leg:
         if len(bend):
             self.curvature[[0, -1]] = bend[[0, -1]]
         self.change = np.gradient(self.curvature, self.s) if len(self.s) > 2 else np.zeros(len(self.s))
-        self.size_of_change = np.abs(self.change)
+        self.samples = Samples(
+            self.s, self.xy, direction, self.heading, self.curvature, self.change, np.abs(self.change)
+        )
         self.along, self.left, self.offset = 0.0, self.length, 0.0
 
-    def locate(self, x, y):
+    def locate(self, x: float, y: float) -> None:
         """Find the nearest point of the leg within 1 m of where the robot was, from there on."""
         self.along, self.offset, self.left = self.nearest(x, y, self.along)
 
-    def nearest(self, x, y, start=0.0):
+    def nearest(self, x: float, y: float, start: float = 0.0) -> tuple[float, float, float]:
         """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m
         further.
         """
-        return nearest(self.s, self.xy, self.direction, x, y, start)
+        return nearest(self.samples, float(x), float(y), float(start))
 
-    def at(self, s):
-        """Return (x, y, heading, curvature) at ``s`` m along (scalar or array); beyond the end it goes straight on."""
-        s = np.asarray(s, float)
-        over = np.maximum(s - self.length, 0.0)
-        heading = np.interp(s, self.s, self.heading)
-        x = np.interp(s, self.s, self.xy[:, 0]) + over * np.cos(heading)
-        y = np.interp(s, self.s, self.xy[:, 1]) + over * np.sin(heading)
-        return x, y, heading, np.where(over > 0.0, 0.0, np.interp(s, self.s, self.curvature))
+    @property
+    def place(self) -> Place:
+        """Where the robot was located last."""
+        return Place(float(self.along), float(self.left), self.backward)
 
-    def bend(self, s):
+    def bend(self, s: float) -> tuple[float, float]:
         """Return (curvature 1/m, its change 1/m2) at ``s`` m along."""
-        if s > self.length:
-            return 0.0, 0.0
-        return between(s, self.s, self.curvature), between(s, self.s, self.change)
+        samples, s = self.samples, float(s)
+        return on_leg(s, samples, samples.curvature), on_leg(s, samples, samples.change)
 
-    def poses(self, s):
-        """Return the robot's poses (n, 3) at s (n,) m along."""
-        x, y, heading, _ = self.at(s)
-        return np.column_stack([x, y, heading + (math.pi if self.backward else 0.0)])
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        """Return the robot's poses (n, 3) at s (n,) m along; beyond the end it goes straight on."""
+        return poses_at(self.samples, np.asarray(s, np.float64), self.backward)
 
-    def motion_heading(self, yaw):
-        """Return which way (rad) a robot of this yaw moves on this leg."""
-        return yaw + math.pi if self.backward else yaw
-
-    def heading_error(self, yaw, s):
+    def heading_error(self, yaw: float, s: float) -> float:
         """Return the robot's heading less the path's at ``s`` (rad, wrapped)."""
-        return wrap(self.motion_heading(yaw) - between(s, self.s, self.heading))
+        return heading_error(self.samples, self.backward, float(yaw), float(s))
 
 
 def _evenly(points):
@@ -177,8 +198,35 @@ def between(value, s, heights):
 
 
 @kernel
-def nearest(s, xy, direction, x, y, start):
-    """See Leg.nearest: s (n,) m along the points xy (n, 2), direction (n - 1, 2) from each to the next."""
+def on_leg(at, samples, heights):
+    """Return heights (n,) of a leg's samples at ``at`` m along; 0.0 beyond the end, where it goes straight on."""
+    return 0.0 if at > samples.s[-1] else between(at, samples.s, heights)
+
+
+@kernel
+def heading_error(samples, backward, yaw, at):
+    """See Leg.heading_error: at ``at`` m along."""
+    return wrap((yaw + math.pi if backward else yaw) - between(at, samples.s, samples.heading))
+
+
+@kernel
+def poses_at(samples, at, backward):
+    """See Leg.poses: at ``at`` (n,) m along."""
+    poses = np.empty((len(at), 3))
+    x, y = np.ascontiguousarray(samples.xy[:, 0]), np.ascontiguousarray(samples.xy[:, 1])
+    for i in range(len(at)):
+        over = max(at[i] - samples.s[-1], 0.0)
+        direction = between(at[i], samples.s, samples.heading)
+        poses[i, 0] = between(at[i], samples.s, x) + over * math.cos(direction)
+        poses[i, 1] = between(at[i], samples.s, y) + over * math.sin(direction)
+        poses[i, 2] = direction + (math.pi if backward else 0.0)
+    return poses
+
+
+@kernel
+def nearest(samples, x, y, start):
+    """See Leg.nearest."""
+    s, xy, direction = samples.s, samples.xy, samples.direction
     lines = len(direction)
     first = min(max(_before(s, start), 0), lines - 1)
     best = first
@@ -202,8 +250,11 @@ def nearest(s, xy, direction, x, y, start):
     return along, offset, left
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
-    between(0.5, s, s)
-    nearest(s, points, points[1:], 0.5, 0.5, 0.0)
+    samples = Samples(s, points, points[1:], s, s, s, s)
+    on_leg(0.5, samples, s)
+    heading_error(samples, False, 0.0, 0.5)
+    poses_at(samples, s, False)
+    nearest(samples, 0.5, 0.5, 0.0)

@@ -23,7 +23,7 @@ from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.pursuit.smooth_speed import approach
 from sara_nav.pursuit.speed_plan import BLOCKED as STOPPED
 from sara_nav.pursuit.speed_plan import SpeedPlan
-from sara_nav.pursuit.stopping_path import blocked_where, stopping_way
+from sara_nav.pursuit.stopping_path import blocked_where, stopping_path
 from sara_nav.pursuit.turning_in_place import TurningInPlace
 
 SETTING_OUT = 0.05
@@ -227,7 +227,7 @@ class RotateThenPursue(GoalApproach):
         self._speed.acceleration = pace.acceleration
         for share in (1.0, 0.5, 0.2):
             v = share * pace.speed
-            way = stopping_way(leg, self._law, now, v, curvature, c)
+            way = stopping_path(leg, self._law, now, v, curvature, c)
             if not world.worsens(way):
                 break
         else:

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from sara_common.planar import wrap
-from sara_nav.pursuit import stopping_steps
+from ahead_of_time import kernel
+from sara_common.planar import Pose2D, wrap
 from sara_nav.pursuit.smooth_speed import SpeedLimits, next_speed
 
 SLOWEST = 0.02
@@ -56,11 +56,21 @@ class SmoothTurn:
         return sense * rate
 
 
-def turn_poses(pose, angle):
+def turn_poses(pose: Pose2D, angle: float) -> np.ndarray:
     """Return the poses (n, 3) of a turn in place by ``angle`` (rad, with its sense) from a Pose2D, with steps of 0.05
     rad at most.
     """
-    return stopping_steps.turn(float(pose.x), float(pose.y), float(pose.yaw), float(angle))
+    return turned(float(pose.x), float(pose.y), float(pose.yaw), float(angle))
+
+
+@kernel
+def turned(x, y, yaw, angle):
+    """See turn_poses."""
+    n = max(2, int(math.ceil(abs(angle) / 0.05)))
+    poses = np.empty((n + 1, 3))
+    for i in range(n + 1):
+        poses[i, 0], poses[i, 1], poses[i, 2] = x, y, yaw + angle * i / n
+    return poses
 
 
 def free_angle(world, pose, angle):
@@ -84,3 +94,8 @@ def way_round(world, pose, angle, planned):
         if free_angle(world, pose, other) >= abs(other):
             return other, abs(other)
     return angle, free
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    turned(0.0, 0.0, 0.0, 1.0)

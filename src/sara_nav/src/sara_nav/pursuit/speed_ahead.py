@@ -1,11 +1,12 @@
-"""What a leg and a costmap allow of speed ahead, place by place, and the next command that keeps to it: speed_plan's
-numbers, compiled.
+"""Regulates the speed along a leg: what the places ahead allow, and the next command that keeps to it.
 
-One call a cycle: from the leg's samples to the next speed nothing is handed back to Python, whose arrays of a dozen
-numbers would cost more than all that is computed of them. The tests hold it against its plain form.
+The rules are those of regulated pursuit (Macenski et al. 2023, Regulated pure pursuit), one function each: bends, gaps
+to obstacles beside the robot, obstacles before it. The end of the leg and a blocked place ask for rest. Braking for all
+of them begins in time (smooth_speed). Compiled, for a cycle asks for dozens of places.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,246 +16,288 @@ from sara_nav.grids.grid import Grid
 from sara_nav.pursuit import path_tracker, smooth_speed
 
 STEP, FINE = 0.1, 0.04
-"""Way (m) between two places ahead that are looked at for speeds, and for what the footprint would touch."""
+"""Distance (m) between two places ahead that are looked at for speeds, and for what the footprint would touch."""
 BEYOND = 0.3
-"""Way (m) that is looked at beyond what braking takes."""
+"""Distance (m) that is looked at beyond what braking takes."""
 BLOCKED_BEFORE = 0.03
-"""Way (m) before a place where the footprint would touch something at which it rests."""
+"""The robot rests this far (m) before a place where its footprint would touch something."""
 CREEP = 0.02
-"""The slowest speed (m/s) of the end of a leg, which would else be neared for ever."""
+"""The slowest speed (m/s) towards the end of a leg, which would else be approached for ever."""
 SUDDEN = 0.05
-"""A cap that is missed by more than that (m) came suddenly, and is braked for harder."""
+"""A cap that would be missed by more than this (m) appeared suddenly: the robot brakes harder for it."""
 REACH = 1.2
-"""How far (m) about the robot is looked for gaps."""
+"""How far (m) about the robot gaps are looked for."""
 FREE, BEND, NARROW, AHEAD, END, BLOCKED = range(6)
-"""Why it is slow."""
+"""Why the robot is slow."""
 
 
-@kernel
-def poses_along(ways, along, backward, s, xy, heading):
-    """Return the robot's poses (n, 3) at ``along + ways`` (n,) m of a leg (s, xy, heading of its samples); beyond its
-    end it goes straight on.
+class Limits(NamedTuple):
+    """Speeds (m/s), accelerations (m/s2, of rates rad/s2), jerk (m/s3) and turn rate (rad/s), all > 0."""
+
+    highest: float
+    """In the leg's sense: max_vel_x, or -min_vel_x in reverse."""
+    max_vel_x: float
+    acceleration: float
+    comfort_braking: float
+    hard_braking: float
+    jerk: float
+    max_vel_theta: float
+    acc_lim_theta: float
+    max_lateral_acc: float
+
+
+class Regulation(NamedTuple):
+    """How obstacles slow the robot; see RotateThenPursueConfig."""
+
+    wide_gap: float
+    narrow_vel: float
+    slope: float
+    """Tangent of ahead_angle."""
+    stop_distance: float
+    reaction_time: float
+    braking: float
+
+
+class Motion(NamedTuple):
+    """speed (m/s) and acceleration (m/s2) of the last command; curvature (1/m) driven; turn rate driven over
+    commanded.
     """
-    poses = np.empty((len(ways), 3))
-    x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
-    for i in range(len(ways)):
-        at = along + ways[i]
-        over = max(at - s[-1], 0.0)
-        direction = path_tracker.between(at, s, heading)
-        poses[i, 0] = path_tracker.between(at, s, x) + over * math.cos(direction)
-        poses[i, 1] = path_tracker.between(at, s, y) + over * math.sin(direction)
-        poses[i, 2] = direction + (math.pi if backward else 0.0)
-    return poses
+
+    speed: float
+    acceleration: float
+    curvature: float
+    turn_gain: float
+
+
+class Body(NamedTuple):
+    """The robot on a costmap: see LocalWorld (corners, points, box, shift) and clearance.lead (front, span)."""
+
+    corners: np.ndarray
+    points: np.ndarray
+    box: tuple
+    shift: tuple
+    front: float
+    span: float
+
+
+class Caps(NamedTuple):
+    """Speeds (m/s) that are not to be exceeded at distances ahead (m), why, and at which place looked at, all (n,)."""
+
+    ahead: np.ndarray
+    speed: np.ndarray
+    why: np.ndarray
+    place: np.ndarray
 
 
 @kernel
-def spaced(end, step):
-    """Return the ways (n,) m from 0 on, evenly, that are less than ``end``."""
-    n = int(math.ceil(end / step))
-    ways = np.empty(n)
-    for i in range(n):
-        ways[i] = i * step
-    return ways
+def bend_cap(curvature, change, turn_gain, limits):
+    """Return the speed (m/s) that a curvature (1/m) and its change (1/m2, >= 0) allow.
 
-
-@kernel
-def bend_cap(curvature, change, turn_gain, max_vel_theta, acc_lim_theta, max_lateral_acc):
-    """Return the speed (m/s) that a bend (1/m) and its change (1/m2) allow: w = v k, its change v^2 k', lateral v^2
-    k.
+    The turn rate is v k, its acceleration v^2 k', the lateral acceleration v^2 k.
     """
     k, change = abs(curvature) + 1e-9, change + 1e-9
     return min(
-        0.9 * turn_gain * max_vel_theta / k,
-        math.sqrt(0.8 * turn_gain * acc_lim_theta / change),
-        math.sqrt(max_lateral_acc / k),
+        0.9 * turn_gain * limits.max_vel_theta / k,
+        math.sqrt(0.8 * turn_gain * limits.acc_lim_theta / change),
+        math.sqrt(limits.max_lateral_acc / k),
     )
 
 
 @kernel
+def steering_cap(curvature, turn_gain, limits):
+    """Return the speed (m/s) at which the curvature driven now (1/m) keeps the turn rate's limit; CREEP at least."""
+    return max(0.9 * turn_gain * limits.max_vel_theta / max(abs(curvature), 1e-6), CREEP)
+
+
+@kernel
 def gap_cap(gap, narrow_vel, max_vel_x, wide_gap):
-    """Return the speed (m/s) beside an obstacle: narrow_vel at a gap (m) of 0, max_vel_x from wide_gap on, evenly
+    """Return the speed (m/s) beside an obstacle: narrow_vel at a gap (m) of 0, max_vel_x from wide_gap on, linear
     between.
     """
     return narrow_vel + (max_vel_x - narrow_vel) * min(gap / wide_gap, 1.0)
 
 
 @kernel
-def ahead_cap(free, stop_distance, reaction_time, dec):
-    """Return the speed (m/s) at which a robot with ``free`` m before it can still react and come to rest."""
-    way = max(free - stop_distance, 0.0)
-    return dec * (math.sqrt(reaction_time * reaction_time + 2.0 * way / dec) - reaction_time)
+def ahead_cap(free, stop_distance, reaction_time, braking):
+    """Return the speed (m/s) at which a robot with ``free`` m before it can still react and come to rest: the root of
+    v t + v^2 / (2 b) = free - stop_distance.
+    """
+    distance = max(free - stop_distance, 0.0)
+    return braking * (math.sqrt(reaction_time * reaction_time + 2.0 * distance / braking) - reaction_time)
 
 
 @kernel
-def free_way(
-    look, along, backward, s, xy, heading, costs, origin_x, origin_y, resolution, points, box, offset, unknown_blocks
-):
-    """Return the way (m) along the leg until its footprint would touch more than it does now, +Inf where it does not
-    within ``look``.
+def evenly(end, step):
+    """Return the multiples of step (m) from 0 on that are less than ``end``, (n,)."""
+    n = int(math.ceil(end / step))
+    distances = np.empty(n)
+    for i in range(n):
+        distances[i] = i * step
+    return distances
+
+
+@kernel
+def horizon(motion, left, limits):
+    """Return how far ahead (m) is looked: what reacting and braking take and BEYOND, to the end of the leg."""
+    braking = smooth_speed.way_to_slow(
+        motion.speed, max(motion.acceleration, 0.0), 0.0, limits.comfort_braking, limits.jerk
+    )
+    return min(motion.speed * 0.5 + braking + BEYOND, max(left, 0.0))
+
+
+@kernel
+def free_distance(samples, place, end, ground, body):
+    """Return the distance (m) along the leg until the footprint would touch more than it does now, less a margin; +Inf
+    where it does not within ``end`` (m).
     """
-    ways = spaced(look + FINE, FINE)
-    ground = collision.Ground(costs, Grid(origin_x, origin_y, resolution), unknown_blocks)
-    poses = collision.moved(poses_along(ways, along, backward, s, xy, heading), offset)
-    touched = collision.touched(ground, points, box, poses)
-    for i in range(len(ways)):
+    distances = evenly(end + FINE, FINE)
+    poses = path_tracker.poses_at(samples, place.along + distances, place.backward)
+    touched = collision.touched(ground, body.points, body.box, collision.moved(poses, body.shift))
+    for i in range(len(distances)):
         if touched[i] > touched[0]:
-            return ways[i] - BLOCKED_BEFORE - FINE
+            return distances[i] - BLOCKED_BEFORE - FINE
     return np.inf
 
 
 @kernel
-def pace(
-    s,
-    xy,
-    heading,
-    bends,
-    changes,
-    along,
-    left,
-    backward,
-    speed,
-    acceleration,
-    curvature,
-    turn_gain,
-    dt,
-    limits,
-    sight,
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
-    corners,
-    points,
-    box,
-    front,
-    span,
-    offset,
-    unknown_blocks,
-):
-    """Return (speed, acceleration, cap, why, size, x, y) of the next command, see speed_plan.Pace; x, y (m, robot's
-    frame): of what is narrow.
+def lowest_cap(bend, gap, ahead, limits, regulation):
+    """Return (speed m/s, why): the least of what a bend (m/s), a gap (m) and what is free ahead (m) allow."""
+    cap, why = bend, BEND
+    beside = gap_cap(gap, regulation.narrow_vel, limits.max_vel_x, regulation.wide_gap)
+    if beside < cap:
+        cap, why = beside, NARROW
+    before = ahead_cap(ahead, regulation.stop_distance, regulation.reaction_time, regulation.braking)
+    before = max(before, regulation.narrow_vel)
+    if before < cap:
+        cap, why = before, AHEAD
+    return cap, why
 
-    s, xy, heading, bends, changes: the leg's samples (path_tracker.Leg). limits: max_vel_x or -min_vel_x, max_vel_x,
-    acc_lim_x, comfort_dec_x, dec_lim_x, jerk_lim_x, max_vel_theta, acc_lim_theta, max_lateral_acc. sight: wide_gap,
-    narrow_vel, ahead_angle's tangent, ahead_stop_distance, ahead_reaction_time, ahead_dec. front, span: see clearance.
-    corners, points, box, offset: of the LocalWorld.
+
+@kernel
+def caps_ahead(samples, place, motion, rules, seen, free):
+    """Return the Caps below the highest speed: of the places every STEP ahead, of the leg's end, and of a blocked
+    place.
+
+    rules: (Limits, Regulation). seen: gaps and what is free ahead at those places, m (n,). free: see free_distance.
     """
-    highest, max_vel_x, acc_lim_x, comfort_dec, hard_dec, jerk, max_vel_theta, acc_lim_theta, max_lateral_acc = limits
-    wide_gap, narrow_vel, slope, stop_distance, reaction_time, ahead_dec = sight
-    look = min(
-        speed * 0.5 + smooth_speed.way_to_slow(speed, max(acceleration, 0.0), 0.0, comfort_dec, jerk) + BEYOND,
-        max(left, 0.0),
-    )
-    ways = spaced(look + STEP, STEP)
-    n = len(ways)
-    poses = collision.moved(poses_along(ways, along, backward, s, xy, heading), offset)
-    ground = collision.Ground(costs, Grid(origin_x, origin_y, resolution), unknown_blocks)
-    view = clearance.Ahead(-1.0 if backward else 1.0, front, span, slope, REACH)
-    gap, near_x, near_y, ahead = clearance.gaps(ground, corners, poses, view)
-    free = free_way(
-        look,
-        along,
-        backward,
-        s,
-        xy,
-        heading,
-        costs,
-        origin_x,
-        origin_y,
-        resolution,
-        points,
-        box,
-        offset,
-        unknown_blocks,
-    )
-    places, caps, whys, index = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2, np.int64), np.empty(n + 2, np.int64)
+    limits, regulation = rules
+    gap, ahead = seen
+    n = len(gap)
+    caps = Caps(np.empty(n + 2), np.empty(n + 2), np.empty(n + 2, np.int64), np.empty(n + 2, np.int64))
     kept = 0
     for i in range(n):
-        at = along + ways[i]
-        over = at > s[-1]
-        bend = bend_cap(
-            0.0 if over else path_tracker.between(at, s, bends),
-            0.0 if over else path_tracker.between(at, s, changes),
-            turn_gain,
-            max_vel_theta,
-            acc_lim_theta,
-            max_lateral_acc,
-        )
+        at = place.along + i * STEP
+        curvature = path_tracker.on_leg(at, samples, samples.curvature)
+        change = path_tracker.on_leg(at, samples, samples.size_of_change)
+        bend = bend_cap(curvature, change, motion.turn_gain, limits)
         if i == 0:
-            bend = min(bend, max(0.9 * turn_gain * max_vel_theta / max(abs(curvature), 1e-6), CREEP))
-        cap, why = bend, BEND
-        beside = gap_cap(gap[i], narrow_vel, max_vel_x, wide_gap)
-        if beside < cap:
-            cap, why = beside, NARROW
-        before = max(ahead_cap(ahead[i], stop_distance, reaction_time, ahead_dec), narrow_vel)
-        if before < cap:
-            cap, why = before, AHEAD
-        if cap < highest:
-            places[kept], caps[kept], whys[kept], index[kept] = ways[i], cap, why, i
-            kept += 1
-    places[kept], caps[kept], whys[kept], index[kept] = left, 0.0, END, 0
-    kept += 1
+            bend = min(bend, steering_cap(motion.curvature, motion.turn_gain, limits))
+        cap, why = lowest_cap(bend, gap[i], ahead[i], limits, regulation)
+        if cap < limits.highest:
+            kept = _keep(caps, kept, i * STEP, cap, why, i)
+    kept = _keep(caps, kept, place.left, 0.0, END, 0)
     if free < np.inf:
-        places[kept], caps[kept], whys[kept], index[kept] = free, 0.0, BLOCKED, 0
-        kept += 1
-    places, caps = places[:kept], caps[:kept]
+        kept = _keep(caps, kept, free, 0.0, BLOCKED, 0)
+    return Caps(caps.ahead[:kept], caps.speed[:kept], caps.why[:kept], caps.place[:kept])
+
+
+@kernel
+def _keep(caps, n, ahead, speed, why, place):
+    """Write one more cap behind the first n; returns how many there are."""
+    caps.ahead[n], caps.speed[n], caps.why[n], caps.place[n] = ahead, speed, why, place
+    return n + 1
+
+
+@kernel
+def next_speed(motion, caps, limits, dt):
+    """Return (speed m/s, acceleration m/s2, index) after dt (s): as fast as the Caps allow. index: of the cap that
+    slows, -1 when none does.
+
+    Braking is comfortable, and harder where a cap appeared suddenly.
+    """
     after, chosen, at = smooth_speed.following(
-        speed, acceleration, highest, places, caps, acc_lim_x, comfort_dec, jerk, dt
+        motion.speed,
+        motion.acceleration,
+        limits.highest,
+        caps.ahead,
+        caps.speed,
+        limits.acceleration,
+        limits.comfort_braking,
+        limits.jerk,
+        dt,
     )
-    if at >= 0 and places[at] - smooth_speed.way_to_slow(after, chosen, caps[at], comfort_dec, jerk) < -SUDDEN:
-        after, chosen, _ = smooth_speed.following(
-            speed, acceleration, highest, places, caps, acc_lim_x, hard_dec, jerk, dt
-        )
-    if chosen <= 0.0 and after < CREEP and left > 0.0 and free > 0.0:
-        after, chosen = (CREEP if speed >= CREEP else min(speed + acc_lim_x * dt, CREEP)), 0.0
     if at < 0:
-        return after, chosen, highest, FREE, 0.0, 0.0, 0.0
-    why, i = whys[at], index[at]
-    size = 0.0
+        return after, chosen, at
+    needed = smooth_speed.way_to_slow(after, chosen, caps.speed[at], limits.comfort_braking, limits.jerk)
+    if caps.ahead[at] - needed < -SUDDEN:
+        after, chosen, _ = smooth_speed.following(
+            motion.speed,
+            motion.acceleration,
+            limits.highest,
+            caps.ahead,
+            caps.speed,
+            limits.acceleration,
+            limits.hard_braking,
+            limits.jerk,
+            dt,
+        )
+    return after, chosen, at
+
+
+@kernel
+def size_of(why, gap, ahead, left, free):
+    """Return the size (m) of a cause: the gap, what is free ahead, or the distance left to the end or to where it is
+    blocked; 0.0 of others.
+    """
     if why == NARROW:
-        size = gap[i]
-    elif why == AHEAD:
-        size = ahead[i]
-    elif why == END:
-        size = max(left, 0.0)
-    elif why == BLOCKED:
-        size = max(free, 0.0)
-    return after, chosen, caps[at], why, size, near_x[i], near_y[i]
+        return gap
+    if why == AHEAD:
+        return ahead
+    if why == END:
+        return max(left, 0.0)
+    if why == BLOCKED:
+        return max(free, 0.0)
+    return 0.0
 
 
-def warm():
-    """Compile, or load from the cache, the kernel for the types it is called with."""
-    s, xy, corners = (
-        np.array([0.0, 1.0]),
-        np.array([[0.0, 0.0], [1.0, 0.0]]),
-        np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]),
-    )
+@kernel
+def pace(samples, place, motion, rules, surroundings, dt):
+    """Return (speed, acceleration, cap, why, size, x, y) of the next command after dt (s), see speed_plan.Pace; x, y
+    (m, robot's frame): of what is narrow.
+
+    samples: of the Leg. place: of the Leg. motion: a Motion. rules: (Limits, Regulation). surroundings: (Ground, Body).
+    """
+    limits, regulation = rules
+    ground, body = surroundings
+    end = horizon(motion, place.left, limits)
+    poses = path_tracker.poses_at(samples, place.along + evenly(end + STEP, STEP), place.backward)
+    view = clearance.Ahead(-1.0 if place.backward else 1.0, body.front, body.span, regulation.slope, REACH)
+    gap, near_x, near_y, ahead = clearance.gaps(ground, body.corners, collision.moved(poses, body.shift), view)
+    free = free_distance(samples, place, end, ground, body)
+    caps = caps_ahead(samples, place, motion, rules, (gap, ahead), free)
+    after, chosen, at = next_speed(motion, caps, limits, dt)
+    if chosen <= 0.0 and after < CREEP and place.left > 0.0 and free > 0.0:
+        after = CREEP if motion.speed >= CREEP else min(motion.speed + limits.acceleration * dt, CREEP)
+        chosen = 0.0
+    if at < 0:
+        return after, chosen, limits.highest, FREE, 0.0, 0.0, 0.0
+    why, i = caps.why[at], caps.place[at]
+    return after, chosen, caps.speed[at], why, size_of(why, gap[i], ahead[i], place.left, free), near_x[i], near_y[i]
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernels for the types they are called with."""
+    s, xy = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
+    corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
     pace(
-        s,
-        xy,
-        s,
-        s,
-        s,
-        0.0,
-        1.0,
-        False,
-        0.1,
-        0.0,
-        0.0,
-        1.0,
+        path_tracker.Samples(s, xy, xy[1:], s, s, s, s),
+        path_tracker.Place(0.0, 1.0, False),
+        Motion(0.1, 0.0, 0.0, 1.0),
+        (Limits(*[0.5] * 9), Regulation(*[0.5] * 6)),
+        (
+            collision.Ground(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), True),
+            Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0),
+        ),
         0.05,
-        (0.5,) * 9,
-        (0.5,) * 6,
-        np.zeros((3, 3), np.uint8),
-        0.0,
-        0.0,
-        1.0,
-        corners,
-        corners,
-        (0.0,) * 5,
-        1.0,
-        1.0,
-        (0.0, 0.0, 0.0),
-        True,
     )
     gap_cap(0.1, 0.1, 0.5, 0.3)

@@ -10,14 +10,17 @@ import math
 from typing import NamedTuple
 
 from sara_nav.grids.clearance import lead, place_of
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import speed_ahead
+from sara_nav.pursuit.path_tracker import Leg
+from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 
 FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ahead', 'end', 'blocked')
 """Why it is slow, in the order of speed_ahead's numbers."""
 
 
 class Cause(NamedTuple):
-    """What slows: ``kind`` of the above, ``size`` (m: gap, way that is free, way left) and ``where`` about the
+    """What slows: ``kind`` of the above, ``size`` (m: gap, free distance, distance left) and ``where`` about the
     robot.
     """
 
@@ -37,7 +40,7 @@ class Pace(NamedTuple):
     cause: Cause
 
 
-def gap_speed(gap, c):
+def gap_speed(gap: float, c: RotateThenPursueConfig) -> float:
     """Return the speed (m/s) beside an obstacle at a gap (m): narrow_vel at 0, max_vel_x from wide_gap on, evenly
     between. c: RotateThenPursueConfig.
     """
@@ -49,16 +52,10 @@ class SpeedPlan:
     RotateThenPursueConfig.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: RotateThenPursueConfig):
         self.config = c = config
         self.acceleration = 0.0
-        turns = (float(c.max_vel_theta), float(c.acc_lim_theta), float(c.max_lateral_acc))
-        brakes = (float(c.acc_lim_x), float(c.comfort_dec_x), float(c.dec_lim_x), float(c.jerk_lim_x))
-        self._limits = {
-            backward: (float(-c.min_vel_x if backward else c.max_vel_x), float(c.max_vel_x), *brakes, *turns)
-            for backward in (False, True)
-        }
-        self._sight = (
+        self.regulation = speed_ahead.Regulation(
             float(c.wide_gap),
             float(c.narrow_vel),
             math.tan(c.ahead_angle),
@@ -66,39 +63,33 @@ class SpeedPlan:
             float(c.ahead_reaction_time),
             float(c.ahead_dec),
         )
+        self._rules = {backward: (limits_of(c, backward), self.regulation) for backward in (False, True)}
 
-    def pace(self, leg, speed, curvature, world, turn_gain, dt):
+    def pace(self, leg: Leg, speed: float, curvature: float, world: LocalWorld, turn_gain: float, dt: float) -> Pace:
         """Return the Pace after ``speed`` (m/s, of the last command) where the robot is on the leg.
 
         curvature: that is driven now (1/m). world: LocalWorld. turn_gain: turn rate driven over commanded.
         """
-        g, backward = world.geometry, leg.backward
+        motion = speed_ahead.Motion(float(speed), float(self.acceleration), float(curvature), float(turn_gain))
+        front, span = lead(world.footprint, leg.backward)
+        body = speed_ahead.Body(world.footprint, world.points, world.box, world.shift, front, span)
         after, acceleration, cap, why, size, x, y = speed_ahead.pace(
-            leg.s,
-            leg.xy,
-            leg.heading,
-            leg.curvature,
-            leg.size_of_change,
-            leg.along,
-            leg.left,
-            backward,
-            float(speed),
-            float(self.acceleration),
-            float(curvature),
-            float(turn_gain),
-            float(dt),
-            self._limits[backward],
-            self._sight,
-            world.costmap.costs,
-            float(g.origin_x),
-            float(g.origin_y),
-            float(g.resolution),
-            world.footprint,
-            world.points,
-            world.box,
-            *lead(world.footprint, backward),
-            world.shift,
-            world.unknown_blocks,
+            leg.samples, leg.place, motion, self._rules[leg.backward], (world.ground, body), float(dt)
         )
         where = place_of(x, y, world.footprint) if KINDS[why] == NARROW else ''
         return Pace(after, acceleration, cap, Cause(KINDS[why], size, where))
+
+
+def limits_of(c: RotateThenPursueConfig, backward: bool) -> speed_ahead.Limits:
+    """The Limits of a RotateThenPursueConfig in a sense of driving."""
+    return speed_ahead.Limits(
+        highest=float(-c.min_vel_x if backward else c.max_vel_x),
+        max_vel_x=float(c.max_vel_x),
+        acceleration=float(c.acc_lim_x),
+        comfort_braking=float(c.comfort_dec_x),
+        hard_braking=float(c.dec_lim_x),
+        jerk=float(c.jerk_lim_x),
+        max_vel_theta=float(c.max_vel_theta),
+        acc_lim_theta=float(c.acc_lim_theta),
+        max_lateral_acc=float(c.max_lateral_acc),
+    )

@@ -1,4 +1,4 @@
-"""The way a robot still drives when it brakes now, keeping to its path; and where about it something would be
+"""The path a robot still drives when it brakes now and keeps to its leg, and where about it something would be
 touched.
 """
 
@@ -6,51 +6,80 @@ import math
 
 import numpy as np
 
+from ahead_of_time import kernel
+from sara_common.kernels import advanced
+from sara_common.planar import Pose2D
 from sara_nav.grids.clearance import place_of, room
-from sara_nav.pursuit import stopping_steps
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.pursuit import path_tracker
+from sara_nav.pursuit.curvature_law import TrackingLaw, next_curvature
+from sara_nav.pursuit.path_tracker import Leg
+from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_turn import turn_poses
 
 REACTION = 0.2
 """Seconds until it brakes."""
 MARGIN = 0.02
-"""Way (m) and angle (rad) more that is looked at."""
+"""Distance (m) and angle (rad) more that is looked at."""
+STEP = 0.04
+"""Distance (m) from one pose to the next."""
 
 
-def stopping_way(leg, law, now, speed, curvature, config):
-    """Return the poses (n, 3) from a Pose2D on, by the tracking law along the leg, from ``speed`` (m/s) and a curvature
+def stopping_path(
+    leg: Leg, law: TrackingLaw, now: Pose2D, speed: float, curvature: float, config: RotateThenPursueConfig
+) -> np.ndarray:
+    """Return the poses (n, 3) from ``now`` on, by the tracking law along the leg, from ``speed`` (m/s) and a curvature
     (1/m) braking by dec_lim_x to rest, and a margin.
     """
-    way = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
-    return stopping_steps.follow(
-        leg.s,
-        leg.xy,
-        leg.direction,
-        leg.heading,
-        leg.curvature,
-        leg.change,
-        leg.along,
-        leg.backward,
-        now.x,
-        now.y,
-        now.yaw,
-        float(way),
-        float(curvature),
-        float(law.reach(speed)),
-        float(law.sharpest),
-    )
+    distance = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
+    pose, reach = (float(now.x), float(now.y), float(now.yaw)), (float(law.reach(speed)), float(law.sharpest))
+    return follow(leg.samples, leg.place, pose, float(distance), float(curvature), reach)
 
 
-def stopping_turn(now, rate, config):
-    """Return the poses (n, 3) of a turn in place from a Pose2D at ``rate`` (rad/s, as driven), braking by acc_lim_theta
+@kernel
+def follow(samples, place, pose, distance, curvature, law):
+    """Return the poses (n, 3) from a pose (x, y, yaw) on over a distance (m), a STEP apart, by the tracking law.
+
+    samples, place: of a Leg. curvature: driven at the start (1/m). law: (length, sharpest) of ``next_curvature``.
+    """
+    length, sharpest = law
+    x, y, yaw = pose
+    poses = np.empty((int(distance / STEP) + 3, 3))
+    poses[0, 0], poses[0, 1], poses[0, 2] = x, y, yaw
+    n, sense, along = 1, -1.0 if place.backward else 1.0, place.along
+    while distance > 1e-6:
+        step = min(distance, STEP)
+        along, offset, _ = path_tracker.nearest(samples, x, y, along)
+        error = path_tracker.heading_error(samples, place.backward, yaw, along)
+        bend = path_tracker.on_leg(along, samples, samples.curvature)
+        change = path_tracker.on_leg(along, samples, samples.change)
+        curvature = next_curvature(curvature, step, offset, error, bend, change, length, sharpest)
+        x, y, yaw = advanced(x, y, yaw, sense * step, step * curvature, 1.0)
+        poses[n, 0], poses[n, 1], poses[n, 2] = x, y, yaw
+        n += 1
+        distance -= step
+    return poses[:n].copy()
+
+
+def stopping_turn(now: Pose2D, rate: float, config: RotateThenPursueConfig) -> np.ndarray:
+    """Return the poses (n, 3) of a turn in place from ``now`` at ``rate`` (rad/s, as driven), braking by acc_lim_theta
     to rest, and a margin.
     """
     angle = abs(rate) * REACTION + rate * rate / (2.0 * config.acc_lim_theta) + MARGIN
-    return stopping_steps.turn(float(now.x), float(now.y), float(now.yaw), math.copysign(angle, rate))
+    return turn_poses(now, math.copysign(angle, rate))
 
 
-def blocked_where(world, poses):
+def blocked_where(world: LocalWorld, poses: np.ndarray) -> str:
     """Return where about the robot ('front left', ...) it first touches more than at the first of the poses (n, 3)."""
     touched = world.touched(poses)
     worse = np.flatnonzero(touched > touched[0])
     at = int(worse[0]) if len(worse) else int(touched.argmax())
     seen = room(world, np.asarray(poses, float)[at : at + 1], False, 0.5, 0.5)
     return place_of(float(seen.x[0]), float(seen.y[0]), world.footprint)
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
+    samples = path_tracker.Samples(s, points, points[1:], s, s, s, s)
+    follow(samples, path_tracker.Place(0.0, 1.0, False), (0.0, 0.0, 0.0), 0.1, 0.0, (0.5, 4.0))
