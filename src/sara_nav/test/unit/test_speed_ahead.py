@@ -35,7 +35,7 @@ def world_with(cells):
 
 
 def driven(leg, world, config=CONFIG, seconds=60.0):
-    """A base that does what it is told, from rest at the leg's start to its end, or until it stands: (m along, Pace) of each cycle."""
+    """An ideal base drives from rest at the leg's start to its end, or until it stands: (m along, Pace) each cycle."""
     plan, speed, rows = SpeedPlan(config), 0.0, []
     for _ in range(round(seconds / DT)):
         curvature = leg.bend(leg.along)[0]
