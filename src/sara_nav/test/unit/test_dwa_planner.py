@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.collision import LocalWorld
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.move_base import local_planners as lp
 from sara_nav.planners.planning import dense_plan
-from sara_nav.sampled import critics, speed_samples
+from sara_nav.sampled import critics, speed_samples, trajectory
 from sara_nav.sampled.critics import OscillationFlags
 from sara_nav.sampled.dwa_planner import DWAPlanner, DWAPlannerConfig
 from sara_nav.sampled.map_grid import plan_cells
+from sara_nav.sampled.scene import Scene
 
 SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 STILL = (0.0, 0.0)
@@ -135,22 +136,12 @@ def judge(
 ):
     zero = np.zeros(costs.shape, np.int32)
     return critics.judge(
-        costs,
-        (0.0, 0.0, 0.05),
-        SARA,
-        np.full_like(costs, 255),
-        zero if path is None else path,
-        zero if goal is None else goal,
-        zero if front is None else front,
-        state,
+        trajectory.Terrain(costs, Grid(0.0, 0.0, 0.05), SARA, np.full_like(costs, 255), grace),
+        critics.Distances(*(zero if grid is None else grid for grid in (path, goal, front))),
+        trajectory.State(*state),
         np.array(samples, float),
-        (2.5, 3.2),
-        (1.0, 0.025, 0.1),
-        growth,
-        shift,
-        accelerating,
-        sum_scores,
-        grace,
+        trajectory.Simulation(1.0, 0.025, 0.1, 2.5, 3.2),
+        critics.Rules(*growth, shift, accelerating, sum_scores),
     )
 
 
@@ -345,7 +336,7 @@ def test_the_point_ahead_of_the_goal_lies_beyond_it_seen_from_the_robot():
 
     def front(plan, pose):
         cells = plan_cells(plan, where.costmap)
-        return planner._front_cell(pose, plan, cells, where)[0].tolist(), cells[-1].tolist()
+        return planner._front_cell(Scene(0.05, pose, STILL, plan, cells, where, None))[0].tolist(), cells[-1].tolist()
 
     ahead, end = front(AHEAD, Pose2D(1.0, 0.0, 0.0))
     assert ahead == [end[0] + 10, end[1]]

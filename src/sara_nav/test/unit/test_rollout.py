@@ -12,7 +12,7 @@ from sara_common.planar import Pose2D
 from sara_nav.grids import outline
 from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.grids.polygon import footprint_cells
-from sara_nav.sampled import map_grid, rollout
+from sara_nav.sampled import map_grid, rollout, trajectory
 
 REFERENCE = Path(__file__).parents[5] / 'shared' / 'data' / 'reference' / 'costmap.npz'
 SQUARE = np.array([[2.0, 2.0], [2.0, -2.0], [-2.0, -2.0], [-2.0, 2.0]])
@@ -142,22 +142,16 @@ def score(
     grace=0.0,
 ):
     zero = np.zeros(costs.shape, np.int32)
+    ceiling = np.full_like(costs, 255) if ceiling is None else ceiling
+    terrain = trajectory.Terrain(costs, Grid(0.0, 0.0, resolution), corners, ceiling, grace)
+    distances = [zero if grid is None else grid for grid in (path, goal)]
     return rollout.score(
-        costs,
-        (0.0, 0.0, resolution),
-        corners,
-        np.full_like(costs, 255) if ceiling is None else ceiling,
-        zero if path is None else path,
-        zero if goal is None else goal,
-        np.array(cells, np.int64),
-        state,
+        terrain,
+        rollout.Distances(*distances, np.array(cells, np.int64)),
+        trajectory.State(*state),
         np.array(samples, float),
-        acceleration,
-        simulation,
-        weights,
-        attractor,
-        heading,
-        grace,
+        trajectory.Simulation(*simulation, *acceleration),
+        rollout.Scoring(*weights, attractor[0], attractor[1:], *heading),
     )
 
 
@@ -173,7 +167,9 @@ def test_footprint_obstacles_of_the_peers_test():
 
 
 def test_a_rollout_reaches_the_speed_asked_for_within_the_acceleration():
-    poses = rollout.roll((0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0), (0.5, 1.0), (4.0, 0.01, 0.01), False)
+    poses = rollout.roll(
+        trajectory.State(*[0.0] * 5), (1.0, 0.0), trajectory.Simulation(4.0, 0.01, 0.01, 0.5, 1.0), False
+    )
     dt = 4.0 / 400
     speed = np.diff(poses[:, 0]) / dt
     assert np.diff(speed).max() <= 0.5 * dt + 1e-9 and speed.max() == pytest.approx(1.0)
@@ -196,21 +192,23 @@ def test_scoring_all_at_once_is_scoring_one_by_one_with_or_without_the_ceiling(s
     together, ends = score(costs, samples, state, ceiling=outline.cost_ceiling(costs, 40, 40, 22, 14), **kwargs)
     alone = [score(costs, [s], state, **kwargs)[0][0] for s in samples]
     assert np.array_equal(together, alone)
+    simulation = trajectory.Simulation(1.7, 0.025, 0.05, 4.0, 4.0)
     for sample, end, cost in zip(samples, ends, together):
         if cost >= 0.0:
-            assert rollout.roll(state, tuple(sample), (4.0, 4.0), (1.7, 0.025, 0.05), False)[-1] == pytest.approx(end)
+            poses = rollout.roll(trajectory.State(*state), tuple(sample), simulation, False)
+            assert poses[-1] == pytest.approx(end)
 
 
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 4.0), st.floats(-0.5, 0.5))
 def test_every_trajectory_and_the_point_ahead_of_it_stays_in_its_room(seed, sim_time, ahead):
     random = np.random.default_rng(seed)
-    state = tuple(random.uniform((-5.0, -5.0, -9.0, -0.6, -1.5), (5.0, 5.0, 9.0, 0.6, 1.5)))
+    state = trajectory.State(*random.uniform((-5.0, -5.0, -9.0, -0.6, -1.5), (5.0, 5.0, 9.0, 0.6, 1.5)))
     samples = random.uniform((-0.5, -1.0), (0.6, 1.0), (6, 2)) * (random.random((6, 2)) < 0.8)
-    low_x, low_y, high_x, high_y = rollout.room_of(state, samples, sim_time, ahead)
+    low_x, low_y, high_x, high_y = trajectory.room_of(state, samples, sim_time, ahead)
     assert low_x <= state[0] <= high_x and low_y <= state[1] <= high_y
     for sample in samples:
-        poses = rollout.roll(state, tuple(sample), (2.5, 3.2), (sim_time, 0.05, 0.05), False)
+        poses = rollout.roll(state, tuple(sample), trajectory.Simulation(sim_time, 0.05, 0.05, 2.5, 3.2), False)
         for off in (0.0, ahead):
             x, y = poses[:, 0] + off * np.cos(poses[:, 2]), poses[:, 1] + off * np.sin(poses[:, 2])
             assert (

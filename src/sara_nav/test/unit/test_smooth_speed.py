@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, braking_to_rest, next_speed, way_to_slow
+from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits, approach, braking_to_rest, next_speed, way_to_slow
 
 LIMITS = st.builds(SpeedLimits, st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(0.2, 5.0))
 
@@ -61,7 +61,7 @@ def test_every_cap_ahead_is_kept_where_it_stands_and_is_named(limits, caps, high
         if not ahead:
             break
         before = v
-        v, a, at = next_speed(v, a, highest, [way for way, _ in ahead], [cap for _, cap in ahead], limits, dt)
+        v, a, at = next_speed(Motion(v, a), highest, Caps(*zip(*ahead)), limits, dt)
         x += 0.5 * (before + v) * dt
         seen.append((x, v))
         assert at == -1 or v <= highest + 1e-9 and 0 <= at < len(ahead)
@@ -92,7 +92,7 @@ def drive(length, highest, limits, dt=0.05, start=(0.0, 0.0)):
     x, samples = 0.0, [(v, a)]
     for _ in range(100000):
         before = v
-        v, a, _ = next_speed(v, a, highest, [length - x], [0.0], limits, dt)
+        v, a, _ = next_speed(Motion(v, a), highest, Caps([length - x], [0.0]), limits, dt)
         x += 0.5 * (before + v) * dt
         samples.append((v, a))
         if v == 0.0 and len(samples) > 5:
@@ -117,7 +117,7 @@ def test_a_drive_keeps_all_limits_and_ends_where_it_is_to(limits, length, highes
 @given(LIMITS, st.floats(0.0, 1.5), st.floats(-2.0, 2.0), st.floats(-1.0, 5.0), st.floats(0.0, 1.5))
 def test_whatever_is_asked_one_step_keeps_acceleration_and_jerk_or_is_rest(limits, v, a, left, highest):
     a = min(max(a, -limits.braking), limits.acceleration)
-    speed, acceleration, _ = next_speed(v, a, highest, [left], [0.0], limits, 0.05)
+    speed, acceleration, _ = next_speed(Motion(v, a), highest, Caps([left], [0.0]), limits, 0.05)
     assert speed >= 0.0
     if speed > 0.0:
         assert abs(acceleration - a) <= 0.05 * limits.jerk + 1e-9

@@ -13,7 +13,7 @@ from sara_nav.grids.grid import GridGeometry
 from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.speed_plan import KINDS, SpeedPlan, limits_of
+from sara_nav.pursuit.speed_plan import KINDS, SpeedPlan, driven_now, limits_of
 
 CONFIG = RotateThenPursueConfig()
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -36,16 +36,16 @@ def world_with(cells):
 
 def driven(leg, world, config=CONFIG, seconds=60.0):
     """An ideal base drives from rest at the leg's start to its end, or until it stands: (m along, Pace) each cycle."""
-    plan, speed, rows = SpeedPlan(config), 0.0, []
+    plan, speed, acceleration, rows = SpeedPlan(config), 0.0, 0.0, []
     for _ in range(round(seconds / DT)):
         curvature = leg.bend(leg.along)[0]
-        pace = plan.pace(leg, speed, curvature, world, 1.0, DT)
+        pace = plan.pace(leg, driven_now(speed, acceleration, curvature, 1.0), world, DT)
         rows.append((leg.along, pace))
         leg.along += 0.5 * (speed + pace.speed) * DT
         leg.left = leg.length - leg.along
         if leg.left <= 0.0 or speed == pace.speed == 0.0:
             return rows
-        speed, plan.acceleration = pace.speed, pace.acceleration
+        speed, acceleration = pace.speed, pace.acceleration
     return rows
 
 

@@ -14,7 +14,7 @@ from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.clearance import place_of, room
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.pursuit.curvature_law import STEEPEST, TrackingLaw
+from sara_nav.pursuit.curvature_law import STEEPEST, Bend, Deviation, TrackingLaw
 from sara_nav.pursuit.messages import Words
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.plan_stages import Stretch, Turn, final_angle, stages
@@ -147,7 +147,7 @@ def test_errors_die_out_in_path_length_at_every_speed(offset, heading, off_curva
     law, way = TrackingLaw(0.25, 0.6), 0.005
     curvature, crossings, last = bend + off_curvature, 0, 0.0
     for _ in range(round(12.0 * law.reach(speed) / way)):
-        curvature = law.next_curvature(curvature, way, offset, heading, (bend, 0.0), speed)
+        curvature = law.next_curvature(curvature, way, Deviation(offset, heading), Bend(bend, 0.0), speed)
         middle = heading + 0.5 * way * (curvature - bend)
         offset += way * math.sin(middle)
         heading += way * (curvature - bend * math.cos(middle) / (1.0 - bend * offset))
@@ -304,9 +304,8 @@ def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, cu
     while left > 1e-6:
         step = min(left, 0.04)
         along, offset, _ = leg.nearest(pose.x, pose.y, along)
-        curvature = law.next_curvature(
-            curvature, step, offset, leg.heading_error(pose.yaw, along), leg.bend(along), speed
-        )
+        off = Deviation(offset, leg.heading_error(pose.yaw, along))
+        curvature = law.next_curvature(curvature, step, off, leg.bend(along), speed)
         pose = pose.advance(-step if backward else step, step * curvature, 1.0)
         expected.append((pose.x, pose.y, pose.yaw))
         left -= step

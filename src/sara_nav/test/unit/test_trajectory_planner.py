@@ -12,6 +12,7 @@ from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.move_base import local_planners as lp
 from sara_nav.planners.planning import dense_plan
+from sara_nav.sampled.scene import Choice
 from sara_nav.sampled.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig
 
 SARA = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
@@ -283,7 +284,8 @@ def test_a_robot_that_does_not_get_on_turns_to_its_plan(name):
     pose, rates, last = Pose2D(0.0, 0.0, 0.0), [], (0.0, 0.0)
     for i in range(300):
         if i < 82:
-            planner._choose = lambda *_, i=i: ((0.0, 0.1 * (-1) ** (i // 10)), np.zeros((1, 3)), '')  # swings about
+            swing = Choice((0.0, 0.1 * (-1) ** (i // 10)), np.zeros((1, 3)))
+            planner._choose = lambda _, swing=swing: swing
         elif i == 82:
             del planner._choose
         command = planner.update(0.05 * i, 0.05, pose, last, 0.0, world())

@@ -6,6 +6,8 @@ too, either as a parameter of the C++ peer that is not built here yet, or as unk
 
 import dataclasses
 import difflib
+from collections.abc import Callable
+from typing import Any
 
 from sara_common.config import ConfigError
 
@@ -29,22 +31,22 @@ class Parameters:
     ``warnings`` are lists of sentences; whoever reads parameters adds to them.
     """
 
-    def __init__(self, tree, above=None):
+    def __init__(self, tree: dict, above: dict | None = None):
         self._values = dict(_flatten(tree))
         self.above = dict(above or {})
         self._known = set()
         self.faults = []
         self.warnings = []
 
-    def has(self, path):
+    def has(self, path: str) -> bool:
         """True when somebody set ``path`` ('a/b')."""
         return path in self._values
 
-    def has_any(self, group):
+    def has_any(self, group: str) -> bool:
         """True when somebody set anything below ``group`` (ending in '/')."""
         return any(path.startswith(group) for path in self._values)
 
-    def take(self, path, default):
+    def take(self, path: str, default: Any) -> Any:
         """Return the value at ``path``, of the default's type, or the default; a wrong type becomes a fault.
 
         A default of None accepts anything; a tuple is read from a list.
@@ -54,7 +56,7 @@ class Parameters:
             return default
         return self._typed(path, self._values[path], default)
 
-    def search(self, prefix, name, default):
+    def search(self, prefix: str, name: str, default: Any) -> Any:
         """Return the value of ``name`` in the namespace ``prefix`` ('' or ending in '/'), or else in the nearest above
         it.
 
@@ -69,7 +71,7 @@ class Parameters:
             return self._typed(found, self._values[found], default)
         return self._typed(name, self.above[name], default) if name in self.above else default
 
-    def found(self, prefix, name):
+    def found(self, prefix: str, name: str) -> bool:
         """Return True when ``search`` would find somebody's value."""
         return name in self.above or any(path in self._values for path in self._upward(prefix, name))
 
@@ -78,7 +80,7 @@ class Parameters:
         parts = [part for part in prefix.split('/') if part]
         return ['/'.join(parts[:depth] + [name]) for depth in range(len(parts), -1, -1)]
 
-    def ignore(self, group, harmless=None):
+    def ignore(self, group: str, harmless: dict | None = None) -> list[str]:
         """Count all below ``group`` (ending in '/') as read, for somebody says what becomes of it; return what was not
         yet.
 
@@ -93,7 +95,7 @@ class Parameters:
             if path[len(group) :] not in harmless or harmless[path[len(group) :]] != self._values[path]
         ]
 
-    def rename(self, prefix, old, new):
+    def rename(self, prefix: str, old: str, new: str) -> None:
         """Take the value of an old name for that of the new one, which goes first where both are set."""
         if prefix + old not in self._values:
             return
@@ -106,7 +108,7 @@ class Parameters:
         self._values[prefix + new] = value
         self.warnings.append(f'parameter {prefix}{old} should be called {new}')
 
-    def adapt(self, path, change):
+    def adapt(self, path: str, change: Callable[[Any], Any]) -> None:
         """Put ``change(value)`` in the place of the value at ``path``, if there is one."""
         if path in self._values:
             self._values[path] = change(self._values[path])
@@ -139,7 +141,7 @@ class Parameters:
             return default
         return value
 
-    def config(self, cls, *prefixes):
+    def config(self, cls: type, *prefixes: str) -> Any:
         """Return a ``cls`` (frozen dataclass with ``faults()``) read from the first prefix that sets each field.
 
         A prefix is '' or ends in '/'. Faults of the finished configuration are added to ``faults``.
@@ -156,12 +158,12 @@ class Parameters:
         self.faults += [prefixes[0] + fault for fault in result.faults()]
         return result
 
-    def check(self):
+    def check(self) -> None:
         """Raise ConfigError with all faults, if there are any."""
         if self.faults:
             raise ConfigError(self.faults)
 
-    def left_over(self):
+    def left_over(self) -> list[str]:
         """Return sentences about what was set but not read: not built, or not known."""
         result = []
         for path in sorted(set(self._values) - self._known):

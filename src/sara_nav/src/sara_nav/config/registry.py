@@ -1,6 +1,7 @@
 """Finds planners, layers and recovery behaviours by the names that users write into parameters."""
 
 import importlib
+from collections.abc import Callable, Sequence
 
 
 class UnknownPlanner(ValueError):
@@ -15,13 +16,15 @@ class Registry:
     here.
     """
 
-    def __init__(self, parameter, modules=(), refused=None):
+    def __init__(
+        self, parameter: str, modules: Sequence[str] | dict[str, str] = (), refused: dict[str, str] | None = None
+    ):
         self.parameter = parameter
         self._modules = dict(modules) if isinstance(modules, dict) else tuple(modules)
         self.refused = dict(refused or {})
         self._classes = {}
 
-    def register(self, name):
+    def register(self, name: str) -> Callable[[type], type]:
         """Return a class decorator that enters a planner under ``name``."""
 
         def enter(cls):
@@ -31,7 +34,7 @@ class Registry:
 
         return enter
 
-    def names(self):
+    def names(self) -> list[str]:
         """Return the names that can be asked for, sorted."""
         if isinstance(self._modules, dict):
             return sorted({*self._modules, *self._classes})
@@ -39,7 +42,7 @@ class Registry:
             importlib.import_module(module)
         return sorted(self._classes)
 
-    def find(self, name):
+    def find(self, name: str) -> type:
         """Return the class of that name; raises UnknownPlanner, whose text says what there is."""
         names = self.names()
         try:

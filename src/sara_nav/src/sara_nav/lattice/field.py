@@ -153,9 +153,8 @@ class Field:
                                 self._pending[near] = 1
                                 first[count] = near
                                 count += 1
-        potential.spread(
-            self._steps, self._wave, self._pending, *self._buffers, count, width, -1, BLOCKED, 4.0 * UNIT, True
-        )
+        field = potential.Field(self._steps, self._wave, self._pending, width, BLOCKED)
+        potential.spread(field, tuple(self._buffers), count, potential.Wave(-1, 4.0 * UNIT, True))
         inner = self._wave.reshape(rows + 2, width)[1:-1, 1:-1]
         return np.where(inner < potential.HIGH, inner / np.float32(scale), potential.HIGH)
 

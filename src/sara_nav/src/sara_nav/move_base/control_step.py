@@ -1,15 +1,25 @@
 """What move_base does in a cycle with a plan: drive along it, or recover where it cannot."""
 
 import math
+from typing import Any, NamedTuple
 
-from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_STUCK
+import numpy as np
+
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.goals.driven_path import Track
+from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_STUCK, Goal
 from sara_nav.goals.move_base_config import (
     ABORTED,
     ACTIVE,
     CLEARING,
     PLANNING,
     SUCCEEDED,
+    Counters,
+    MoveBaseConfig,
+    StepResult,
 )
+from sara_nav.goals.plan_maker import PlanMaker
 from sara_nav.move_base.robot_state import within_limits
 from sara_nav.planners.local_command import DRIVING, FAILED, OFF_PATH, REACHED
 from sara_nav.recovery.behaviours import Situation
@@ -18,94 +28,145 @@ ZERO = (0.0, 0.0)
 """The command to stand."""
 
 
-class ControlStep:
-    """The controlling and clearing phases of MoveBase; a part of it."""
+class Cycle(NamedTuple):
+    """What a control cycle begins with. t: now, dt: since the last one, age: of the pose (s; None: there is none that
+    can be driven on). velocity: (v m/s, w rad/s). local_pose: in the local costmap's frame, where that is another.
+    plan: one that was made in this cycle.
+    """
 
-    def _control(self, goal, t, dt, pose, velocity, age, local_pose, plan):
-        c = self.config
+    t: float
+    dt: float
+    pose: Pose2D | None
+    velocity: tuple[float, float]
+    age: float | None
+    local_pose: Pose2D | None
+    plan: np.ndarray | None = None
+
+
+class Means(NamedTuple):
+    """What may be configured anew while a goal is under way: local_planner of a registered class, and recoveries:
+    behaviours in their order.
+    """
+
+    config: MoveBaseConfig
+    local_planner: Any
+    recoveries: tuple
+
+
+class End(NamedTuple):
+    """The goal is over: succeeded or aborted, and why."""
+
+    status: str
+    text: str
+
+
+def standing(goal: Goal, means: Means, text: str, plan: np.ndarray | None = None, stale: str = '') -> StepResult:
+    """Return the StepResult of a cycle in which the robot stands."""
+    means.local_planner.stop()
+    return StepResult(ZERO, ACTIVE, text, goal.phase, plan, _used(goal, plan), stale=stale)
+
+
+def exhausted(goal: Goal, means: Means, trigger: str, why: str, pose: Pose2D) -> End | None:
+    """Patience is at its end: recover from the next cycle on, or return the End when there is nothing left to try."""
+    goal.trigger, goal.why = trigger, why
+    goal.take_up(pose, means.config.recovery_memory, means.recoveries)
+    if means.config.recovery_behavior_enabled and goal.recovery_index < len(means.recoveries):
+        goal.phase, goal.recovery, goal.problem = CLEARING, None, why
+        return None
+    return End(ABORTED, f'{trigger} {why}.')
+
+
+class ControlStep:
+    """The controlling and clearing phases of MoveBase. track: the way the robot came by."""
+
+    def __init__(self, costmaps: CostmapPair, plans: PlanMaker, counters: Counters, track: Track):
+        self._costmaps, self._plans, self._counters, self._track = costmaps, plans, counters, track
+
+    def control(self, goal: Goal, cycle: Cycle, means: Means) -> StepResult | End:
+        """One cycle along the plan."""
+        c, t = means.config, cycle.t
         if c.oscillation_timeout > 0.0 and t - goal.oscillation_since > c.oscillation_timeout:
-            self._exhausted(
-                goal,
-                BY_OSCILLATION,
+            why = (
                 f'It moved less than {c.oscillation_distance:.2f} m (oscillation_distance) in '
-                f'{c.oscillation_timeout:.1f} s (oscillation_timeout)',
-                pose,
+                f'{c.oscillation_timeout:.1f} s (oscillation_timeout)'
             )
-            return None if self._ended else self._stand(goal, goal.why, plan=plan)
-        world = self.costmaps.around(pose, local_pose, self._plans.unknown_blocks)
-        command = self.local_planner.update(t, dt, pose, velocity, age, world)
+            end = exhausted(goal, means, BY_OSCILLATION, why, cycle.pose)
+            return end or standing(goal, means, goal.why, cycle.plan)
+        world = self._costmaps.around(cycle.pose, cycle.local_pose, self._plans.unknown_blocks)
+        command = means.local_planner.update(t, cycle.dt, cycle.pose, cycle.velocity, cycle.age, world)
         if command.state == REACHED:
-            return self._end(SUCCEEDED, goal.reached())
+            return End(SUCCEEDED, goal.reached())
         if command.state == FAILED:
-            return self._end(ABORTED, f'Goal aborted: {command.text}.')
+            return End(ABORTED, f'Goal aborted: {command.text}.')
         if command.state == DRIVING:
-            goal.valid_control_at = t
-            goal.found(BY_CONTROL)
-            if not (math.isfinite(command.v) and math.isfinite(command.w)):
-                return self._end(ABORTED, f'Goal aborted: the local planner commanded {command.v!r}, {command.w!r}.')
-            text = '' if plan is None else goal.moved
-            driven = within_limits(command.v, command.w, self.local_planner.config)
-            if 0.0 < c.stuck_timeout < goal.stuck_for(t, pose, driven):
-                self._exhausted(
-                    goal,
-                    BY_STUCK,
-                    f'It is told to move but has stood for {c.stuck_timeout:.1f} s (stuck_timeout)',
-                    pose,
-                )
-                return None if self._ended else self._stand(goal, goal.why, plan=plan)
-            return self._result(driven, ACTIVE, text, goal.phase, plan, goal, doing=command.text)
-        self.counters.blocked_steps += 1
+            return self._drive(goal, cycle, means, command)
+        return self._hindered(goal, cycle, means, command)
+
+    def _drive(self, goal, cycle, means, command):
+        """The local planner has a safe command."""
+        c = means.config
+        goal.valid_control_at = cycle.t
+        goal.found(BY_CONTROL)
+        if not (math.isfinite(command.v) and math.isfinite(command.w)):
+            return End(ABORTED, f'Goal aborted: the local planner commanded {command.v!r}, {command.w!r}.')
+        text = '' if cycle.plan is None else goal.moved
+        driven = within_limits(command.v, command.w, means.local_planner.config)
+        if 0.0 < c.stuck_timeout < goal.stuck_for(cycle.t, cycle.pose, driven):
+            why = f'It is told to move but has stood for {c.stuck_timeout:.1f} s (stuck_timeout)'
+            end = exhausted(goal, means, BY_STUCK, why, cycle.pose)
+            return end or standing(goal, means, goal.why, cycle.plan)
+        used = _used(goal, cycle.plan)
+        return StepResult(driven, ACTIVE, text, goal.phase, cycle.plan, used, doing=command.text)
+
+    def _hindered(self, goal, cycle, means, command):
+        """The local planner has no safe command, or cannot follow the plan from here."""
+        patience = means.config.controller_patience
+        self._counters.blocked_steps += 1
         if command.state == OFF_PATH:
             goal.phase = PLANNING
-        if t - goal.valid_control_at >= c.controller_patience:
-            self._exhausted(
-                goal,
-                BY_CONTROL,
-                f'No safe command was found within controller_patience ({c.controller_patience:.1f} s): {command.text}',
-                pose,
-            )
-        return None if self._ended else self._stand(goal, command.text, plan=plan)
+        end = None
+        if cycle.t - goal.valid_control_at >= patience:
+            why = f'No safe command was found within controller_patience ({patience:.1f} s): {command.text}'
+            end = exhausted(goal, means, BY_CONTROL, why, cycle.pose)
+        return end or standing(goal, means, command.text, cycle.plan)
 
-    def _recover(self, goal, t, dt, pose, local_pose, velocity):
+    def recover(self, goal: Goal, cycle: Cycle, means: Means) -> StepResult | End:
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
-        world = self.costmaps.around(pose, local_pose, self._plans.unknown_blocks)
-        situation = Situation(
-            t,
-            dt,
+        situation = self._situation(goal, cycle)
+        if begins:
+            means.local_planner.stop()
+            self._counters.recoveries += 1
+            goal.recovery = means.recoveries[goal.recovery_index]
+            goal.recovery.start(situation)
+        step = goal.recovery.update(situation)
+        announced = (goal.recovery_index, len(means.recoveries), goal.recovery.name) if begins else None
+        if step.give_up:
+            return End(ABORTED, 'Goal aborted: {}.'.format(step.give_up.rstrip('.')))
+        if step.done:
+            goal.recovered(cycle.t)
+            self._costmaps.wake()  # what was cleared is to be clear before it is planned on
+        command = ZERO if step.done else step.command
+        return StepResult(command, ACTIVE, step.text, CLEARING, recovery=announced, help=step.help)
+
+    def _situation(self, goal, cycle):
+        """Return the Situation that a behaviour is given."""
+        pose, local_pose = cycle.pose, cycle.local_pose or cycle.pose
+        return Situation(
+            cycle.t,
+            cycle.dt,
             pose,
             local_pose,
-            velocity,
-            world,
-            self.costmaps,
+            cycle.velocity,
+            self._costmaps.around(pose, local_pose, self._plans.unknown_blocks),
+            self._costmaps,
             self._track,
             goal.pose,
             goal.why,
             lambda: self._plans.plan(pose, goal.pose),
         )
-        if begins:
-            self.local_planner.stop()
-            self.counters.recoveries += 1
-            goal.recovery = self.recoveries[goal.recovery_index]
-            goal.recovery.start(situation)
-        step = goal.recovery.update(situation)
-        announced = (goal.recovery_index, len(self.recoveries), goal.recovery.name) if begins else None
-        if step.give_up:
-            return self._end(ABORTED, 'Goal aborted: {}.'.format(step.give_up.rstrip('.')))
-        if step.done:
-            goal.recovered(t)
-            self.costmaps.wake()  # what was cleared is to be clear before it is planned on
-        return self._result(
-            ZERO if step.done else step.command, ACTIVE, step.text, CLEARING, recovery=announced, help=step.help
-        )
 
-    def _exhausted(self, goal, trigger, why, pose):
-        """Patience is at its end: recover from the next cycle on, or give the goal up when there is nothing left to
-        try.
-        """
-        goal.trigger, goal.why = trigger, why
-        goal.take_up(pose, self.config.recovery_memory, self.recoveries)
-        if self.config.recovery_behavior_enabled and goal.recovery_index < len(self.recoveries):
-            goal.phase, goal.recovery, goal.problem = CLEARING, None, why
-        else:
-            self._end(ABORTED, f'{trigger} {why}.')
+
+def _used(goal, plan):
+    """Return where a new plan leads, when that is not the goal that was asked for."""
+    return goal.used if plan is not None else None

@@ -13,7 +13,7 @@ class CycleWatch:
         self._worst = self._longest_work = self._work = 0.0
         self._cycles = 0
 
-    def begins(self, t, frequency, matters):
+    def begins(self, t: float, frequency: float, matters: bool) -> str:
         """A cycle begins at t; return '' or the sentence that it came late. matters: False while nothing is driven."""
         last, self._last = self._last, t
         if last is None or not matters:
@@ -27,17 +27,17 @@ class CycleWatch:
             f'Control loop missed its desired rate of {frequency:.4f}Hz... the loop actually took {taken:.4f} seconds'
         )
 
-    def worked(self, taken):
+    def worked(self, taken: float) -> None:
         """The work of a cycle took so long."""
         self._longest_work = max(self._longest_work, taken)
         self._work += taken
         self._cycles += 1
 
-    def forget(self):
+    def forget(self) -> None:
         """Time went back: the next cycle is the first."""
         self._last = None
 
-    def values(self):
+    def values(self) -> dict[str, int | str]:
         """Return what there is to report since the last call, by name."""
         result = {
             'missed_cycles': self.missed,

@@ -7,7 +7,7 @@ from sara_nav.planners.local_command import BLOCKED, DRIVING, FAILED, LOCAL_PLAN
 from sara_nav.pursuit import curvature_law as tracking_law
 from sara_nav.pursuit import path_tracker, smooth_speed, smooth_turn, speed_ahead, stopping_path
 from sara_nav.pursuit.rotate_then_pursue import RotateThenPursue, RotateThenPursueConfig
-from sara_nav.sampled import critics, map_grid, rollout, speed_samples
+from sara_nav.sampled import critics, map_grid, rollout, speed_samples, trajectory
 from sara_nav.sampled.dwa_planner import DWAPlanner, DWAPlannerConfig
 from sara_nav.sampled.trajectory_planner import TrajectoryPlanner, TrajectoryPlannerConfig
 
@@ -29,7 +29,7 @@ __all__ = [
 ]
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel the local planners use."""
     for module in (
         clearance,
@@ -46,6 +46,7 @@ def warm():
         speed_samples,
         stopping_path,
         tracking_law,
+        trajectory,
         ways,
     ):
         module.warm()

@@ -1,6 +1,10 @@
 """What is known of the robot between two control steps: how much time passed, how fast it is, how old its pose."""
 
 import math
+from typing import Any
+
+from sara_common.planar import Pose2D
+from sara_nav.goals.move_base_config import Counters
 
 FARTHEST = 1e6
 """A position beyond this (m) is no place of a robot."""
@@ -12,12 +16,12 @@ SHORTEST = 1e-3
 """What passes between two steps at least (s)."""
 
 
-def sound(pose):
+def sound(pose: Pose2D) -> bool:
     """True when a Pose2D is a place where a robot can be."""
     return pose.is_finite() and abs(pose.x) <= FARTHEST and abs(pose.y) <= FARTHEST
 
 
-def within_limits(v, w, config):
+def within_limits(v: float, w: float, config: Any) -> tuple[float, float]:
     """Return a command (m/s, rad/s) slowed on its arc to what a local planner's parameters allow, where they have
     limits.
 
@@ -45,12 +49,12 @@ class RobotState:
     LAG = 0.1
     """Seconds by which a robot follows its commands, for the velocity that is reckoned from them."""
 
-    def __init__(self, counters):
+    def __init__(self, counters: Counters):
         self._counters = counters
         self._last_t = None
         self._model = (0.0, 0.0)
 
-    def elapsed(self, t, period):
+    def elapsed(self, t: float, period: float) -> float | None:
         """Return the seconds since the last step, from a millisecond (a clock that stands) to three periods; None when
         time went back.
         """
@@ -61,7 +65,9 @@ class RobotState:
             return None
         return min(max(t - last, SHORTEST), 3.0 * period)
 
-    def velocity(self, measured, command, dt):
+    def velocity(
+        self, measured: tuple[float, float] | None, command: tuple[float, float], dt: float
+    ) -> tuple[float, float]:
         """Return the measured velocity (v, w) when it is sound, else one reckoned from the commands with a lag."""
         share = 1.0 - math.exp(-dt / self.LAG)
         v, w = self._model
@@ -73,7 +79,7 @@ class RobotState:
             return self._model
         return measured
 
-    def pose_age(self, t, pose, pose_time, tolerance):
+    def pose_age(self, t: float, pose: Pose2D | None, pose_time: float | None, tolerance: float) -> float | None:
         """Return how old the pose is (s), or None when it cannot be driven on: none, unsound or older than tolerance
         (s).
         """

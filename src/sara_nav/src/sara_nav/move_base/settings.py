@@ -1,10 +1,13 @@
 """Everything move_base is configured with, read from its parameter tree under the names users know."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
-from sara_nav.config.registry import UnknownPlanner
+from sara_nav.config.parameters import Parameters
+from sara_nav.config.registry import Registry, UnknownPlanner
 from sara_nav.costmaps.costmap_settings import CostmapSettings, read_costmap
 from sara_nav.goals.move_base_config import MoveBaseConfig
+from sara_nav.maps.map_io import GridMap
 from sara_nav.move_base.state_machine import MoveBase
 from sara_nav.planners.local_command import LOCAL_PLANNERS
 from sara_nav.planners.planning import GLOBAL_PLANNERS
@@ -45,7 +48,7 @@ class RecoverySettings:
     defaults: dict
     circumscribed_radius: float
 
-    def make(self, config):
+    def make(self, config: MoveBaseConfig) -> tuple:
         """Return the behaviours, in order, as a MoveBaseConfig has the default ones."""
         if self.chosen is not None:
             return tuple(cls(name, own) for name, cls, own in self.chosen)
@@ -76,21 +79,21 @@ class Settings:
     warnings: tuple = ()
 
     @property
-    def global_frame(self):
+    def global_frame(self) -> str:
         """The frame that is planned in."""
         return self.global_costmap.config.global_frame
 
     @property
-    def local_frame(self):
+    def local_frame(self) -> str:
         """The frame of the local costmap."""
         return self.local_costmap.config.global_frame
 
     @property
-    def robot_base_frame(self):
+    def robot_base_frame(self) -> str:
         """The robot's frame."""
         return self.global_costmap.config.robot_base_frame
 
-    def make_move_base(self, grid_map=None):
+    def make_move_base(self, grid_map: GridMap | None = None) -> MoveBase:
         """Return the MoveBase these settings describe. grid_map: GridMap for the static layers; None: it comes
         later.
         """
@@ -104,7 +107,7 @@ class Settings:
         )
 
 
-def read_settings(parameters):
+def read_settings(parameters: Parameters) -> Settings:
     """Return the Settings of a Parameters tree; raises ConfigError naming everything that is wrong."""
     config = _move_base(parameters)
     above = {name: parameters.above.get(name) for name in ('footprint', 'robot_radius')}
@@ -144,7 +147,7 @@ def read_settings(parameters):
     return replace(settings, warnings=tuple(parameters.warnings + parameters.left_over()))
 
 
-def read_planner(parameters, registry, name):
+def read_planner(parameters: Parameters, registry: Registry, name: str) -> Any:
     """Return the planner of that name with its parameters; None, and a fault, when there is no such planner."""
     try:
         cls = registry.find(name)

@@ -6,27 +6,33 @@ the command of that step is zero.
 """
 
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import numpy as np
+
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.goals.driven_path import Track
 from sara_nav.goals.goal import BY_PLANNING, Goal
 from sara_nav.goals.move_base_config import (
     ABORTED,
-    ACTIVE,
     CLEARING,
     CONTROLLING,
     IDLE,
     PLANNING,
     PREEMPTED,
     Counters,
+    MoveBaseConfig,
     StepResult,
 )
 from sara_nav.goals.plan_maker import PlanMaker
-from sara_nav.move_base.control_step import ZERO, ControlStep
+from sara_nav.move_base.control_step import ZERO, ControlStep, Cycle, End, Means, exhausted, standing
 from sara_nav.move_base.robot_state import RobotState, sound
 
 
-class MoveBase(ControlStep):
+class MoveBase:
     """Drives one goal at a time: plans on the global costmap, steers and looks for collisions on the local one.
 
     config: MoveBaseConfig. global_costmap, local_costmap: LayeredCostmaps; the machine updates both when they are due.
@@ -34,7 +40,15 @@ class MoveBase(ControlStep):
     order. Poses and goals are Pose2D in the global costmap's frame.
     """
 
-    def __init__(self, config, global_costmap, local_costmap, global_planner, local_planner, recoveries=()):
+    def __init__(
+        self,
+        config: MoveBaseConfig,
+        global_costmap: LayeredCostmap,
+        local_costmap: LayeredCostmap,
+        global_planner: Any,
+        local_planner: Any,
+        recoveries: Sequence = (),
+    ):
         faults = config.faults()
         if faults:
             raise ValueError('; '.join(faults))
@@ -50,28 +64,29 @@ class MoveBase(ControlStep):
         self._state = RobotState(self.counters)
         self._command = ZERO
         self._track = Track()
+        self._steps = ControlStep(self.costmaps, self._plans, self.counters, self._track)
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """True while there is a goal."""
         return self._goal is not None
 
     @property
-    def goal(self):
+    def goal(self) -> Pose2D | None:
         """The Pose2D that was asked for, or None."""
         return self._goal.pose if self._goal else None
 
     @property
-    def global_planner(self):
+    def global_planner(self) -> Any:
         """The object that plans."""
         return self._plans.planner
 
     @property
-    def costmaps_run(self):
+    def costmaps_run(self) -> bool:
         """False while shutdown_costmaps keeps the costmaps still, because there is no goal."""
         return self._goal is not None or not self.config.shutdown_costmaps
 
-    def refusal(self, pose, t):
+    def refusal(self, pose: Pose2D, t: float) -> str:
         """Return why a goal cannot be taken at t (s), '' when it can.
 
         A goal where the footprint would overlap something is refused, unless the planner has a default_tolerance within
@@ -81,7 +96,7 @@ class MoveBase(ControlStep):
         tolerance = getattr(self.global_planner.config, 'default_tolerance', 0.0)
         return self.costmaps.refusal(pose, tolerance <= 0.0, self._plans.unknown_blocks)
 
-    def set_goal(self, pose, t):
+    def set_goal(self, pose: Pose2D, t: float) -> str:
         """Take a goal (Pose2D) at time t (s); one being driven to is preempted without a stop between.
 
         Returns '' or the reason why it is refused; then the robot stands and the next step says aborted.
@@ -101,33 +116,39 @@ class MoveBase(ControlStep):
         self._goal = Goal(pose, t)
         return ''
 
-    def cancel(self, t, text='Goal cancelled.'):
+    def cancel(self, t: float, text: str = 'Goal cancelled.') -> None:
         """Give the goal up; the next step commands zero and says preempted."""
         if self._goal is not None:
             self._end(PREEMPTED, text)
 
-    def abort(self, text):
+    def abort(self, text: str) -> None:
         """Give the goal up because something the shell knows of went wrong; the next step says aborted."""
         if self._goal is not None:
             self._end(ABORTED, text)
 
-    def excuse_standing(self):
+    def excuse_standing(self) -> None:
         """Who stops the robot lets somebody pass now: until here it has not been stuck."""
         if self._goal is not None:
             self._goal.excuse_standing()
 
-    def take_end(self):
+    def take_end(self) -> tuple[str, str] | None:
         """Return (status, text) of an end that no step has told yet, or None; no step will tell it any more."""
         end, self._ended = self._ended, None
         return end
 
-    def replan(self):
+    def replan(self) -> None:
         """Build both costmaps and plan anew in the next step, because the map is another one."""
         self.costmaps.wake()
         if self._goal is not None and self._goal.phase != CLEARING:
             self._goal.phase, self._goal.last_plan_try = PLANNING, -math.inf
 
-    def reconfigure(self, config, global_planner=None, local_planner=None, recoveries=None):
+    def reconfigure(
+        self,
+        config: MoveBaseConfig,
+        global_planner: Any = None,
+        local_planner: Any = None,
+        recoveries: Sequence | None = None,
+    ) -> None:
         """Go on with another configuration and, where given, other planners and behaviours; a goal is planned anew
         then.
         """
@@ -141,19 +162,28 @@ class MoveBase(ControlStep):
         if global_planner or local_planner or recoveries is not None:
             self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Go on to the goal as if it had just been given, because a planner or a behaviour is another one."""
         if self._goal is not None:
             self._goal = Goal(self._goal.pose, self._goal.set_at, pose_at=self._goal.pose_at)
 
-    def make_plan(self, t, start, goal, tolerance=0.0, give_up=lambda: False):
+    def make_plan(
+        self, t: float, start: Pose2D, goal: Pose2D, tolerance: float = 0.0, give_up: Callable[[], bool] = lambda: False
+    ) -> tuple[np.ndarray | None, str]:
         """Return (plan (n, 3) or None, text): see goal_search. Raises ValueError where no plan can be asked for."""
         self.costmaps.ensure(t)
         if self.active:
             raise ValueError('move_base must be in an inactive state to make a plan for an external user')
         return self._plans.search(start, goal, tolerance, self.config, give_up)
 
-    def step(self, t, pose, velocity=None, pose_time=None, local_pose=None):
+    def step(
+        self,
+        t: float,
+        pose: Pose2D | None,
+        velocity: tuple[float, float] | None = None,
+        pose_time: float | None = None,
+        local_pose: Pose2D | None = None,
+    ) -> StepResult:
         """Return the StepResult of one control cycle.
 
         t: now (s). pose: Pose2D, or None when there is none. pose_time: when it was measured (s), t when not given.
@@ -174,57 +204,62 @@ class MoveBase(ControlStep):
             self.costmaps.update(t, pose if known else None, local_pose if known else None)
         if age is not None and (self._goal is None or self._goal.phase != CLEARING):
             self._track.keep(local_pose or pose)
-        plan = None
+        result = StepResult(ZERO, IDLE)
         if self._ended is None and self._goal is not None:
-            result = self._pursue(self._goal, t, dt, pose, velocity, age, local_pose)
-            if self._ended is None:
-                return result
-            plan = result.plan if result else None
+            result = self._pursue(self._goal, Cycle(t, dt, pose, velocity, age, local_pose))
+            if isinstance(result, End):
+                self._end(*result)
         end = self.take_end()
-        return self._result(ZERO, *end, plan=plan) if end else self._result(ZERO, IDLE)
+        if end:
+            result = StepResult(ZERO, *end)
+        self._command = result.command
+        return result
 
-    def _pursue(self, goal, t, dt, pose, velocity, age, local_pose):
-        if age is None:
+    def _pursue(self, goal, cycle):
+        """Return the StepResult of a cycle with a goal, or its End."""
+        t, pose = cycle.t, cycle.pose
+        if cycle.age is None:
             return self._without_pose(goal, t)
-        goal.pose_at = t - age
+        goal.pose_at = t - cycle.age
         goal.watch_oscillation(t, pose, self.config.oscillation_distance)
         stale = self.local_costmap.current(t)
         if stale:
             return self._out_of_date(goal, t, stale)
         goal.stale_since = None
         if goal.phase == CLEARING:
-            return self._recover(goal, t, dt, pose, local_pose or pose, velocity)
-        plan = self._plan_if_due(goal, t, pose)
-        if self._ended is not None:
-            return None
+            return self._steps.recover(goal, cycle, self._means)
+        plan, end = self._plan_if_due(goal, t, pose)
+        if end:
+            return end
         if goal.phase != CONTROLLING:
-            return self._stand(goal, goal.problem)
-        return self._control(goal, t, dt, pose, velocity, age, local_pose, plan)
+            return standing(goal, self._means, goal.problem)
+        return self._steps.control(goal, cycle._replace(plan=plan), self._means)
+
+    @property
+    def _means(self):
+        return Means(self.config, self.local_planner, self.recoveries)
 
     def _without_pose(self, goal, t):
         text = f'no pose of the robot newer than {self.config.transform_tolerance:.2f} s (transform_tolerance)'
         if goal.lost(t, self.config):
-            return self._end(ABORTED, f'Goal aborted: there is {text}.')
-        return self._stand(goal, text)
+            return End(ABORTED, f'Goal aborted: there is {text}.')
+        return standing(goal, self._means, text)
 
     def _out_of_date(self, goal, t, stale):
         self.counters.stale_sensors += 1
+        patience = self.config.controller_patience
         text = f"Sensor data is out of date, we're not going to allow commanding of the base for safety: {stale}"
-        if goal.stale_for(t) >= self.config.controller_patience:
-            return self._end(
-                ABORTED, f'Goal aborted: {text} for controller_patience ({self.config.controller_patience:.1f} s).'
-            )
-        return self._stand(goal, text, stale)
+        if goal.stale_for(t) >= patience:
+            return End(ABORTED, f'Goal aborted: {text} for controller_patience ({patience:.1f} s).')
+        return standing(goal, self._means, text, stale=stale)
 
     def _plan_if_due(self, goal, t, pose):
-        """Plan when that is due; return the new plan or None."""
+        """Plan when that is due; return (the new plan or None, the End of the goal or None)."""
         if not self._plans.due(goal, t, pose, self.config):
-            return None
+            return None, None
         plan, why = self._plans.make(goal, t, pose, self.config)
-        if why:
-            self._exhausted(goal, BY_PLANNING, why, pose)
         if plan is None:
-            return None
+            return None, exhausted(goal, self._means, BY_PLANNING, why, pose) if why else None
         if (
             goal.lead_to(getattr(self.global_planner, 'goal_used', None))
             or goal.valid_control_at is None
@@ -238,21 +273,10 @@ class MoveBase(ControlStep):
             goal.valid_control_at = t
         goal.found(BY_PLANNING)
         goal.phase, goal.planning_since, goal.problem = CONTROLLING, None, ''
-        return plan
+        return plan, None
 
     def _end(self, status, text):
         self._goal = None
         self._ended = (status, text)
         self.local_planner.stop()
         self.counters.end(status)
-
-    def _stand(self, goal, text, stale='', plan=None):
-        self.local_planner.stop()
-        return self._result(ZERO, ACTIVE, text, goal.phase, plan, goal, stale=stale)
-
-    def _result(
-        self, command, status, text='', phase=IDLE, plan=None, goal=None, recovery=None, stale='', help='', doing=''
-    ):
-        self._command = command
-        used = goal.used if goal is not None and plan is not None else None
-        return StepResult(command, status, text, phase, plan, used, recovery, stale, help, doing)

@@ -9,7 +9,7 @@ from sara_nav.move_base import local_planners as local_planner
 from sara_nav.planners import grid_kernels as kernels
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel that whoever drives may call."""
     for module in (kernels, local_planner):
         module.warm()

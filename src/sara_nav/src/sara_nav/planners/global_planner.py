@@ -47,7 +47,7 @@ class GlobalPlannerConfig:
     orientation_mode: int = 1
     orientation_window_size: int = 1
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = tolerance_faults(self)
         for name, low, high in (
@@ -66,7 +66,7 @@ class GlobalPlannerConfig:
             result.append('use_dijkstra is False, allowed is True: for A*, use navfn/NavfnROS with use_astar')
         return result
 
-    def warnings(self):
+    def warnings(self) -> list[str]:
         """Return a list of sentences, one for each value that has no effect."""
         return window_warnings(self)
 
@@ -77,7 +77,7 @@ class GlobalPlanner(PotentialPlanner):
 
     config_class = GlobalPlannerConfig
 
-    def __init__(self, config=GlobalPlannerConfig()):
+    def __init__(self, config: GlobalPlannerConfig = GlobalPlannerConfig()):
         super().__init__(config)
 
     def _table(self):

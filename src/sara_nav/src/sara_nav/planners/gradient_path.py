@@ -41,7 +41,7 @@ def _slope(potential, n, width):
 
 
 @kernel
-def clear_step(potential, width, x0, y0, x1, y1):
+def clear_step(potential: np.ndarray, width: int, x0: float, y0: float, x1: float, y1: float) -> bool:
     """True when a line of at most a cell runs through reached cells alone."""
     column, row = int(math.floor(x0 + 0.5)), int(math.floor(y0 + 0.5))
     column1, row1 = int(math.floor(x1 + 0.5)), int(math.floor(y1 + 0.5))
@@ -57,7 +57,7 @@ def clear_step(potential, width, x0, y0, x1, y1):
 
 
 @kernel
-def lowest_neighbour(potential, n, width):
+def lowest_neighbour(potential: np.ndarray, n: int, width: int) -> int:
     """Return the lowest of a cell's eight neighbours that is lower than it, without squeezing past a corner, or -1."""
     best = -1
     lowest = potential[n]
@@ -73,71 +73,87 @@ def lowest_neighbour(potential, n, width):
 
 
 @kernel
-def descend(potential, width, source_x, source_y, goal_x, goal_y):
+def cell_of(width: int, x: float, y: float) -> int:
+    """Return the index of the cell of a position."""
+    return int(math.floor(y + 0.5)) * width + int(math.floor(x + 0.5))
+
+
+@kernel
+def _downhill(potential, width, x, y):
+    """Return the slope at a position, from those of the four cells about it by their nearness."""
+    column, row = int(math.floor(x)), int(math.floor(y))
+    fx, fy = x - column, y - row
+    gx, gy = 0.0, 0.0
+    for corner in range(4):
+        cx, cy = corner & 1, corner >> 1
+        n = (row + cy) * width + column + cx
+        if potential[n] < HIGH:
+            weight = (fx if cx else 1.0 - fx) * (fy if cy else 1.0 - fy)
+            sx, sy = _slope(potential, n, width)
+            gx += weight * sx
+            gy += weight * sy
+    return gx, gy
+
+
+@kernel
+def _put(path, count, x, y):
+    """Write a point behind the first ``count``; return the path (n, 2), a longer one where it was full."""
+    if count == len(path):
+        longer = np.empty((2 * count, 2))
+        longer[:count] = path
+        path = longer
+    path[count, 0], path[count, 1] = x, y
+    return path
+
+
+@kernel
+def descend(
+    potential: np.ndarray, width: int, source_x: float, source_y: float, goal_x: float, goal_y: float
+) -> np.ndarray:
     """Return the path (n, 2) from the goal down the potential to the source; empty if the goal was not reached.
 
     source: where the wave came from, its cell the lowest of all. The first and the last point are goal and source.
     """
     x, y = goal_x, goal_y
-    source = int(math.floor(source_y + 0.5)) * width + int(math.floor(source_x + 0.5))
-    best = int(math.floor(y + 0.5)) * width + int(math.floor(x + 0.5))
+    source, best = cell_of(width, source_x, source_y), cell_of(width, x, y)
     path = np.empty((1024, 2))
     if potential[best] >= HIGH:
         return path[:0]
     path[0, 0], path[0, 1] = x, y
     count, kept, stale = 1, 1, 0
     while best != source:
-        if (
-            abs(x - source_x) <= 1.0
-            and abs(y - source_y) <= 1.0
-            and clear_step(potential, width, x, y, source_x, source_y)
-        ):
+        near = abs(x - source_x) <= 1.0 and abs(y - source_y) <= 1.0
+        if near and clear_step(potential, width, x, y, source_x, source_y):
             break
-        column, row = int(math.floor(x)), int(math.floor(y))
-        fx, fy = x - column, y - row
-        gx, gy = 0.0, 0.0
-        for corner in range(4):
-            cx, cy = corner & 1, corner >> 1
-            n = (row + cy) * width + column + cx
-            if potential[n] < HIGH:
-                weight = (fx if cx else 1.0 - fx) * (fy if cy else 1.0 - fy)
-                sx, sy = _slope(potential, n, width)
-                gx += weight * sx
-                gy += weight * sy
+        gx, gy = _downhill(potential, width, x, y)
         norm = math.hypot(gx, gy)
-        moved = False
+        x1, y1, moved = x, y, False
         if stale < PATIENCE and norm > 1e-6:
             x1, y1 = x + STEP * gx / norm, y + STEP * gy / norm
-            if clear_step(potential, width, x, y, x1, y1):
-                x, y = x1, y1
-                moved = True
-        if not moved:
+            moved = clear_step(potential, width, x, y, x1, y1)
+        if moved:
+            x, y = x1, y1
+        else:
             count = kept
             best = lowest_neighbour(potential, best, width)
             if best < 0:
                 return path[:0]
             x, y = float(best % width), float(best // width)
-        if count == len(path):
-            longer = np.empty((2 * count, 2))
-            longer[:count] = path
-            path = longer
-        path[count, 0], path[count, 1] = x, y
+        path = _put(path, count, x, y)
         count += 1
         stale += 1
-        n = int(math.floor(y + 0.5)) * width + int(math.floor(x + 0.5))
+        n = cell_of(width, x, y)
         if not moved or potential[n] < potential[best]:
             best, kept, stale = n, count, 0
-    result = np.empty((count + 1, 2))
-    result[:count] = path[:count]
-    result[count, 0], result[count, 1] = source_x, source_y
-    return result
+    return _put(path, count, source_x, source_y)[: count + 1].copy()
 
 
 @kernel
-def descend_grid(potential, width, source_x, source_y, goal_x, goal_y):
+def descend_grid(
+    potential: np.ndarray, width: int, source_x: float, source_y: float, goal_x: float, goal_y: float
+) -> np.ndarray:
     """Return the path (n, 2) from the goal to the source over cell centres, each the lowest neighbour of the last."""
-    source = int(math.floor(source_y + 0.5)) * width + int(math.floor(source_x + 0.5))
-    n = int(math.floor(goal_y + 0.5)) * width + int(math.floor(goal_x + 0.5))
+    source, n = cell_of(width, source_x, source_y), cell_of(width, goal_x, goal_y)
     path = np.empty((1024, 2))
     if potential[n] >= HIGH:
         return path[:0]
@@ -147,19 +163,12 @@ def descend_grid(potential, width, source_x, source_y, goal_x, goal_y):
         n = lowest_neighbour(potential, n, width)
         if n < 0:
             return path[:0]
-        if count == len(path):
-            longer = np.empty((2 * count, 2))
-            longer[:count] = path
-            path = longer
-        path[count, 0], path[count, 1] = float(n % width), float(n // width)
+        path = _put(path, count, float(n % width), float(n // width))
         count += 1
-    result = np.empty((count + 1, 2))
-    result[:count] = path[:count]
-    result[count, 0], result[count, 1] = source_x, source_y
-    return result
+    return _put(path, count, source_x, source_y)[: count + 1].copy()
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     field = np.full(9, HIGH, np.float32)
     for follow in (descend, descend_grid):

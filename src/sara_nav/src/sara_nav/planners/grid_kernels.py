@@ -15,10 +15,14 @@ LETHAL, UNKNOWN = 254, 255
 BLOCKED_FROM = 253
 NEUTRAL_COST, COST_FACTOR = 50.0, 0.8
 """Driving through one cell of cost c costs (NEUTRAL_COST + COST_FACTOR c)/NEUTRAL_COST cells, navfn's weights."""
+STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+ROOT_2 = math.sqrt(2.0)
 
 
 @kernel
-def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
+def astar(
+    costs: np.ndarray, start_column: int, start_row: int, goal_column: int, goal_row: int, allow_unknown: bool
+) -> np.ndarray:
     """Return the cheapest 8-connected way as an int64 array (n, 2) of (column, row), empty when there is none.
 
     A* (Hart, Nilsson, Raphael 1968) with the octile distance, which never overestimates as no cell costs less
@@ -26,18 +30,11 @@ def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
     or walls as asked. A diagonal step must not squeeze between two walls.
     """
     height, width = costs.shape
-    size = height * width
-    reached = np.full(size, np.inf)
-    parent = np.full(size, -1, np.int64)
-    done = np.zeros(size, np.uint8)
-    start = start_row * width + start_column
-    goal = goal_row * width + goal_column
-    weight = np.empty(256)
-    for c in range(256):
-        weight[c] = (NEUTRAL_COST + COST_FACTOR * c) / NEUTRAL_COST if c < BLOCKED_FROM else np.inf
-    weight[UNKNOWN] = (NEUTRAL_COST + COST_FACTOR * BLOCKED_FROM) / NEUTRAL_COST if allow_unknown else np.inf
-    steps = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
-    root2 = math.sqrt(2.0)
+    reached = np.full(height * width, np.inf)
+    parent = np.full(height * width, -1, np.int64)
+    done = np.zeros(height * width, np.uint8)
+    start, goal = start_row * width + start_column, goal_row * width + goal_column
+    weight = _weights(allow_unknown)
     reached[start] = 0.0
     heap = [(0.0, start)]
     while len(heap) > 0:
@@ -46,32 +43,55 @@ def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
             continue
         done[cell] = 1
         if cell == goal:
-            break
+            return _way_back(parent, start, goal, width)
         row, column = cell // width, cell % width
-        here = weight[costs[row, column]]
-        if here == np.inf:
-            here = 1.0
-        for dx, dy in steps:
+        for dx, dy in STEPS:
             x, y = column + dx, row + dy
             if x < 0 or y < 0 or x >= width or y >= height:
                 continue
-            there = weight[costs[y, x]]
-            if there == np.inf:
-                continue
-            length = 1.0
-            if dx != 0 and dy != 0:
-                if weight[costs[row, x]] == np.inf or weight[costs[y, column]] == np.inf:
-                    continue
-                length = root2
+            cost = reached[cell] + _step_cost(costs, weight, (column, row), (x, y))
             index = y * width + x
-            cost = reached[cell] + length * 0.5 * (here + there)
             if cost < reached[index]:
                 reached[index] = cost
                 parent[index] = cell
-                ax, ay = abs(x - goal_column), abs(y - goal_row)
-                heapq.heappush(heap, (cost + max(ax, ay) + (root2 - 1.0) * min(ax, ay), index))
-    if not done[goal]:
-        return np.empty((0, 2), np.int64)
+                heapq.heappush(heap, (cost + _octile(abs(x - goal_column), abs(y - goal_row)), index))
+    return np.empty((0, 2), np.int64)
+
+
+@kernel
+def _weights(allow_unknown):
+    """Return what driving through a cell costs, in cells, over the costs of a costmap (256,); infinite: a wall."""
+    weight = np.empty(256)
+    for c in range(256):
+        weight[c] = (NEUTRAL_COST + COST_FACTOR * c) / NEUTRAL_COST if c < BLOCKED_FROM else np.inf
+    weight[UNKNOWN] = (NEUTRAL_COST + COST_FACTOR * BLOCKED_FROM) / NEUTRAL_COST if allow_unknown else np.inf
+    return weight
+
+
+@kernel
+def _step_cost(costs, weight, begin, end):
+    """Return what the step between two neighbours (column, row) costs; infinite where there is none."""
+    (column, row), (x, y) = begin, end
+    here, there = weight[costs[row, column]], weight[costs[y, x]]
+    if here == np.inf:
+        here = 1.0
+    length = 1.0
+    if x != column and y != row:
+        if weight[costs[row, x]] == np.inf or weight[costs[y, column]] == np.inf:
+            return np.inf
+        length = ROOT_2
+    return length * 0.5 * (here + there)
+
+
+@kernel
+def _octile(ax, ay):
+    """Return the least way (cells) with so many columns and rows to go."""
+    return max(ax, ay) + (ROOT_2 - 1.0) * min(ax, ay)
+
+
+@kernel
+def _way_back(parent, start, goal, width):
+    """Return the cells (n, 2) from the start to the goal."""
     n = 1
     cell = goal
     while cell != start:
@@ -87,7 +107,7 @@ def astar(costs, start_column, start_row, goal_column, goal_row, allow_unknown):
 
 
 @kernel
-def line_cost(costs, x0, y0, x1, y1, allow_unknown):
+def line_cost(costs: np.ndarray, x0: float, y0: float, x1: float, y1: float, allow_unknown: bool) -> float:
     """Return what the straight way between two points (cells) costs, infinite when it meets a wall.
 
     Every cell the line runs through counts by the length it runs there (the walk of Amanatides and Woo 1987).
@@ -124,7 +144,7 @@ def line_cost(costs, x0, y0, x1, y1, allow_unknown):
 
 
 @kernel
-def shorten(costs, points, allow_unknown, slack, window):
+def shorten(costs: np.ndarray, points: np.ndarray, allow_unknown: bool, slack: float, window: int) -> np.ndarray:
     """Return the indices of the points to keep when a way is pulled straight.
 
     points: (n, 2) in cells. From each kept point on, the furthest of the next ``window`` points is taken that a
@@ -154,7 +174,7 @@ def shorten(costs, points, allow_unknown, slack, window):
     return keep[:count].copy()
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     path = astar(costs, 0, 0, 2, 2, False)

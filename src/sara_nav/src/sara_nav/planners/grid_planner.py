@@ -26,7 +26,7 @@ class GridPlannerConfig:
     path_spacing: float = 0.05
     default_tolerance: float = 0.0
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = []
         if not 0.0 <= self.straighten_slack <= 1.0:
@@ -45,7 +45,7 @@ class GridPlanner:
     config_class = GridPlannerConfig
     WINDOW = 600
 
-    def __init__(self, config=GridPlannerConfig()):
+    def __init__(self, config: GridPlannerConfig = GridPlannerConfig()):
         self.config = config
         self.goal_used = None
         if config.default_tolerance > 0.0:  # so that its kernels load at the start, not on the move
@@ -54,11 +54,11 @@ class GridPlanner:
     def _reach(self):
         return _Reach(NavfnConfig(allow_unknown=self.config.allow_unknown))
 
-    def explore(self, costmap, start):
+    def explore(self, costmap: cm.Costmap, start: Pose2D) -> np.ndarray:
         """Return which cells, bool (rows, columns), a plan from Pose2D start can lead to; start must be on the map."""
         return self._reach().explore(costmap, start)
 
-    def plan(self, costmap, start, goal):
+    def plan(self, costmap: cm.Costmap, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return a plan (n, 3) from Pose2D start to Pose2D goal, both included; raises PlanError.
 
         A goal that cannot be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says.

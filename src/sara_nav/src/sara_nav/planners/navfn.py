@@ -8,6 +8,7 @@ and their yaw points along the path.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from sara_nav.planners.potential_planner import PotentialPlanner
 NEUTRAL, FACTOR, OBSTACLE = 50, 0.8, 254
 
 
-def step_costs(allow_unknown):
+def step_costs(allow_unknown: bool) -> np.ndarray:
     """Return what driving a cell costs, uint8 (256,) over the costs of a costmap; 254 is impassable."""
     table = np.full(256, OBSTACLE, np.uint8)
     table[:253] = (NEUTRAL + FACTOR * np.arange(253)).astype(np.uint8)
@@ -43,16 +44,16 @@ class NavfnConfig:
     planner_window_y: float = 0.0
     use_astar: bool = False
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         return tolerance_faults(self)
 
-    def warnings(self):
+    def warnings(self) -> list[str]:
         """Return a list of sentences, one for each value that has no effect."""
         return window_warnings(self)
 
 
-def window_warnings(config):
+def window_warnings(config: Any) -> list[str]:
     """Return what to say of a planner window, which neither classic planner has ever heeded."""
     return [
         f'{name} is {getattr(config, name)!r}, which has no effect: the whole map is planned on'
@@ -61,7 +62,7 @@ def window_warnings(config):
     ]
 
 
-def tolerance_faults(config):
+def tolerance_faults(config: Any) -> list[str]:
     """Return the faults of the numbers that both classic planners have."""
     return [
         f'{name} is {getattr(config, name)!r}, allowed are numbers of 0 or more'
@@ -76,7 +77,7 @@ class NavfnROS(PotentialPlanner):
 
     config_class = NavfnConfig
 
-    def __init__(self, config=NavfnConfig()):
+    def __init__(self, config: NavfnConfig = NavfnConfig()):
         super().__init__(config)
 
     def _table(self):
@@ -85,14 +86,4 @@ class NavfnROS(PotentialPlanner):
     def _spread(self, fields, count, target, obstacle):
         if not self.config.use_astar or target < 0:
             return super()._spread(fields, count, target, obstacle)
-        return potential_astar.spread_astar(
-            fields.steps,
-            fields.potential,
-            fields.pending,
-            *fields.blocks[:2],
-            count,
-            fields.width,
-            target,
-            obstacle,
-            float(NEUTRAL),
-        )
+        return potential_astar.spread_astar(fields.field(obstacle), fields.blocks[:2], count, target, float(NEUTRAL))

@@ -18,7 +18,7 @@ STRAIGHT = 0.35
 """Headings that differ by less (rad) belong to one straight."""
 
 
-def headings(points, window):
+def headings(points: np.ndarray, window: int) -> np.ndarray:
     """Return the direction (rad) at each point (n, 2): from the one ``window`` before it to the one as far after it."""
     n = len(points)
     before = np.maximum(np.arange(n) - window, 0)
@@ -27,12 +27,12 @@ def headings(points, window):
     return np.arctan2(step[:, 1], step[:, 0])
 
 
-def blend(start, end, count):
+def blend(start: float, end: float, count: int) -> np.ndarray:
     """Return ``count`` yaws (rad) that turn evenly, the short way, from start to end."""
     return wrap(start + wrap(end - start) * np.arange(count) / max(count - 1, 1))
 
 
-def orient(points, start_yaw, goal_yaw, mode=FORWARD, window=1):
+def orient(points: np.ndarray, start_yaw: float, goal_yaw: float, mode: int = FORWARD, window: int = 1) -> np.ndarray:
     """Return the plan (n, 3) of points (n, 2): yaws as ``mode`` has them, the last one always the goal's.
 
     None: 0 (the peer's identity orientation). Forward, Backward, Leftward, Rightward: the robot's x, -x, y or -y axis

@@ -13,15 +13,17 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 import yaml
 
 from sara_common.config import ConfigError
 from sara_common.planar import Pose2D
 from sara_nav.config.parameters import Parameters
 from sara_nav.config.registry import UnknownPlanner
-from sara_nav.costmaps.costmap import InflationConfig, build
+from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
 from sara_nav.grids.footprint import FootprintError, parse_footprint, radii
 from sara_nav.maps.map_io import MapError, load_map
 from sara_nav.planners.plan_picture import draw_plan
@@ -37,7 +39,7 @@ class Question(argparse.Namespace):
     param (list of NAME=VALUE)."""
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str]) -> Question:
     """Return the Question of command-line arguments; exits as argparse does when they make none."""
     parser = argparse.ArgumentParser(prog='plan_path', description='Plan a way on a map, without ROS running.')
     parser.add_argument('map', metavar='MAP.yaml')
@@ -79,7 +81,9 @@ def _spaced(argument):
         return argument
 
 
-def answer(question, clock=time.perf_counter):
+def answer(
+    question: Question, clock: Callable[[], float] = time.perf_counter
+) -> tuple[np.ndarray | None, float, str, Costmap, np.ndarray]:
     """Return (plan (n, 3) or None, seconds it took, what to say, Costmap, footprint (k, 2)).
 
     Raises MapError, FootprintError, ConfigError or UnknownPlanner for a question that makes no sense.
@@ -127,7 +131,7 @@ def _parameter(text):
         raise ConfigError(f'--param {text} cannot be read: it must be NAME=VALUE') from None
 
 
-def as_json(plan, seconds):
+def as_json(plan: np.ndarray | None, seconds: float) -> str:
     """Return the JSON text of a plan, or of there being none."""
     return json.dumps(
         {
@@ -139,7 +143,7 @@ def as_json(plan, seconds):
     )
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     """Answer the command line; returns by exiting with its status."""
     question = parse(sys.argv[1:] if arguments is None else arguments)
     try:

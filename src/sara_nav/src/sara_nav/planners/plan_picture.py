@@ -7,7 +7,8 @@ import math
 import numpy as np
 from PIL import Image, ImageDraw
 
-from sara_common.planar import wrap
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import Costmap
 
 LEAST_SIDE = 600
 """Pixels; smaller maps are drawn with several pixels a cell."""
@@ -23,7 +24,9 @@ def _shades():
     return table
 
 
-def draw_plan(path, costmap, plan, start, goal, footprint):
+def draw_plan(
+    path: str, costmap: Costmap, plan: np.ndarray | None, start: Pose2D, goal: Pose2D, footprint: np.ndarray
+) -> None:
     """Write a picture file (format by its suffix); raises OSError or ValueError when that fails.
 
     plan: (n, 3) or None; start, goal: Pose2D; footprint: (k, 2) m.

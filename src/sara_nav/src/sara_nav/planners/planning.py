@@ -8,7 +8,9 @@ import math
 
 import numpy as np
 
+from sara_common.planar import Pose2D
 from sara_nav.config.registry import Registry
+from sara_nav.grids.grid import GridGeometry
 
 
 class PlanError(Exception):
@@ -30,19 +32,21 @@ GLOBAL_PLANNERS = Registry(
 )
 
 
-def place_of(pose):
+def place_of(pose: Pose2D) -> str:
     """Return '(x, y)' for messages."""
     return f'({pose.x:.2f}, {pose.y:.2f})'
 
 
-def require_finite(start, goal):
+def require_finite(start: Pose2D, goal: Pose2D) -> None:
     """Raise the PlanError of a start or a goal (Pose2D) that holds a NaN or an infinity."""
     for name, pose in (("robot's pose", start), ('goal', goal)):
         if not pose.is_finite():
             raise PlanError(f'the {name} ({pose.x!r}, {pose.y!r}, {pose.yaw!r}) is not finite')
 
 
-def nearest_cell(free, geometry, x, y, tolerance):
+def nearest_cell(
+    free: np.ndarray, geometry: GridGeometry, x: float, y: float, tolerance: float
+) -> tuple[int, int] | None:
     """Return (column, row) of the free cell whose centre is nearest to the point (m), or None.
 
     free: bool (rows, columns). Only centres within tolerance (m) of the point count.
@@ -65,7 +69,7 @@ def nearest_cell(free, geometry, x, y, tolerance):
     return int(columns[best] + left), int(rows[best] + bottom)
 
 
-def plan_from_points(points, goal_yaw):
+def plan_from_points(points: np.ndarray, goal_yaw: float) -> np.ndarray:
     """Return the plan (n, 3) along points (m, 2): yaw to the next point, the last one's the goal's; no point twice."""
     points = np.asarray(points, float)
     steps = np.diff(points, axis=0)
@@ -75,7 +79,7 @@ def plan_from_points(points, goal_yaw):
     return np.column_stack([points, np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal_yaw)])
 
 
-def dense_plan(vertices, goal_yaw, spacing=0.05):
+def dense_plan(vertices: np.ndarray, goal_yaw: float, spacing: float = 0.05) -> np.ndarray:
     """Return the plan (n, 3) along straight lines between vertices (m, 2), points no further apart than spacing."""
     vertices = np.asarray(vertices, float)
     rows = []
@@ -93,7 +97,7 @@ def dense_plan(vertices, goal_yaw, spacing=0.05):
     return np.vstack(rows)
 
 
-def simplify(points, tolerance):
+def simplify(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the corners (m, 2) of a path (n, 2): Douglas and Peucker (1973), no point off by over tolerance (m)."""
     points = np.asarray(points, float)[:, :2]
     keep = np.zeros(len(points), bool)
@@ -116,6 +120,6 @@ def simplify(points, tolerance):
     return points[keep]
 
 
-def path_length(points):
+def path_length(points: np.ndarray) -> float:
     """Return the length (m) of a path (n, 2 or more)."""
     return float(np.hypot(*np.diff(np.asarray(points, float)[:, :2], axis=0).T).sum())

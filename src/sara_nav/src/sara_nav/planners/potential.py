@@ -13,6 +13,8 @@ Arrays are flat over the map with one cell of obstacle put all round it, so that
 off the map: index = (row + 1)(columns + 2) + column + 1. ``warm()`` compiles or loads all of it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ahead_of_time import kernel
@@ -22,14 +24,39 @@ HIGH = np.float32(1e10)
 INVERSE_ROOT_2 = np.float32(0.707106781)
 
 
+class Field(NamedTuple):
+    """What a search is worked out in, flat; see above."""
+
+    steps: np.ndarray
+    """uint8: a cell's cost, from ``obstacle`` on impassable."""
+    potential: np.ndarray
+    """float32, HIGH where unreached."""
+    pending: np.ndarray
+    """uint8: not 0 where a cell waits."""
+    width: int
+    """Columns, with those of the border."""
+    obstacle: int
+
+
+class Wave(NamedTuple):
+    """How a wave runs."""
+
+    target: int
+    """Index of the cell that is to be settled, -1 to fill everything."""
+    increment: float
+    """Width of a priority block."""
+    quadratic: bool
+    """The plane wave, else the lowest neighbour plus the cost."""
+
+
 @kernel
-def prepare(costs, table, obstacle, outline, steps, potential, pending):
+def prepare(costs: np.ndarray, table: np.ndarray, outline: bool, field: Field) -> None:
     """Lay out a search: table (256,) turns costs (rows, columns) into steps; nothing is reached or waits.
 
     outline: the outermost cells of the map are obstacles too.
     """
     rows, columns = costs.shape
-    width = columns + 2
+    width, steps, obstacle = field.width, field.steps, field.obstacle
     for i in range(width):
         steps[i] = obstacle
         steps[(rows + 1) * width + i] = obstacle
@@ -46,12 +73,12 @@ def prepare(costs, table, obstacle, outline, steps, potential, pending):
             inner[columns - 1] = obstacle
             if row == 0 or row == rows - 1:
                 inner[:] = obstacle
-    potential[:] = HIGH
-    pending[:] = 0
+    field.potential[:] = HIGH
+    field.pending[:] = 0
 
 
 @kernel(inline='always')
-def plane_wave(low, other, cost, quadratic):
+def plane_wave(low: float, other: float, cost: float, quadratic: bool) -> tuple[float, float]:
     """Return a cell's potential from the lowest neighbour along one axis and along the other, and its own cost."""
     if low > other:
         low, other = other, low
@@ -63,67 +90,76 @@ def plane_wave(low, other, cost, quadratic):
 
 
 @kernel
-def spread(steps, potential, pending, current, following, over, count, width, target, obstacle, increment, quadratic):
-    """Run the wave from the ``count`` cells in ``current`` until ``target`` is settled or nothing is left.
+def spread(field: Field, blocks: tuple[np.ndarray, np.ndarray, np.ndarray], count: int, wave: Wave) -> int:
+    """Run the wave from the ``count`` cells in the first block until the target is settled or nothing is left.
 
-    steps: uint8, a cell's cost, from ``obstacle`` on impassable. potential: float32, HIGH where unreached, the
-    sources' values given. pending: uint8 zeros. current, following, over: uint32 buffers, each as long as the grid.
-    target: index, or -1 to fill everything. increment: width of a priority block. quadratic: the plane wave, else
-    the lowest neighbour plus the cost. Returns the number of updates.
+    field: as of ``prepare``, the sources' potential given. blocks: three uint32 buffers, each as long as the grid: of
+    this round, of the next, of what is above the threshold. Returns the number of updates.
     """
-    w, one = np.uint64(width), np.uint64(1)
-    threshold = float(obstacle)
+    current, following, over = blocks
+    threshold = float(field.obstacle)
     updates = 0
     waiting = 0
     while count > 0:
         updates += count
-        for i in range(count):
-            pending[current[i]] = 0
-        further = 0
-        for i in range(count):
-            n = np.uint64(current[i])
-            step = steps[n]
-            if step >= obstacle:
-                continue
-            left, right = potential[n - one], potential[n + one]
-            below, above = potential[n - w], potential[n + w]
-            low, value = plane_wave(min(left, right), min(below, above), np.float32(step), quadratic)
-            if not low < value < potential[n]:
-                continue
-            potential[n] = value
-            soon = value < threshold
-            for side in range(4):
-                if side == 0:
-                    m, there = n - one, left
-                elif side == 1:
-                    m, there = n + one, right
-                elif side == 2:
-                    m, there = n - w, below
-                else:
-                    m, there = n + w, above
-                step = steps[m]
-                if there > value + INVERSE_ROOT_2 * np.float32(step) and pending[m] == 0 and step < obstacle:
-                    pending[m] = 1
-                    if soon:
-                        following[further] = m
-                        further += 1
-                    else:
-                        over[waiting] = m
-                        waiting += 1
+        count, waiting = _round(field, (current, following, over), (count, waiting), threshold, wave.quadratic)
         current, following = following, current
-        count = further
         if count == 0:  # all below the threshold is settled
-            if target >= 0 and potential[target] < threshold:
+            if wave.target >= 0 and field.potential[wave.target] < threshold:
                 break
-            threshold += increment
+            threshold += wave.increment
             current, over = over, current
             count, waiting = waiting, 0
     return updates
 
 
-def warm():
+@kernel
+def _round(field, blocks, counts, threshold, quadratic):
+    """Update the cells of this round, and call their neighbours up. counts: how many cells are in the first block and
+    in the third. Returns how many are in the second and in the third then.
+    """
+    steps, potential, pending, width, obstacle = field
+    current, following, over = blocks
+    count, waiting = counts
+    w, one = np.uint64(width), np.uint64(1)
+    for i in range(count):
+        pending[current[i]] = 0
+    further = 0
+    for i in range(count):
+        n = np.uint64(current[i])
+        step = steps[n]
+        if step >= obstacle:
+            continue
+        left, right = potential[n - one], potential[n + one]
+        below, above = potential[n - w], potential[n + w]
+        low, value = plane_wave(min(left, right), min(below, above), np.float32(step), quadratic)
+        if not low < value < potential[n]:
+            continue
+        potential[n] = value
+        soon = value < threshold
+        for side in range(4):
+            if side == 0:
+                m, there = n - one, left
+            elif side == 1:
+                m, there = n + one, right
+            elif side == 2:
+                m, there = n - w, below
+            else:
+                m, there = n + w, above
+            step = steps[m]
+            if there > value + INVERSE_ROOT_2 * np.float32(step) and pending[m] == 0 and step < obstacle:
+                pending[m] = 1
+                if soon:
+                    following[further] = m
+                    further += 1
+                else:
+                    over[waiting] = m
+                    waiting += 1
+    return further, waiting
+
+
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    steps, pending = np.zeros(25, np.uint8), np.zeros(25, np.uint8)
-    field = np.zeros(25, np.float32)
-    prepare(np.zeros((3, 3), np.uint8), np.ones(256, np.uint8), 2, True, steps, field, pending)
-    spread(steps, field, pending, *(np.zeros(25, np.uint32) for _ in range(3)), 0, 5, -1, 2, 1.0, True)
+    field = Field(np.zeros(25, np.uint8), np.zeros(25, np.float32), np.zeros(25, np.uint8), 5, 2)
+    prepare(np.zeros((3, 3), np.uint8), np.ones(256, np.uint8), True, field)
+    spread(field, tuple(np.zeros(25, np.uint32) for _ in range(3)), 0, Wave(-1, 1.0, True))

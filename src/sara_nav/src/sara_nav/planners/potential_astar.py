@@ -8,11 +8,12 @@ there.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_nav.planners.potential import INVERSE_ROOT_2, plane_wave
+from sara_nav.planners.potential import INVERSE_ROOT_2, Field, plane_wave
 
 WEIGHT = 1.1
 LISTS = 64
@@ -24,91 +25,154 @@ SLIGHT = np.float32(2.0)
 """Potential by which a cell must come lower to be worth telling its neighbours: a small share of the least step."""
 
 
-@kernel
-def spread_astar(steps, potential, pending, current, following, count, width, target, obstacle, neutral):
-    """Run the wave from the ``count`` cells in ``current`` until ``target`` is settled or nothing is left.
+class Ring(NamedTuple):
+    """The lists that cells wait in."""
 
-    pending: uint8 zeros: one more than the place in the ring of the list in which a cell waits. current, following:
-    uint32 buffers, each as long as the grid. neutral: the least cost of a step. Returns the number of updates.
+    waiting: np.ndarray
+    """uint32 (LISTS, n)."""
+    length: np.ndarray
+    """int64 (LISTS,)."""
+
+
+class Towards(NamedTuple):
+    """What tells a cell's list: column and row of the goal, lists per cell of way to it and per cost."""
+
+    x: int
+    y: int
+    ahead: np.float32
+    lists_per_cost: np.float32
+    rows_per_cell: float
+    """Of a flat index."""
+
+
+@kernel
+def spread_astar(field: Field, blocks: tuple[np.ndarray, np.ndarray], count: int, target: int, neutral: float) -> int:
+    """Run the wave from the ``count`` cells in the first block until ``target`` is settled or nothing is left.
+
+    field: as for potential.spread; pending: one more than the place in the ring of the list in which a cell waits.
+    blocks: two uint32 buffers, each as long as the grid. neutral: the least cost of a step. Returns the number of
+    updates.
     """
-    w, one = np.uint64(width), np.uint64(1)
-    goal_x, goal_y = target % width, target // width
+    width = field.width
+    current, following = blocks
     ahead, lists_per_cost = np.float32(neutral * WEIGHT / WIDTH), np.float32(1.0 / WIDTH)
-    rows_per_cell = 1.0 / width
-    waiting, length = np.empty((LISTS, 512), np.uint32), np.zeros(LISTS, np.int64)
-    nearest = math.inf
-    for i in range(count):
-        n = np.int64(current[i])
-        nearest = min(nearest, math.hypot(n % width - goal_x, n // width - goal_y))
-    level = int(nearest * ahead)
+    towards = Towards(target % width, target // width, ahead, lists_per_cost, 1.0 / width)
+    ring = Ring(np.empty((LISTS, 512), np.uint32), np.zeros(LISTS, np.int64))
+    level = int(_nearest(current, count, width, towards) * ahead)
     updates = 0
     while True:
         updates += count
-        for i in range(count):
-            pending[current[i]] = 0
-        further = 0
-        for i in range(count):
-            n = np.uint64(current[i])
-            left, right = potential[n - one], potential[n + one]
-            below, above = potential[n - w], potential[n + w]
-            low, value = plane_wave(min(left, right), min(below, above), np.float32(steps[n]), True)
-            if not low < value < potential[n] - SLIGHT:
-                continue
-            potential[n] = value
-            row = int((np.int64(n) + 0.5) * rows_per_cell)  # the half keeps it exact; a division is six times slower
-            dx, dy = np.float32(np.int64(n) - row * width - goal_x), np.float32(row - goal_y)
-            later = max(int(value * lists_per_cost + ahead * math.sqrt(dx * dx + dy * dy)) - level, 0)
-            place = (level + later) & (LISTS - 1)
-            for side in range(4):
-                if side == 0:
-                    m, there = n - one, left
-                elif side == 1:
-                    m, there = n + one, right
-                elif side == 2:
-                    m, there = n - w, below
-                else:
-                    m, there = n + w, above
-                step = steps[m]
-                if step >= obstacle or there <= value + INVERSE_ROOT_2 * np.float32(step):
-                    continue
-                if pending[m] and (pending[m] - 1 - level) & (LISTS - 1) <= later:
-                    continue
-                pending[m] = place + 1
-                if later == 0:
-                    following[further] = m
-                    further += 1
-                    continue
-                k = length[place]
-                if k == waiting.shape[1]:
-                    longer = np.empty((LISTS, 2 * k), np.uint32)
-                    longer[:, :k] = waiting
-                    waiting = longer
-                waiting[place, k] = m
-                length[place] = k + 1
+        count, ring = _round(field, (current, following), count, (ring, level), towards)
         current, following = following, current
-        count = further
         if count > 0:
             continue
-        if potential[target] * lists_per_cost < level:
+        if field.potential[target] * lists_per_cost < level:
             return updates
-        for _ in range(LISTS):
-            level += 1
-            place = level & (LISTS - 1)
-            for k in range(length[place]):
-                m = waiting[place, k]
-                if pending[m] == place + 1:  # else it has been called to a nearer list
-                    pending[m] = 0
-                    current[count] = m
-                    count += 1
-            length[place] = 0
-            if count > 0:
-                break
+        level, count = _next_list(field.pending, ring, level, current)
         if count == 0:
             return updates
 
 
-def warm():
+@kernel
+def _nearest(current, count, width, towards):
+    """Return how near (cells) the nearest of the first ``count`` cells is to the goal."""
+    nearest = math.inf
+    for i in range(count):
+        n = np.int64(current[i])
+        nearest = min(nearest, math.hypot(n % width - towards.x, n // width - towards.y))
+    return nearest
+
+
+@kernel
+def _round(field, blocks, count, lists, towards):
+    """Update the ``count`` cells of this round, and call their neighbours up: into the second block, or into a later
+    list. lists: the Ring and the level that is under way. Returns how many are in the second block, and the Ring.
+    """
+    steps, potential, pending, width, obstacle = field
+    current, following = blocks
+    (waiting, length), level = lists
+    w, one = np.uint64(width), np.uint64(1)
+    _called(pending, current, count)
+    further = 0
+    for i in range(count):
+        n = np.uint64(current[i])
+        left, right = potential[n - one], potential[n + one]
+        below, above = potential[n - w], potential[n + w]
+        low, value = plane_wave(min(left, right), min(below, above), np.float32(steps[n]), True)
+        if not low < value < potential[n] - SLIGHT:
+            continue
+        potential[n] = value
+        later = max(_list_of(np.int64(n), value, width, towards) - level, 0)
+        place = (level + later) & (LISTS - 1)
+        for side in range(4):
+            if side == 0:
+                m, there = n - one, left
+            elif side == 1:
+                m, there = n + one, right
+            elif side == 2:
+                m, there = n - w, below
+            else:
+                m, there = n + w, above
+            step = steps[m]
+            if step >= obstacle or there <= value + INVERSE_ROOT_2 * np.float32(step):
+                continue
+            if pending[m] and (pending[m] - 1 - level) & (LISTS - 1) <= later:
+                continue
+            pending[m] = place + 1
+            if later == 0:
+                following[further] = m
+                further += 1
+                continue
+            if length[place] == waiting.shape[1]:
+                waiting = _longer(waiting)
+            waiting[place, length[place]] = m
+            length[place] += 1
+    return further, Ring(waiting, length)
+
+
+@kernel
+def _called(pending, current, count):
+    """The first ``count`` cells wait no longer."""
+    for i in range(count):
+        pending[current[i]] = 0
+
+
+@kernel
+def _list_of(n, value, width, towards):
+    """Return the number of the list of a cell with a potential."""
+    row = int((n + 0.5) * towards.rows_per_cell)  # the half keeps it exact; a division is six times slower
+    dx, dy = np.float32(n - row * width - towards.x), np.float32(row - towards.y)
+    return int(value * towards.lists_per_cost + towards.ahead * math.sqrt(dx * dx + dy * dy))
+
+
+@kernel
+def _longer(waiting):
+    """Return the lists (LISTS, n) with room for twice as many cells."""
+    longer = np.empty((LISTS, 2 * waiting.shape[1]), np.uint32)
+    longer[:, : waiting.shape[1]] = waiting
+    return longer
+
+
+@kernel
+def _next_list(pending, ring, level, current):
+    """Take the cells of the next list that holds any into ``current``; return its level and how many there are."""
+    count = 0
+    for _ in range(LISTS):
+        level += 1
+        place = level & (LISTS - 1)
+        for k in range(ring.length[place]):
+            m = ring.waiting[place, k]
+            if pending[m] == place + 1:  # else it has been called to a nearer list
+                pending[m] = 0
+                current[count] = m
+                count += 1
+        ring.length[place] = 0
+        if count > 0:
+            break
+    return level, count
+
+
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    blocked = np.full(9, 2, np.uint8)
-    waiting = [np.zeros(9, np.uint32) for _ in range(2)]
-    spread_astar(blocked, np.full(9, 1e10, np.float32), np.zeros(9, np.uint8), *waiting, 0, 3, 4, 2, 1.0)
+    field = Field(np.full(9, 2, np.uint8), np.full(9, 1e10, np.float32), np.zeros(9, np.uint8), 3, 2)
+    spread_astar(field, (np.zeros(9, np.uint32), np.zeros(9, np.uint32)), 0, 4, 1.0)

@@ -4,10 +4,12 @@ A planner says which costs are passable and what they cost, and where the wave s
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
 from sara_nav.planners import gradient_path, potential, potential_astar
 from sara_nav.planners.planning import PlanError, nearest_cell, place_of, plan_from_points, require_finite
 
@@ -15,26 +17,30 @@ from sara_nav.planners.planning import PlanError, nearest_cell, place_of, plan_f
 class _Fields:
     """The arrays of one search over a grid of this shape; kept, for taking new memory costs as much as using it."""
 
-    def __init__(self, shape):
+    def __init__(self, shape: tuple[int, int]):
         self.shape = shape
         self.width = shape[1] + 2
         size = (shape[0] + 2) * self.width
         self.steps = np.empty(size, np.uint8)
         self.potential = np.empty(size, np.float32)
         self.pending = np.empty(size, np.uint8)
-        self.blocks = [np.empty(size, np.uint32) for _ in range(3)]
+        self.blocks = tuple(np.empty(size, np.uint32) for _ in range(3))
 
-    def index(self, cell):
+    def field(self, obstacle: int) -> potential.Field:
+        """Return the Field in which costs from ``obstacle`` on are impassable."""
+        return potential.Field(self.steps, self.potential, self.pending, self.width, int(obstacle))
+
+    def index(self, cell: tuple[int, int]) -> int:
         """Return where the cell (column, row) is in the flat arrays."""
         return (cell[1] + 1) * self.width + cell[0] + 1
 
-    def inner(self):
+    def inner(self) -> np.ndarray:
         """Return the potential (rows, columns) as a view."""
         return self.potential.reshape(self.shape[0] + 2, self.width)[1:-1, 1:-1]
 
 
 @functools.cache
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel of these planners, once; making a planner does it too."""
     for module in (potential, potential_astar, gradient_path):
         module.warm()
@@ -47,7 +53,7 @@ class PotentialPlanner:
     ``potential``: float32 (rows, columns), potential.HIGH (1e10) where the wave did not come, or None before a plan.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: Any):
         warm()
         self.config = config
         self.goal_used = None
@@ -55,16 +61,16 @@ class PotentialPlanner:
         self._geometry = None
 
     @property
-    def potential(self):
+    def potential(self) -> np.ndarray | None:
         """A copy of the last search's potential, or None."""
         return None if self._geometry is None else self._fields.inner().copy()
 
-    def explore(self, costmap, start):
+    def explore(self, costmap: Costmap, start: Pose2D) -> np.ndarray:
         """Return which cells, bool (rows, columns), a plan from Pose2D start can lead to; start must be on the map."""
         fields = self._search(costmap, start, costmap.geometry.to_cell(start.x, start.y), None)
         return fields.inner() < potential.HIGH
 
-    def plan(self, costmap, start, goal):
+    def plan(self, costmap: Costmap, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return a plan (n, 3) from Pose2D start to Pose2D goal; raises PlanError.
 
         A goal that cannot be reached moves to the nearest place that can, within default_tolerance (m).
@@ -134,7 +140,7 @@ class PotentialPlanner:
         self._geometry = costmap.geometry
         table, obstacle = self._table()
         outline = self._outline() and not any(_at_edge(cell, costmap.geometry) for cell in (first, target) if cell)
-        potential.prepare(costmap.costs, table, obstacle, outline, fields.steps, fields.potential, fields.pending)
+        potential.prepare(costmap.costs, table, outline, fields.field(obstacle))
         sources = dict(self._sources(fields, obstacle, start, first))
         for index, value in sources.items():
             fields.potential[index] = value
@@ -147,18 +153,8 @@ class PotentialPlanner:
 
     def _spread(self, fields, count, target, obstacle):
         """Run the wave; A* planners have their own."""
-        potential.spread(
-            fields.steps,
-            fields.potential,
-            fields.pending,
-            *fields.blocks,
-            count,
-            fields.width,
-            target,
-            obstacle,
-            self._increment(),
-            self._quadratic(),
-        )
+        wave = potential.Wave(target, self._increment(), self._quadratic())
+        potential.spread(fields.field(obstacle), fields.blocks, count, wave)
 
     def _sources(self, fields, obstacle, start, first):
         """Yield (index, potential) of the cells the wave starts with."""

@@ -3,8 +3,10 @@ flicker.
 """
 
 import math
+from collections.abc import Hashable
 
-from sara_nav.pursuit.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW
+from sara_nav.pursuit.path_tracker import Leg
+from sara_nav.pursuit.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW, Pace
 
 HELD = 1.0
 """Seconds for which figures in a sentence stay."""
@@ -26,14 +28,14 @@ class Words:
     def __init__(self):
         self._key, self._text, self._since = None, '', -math.inf
 
-    def say(self, t, key, text):
+    def say(self, t: float, key: Hashable, text: str) -> str:
         """Return ``text``, or what was said under the same key less than HELD seconds before t (s)."""
         if key != self._key or not 0.0 <= t - self._since < HELD:
             self._key, self._text, self._since = key, text, t
         return self._text
 
 
-def following(leg, pace, then):
+def following(leg: Leg, pace: Pace, then: str) -> tuple[tuple, str]:
     """Return (key, sentence) for a leg that is followed at a Pace; ``then``: what comes at the end of the leg."""
     cause = pace.cause
     way = 'follows the path in reverse' if leg.backward else 'follows the path'
@@ -42,7 +44,7 @@ def following(leg, pace, then):
     return (way, cause.kind, cause.where, then if cause.kind == END else ''), f'{way}, {speed:.2f} m/s{why}'
 
 
-def turning(angle, what):
+def turning(angle: float, what: str) -> tuple[tuple, str]:
     """Return (key, sentence) for a turn in place by angle (rad, still to go) onto ``what``."""
     side = 'left' if angle > 0.0 else 'right'
     return ('turn', side, what), f'turns {side} in place to {what}, {abs(math.degrees(angle)):.0f} deg to go'

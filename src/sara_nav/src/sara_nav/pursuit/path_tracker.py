@@ -13,6 +13,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.kernels import wrap
+from sara_nav.pursuit.curvature_law import Bend
 
 SPACING = 0.05
 """Way between two samples (m)."""
@@ -96,17 +97,18 @@ class Leg:
         """Return (along, offset, left) of the point (m) nearest to the path from ``start`` (m along it) to 1 m
         further.
         """
-        return nearest(self.samples, float(x), float(y), float(start))
+        samples = self.samples
+        return nearest(samples.s, samples.xy, samples.direction, float(x), float(y), float(start))
 
     @property
     def place(self) -> Place:
         """Where the robot was located last."""
         return Place(float(self.along), float(self.left), self.backward)
 
-    def bend(self, s: float) -> tuple[float, float]:
-        """Return (curvature 1/m, its change 1/m2) at ``s`` m along."""
-        samples, s = self.samples, float(s)
-        return on_leg(s, samples, samples.curvature), on_leg(s, samples, samples.change)
+    def bend(self, s: float) -> Bend:
+        """Return the Bend at ``s`` m along."""
+        s = float(s)
+        return Bend(on_leg(s, self.s, self.curvature), on_leg(s, self.s, self.change))
 
     def poses(self, s: np.ndarray) -> np.ndarray:
         """Return the robot's poses (n, 3) at s (n,) m along; beyond the end it goes straight on."""
@@ -114,7 +116,7 @@ class Leg:
 
     def heading_error(self, yaw: float, s: float) -> float:
         """Return the robot's heading less the path's at ``s`` (rad, wrapped)."""
-        return heading_error(self.samples, self.backward, float(yaw), float(s))
+        return heading_error(self.s, self.heading, self.backward, float(yaw), float(s))
 
 
 def _evenly(points):
@@ -187,7 +189,7 @@ def _before(s, value):
 
 
 @kernel
-def between(value, s, heights):
+def between(value: float, s: np.ndarray, heights: np.ndarray) -> float:
     """Return np.interp(value, s, heights) of one value."""
     k = _before(s, value)
     if k < 0:
@@ -198,35 +200,37 @@ def between(value, s, heights):
 
 
 @kernel
-def on_leg(at, samples, heights):
-    """Return heights (n,) of a leg's samples at ``at`` m along; 0.0 beyond the end, where it goes straight on."""
-    return 0.0 if at > samples.s[-1] else between(at, samples.s, heights)
+def on_leg(at: float, s: np.ndarray, heights: np.ndarray) -> float:
+    """Return heights (n,) of a leg's samples, which are s (n,) m along, at ``at`` m along; 0.0 beyond the end, where it
+    goes straight on.
+    """
+    return 0.0 if at > s[-1] else between(at, s, heights)
 
 
 @kernel
-def heading_error(samples, backward, yaw, at):
-    """See Leg.heading_error: at ``at`` m along."""
-    return wrap((yaw + math.pi if backward else yaw) - between(at, samples.s, samples.heading))
+def heading_error(s: np.ndarray, heading: np.ndarray, backward: bool, yaw: float, at: float) -> float:
+    """See Leg.heading_error: s, heading: of the samples; at ``at`` m along."""
+    return wrap((yaw + math.pi if backward else yaw) - between(at, s, heading))
 
 
 @kernel
-def poses_at(samples, at, backward):
+def poses_at(samples: Samples, at: np.ndarray, backward: bool) -> np.ndarray:
     """See Leg.poses: at ``at`` (n,) m along."""
     poses = np.empty((len(at), 3))
     x, y = np.ascontiguousarray(samples.xy[:, 0]), np.ascontiguousarray(samples.xy[:, 1])
+    s, heading = samples.s, samples.heading
     for i in range(len(at)):
-        over = max(at[i] - samples.s[-1], 0.0)
-        direction = between(at[i], samples.s, samples.heading)
-        poses[i, 0] = between(at[i], samples.s, x) + over * math.cos(direction)
-        poses[i, 1] = between(at[i], samples.s, y) + over * math.sin(direction)
+        over = max(at[i] - s[-1], 0.0)
+        direction = between(at[i], s, heading)
+        poses[i, 0] = between(at[i], s, x) + over * math.cos(direction)
+        poses[i, 1] = between(at[i], s, y) + over * math.sin(direction)
         poses[i, 2] = direction + (math.pi if backward else 0.0)
     return poses
 
 
 @kernel
-def nearest(samples, x, y, start):
-    """See Leg.nearest."""
-    s, xy, direction = samples.s, samples.xy, samples.direction
+def nearest(s: np.ndarray, xy: np.ndarray, direction: np.ndarray, x: float, y: float, start: float) -> tuple:
+    """See Leg.nearest. s, xy, direction: of the samples."""
     lines = len(direction)
     first = min(max(_before(s, start), 0), lines - 1)
     best = first
@@ -254,7 +258,7 @@ def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     s, points = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
     samples = Samples(s, points, points[1:], s, s, s, s)
-    on_leg(0.5, samples, s)
-    heading_error(samples, False, 0.0, 0.5)
+    on_leg(0.5, s, s)
+    heading_error(s, s, False, 0.0, 0.5)
     poses_at(samples, s, False)
-    nearest(samples, 0.5, 0.5, 0.0)
+    nearest(s, points, points[1:], 0.5, 0.5, 0.0)

@@ -42,7 +42,7 @@ class Stretch:
     planned: bool
 
 
-def stages(plan, corner_angle):
+def stages(plan: np.ndarray, corner_angle: float) -> list[Turn | Stretch]:
     """Return the list of Turn and Stretch that a plan (n, 3) is; the turn onto the goal's yaw at its end is not in
     it.
     """
@@ -95,7 +95,7 @@ def _without_small_turns(turning, backward, yaw, corner_angle):
     return turning, backward
 
 
-def final_angle(plan):
+def final_angle(plan: np.ndarray) -> float:
     """Return by how much (rad, with its sense) a plan (n, 3) turns in place at its end, 0.0 when it does not."""
     plan = np.asarray(plan, float)
     i = len(plan) - 1

@@ -27,7 +27,7 @@ FARTHEST_OFF = 0.5
 class Prediction:
     """latency: s. ``turn_gain``: turn rate driven over commanded, 1 until turns have been seen."""
 
-    def __init__(self, latency):
+    def __init__(self, latency: float):
         self.latency = latency
         self.turn_gain = 1.0
         self._commands = deque([(-math.inf, 0.0, 0.0)])
@@ -35,7 +35,7 @@ class Prediction:
         self._pose = None  # (time, yaw) of the last pose
         self._off_v = self._off_w = 0.0
 
-    def commanded(self, t, v, w):
+    def commanded(self, t: float, v: float, w: float) -> None:
         """Take note of a command (m/s, rad/s) given at t (s)."""
         while self._commands and self._commands[-1][0] >= t:
             self._commands.pop()
@@ -44,7 +44,7 @@ class Prediction:
         while len(self._commands) > 2 and self._commands[1][0] < t - KEPT:
             self._commands.popleft()
 
-    def ahead(self, t, pose, age, speed, dt):
+    def ahead(self, t: float, pose: Pose2D, age: float, speed: float, dt: float) -> Pose2D:
         """Return the Pose2D at t + latency, of a pose that was measured ``age`` s before t with this speed (m/s); dt:
         since the last call.
         """

@@ -10,9 +10,13 @@ too far and back.
 
 import math
 
+import numpy as np
+
 from sara_common.planar import Pose2D, wrap
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.planners.local_command import BLOCKED, DRIVING, LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
-from sara_nav.pursuit.curvature_law import TrackingLaw
+from sara_nav.pursuit.curvature_law import Deviation, TrackingLaw
+from sara_nav.pursuit.cycle import Cycle
 from sara_nav.pursuit.driving_progress import DONE, FINAL_TURN, FOLLOW, SETTLE, TURN, Progress
 from sara_nav.pursuit.goal_approach import GoalApproach
 from sara_nav.pursuit.messages import Words, following
@@ -20,9 +24,9 @@ from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.plan_stages import Turn
 from sara_nav.pursuit.prediction import Prediction
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.smooth_speed import approach
+from sara_nav.pursuit.smooth_command import SmoothCommand
 from sara_nav.pursuit.speed_plan import BLOCKED as STOPPED
-from sara_nav.pursuit.speed_plan import SpeedPlan
+from sara_nav.pursuit.speed_plan import SpeedPlan, driven_now
 from sara_nav.pursuit.stopping_path import blocked_where, stopping_path
 from sara_nav.pursuit.turning_in_place import TurningInPlace
 
@@ -35,227 +39,220 @@ NEARLY_EXACT = 0.25
 
 
 @LOCAL_PLANNERS.register('sara_nav/RotateThenPursue')
-class RotateThenPursue(GoalApproach):
+class RotateThenPursue:
     """Drives a plan; see the module. One object drives one goal after the other."""
 
     config_class = RotateThenPursueConfig
-    MAX_APPROACHES = 4
 
-    def __init__(self, config=RotateThenPursueConfig()):
+    def __init__(self, config: RotateThenPursueConfig = RotateThenPursueConfig()):
         self.goal = None
         self._p = Progress()
-        self._last = (0.0, 0.0)
         self._last_t = -math.inf
-        self._bending = 0.0  # acceleration of the turn rate on a leg, rad/s2
         self._words = Words()
+        self._command = SmoothCommand(config, self._words)
         self._prediction = Prediction(config.drive_latency)
         self.reconfigure(config)
 
-    def reconfigure(self, config):
+    def reconfigure(self, config: RotateThenPursueConfig) -> None:
         """Go on with another configuration; what was learned of the base stays."""
-        self.config = config
+        self.config = self._command.config = config
+        self._command.acceleration = 0.0
         self._prediction.latency = config.drive_latency
         self._law = TrackingLaw(config.tracking_length, config.tracking_time)
         self._speed = SpeedPlan(config)
         self._turning = TurningInPlace(config, self._words)
+        self._at_goal = GoalApproach(config, self._turning, self._command, self._words)
 
     @property
-    def phase(self):
+    def phase(self) -> str:
         """Name of the phase: turn to path, follow path, settle, turn to goal, done."""
         return self._p.phase
 
-    def start(self, plan):
+    def start(self, plan: np.ndarray) -> None:
         """Begin a new goal: plan (n, 3), its last row the goal."""
         self.goal = Pose2D(*(float(v) for v in plan[-1]))
         self._p = Progress()
         self._p.take(plan, self.config.corner_angle)
         self._turning.drop()
 
-    def replan(self, plan):
+    def replan(self, plan: np.ndarray) -> None:
         """Take a better plan to the same goal; what has been reached stays reached."""
         if self._p.phase not in (SETTLE, FINAL_TURN, DONE):
             self._p.take(plan, self.config.corner_angle)
             self._turning.drop()
 
-    def stop(self):
+    def stop(self) -> None:
         """Forget the last command, because the robot was told to stop at once."""
         self._prediction.commanded(self._last_t + 1e-6, 0.0, 0.0)
         self._rest()
 
-    def update(self, t, dt, pose, velocity, pose_age, world):
+    def update(
+        self, t: float, dt: float, pose: Pose2D, velocity: tuple[float, float], pose_age: float, world: LocalWorld
+    ) -> LocalCommand:
         """Return the LocalCommand for time t (s).
 
         dt: since the last command (s). pose: Pose2D as it was pose_age seconds ago. velocity: measured (v, w).
         world: LocalWorld of the local costmap.
         """
         now = self._prediction.ahead(t, pose, pose_age, velocity[0], dt)
-        command = self._drive(t, dt, now, pose, velocity, world)
+        last = self._command.last
+        still = self._p.is_still(t, velocity, last, self.config)
+        command = self._drive(Cycle(t, dt, pose, now, velocity, last, self._prediction.turn_gain, still, world))
         if command.state != DRIVING:
             self._rest()
-        self._last, self._last_t = (command.v, command.w), t
+        self._command.last, self._last_t = (command.v, command.w), t
         self._prediction.commanded(t, command.v, command.w)
         return command
 
     # -- inside ------------------------------------------------------------------------------------------------
 
     def _rest(self):
-        self._last, self._bending, self._speed.acceleration = (0.0, 0.0), 0.0, 0.0
+        self._command.rest()
         self._turning.drop()
 
-    def _drive(self, t, dt, now, pose, velocity, world):
-        p, c = self._p, self.config
-        still = p.is_still(t, velocity, self._last, c)
-        if p.begins_at_goal(pose.distance(self.goal), c.xy_goal_tolerance):
+    def _drive(self, cycle):
+        p = self._p
+        if p.begins_at_goal(cycle.pose.distance(self.goal), self.config.xy_goal_tolerance):
             p.stages, p.phase = [], FINAL_TURN
         if p.phase == SETTLE:
-            if not still:
-                return self._braked(t, dt, now, world, 'comes to rest')
-            failed = self._settled(pose)
+            if not cycle.still:
+                return self._command.come_to_rest(cycle, 'comes to rest')
+            failed = self._at_goal.settled(p, self.goal, cycle.pose)
             if failed:
                 return failed
         if p.phase == TURN:
-            command = self._begin_stage(t, dt, now, velocity, world)
+            command = self._begin_stage(cycle)
             if command is not None:
                 return command
         if p.phase == FOLLOW:
-            command = self._follow(t, dt, now, world)
+            command = self._follow(cycle)
             if command is not None:
                 return command
         if p.phase == FINAL_TURN:
-            return self._turn_to_goal(t, dt, now, pose, still, velocity, world)
+            return self._at_goal.turn(p, self.goal, cycle)
         if p.phase == DONE:
             return LocalCommand(0.0, 0.0, REACHED)
-        return self._braked(t, dt, now, world, 'comes to rest')
+        return self._command.come_to_rest(cycle, 'comes to rest')
 
-    def _begin_stage(self, t, dt, now, velocity, world):
+    def _begin_stage(self, cycle):
         """Turn in place to where the next stage begins; None when it has (phase FOLLOW), or when no stage is left
         (phase SETTLE).
         """
-        p, c = self._p, self.config
+        p = self._p
         if not p.stages:
             p.phase, p.still_since = SETTLE, None
             return None
         stage = p.stages[0]
-        planned = isinstance(stage, Turn)
-        if planned:
-            error, what = wrap(stage.yaw - now.yaw), 'the next part of the path'
-            if (
-                not self._turning.under_way
-                and len(p.stages) > 1
-                and abs(stage.angle) < math.pi
-                and abs(error) <= self._left_to_law(now, error, world)
-            ):
-                p.next_stage()
-                return self._begin_stage(t, dt, now, velocity, world)
-        else:
-            if p.leg is None:
-                p.leg = self._leg(stage, world)
-            leg = p.leg
-            leg.locate(now.x, now.y)
-            error, what = -wrap(leg.heading_error(now.yaw, leg.along) - self._law.heading(leg.offset, 0.0)), 'the path'
-            sense = -1.0 if leg.backward else 1.0
-            this_way = (
-                sense * self._last[0] >= 0.0 and sense * velocity[0] > -2.0 * c.trans_stopped_vel
-            )  # else it comes to rest first
-            if not self._turning.under_way and this_way and abs(error) <= self._left_to_law(now, error, world):
-                p.phase = FOLLOW
-                return None
-        if self._last[0] != 0.0 or abs(velocity[0]) > 2.0 * c.trans_stopped_vel:
-            return self._braked(t, dt, now, world, 'comes to rest to turn')
-        if not self._turning.under_way:
-            blocked = self._turning.begin(
-                now,
-                error,
-                world,
-                stage.angle if planned else 0.0,
-                0.0 if planned else 0.5 * c.turn_in_place_angle,
-                c.turn_first_angle,
-            )
-            if blocked and (planned or abs(error) > c.turn_in_place_angle):
+        return self._turn_as_planned(cycle, stage) if isinstance(stage, Turn) else self._turn_to_leg(cycle, stage)
+
+    def _turn_as_planned(self, cycle, stage):
+        """One cycle of a Turn of the plan, and what follows once it is over."""
+        p, turning = self._p, self._turning
+        error = wrap(stage.yaw - cycle.now.yaw)
+        bends_on = not turning.under_way and len(p.stages) > 1 and abs(stage.angle) < math.pi
+        if bends_on and abs(error) <= self._left_to_law(cycle, error):
+            p.next_stage()
+            return self._begin_stage(cycle)
+        if cycle.drives(self.config):
+            return self._command.come_to_rest(cycle, 'comes to rest to turn')
+        if not turning.under_way:
+            blocked = turning.begin(cycle, error, stage.angle, 0.0, self.config.turn_first_angle)
+            if blocked:
+                return blocked
+        command = turning.step(cycle, error, 'the next part of the path')
+        if command is not None:
+            return command
+        p.next_stage()
+        return self._begin_stage(cycle)
+
+    def _turn_to_leg(self, cycle, stage):
+        """One cycle of the turn to where a Stretch begins; None once it is followed."""
+        p, c, turning = self._p, self.config, self._turning
+        if p.leg is None:
+            p.leg = self._leg(stage, cycle.world)
+        p.leg.locate(cycle.now.x, cycle.now.y)
+        error = -wrap(p.leg.heading_error(cycle.now.yaw, p.leg.along) - self._law.heading(p.leg.offset, 0.0))
+        if not turning.under_way and self._goes_along(cycle) and abs(error) <= self._left_to_law(cycle, error):
+            p.phase = FOLLOW
+            return None
+        if cycle.drives(c):
+            return self._command.come_to_rest(cycle, 'comes to rest to turn')
+        if not turning.under_way:
+            blocked = turning.begin(cycle, error, 0.0, 0.5 * c.turn_in_place_angle, c.turn_first_angle)
+            if blocked and abs(error) > c.turn_in_place_angle:
                 return blocked
             if blocked:
                 p.phase = FOLLOW  # the law has to do it
                 return None
-        command = self._turned(t, dt, now, error, world, what)
-        if command is not None:
-            return command
-        if planned:
-            p.next_stage()
-            return self._begin_stage(t, dt, now, velocity, world)
-        p.phase = FOLLOW
-        return None
+        command = turning.step(cycle, error, 'the path')
+        if command is None:
+            p.phase = FOLLOW
+        return command
 
-    def _left_to_law(self, now, error, world):
+    def _goes_along(self, cycle):
+        """Whether the robot stands or moves in the leg's sense; else it comes to rest first."""
+        sense = -1.0 if self._p.leg.backward else 1.0
+        return sense * cycle.last[0] >= 0.0 and sense * cycle.velocity[0] > -2.0 * self.config.trans_stopped_vel
+
+    def _left_to_law(self, cycle, error):
         """Return the heading error (rad) up to which a leg is begun without turning in place first: more on the way,
         and where turning is tight.
         """
         c = self.config
-        if self._last[0] != 0.0:
+        if cycle.last[0] != 0.0:
             return c.turn_in_place_angle
-        return (
-            0.5 * c.turn_in_place_angle
-            if abs(error) > c.turn_first_angle and self._turning.tight(now, error, world)
-            else c.turn_first_angle
-        )
+        tight = abs(error) > c.turn_first_angle and self._turning.tight(cycle, error)
+        return 0.5 * c.turn_in_place_angle if tight else c.turn_first_angle
 
-    def _turned(self, t, dt, now, error, world, what):
-        """One cycle of the turn in place under way; None when it is done."""
-        return self._turning.step(t, dt, now, error, self._last[1], self._prediction.turn_gain, world, what)
-
-    def _follow(self, t, dt, now, world):
+    def _follow(self, cycle):
         """One cycle along the leg; None when it is over."""
-        p, c = self._p, self.config
-        leg, gain = p.leg, self._prediction.turn_gain
+        p, c, now, leg = self._p, self.config, cycle.now, self._p.leg
         leg.locate(now.x, now.y)
         if abs(leg.offset) > c.max_path_distance:
             return LocalCommand(0.0, 0.0, OFF_PATH, f'the robot is {abs(leg.offset):.2f} m off its path')
         if leg.left <= ENDED:
             p.next_stage()
-            return self._braked(t, dt, now, world, 'comes to rest')
-        speed = abs(self._last[0])
+            return self._command.come_to_rest(cycle, 'comes to rest')
+        speed = abs(cycle.last[0])
         error = leg.heading_error(now.yaw, leg.along)
         if abs(wrap(error - self._law.heading(leg.offset, speed))) > c.turn_in_place_angle:
             p.phase = TURN
-            return self._braked(t, dt, now, world, 'comes to rest to turn')
-        curvature = self._curvature(leg, speed, error, dt)
-        pace = self._speed.pace(leg, speed, curvature, world, gain, dt)
+            return self._command.come_to_rest(cycle, 'comes to rest to turn')
+        curvature = self._curvature(cycle, speed, error)
+        driven = driven_now(speed, self._command.acceleration, curvature, cycle.turn_gain)
+        pace = self._speed.pace(leg, driven, cycle.world, cycle.dt)
         if pace.speed == 0.0 and pace.cause.kind == STOPPED:
-            poses = leg.poses([leg.along, leg.along + 0.1])
-            return LocalCommand(
-                0.0, 0.0, BLOCKED, f'the way is blocked: the {blocked_where(world, poses)} would touch something'
-            )
-        self._speed.acceleration = pace.acceleration
-        for share in (1.0, 0.5, 0.2):
-            v = share * pace.speed
-            way = stopping_path(leg, self._law, now, v, curvature, c)
-            if not world.worsens(way):
-                break
-        else:
-            return LocalCommand(0.0, 0.0, BLOCKED, f'the {blocked_where(world, way)} would touch something')
-        if share < 1.0:
-            self._speed.acceleration = 0.0
-        w = self._bent(max(min(v * curvature / gain, c.max_vel_theta), -c.max_vel_theta), dt)
-        return LocalCommand(
-            -v if leg.backward else v, w, DRIVING, self._words.say(t, *following(leg, pace, self._then()))
-        )
+            where = blocked_where(cycle.world, leg.poses([leg.along, leg.along + 0.1]))
+            return LocalCommand(0.0, 0.0, BLOCKED, f'the way is blocked: the {where} would touch something')
+        v, touching = self._able_to_stop(cycle, pace.speed, curvature)
+        if touching is not None:
+            where = blocked_where(cycle.world, touching)
+            return LocalCommand(0.0, 0.0, BLOCKED, f'the {where} would touch something')
+        self._command.acceleration = pace.acceleration if v == pace.speed else 0.0
+        wanted = max(min(v * curvature / cycle.turn_gain, c.max_vel_theta), -c.max_vel_theta)
+        w = self._command.turn_rate(wanted, cycle.dt)
+        text = self._words.say(cycle.t, *following(leg, pace, self._then()))
+        return LocalCommand(-v if leg.backward else v, w, DRIVING, text)
 
-    def _curvature(self, leg, speed, error, dt):
-        """Return the curvature (1/m) to drive after dt, by the tracking law; error: of the heading (rad)."""
-        path = leg.bend(leg.along)
-        if speed < SETTING_OUT:
-            return self._law.curvature(leg.offset, error, path[0], speed)
-        driven = self._prediction.turn_gain * self._last[1] / speed
-        return self._law.next_curvature(driven, speed * dt, leg.offset, error, path, speed)
-
-    def _bent(self, wanted, dt):
-        """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow after the last
-        command.
+    def _able_to_stop(self, cycle, speed, curvature):
+        """Return (v, None): the speed (m/s), or the share of it, from which the robot can stop and touch nothing more;
+        (0.0, poses (n, 3) of a stop that touches) where there is none.
         """
-        c, w = self.config, self._last[1]
-        most = min(self._bending + c.jerk_lim_theta * dt, c.acc_lim_theta)
-        least = max(self._bending - c.jerk_lim_theta * dt, -c.acc_lim_theta)
-        self._bending = min(max((wanted - w) / dt, least), most)
-        return w + self._bending * dt
+        for share in (1.0, 0.5, 0.2):
+            v = share * speed
+            poses = stopping_path(self._p.leg, self._law, cycle.now, v, curvature, self.config)
+            if not cycle.world.worsens(poses):
+                return v, None
+        return 0.0, poses
+
+    def _curvature(self, cycle, speed, error):
+        """Return the curvature (1/m) to drive next, by the tracking law; error: of the heading (rad)."""
+        leg = self._p.leg
+        off, bend = Deviation(leg.offset, error), leg.bend(leg.along)
+        if speed < SETTING_OUT:
+            return self._law.curvature(off, bend, speed)
+        driven = cycle.turn_gain * cycle.last[1] / speed
+        return self._law.next_curvature(driven, speed * cycle.dt, off, bend, speed)
 
     def _then(self):
         following_stages = self._p.stages[1:]
@@ -266,21 +263,6 @@ class RotateThenPursue(GoalApproach):
             if isinstance(following_stages[0], Turn) or following_stages[0].backward == self._p.leg.backward
             else 'a change of direction'
         )
-
-    def _braked(self, t, dt, now, world, text):
-        """Come to rest as the limits allow, on the curve driven now."""
-        c = self.config
-        v0, w0 = self._last
-        size, self._speed.acceleration = approach(abs(v0), self._speed.acceleration, 0.0, c.dec_lim_x, c.jerk_lim_x, dt)
-        if size < 0.03:
-            size = self._speed.acceleration = 0.0
-        v = math.copysign(size, v0)
-        w, self._bending = approach(
-            w0, self._bending, w0 * v / v0 if v0 else 0.0, c.acc_lim_theta, c.jerk_lim_theta, dt
-        )
-        if abs(w) < 0.005:
-            w = self._bending = 0.0
-        return LocalCommand(v, w, DRIVING, self._words.say(t, text, text))
 
     def _leg(self, stretch, world):
         """Return the Leg of a Stretch, smoothed less where the smooth one would touch what the plan does not, as far as

@@ -43,7 +43,7 @@ class RotateThenPursueConfig:
     theta_stopped_vel: float = 0.03
     settle_time: float = 0.25
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = range_faults(self, LIMITS)
         if not result and self.narrow_vel > self.max_vel_x:

@@ -7,7 +7,7 @@ Robots, 2008, section 3.4.) What is behind a limiter of jerk needs nothing else 
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ HALVINGS = 14
 """Steps of the search for the acceleration: it is found to a share of 1/16384 of what one step may change."""
 
 
-@dataclass(frozen=True)
-class SpeedLimits:
+class SpeedLimits(NamedTuple):
     """Acceleration and braking (m/s2) and jerk (m/s3), all > 0; of a turn in rad."""
 
     acceleration: float
@@ -26,8 +25,22 @@ class SpeedLimits:
     jerk: float
 
 
+class Motion(NamedTuple):
+    """speed (m/s, >= 0) and acceleration (m/s2) now."""
+
+    speed: float
+    acceleration: float
+
+
+class Caps(NamedTuple):
+    """Within the distances ``ahead`` (n,) m the speed must have come down to ``speed`` (n,) m/s, >= 0."""
+
+    ahead: np.ndarray
+    speed: np.ndarray
+
+
 @kernel
-def braking_to_rest(v, a, braking, jerk):
+def braking_to_rest(v: float, a: float, braking: float, jerk: float) -> tuple[float, float]:
     """Return (way m, time s) from a speed v at an acceleration a until rest, braking as hard as the limits allow.
 
     A braking so hard that the jerk limit carries it past rest ends there: the way is that of easing off. v may be
@@ -56,7 +69,7 @@ def braking_to_rest(v, a, braking, jerk):
 
 
 @kernel
-def way_to_slow(v, a, end, braking, jerk):
+def way_to_slow(v: float, a: float, end: float, braking: float, jerk: float) -> float:
     """Return the way (m) from a speed v at an acceleration a until the speed is ``end`` (both >= 0) and stays there."""
     above = v - end
     if above <= 0.0 and (a <= 0.0 or above + 0.5 * a * a / jerk <= 0.0):
@@ -66,57 +79,66 @@ def way_to_slow(v, a, end, braking, jerk):
 
 
 @kernel
-def _left(after, new, way, cap, braking, jerk):
-    """Return how much of a way (m) is left over by which a speed is to be ``cap``; +Inf where that does not ask for
-    slowing.
+def _left(now, distance, cap, limits):
+    """Return how much of a distance (m) is left over by which the speed is to be ``cap``; +Inf where that does not ask
+    for slowing.
     """
-    needed = way_to_slow(after, new, cap, braking, jerk)
-    return way - needed if needed > 0.0 else np.inf
+    needed = way_to_slow(now.speed, now.acceleration, cap, limits.braking, limits.jerk)
+    return distance - needed if needed > 0.0 else np.inf
 
 
 @kernel
-def _kept(v, new, ways, caps, braking, jerk, dt):
-    """Return how much way (m) is left over where it is least, driving dt at the acceleration ``new``, and at which cap
-    that is; +Inf, -1 where no cap asks for slowing.
+def _driven(now, chosen, dt):
+    """Return (Motion, m) after dt at the acceleration ``chosen``, and how far it went."""
+    after = max(now.speed + chosen * dt, 0.0)
+    return Motion(after, chosen), 0.5 * (now.speed + after) * dt
+
+
+@kernel
+def _closest(now, chosen, caps, limits, dt):
+    """Return the least distance (m) that is left over, driving dt at the acceleration ``chosen``, and at which cap that
+    is; +Inf, -1 where no cap asks for slowing.
     """
-    after = max(v + new * dt, 0.0)
-    moved = 0.5 * (v + after) * dt
+    after, moved = _driven(now, chosen, dt)
+    ahead, speed = caps
     least, at = np.inf, -1
-    for i in range(len(ways)):
-        left = _left(after, new, ways[i] - moved, caps[i], braking, jerk)
+    for i in range(len(ahead)):
+        left = _left(after, ahead[i] - moved, speed[i], limits)
         if left < least:
             least, at = left, i
     return least, at
 
 
 @kernel
-def _keeps(v, new, ways, caps, braking, jerk, dt):
-    """Return whether way is left over at every cap, driving dt at the acceleration ``new``."""
-    after = max(v + new * dt, 0.0)
-    moved = 0.5 * (v + after) * dt
-    for i in range(len(ways)):  # noqa: SIM110 (numba compiles no generators)
-        if _left(after, new, ways[i] - moved, caps[i], braking, jerk) < 0.0:
+def _keeps(now, chosen, caps, limits, dt):
+    """Return whether every cap is kept, driving dt at the acceleration ``chosen``."""
+    after, moved = _driven(now, chosen, dt)
+    ahead, speed = caps
+    for i in range(len(ahead)):  # noqa: SIM110 (numba compiles no generators)
+        if _left(after, ahead[i] - moved, speed[i], limits) < 0.0:
             return False
     return True
 
 
 @kernel
-def _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
-    least, most = max(a - jerk * dt, -braking), min(a + jerk * dt, acceleration)
+def _choose(now, highest, caps, limits, dt):
+    """Return (acceleration m/s2, index of the cap that slows or -1) for the next dt; see next_speed."""
+    a, jerk = now.acceleration, limits.jerk
+    least, most = max(a - jerk * dt, -limits.braking), min(a + jerk * dt, limits.acceleration)
     least = min(max(least, a - jerk * dt), most)
-    gap = highest - v
+    gap = highest - now.speed
     # The acceleration that can be brought to zero just as ``highest`` is reached: a dt + a^2 / (2 jerk) = gap.
     wanted = 2.0 * jerk * gap / (jerk * dt + math.sqrt((jerk * dt) ** 2 + 2.0 * jerk * abs(gap)))
     most = max(min(most, wanted), least)
-    over, at = _kept(v, most, ways, caps, braking, jerk, dt)
+    over, at = _closest(now, most, caps, limits, dt)
     if over >= 0.0:
         return most, -1
-    if not _keeps(v, least, ways, caps, braking, jerk, dt):
+    if not _keeps(now, least, caps, limits, dt):
         return least, at
     low, high = least, most
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if _keeps(v, middle, ways, caps, braking, jerk, dt):
+        if _keeps(now, middle, caps, limits, dt):
             low = middle
         else:
             high = middle
@@ -124,35 +146,29 @@ def _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
 
 
 @kernel
-def following(v, a, highest, ways, caps, acceleration, braking, jerk, dt):
-    """`next_speed` with its limits one by one."""
-    chosen, at = _next(v, a, highest, ways, caps, acceleration, braking, jerk, dt)
-    after = v + chosen * dt
+def following(now: Motion, highest: float, caps: Caps, limits: SpeedLimits, dt: float) -> tuple[float, float, int]:
+    """See next_speed; for kernels."""
+    chosen, at = _choose(now, highest, caps, limits, dt)
+    after = now.speed + chosen * dt
     return (after, chosen, at) if after > 0.0 else (0.0, 0.0, at)
 
 
-def next_speed(v, a, highest, ways, caps, limits, dt):
-    """Return (speed, acceleration, index) after dt (s): as fast as keeps ``highest`` (m/s) and, at each way ahead, its
-    cap.
+def next_speed(now: Motion, highest: float, caps: Caps, limits: SpeedLimits, dt: float) -> tuple[float, float, int]:
+    """Return (speed, acceleration, index) after dt (s): as fast as keeps ``highest`` (m/s) and the Caps.
 
-    v >= 0, a: speed and acceleration now. ways (n,) m, caps (n,) m/s >= 0: within ways[i] the speed must have come down
-    to caps[i]. index: of the cap that slows, -1 when none does. Where the jerk limit no longer allows a cap to be kept,
-    it brakes as hard as it does allow.
+    index: of the cap that slows, -1 when none does. Where the jerk limit no longer allows a cap to be kept, it brakes
+    as hard as it does allow.
     """
     return following(
-        float(v),
-        float(a),
+        Motion(*map(float, now)),
         float(highest),
-        np.asarray(ways, np.float64),
-        np.asarray(caps, np.float64),
-        limits.acceleration,
-        limits.braking,
-        limits.jerk,
+        Caps(np.asarray(caps.ahead, np.float64), np.asarray(caps.speed, np.float64)),
+        limits,
         float(dt),
     )
 
 
-def approach(v, a, target, acceleration, jerk, dt):
+def approach(v: float, a: float, target: float, acceleration: float, jerk: float, dt: float) -> tuple[float, float]:
     """Return (speed, acceleration) after dt (s) on the way to a target, either sign, within acceleration and jerk.
 
     The acceleration can be brought to zero by the jerk limit when the target is reached: a resting one is not overshot.
@@ -164,7 +180,7 @@ def approach(v, a, target, acceleration, jerk, dt):
     return v + chosen * dt, chosen
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    next_speed(0.1, 0.0, 0.5, np.ones(1), np.zeros(1), SpeedLimits(1.0, 1.0, 1.0), 0.05)
+    next_speed(Motion(0.1, 0.0), 0.5, Caps(np.ones(1), np.zeros(1)), SpeedLimits(1.0, 1.0, 1.0), 0.05)
     way_to_slow(0.1, 0.0, 0.0, 1.0, 1.0)

@@ -10,7 +10,9 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D, wrap
-from sara_nav.pursuit.smooth_speed import SpeedLimits, next_speed
+from sara_nav.grids.collision import LocalWorld
+from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits, next_speed
 
 SLOWEST = 0.02
 """The slowest rate (rad/s) of the end of a turn, which would else be neared for ever."""
@@ -18,7 +20,7 @@ REACHED = 0.004
 """A heading nearer than this (rad) is reached."""
 
 
-def planned_way(error, angle):
+def planned_way(error: float, angle: float) -> float:
     """Return the turn (rad) onto a heading that is off by error (rad, wrapped) on the way round that is nearest to a
     planned angle (rad).
     """
@@ -31,12 +33,14 @@ class SmoothTurn:
     ``enough`` (rad): a turn that went too far by no more than this is over, for what follows takes it up.
     """
 
-    def __init__(self, left, enough=0.0):
+    def __init__(self, left: float, enough: float = 0.0):
         self.left, self.enough = left, enough
         self.acceleration = 0.0
         self._sense = math.copysign(1.0, left)
 
-    def rate(self, error, last, turn_gain, highest, config, dt):
+    def rate(
+        self, error: float, last: float, turn_gain: float, highest: float, config: RotateThenPursueConfig, dt: float
+    ) -> float:
         """Return the rate (rad/s) to command, 0.0 when the heading is reached.
 
         error: heading wanted less heading (rad). last: rate last commanded (rad/s). turn_gain: rate driven over
@@ -48,7 +52,8 @@ class SmoothTurn:
         if not last and (left < REACHED or -self.enough <= self._sense * self.left < 0.0):
             return 0.0
         limits = SpeedLimits(config.acc_lim_theta, config.comfort_dec_theta, config.jerk_lim_theta)
-        rate, self.acceleration, _ = next_speed(abs(last), self.acceleration, highest, [left], [0.0], limits, dt)
+        now, end = Motion(abs(last), self.acceleration), Caps([left], [0.0])
+        rate, self.acceleration, _ = next_speed(now, highest, end, limits, dt)
         if left <= REACHED and rate <= SLOWEST:
             rate = self.acceleration = 0.0
         elif left > REACHED and self.acceleration <= 0.0:
@@ -64,7 +69,7 @@ def turn_poses(pose: Pose2D, angle: float) -> np.ndarray:
 
 
 @kernel
-def turned(x, y, yaw, angle):
+def turned(x: float, y: float, yaw: float, angle: float) -> np.ndarray:
     """See turn_poses."""
     n = max(2, int(math.ceil(abs(angle) / 0.05)))
     poses = np.empty((n + 1, 3))
@@ -73,7 +78,7 @@ def turned(x, y, yaw, angle):
     return poses
 
 
-def free_angle(world, pose, angle):
+def free_angle(world: LocalWorld, pose: Pose2D, angle: float) -> float:
     """Return how much (rad, 0 or more) of a turn in place by ``angle`` from a Pose2D touches nothing new in a
     LocalWorld.
     """
@@ -82,7 +87,7 @@ def free_angle(world, pose, angle):
     return abs(angle) if not len(worse) else abs(angle) * max(int(worse[0]) - 1, 0) / (len(touched) - 1)
 
 
-def way_round(world, pose, angle, planned):
+def way_round(world: LocalWorld, pose: Pose2D, angle: float, planned: bool) -> tuple[float, float]:
     """Return (angle, free): by how much to turn, and how much of that is free (rad, 0 or more).
 
     angle: the short way (or, when ``planned``, the way the plan turns, which is kept to). The long way is chosen only

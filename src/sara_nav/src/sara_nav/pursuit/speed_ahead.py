@@ -14,6 +14,7 @@ from ahead_of_time import kernel
 from sara_nav.grids import clearance, collision
 from sara_nav.grids.grid import Grid
 from sara_nav.pursuit import path_tracker, smooth_speed
+from sara_nav.pursuit.smooth_speed import Motion, SpeedLimits
 
 STEP, FINE = 0.1, 0.04
 """Distance (m) between two places ahead that are looked at for speeds, and for what the footprint would touch."""
@@ -32,15 +33,15 @@ FREE, BEND, NARROW, AHEAD, END, BLOCKED = range(6)
 
 
 class Limits(NamedTuple):
-    """Speeds (m/s), accelerations (m/s2, of rates rad/s2), jerk (m/s3) and turn rate (rad/s), all > 0."""
+    """Speeds (m/s), accelerations (m/s2, of rates rad/s2) and turn rate (rad/s), all > 0."""
 
     highest: float
     """In the leg's sense: max_vel_x, or -min_vel_x in reverse."""
     max_vel_x: float
-    acceleration: float
-    comfort_braking: float
-    hard_braking: float
-    jerk: float
+    comfort: SpeedLimits
+    """How it brakes as a rule."""
+    hard: SpeedLimits
+    """How it brakes for a cap that appeared suddenly."""
     max_vel_theta: float
     acc_lim_theta: float
     max_lateral_acc: float
@@ -58,13 +59,10 @@ class Regulation(NamedTuple):
     braking: float
 
 
-class Motion(NamedTuple):
-    """speed (m/s) and acceleration (m/s2) of the last command; curvature (1/m) driven; turn rate driven over
-    commanded.
-    """
+class Driven(NamedTuple):
+    """The Motion last commanded; curvature (1/m) driven; turn rate driven over commanded."""
 
-    speed: float
-    acceleration: float
+    motion: Motion
     curvature: float
     turn_gain: float
 
@@ -90,7 +88,7 @@ class Caps(NamedTuple):
 
 
 @kernel
-def bend_cap(curvature, change, turn_gain, limits):
+def bend_cap(curvature: float, change: float, turn_gain: float, limits: Limits) -> float:
     """Return the speed (m/s) that a curvature (1/m) and its change (1/m2, >= 0) allow.
 
     The turn rate is v k, its acceleration v^2 k', the lateral acceleration v^2 k.
@@ -104,13 +102,13 @@ def bend_cap(curvature, change, turn_gain, limits):
 
 
 @kernel
-def steering_cap(curvature, turn_gain, limits):
+def steering_cap(curvature: float, turn_gain: float, limits: Limits) -> float:
     """Return the speed (m/s) at which the curvature driven now (1/m) keeps the turn rate's limit; CREEP at least."""
     return max(0.9 * turn_gain * limits.max_vel_theta / max(abs(curvature), 1e-6), CREEP)
 
 
 @kernel
-def gap_cap(gap, narrow_vel, max_vel_x, wide_gap):
+def gap_cap(gap: float, narrow_vel: float, max_vel_x: float, wide_gap: float) -> float:
     """Return the speed (m/s) beside an obstacle: narrow_vel at a gap (m) of 0, max_vel_x from wide_gap on, linear
     between.
     """
@@ -118,7 +116,7 @@ def gap_cap(gap, narrow_vel, max_vel_x, wide_gap):
 
 
 @kernel
-def ahead_cap(free, stop_distance, reaction_time, braking):
+def ahead_cap(free: float, stop_distance: float, reaction_time: float, braking: float) -> float:
     """Return the speed (m/s) at which a robot with ``free`` m before it can still react and come to rest: the root of
     v t + v^2 / (2 b) = free - stop_distance.
     """
@@ -127,7 +125,7 @@ def ahead_cap(free, stop_distance, reaction_time, braking):
 
 
 @kernel
-def evenly(end, step):
+def evenly(end: float, step: float) -> np.ndarray:
     """Return the multiples of step (m) from 0 on that are less than ``end``, (n,)."""
     n = int(math.ceil(end / step))
     distances = np.empty(n)
@@ -137,16 +135,16 @@ def evenly(end, step):
 
 
 @kernel
-def horizon(motion, left, limits):
+def horizon(motion: Motion, left: float, comfort: SpeedLimits) -> float:
     """Return how far ahead (m) is looked: what reacting and braking take and BEYOND, to the end of the leg."""
-    braking = smooth_speed.way_to_slow(
-        motion.speed, max(motion.acceleration, 0.0), 0.0, limits.comfort_braking, limits.jerk
-    )
+    braking = smooth_speed.way_to_slow(motion.speed, max(motion.acceleration, 0.0), 0.0, comfort.braking, comfort.jerk)
     return min(motion.speed * 0.5 + braking + BEYOND, max(left, 0.0))
 
 
 @kernel
-def free_distance(samples, place, end, ground, body):
+def free_distance(
+    samples: path_tracker.Samples, place: path_tracker.Place, end: float, ground: collision.Ground, body: Body
+) -> float:
     """Return the distance (m) along the leg until the footprint would touch more than it does now, less a margin; +Inf
     where it does not within ``end`` (m).
     """
@@ -160,7 +158,7 @@ def free_distance(samples, place, end, ground, body):
 
 
 @kernel
-def lowest_cap(bend, gap, ahead, limits, regulation):
+def lowest_cap(bend: float, gap: float, ahead: float, limits: Limits, regulation: Regulation) -> tuple[float, int]:
     """Return (speed m/s, why): the least of what a bend (m/s), a gap (m) and what is free ahead (m) allow."""
     cap, why = bend, BEND
     beside = gap_cap(gap, regulation.narrow_vel, limits.max_vel_x, regulation.wide_gap)
@@ -174,7 +172,14 @@ def lowest_cap(bend, gap, ahead, limits, regulation):
 
 
 @kernel
-def caps_ahead(samples, place, motion, rules, seen, free):
+def caps_ahead(
+    samples: path_tracker.Samples,
+    place: path_tracker.Place,
+    driven: Driven,
+    rules: tuple[Limits, Regulation],
+    seen: tuple[np.ndarray, np.ndarray],
+    free: float,
+) -> Caps:
     """Return the Caps below the highest speed: of the places every STEP ahead, of the leg's end, and of a blocked
     place.
 
@@ -182,16 +187,17 @@ def caps_ahead(samples, place, motion, rules, seen, free):
     """
     limits, regulation = rules
     gap, ahead = seen
+    s, curvatures, changes = samples.s, samples.curvature, samples.size_of_change
     n = len(gap)
     caps = Caps(np.empty(n + 2), np.empty(n + 2), np.empty(n + 2, np.int64), np.empty(n + 2, np.int64))
     kept = 0
     for i in range(n):
         at = place.along + i * STEP
-        curvature = path_tracker.on_leg(at, samples, samples.curvature)
-        change = path_tracker.on_leg(at, samples, samples.size_of_change)
-        bend = bend_cap(curvature, change, motion.turn_gain, limits)
+        curvature = path_tracker.on_leg(at, s, curvatures)
+        change = path_tracker.on_leg(at, s, changes)
+        bend = bend_cap(curvature, change, driven.turn_gain, limits)
         if i == 0:
-            bend = min(bend, steering_cap(motion.curvature, motion.turn_gain, limits))
+            bend = min(bend, steering_cap(driven.curvature, driven.turn_gain, limits))
         cap, why = lowest_cap(bend, gap[i], ahead[i], limits, regulation)
         if cap < limits.highest:
             kept = _keep(caps, kept, i * STEP, cap, why, i)
@@ -209,43 +215,24 @@ def _keep(caps, n, ahead, speed, why, place):
 
 
 @kernel
-def next_speed(motion, caps, limits, dt):
+def next_speed(motion: Motion, caps: Caps, limits: Limits, dt: float) -> tuple[float, float, int]:
     """Return (speed m/s, acceleration m/s2, index) after dt (s): as fast as the Caps allow. index: of the cap that
     slows, -1 when none does.
 
     Braking is comfortable, and harder where a cap appeared suddenly.
     """
-    after, chosen, at = smooth_speed.following(
-        motion.speed,
-        motion.acceleration,
-        limits.highest,
-        caps.ahead,
-        caps.speed,
-        limits.acceleration,
-        limits.comfort_braking,
-        limits.jerk,
-        dt,
-    )
+    ahead = smooth_speed.Caps(caps.ahead, caps.speed)
+    after, chosen, at = smooth_speed.following(motion, limits.highest, ahead, limits.comfort, dt)
     if at < 0:
         return after, chosen, at
-    needed = smooth_speed.way_to_slow(after, chosen, caps.speed[at], limits.comfort_braking, limits.jerk)
+    needed = smooth_speed.way_to_slow(after, chosen, caps.speed[at], limits.comfort.braking, limits.comfort.jerk)
     if caps.ahead[at] - needed < -SUDDEN:
-        after, chosen, _ = smooth_speed.following(
-            motion.speed,
-            motion.acceleration,
-            limits.highest,
-            caps.ahead,
-            caps.speed,
-            limits.acceleration,
-            limits.hard_braking,
-            limits.jerk,
-            dt,
-        )
+        after, chosen, _ = smooth_speed.following(motion, limits.highest, ahead, limits.hard, dt)
     return after, chosen, at
 
 
 @kernel
-def size_of(why, gap, ahead, left, free):
+def size_of(why: int, gap: float, ahead: float, left: float, free: float) -> float:
     """Return the size (m) of a cause: the gap, what is free ahead, or the distance left to the end or to where it is
     blocked; 0.0 of others.
     """
@@ -255,30 +242,40 @@ def size_of(why, gap, ahead, left, free):
         return ahead
     if why == END:
         return max(left, 0.0)
-    if why == BLOCKED:
-        return max(free, 0.0)
-    return 0.0
+    return max(free, 0.0) if why == BLOCKED else 0.0
 
 
 @kernel
-def pace(samples, place, motion, rules, surroundings, dt):
+def creep(motion: Motion, acceleration: float, dt: float) -> float:
+    """Return the speed (m/s) after dt (s) of a robot that goes on at CREEP: what is nearer than braking takes."""
+    return CREEP if motion.speed >= CREEP else min(motion.speed + acceleration * dt, CREEP)
+
+
+@kernel
+def pace(
+    samples: path_tracker.Samples,
+    place: path_tracker.Place,
+    driven: Driven,
+    rules: tuple[Limits, Regulation],
+    surroundings: tuple[collision.Ground, Body],
+    dt: float,
+) -> tuple[float, float, float, int, float, float, float]:
     """Return (speed, acceleration, cap, why, size, x, y) of the next command after dt (s), see speed_plan.Pace; x, y
     (m, robot's frame): of what is narrow.
 
-    samples: of the Leg. place: of the Leg. motion: a Motion. rules: (Limits, Regulation). surroundings: (Ground, Body).
+    samples, place: of the Leg. driven: a Driven. rules: (Limits, Regulation). surroundings: (Ground, Body).
     """
     limits, regulation = rules
     ground, body = surroundings
-    end = horizon(motion, place.left, limits)
+    end = horizon(driven.motion, place.left, limits.comfort)
     poses = path_tracker.poses_at(samples, place.along + evenly(end + STEP, STEP), place.backward)
     view = clearance.Ahead(-1.0 if place.backward else 1.0, body.front, body.span, regulation.slope, REACH)
     gap, near_x, near_y, ahead = clearance.gaps(ground, body.corners, collision.moved(poses, body.shift), view)
     free = free_distance(samples, place, end, ground, body)
-    caps = caps_ahead(samples, place, motion, rules, (gap, ahead), free)
-    after, chosen, at = next_speed(motion, caps, limits, dt)
+    caps = caps_ahead(samples, place, driven, rules, (gap, ahead), free)
+    after, chosen, at = next_speed(driven.motion, caps, limits, dt)
     if chosen <= 0.0 and after < CREEP and place.left > 0.0 and free > 0.0:
-        after = CREEP if motion.speed >= CREEP else min(motion.speed + limits.acceleration * dt, CREEP)
-        chosen = 0.0
+        after, chosen = creep(driven.motion, limits.comfort.acceleration, dt), 0.0
     if at < 0:
         return after, chosen, limits.highest, FREE, 0.0, 0.0, 0.0
     why, i = caps.why[at], caps.place[at]
@@ -289,15 +286,14 @@ def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     s, xy = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
     corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
+    limits = Limits(0.5, 0.5, SpeedLimits(0.5, 0.5, 0.5), SpeedLimits(0.5, 0.5, 0.5), 0.5, 0.5, 0.5)
+    ground = collision.Ground(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), True)
     pace(
         path_tracker.Samples(s, xy, xy[1:], s, s, s, s),
         path_tracker.Place(0.0, 1.0, False),
-        Motion(0.1, 0.0, 0.0, 1.0),
-        (Limits(*[0.5] * 9), Regulation(*[0.5] * 6)),
-        (
-            collision.Ground(np.zeros((3, 3), np.uint8), Grid(0.0, 0.0, 1.0), True),
-            Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0),
-        ),
+        Driven(Motion(0.1, 0.0), 0.0, 1.0),
+        (limits, Regulation(*[0.5] * 6)),
+        (ground, Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0)),
         0.05,
     )
     gap_cap(0.1, 0.1, 0.5, 0.3)

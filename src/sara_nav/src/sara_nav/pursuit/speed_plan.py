@@ -14,6 +14,7 @@ from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_speed import Motion, SpeedLimits
 
 FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ahead', 'end', 'blocked')
 """Why it is slow, in the order of speed_ahead's numbers."""
@@ -48,13 +49,10 @@ def gap_speed(gap: float, c: RotateThenPursueConfig) -> float:
 
 
 class SpeedPlan:
-    """Plans the speed along a leg, cycle by cycle; remembers speed and acceleration of the last command. config:
-    RotateThenPursueConfig.
-    """
+    """Plans the speed along a leg, cycle by cycle."""
 
     def __init__(self, config: RotateThenPursueConfig):
         self.config = c = config
-        self.acceleration = 0.0
         self.regulation = speed_ahead.Regulation(
             float(c.wide_gap),
             float(c.narrow_vel),
@@ -65,30 +63,30 @@ class SpeedPlan:
         )
         self._rules = {backward: (limits_of(c, backward), self.regulation) for backward in (False, True)}
 
-    def pace(self, leg: Leg, speed: float, curvature: float, world: LocalWorld, turn_gain: float, dt: float) -> Pace:
-        """Return the Pace after ``speed`` (m/s, of the last command) where the robot is on the leg.
-
-        curvature: that is driven now (1/m). world: LocalWorld. turn_gain: turn rate driven over commanded.
-        """
-        motion = speed_ahead.Motion(float(speed), float(self.acceleration), float(curvature), float(turn_gain))
+    def pace(self, leg: Leg, driven: speed_ahead.Driven, world: LocalWorld, dt: float) -> Pace:
+        """Return the Pace of the next command, dt (s) after the last, where the robot is on the leg."""
         front, span = lead(world.footprint, leg.backward)
         body = speed_ahead.Body(world.footprint, world.points, world.box, world.shift, front, span)
         after, acceleration, cap, why, size, x, y = speed_ahead.pace(
-            leg.samples, leg.place, motion, self._rules[leg.backward], (world.ground, body), float(dt)
+            leg.samples, leg.place, driven, self._rules[leg.backward], (world.ground, body), float(dt)
         )
         where = place_of(x, y, world.footprint) if KINDS[why] == NARROW else ''
         return Pace(after, acceleration, cap, Cause(KINDS[why], size, where))
 
 
+def driven_now(speed: float, acceleration: float, curvature: float, turn_gain: float) -> speed_ahead.Driven:
+    """The Driven of a speed (m/s) and acceleration (m/s2) last commanded; see there."""
+    return speed_ahead.Driven(Motion(float(speed), float(acceleration)), float(curvature), float(turn_gain))
+
+
 def limits_of(c: RotateThenPursueConfig, backward: bool) -> speed_ahead.Limits:
     """The Limits of a RotateThenPursueConfig in a sense of driving."""
+    acceleration, jerk = float(c.acc_lim_x), float(c.jerk_lim_x)
     return speed_ahead.Limits(
         highest=float(-c.min_vel_x if backward else c.max_vel_x),
         max_vel_x=float(c.max_vel_x),
-        acceleration=float(c.acc_lim_x),
-        comfort_braking=float(c.comfort_dec_x),
-        hard_braking=float(c.dec_lim_x),
-        jerk=float(c.jerk_lim_x),
+        comfort=SpeedLimits(acceleration, float(c.comfort_dec_x), jerk),
+        hard=SpeedLimits(acceleration, float(c.dec_lim_x), jerk),
         max_vel_theta=float(c.max_vel_theta),
         acc_lim_theta=float(c.acc_lim_theta),
         max_lateral_acc=float(c.max_lateral_acc),

@@ -12,7 +12,7 @@ from sara_common.planar import Pose2D
 from sara_nav.grids.clearance import place_of, room
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import path_tracker
-from sara_nav.pursuit.curvature_law import TrackingLaw, next_curvature
+from sara_nav.pursuit.curvature_law import Bend, Deviation, TrackingLaw, next_curvature
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.pursuit.smooth_turn import turn_poses
@@ -32,28 +32,34 @@ def stopping_path(
     (1/m) braking by dec_lim_x to rest, and a margin.
     """
     distance = speed * REACTION + speed * speed / (2.0 * config.dec_lim_x) + MARGIN
-    pose, reach = (float(now.x), float(now.y), float(now.yaw)), (float(law.reach(speed)), float(law.sharpest))
-    return follow(leg.samples, leg.place, pose, float(distance), float(curvature), reach)
+    pose = float(now.x), float(now.y), float(now.yaw)
+    return follow(leg.samples, leg.place, pose, float(distance), float(curvature), law.at(speed))
 
 
 @kernel
-def follow(samples, place, pose, distance, curvature, law):
+def follow(
+    samples: path_tracker.Samples,
+    place: path_tracker.Place,
+    pose: tuple[float, float, float],
+    distance: float,
+    curvature: float,
+    law: tuple[float, float],
+) -> np.ndarray:
     """Return the poses (n, 3) from a pose (x, y, yaw) on over a distance (m), a STEP apart, by the tracking law.
 
     samples, place: of a Leg. curvature: driven at the start (1/m). law: (length, sharpest) of ``next_curvature``.
     """
-    length, sharpest = law
+    s, xy, direction, heading, curvatures, changes, _ = samples
     x, y, yaw = pose
     poses = np.empty((int(distance / STEP) + 3, 3))
     poses[0, 0], poses[0, 1], poses[0, 2] = x, y, yaw
     n, sense, along = 1, -1.0 if place.backward else 1.0, place.along
     while distance > 1e-6:
         step = min(distance, STEP)
-        along, offset, _ = path_tracker.nearest(samples, x, y, along)
-        error = path_tracker.heading_error(samples, place.backward, yaw, along)
-        bend = path_tracker.on_leg(along, samples, samples.curvature)
-        change = path_tracker.on_leg(along, samples, samples.change)
-        curvature = next_curvature(curvature, step, offset, error, bend, change, length, sharpest)
+        along, offset, _ = path_tracker.nearest(s, xy, direction, x, y, along)
+        error = path_tracker.heading_error(s, heading, place.backward, yaw, along)
+        bend = Bend(path_tracker.on_leg(along, s, curvatures), path_tracker.on_leg(along, s, changes))
+        curvature = next_curvature(curvature, step, Deviation(offset, error), bend, law)
         x, y, yaw = advanced(x, y, yaw, sense * step, step * curvature, 1.0)
         poses[n, 0], poses[n, 1], poses[n, 2] = x, y, yaw
         n += 1

@@ -16,7 +16,7 @@ from sara_common.config import range_faults
 from sara_common.planar import wrap
 from sara_nav.grids.free_motions import arc
 from sara_nav.grids.grid import LETHAL, UNKNOWN
-from sara_nav.pursuit.smooth_speed import SpeedLimits, approach, next_speed
+from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits, approach, next_speed
 from sara_nav.recovery.behaviours import RECOVERIES, Recovery, RecoveryStep, Situation
 
 LOOKAHEAD = 0.3
@@ -120,9 +120,8 @@ class BackOutRecovery(Recovery):
                 return RecoveryStep(text=f'{self.name}: went back {self._driven:.2f} m; {self._end}')
         elif not turn:
             highest = min(c.speed, c.max_vel_theta / max(abs(curvature), 1e-6))
-            self._speed, self._acceleration, _ = next_speed(
-                self._speed, self._acceleration, highest, [left], [0.0], self._limits, situation.dt
-            )
+            now, end = Motion(self._speed, self._acceleration), Caps([left], [0.0])
+            self._speed, self._acceleration, _ = next_speed(now, highest, end, self._limits, situation.dt)
             self._speed = max(self._speed, SLOWEST if left else 0.0)
             self._curvature = curvature
         return RecoveryStep(

@@ -2,6 +2,7 @@
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 
@@ -25,14 +26,14 @@ class TransformListener:
             except tf2_ros.TransformException as error:
                 rospy.logwarn_throttle(10.0, 'a transform was dropped: %s', error)
 
-    def latest(self, target, source):
+    def latest(self, target: str, source: str) -> TransformStamped:
         """Return the newest geometry_msgs/TransformStamped of ``source`` in ``target``.
 
         Raises tf2_ros.TransformException, whose text says what is missing.
         """
         return self.buffer.lookup_transform(target, source, rospy.Time(0))
 
-    def child_towards(self, frame, source):
+    def child_towards(self, frame: str, source: str) -> str:
         """Return the child of ``frame`` through which ``source`` hangs below it: odom for map and base_link. ``source``
         itself where it is that child, or where it is not known to be below.
         """

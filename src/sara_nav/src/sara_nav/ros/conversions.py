@@ -1,7 +1,10 @@
 """Between ROS messages and the plain data of sara_nav."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from geometry_msgs.msg import Pose, PoseStamped, Twist
+import rospy
+from geometry_msgs.msg import Pose, PoseStamped, Transform, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from sensor_msgs.msg import PointCloud2, PointField
 
@@ -10,7 +13,7 @@ from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import GridMap, MapError
 
 
-def pose_to_msg(pose):
+def pose_to_msg(pose: Pose2D) -> Pose:
     """Return a geometry_msgs/Pose of a Pose2D."""
     msg = Pose()
     msg.position.x, msg.position.y = pose.x, pose.y
@@ -18,19 +21,19 @@ def pose_to_msg(pose):
     return msg
 
 
-def pose_stamped(pose, frame, stamp):
+def pose_stamped(pose: Pose2D, frame: str, stamp: rospy.Time) -> PoseStamped:
     """Return a geometry_msgs/PoseStamped of a Pose2D."""
     msg = PoseStamped(pose=pose_to_msg(pose))
     msg.header.frame_id, msg.header.stamp = frame, stamp
     return msg
 
 
-def pose_from_msg(msg):
+def pose_from_msg(msg: Pose) -> Pose2D:
     """Return the Pose2D of a geometry_msgs/Pose; raises ValueError for NaN and bad quaternions."""
     return _planar(msg.position, msg.orientation)
 
 
-def pose_from_transform(msg):
+def pose_from_transform(msg: Transform) -> Pose2D:
     """Return the Pose2D of a geometry_msgs/Transform; raises ValueError as pose_from_msg does."""
     return _planar(msg.translation, msg.rotation)
 
@@ -42,14 +45,16 @@ def _planar(position, q):
     return pose
 
 
-def twist_to_msg(v, w):
+def twist_to_msg(v: float, w: float) -> Twist:
     """Return a geometry_msgs/Twist that drives at v (m/s) and turns at w (rad/s)."""
     msg = Twist()
     msg.linear.x, msg.angular.z = v, w
     return msg
 
 
-def grid_to_msg(data, geometry, origin_yaw, frame, stamp):
+def grid_to_msg(
+    data: np.ndarray, geometry: GridGeometry, origin_yaw: float, frame: str, stamp: rospy.Time
+) -> OccupancyGrid:
     """Return a nav_msgs/OccupancyGrid of int8 data (height, width), row 0 at the bottom."""
     info = MapMetaData(
         map_load_time=stamp,
@@ -63,7 +68,7 @@ def grid_to_msg(data, geometry, origin_yaw, frame, stamp):
     return msg
 
 
-def grid_from_msg(msg):
+def grid_from_msg(msg: OccupancyGrid) -> GridMap:
     """Return the GridMap of a nav_msgs/OccupancyGrid; raises MapError or GridError with the reason."""
     info = msg.info
     # The message carries the resolution in single precision: 0.05 comes as 0.05000000074505806.
@@ -84,7 +89,7 @@ def grid_from_msg(msg):
     return GridMap(data, geometry, yaw)
 
 
-def path_to_msg(plan, frame, stamp):
+def path_to_msg(plan: np.ndarray, frame: str, stamp: rospy.Time) -> Path:
     """Return a nav_msgs/Path of a plan (n, 3)."""
     msg = Path()
     msg.header.frame_id, msg.header.stamp = frame, stamp
@@ -92,7 +97,7 @@ def path_to_msg(plan, frame, stamp):
     return msg
 
 
-def cloud_to_msg(points, names, frame, stamp):
+def cloud_to_msg(points: np.ndarray, names: Sequence[str], frame: str, stamp: rospy.Time) -> PointCloud2:
     """Return a sensor_msgs/PointCloud2 of points (n, k), one float32 field a column, called by ``names``."""
     points = np.ascontiguousarray(points, np.float32)
     fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)]

@@ -15,11 +15,13 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
+from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_points, transformed
 from sara_nav.ros import conversions as conv
+from sara_nav.ros.common import TransformListener
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
 LEVEL = 0.1
@@ -37,7 +39,7 @@ class CostmapInputs:
     ``counts``: messages dropped here, by kind; each kind is warned of once.
     """
 
-    def __init__(self, name, costmap, tf):
+    def __init__(self, name: str, costmap: LayeredCostmap, tf: TransformListener):
         self.counts = Counter()
         self._name, self._costmap, self._tf = name, costmap, tf
         self._waiting = deque(maxlen=1000)
@@ -48,7 +50,7 @@ class CostmapInputs:
         self._listening = False
         self.start()
 
-    def start(self):
+    def start(self) -> None:
         """Listen (again)."""
         if self._listening:
             return
@@ -71,7 +73,7 @@ class CostmapInputs:
                         100,
                     )
 
-    def stop(self):
+    def stop(self) -> None:
         """Listen to nothing, as while the costmap is stopped; a map comes again after ``start``."""
         self._listening = False
         for subscriber in self._subscribers:
@@ -114,7 +116,7 @@ class CostmapInputs:
 
     # -- taking in ---------------------------------------------------------------------------------------------
 
-    def take_in(self, now):
+    def take_in(self, now: float) -> None:
         """Hand to the layers all that came and can be transformed by ``now`` (s)."""
         while self._maps:
             self._take_map(*self._maps.popleft())
@@ -220,7 +222,7 @@ class CostmapInputs:
 
     # -- what could not be used --------------------------------------------------------------------------------
 
-    def time_went_back(self):
+    def time_went_back(self) -> None:
         """Forget what waits: its stamps mean nothing any more."""
         self._waiting.clear()
 
@@ -237,7 +239,7 @@ class CostmapInputs:
                     self._warned.add((layer.name, kind))
                     rospy.logwarn('%s: layer %s dropped %s', self._name, layer.name, layer.problem)
 
-    def values(self):
+    def values(self) -> dict[str, int]:
         """Return what was dropped, for /diagnostics: {'costmap/layer/kind': how many}."""
         result = {f'{self._name}/{kind}': count for kind, count in self.counts.items()}
         for layer in self._costmap.layers.values():
@@ -249,7 +251,7 @@ class FootprintInput:
     """Another footprint by topic. The peer's default has one name for the footprint it takes (Polygon) and the one it
     publishes (PolygonStamped), so any type is listened to and all but Polygon is passed over."""
 
-    def __init__(self, topic):
+    def __init__(self, topic: str):
         self._came = deque(maxlen=1)
         self._subscriber = rospy.Subscriber(topic, rospy.AnyMsg, self._on_any, queue_size=1, tcp_nodelay=True)
 
@@ -257,6 +259,6 @@ class FootprintInput:
         if msg._connection_header.get('type') == Polygon._type:  # pylint: disable=protected-access
             self._came.append(Polygon().deserialize(msg._buff))  # pylint: disable=protected-access
 
-    def take(self):
+    def take(self) -> list | None:
         """Return the corners [[x, y], ...] of a footprint that came since, or None."""
         return [[p.x, p.y] for p in self._came.popleft().points] if self._came else None

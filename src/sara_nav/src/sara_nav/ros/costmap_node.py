@@ -8,17 +8,20 @@ import dataclasses
 import sys
 import threading
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
 import rospy
 import tf2_ros
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN
+from sara_common.planar import Pose2D
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import start_node
 from sara_nav.config.parameters import Parameters
-from sara_nav.costmaps.costmap_settings import read_costmap
-from sara_nav.costmaps.layered_costmap import CostmapConfig
+from sara_nav.costmaps.costmap_settings import CostmapSettings, read_costmap
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
@@ -83,7 +86,7 @@ class Tunable(CostmapConfig):
     robot_radius: float = 0.46
     footprint_padding: float = 0.01
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = super().faults()
         try:
@@ -92,7 +95,7 @@ class Tunable(CostmapConfig):
             result.append(str(error))
         return result
 
-    def corners(self):
+    def corners(self) -> np.ndarray:
         """Return the unpadded corners (k, 2); raises FootprintError."""
         if self.footprint not in ('', '[]'):
             return parse_footprint(self.footprint)
@@ -104,7 +107,7 @@ class CostmapShell:
     reads the costmap in another thread than the loop's (a reentrant one).
     """
 
-    def __init__(self, settings, costmap, tf, lock=None):
+    def __init__(self, settings: CostmapSettings, costmap: LayeredCostmap, tf: TransformListener, lock: Any = None):
         self.costmap = costmap
         self.name = settings.prefix.rstrip('/')
         self.lock = lock or threading.RLock()
@@ -126,7 +129,7 @@ class CostmapShell:
 
     # -- what the loop calls -----------------------------------------------------------------------------------
 
-    def take_in(self, now):
+    def take_in(self, now: rospy.Time) -> None:
         """Hand to the layers what came by ``now`` (rospy.Time)."""
         with self.lock:
             corners = self._footprints.take()
@@ -134,11 +137,11 @@ class CostmapShell:
                 self._take_footprint(corners)
             self.inputs.take_in(now.to_sec())
 
-    def publish(self, window, pose, now):
+    def publish(self, window: tuple | None, pose: Pose2D | None, now: rospy.Time) -> None:
         """Publish after an update at ``now`` (rospy.Time) that changed ``window`` (or None) around the robot's pose."""
         self._publisher.updated(window, pose, now)
 
-    def update(self, now):
+    def update(self, now: rospy.Time) -> bool:
         """Take in, update the costmap if that is due, and publish; returns True when it was updated."""
         self.take_in(now)
         if not self.costmap.due(now.to_sec()):
@@ -151,7 +154,7 @@ class CostmapShell:
         self.publish(window, pose, now)
         return True
 
-    def robot_pose(self, now):
+    def robot_pose(self, now: rospy.Time) -> tuple[Pose2D | None, float | None]:
         """Return (Pose2D, stamp s or None) of the robot in the costmap's frame; (None, None) when there is none
         fresh.
         """
@@ -173,16 +176,16 @@ class CostmapShell:
         self.pose_problem = ''
         return pose, stamp
 
-    def time_went_back(self):
+    def time_went_back(self) -> None:
         """The clock was set back: messages that wait for a transform are forgotten."""
         self.inputs.time_went_back()
 
-    def current(self, t):
+    def current(self, t: float) -> str:
         """Return '' or what the costmap waits for or misses at ``t`` (s)."""
         text = self.costmap.current(t)
         return f'{self.name}: {text}' if text else ''
 
-    def values(self):
+    def values(self) -> dict[str, int]:
         """Return counts for /diagnostics."""
         return dict(
             self.inputs.values(),
@@ -234,7 +237,7 @@ class CostmapShell:
         return Reconfigure(f'{self.name}/{layer.name}', layer.config, LIMITS, change, DYNAMIC_OF_LAYERS)
 
 
-def main():
+def main() -> None:
     """Run one costmap, named ``costmap``, until ROS shuts down; exit status 1 when its parameters cannot be used."""
     start_node('costmap_2d_node')
     tree = rospy.get_param('~', {})

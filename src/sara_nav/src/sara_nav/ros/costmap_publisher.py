@@ -1,21 +1,26 @@
 """A costmap as RViz and others see it: the whole grid for those who come, then windows of what changed."""
 
+from collections.abc import Callable
+from typing import Any
+
 import rospy
 from geometry_msgs.msg import Point32, PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import to_occupancy
+from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.ros import conversions as conv
 
 
 class _NewSubscribers(rospy.SubscribeListener):
-    def __init__(self, publisher):
+    def __init__(self, publisher: 'CostmapPublisher'):
         super().__init__()
         self._publisher = publisher
 
-    def peer_subscribe(self, _topic, _publish, peer_publish):
+    def peer_subscribe(self, _topic: str, _publish: Callable, peer_publish: Callable) -> None:
         """Send the whole grid to one who just came."""
         grid = self._publisher.grid()
         if grid is not None:
@@ -25,7 +30,7 @@ class _NewSubscribers(rospy.SubscribeListener):
 class CostmapPublisher:
     """Publishes K/costmap, K/costmap_updates and the footprint; name: K. lock: held while the costmap is changed."""
 
-    def __init__(self, name, costmap, footprint_topic, lock):
+    def __init__(self, name: str, costmap: LayeredCostmap, footprint_topic: str, lock: Any):
         self._costmap = costmap
         self._lock = lock
         self._changed = None
@@ -35,7 +40,7 @@ class CostmapPublisher:
         self._updates = rospy.Publisher(f'~{name}/costmap_updates', numpy_msg(OccupancyGridUpdate), queue_size=1)
         self._footprint = rospy.Publisher(f'~{name}/{footprint_topic}', PolygonStamped, queue_size=1)
 
-    def grid(self):
+    def grid(self) -> OccupancyGrid | None:
         """Return the whole costmap as a message, or None before its first update."""
         with self._lock:
             if self._costmap.updated_at is None:
@@ -45,7 +50,7 @@ class CostmapPublisher:
         msg.data = costs.ravel()
         return numpy_like(OccupancyGrid, msg)
 
-    def updated(self, window, pose, now):
+    def updated(self, window: tuple | None, pose: Pose2D | None, now: rospy.Time) -> None:
         """Note an update that changed ``window`` (or None), and publish what is due at ``now`` (rospy.Time).
 
         pose: Pose2D of the robot in the global frame, or None.
@@ -98,7 +103,7 @@ class CostmapPublisher:
             self._footprint.publish(msg)
 
 
-def numpy_like(kind, msg):
+def numpy_like(kind: type, msg: Any) -> Any:
     """Return a message whose arrays are numpy's, to be written at once, with the fields of ``msg``."""
     result = numpy_msg(kind)()
     for field in msg.__slots__:

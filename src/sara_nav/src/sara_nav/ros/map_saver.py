@@ -20,13 +20,13 @@ from sara_nav.ros.conversions import grid_from_msg
 class Parser(argparse.ArgumentParser):
     """An argument parser whose exit status is the peer's."""
 
-    def error(self, message):
+    def error(self, message: str) -> None:
         """Print the usage and why; end with status 1."""
         self.print_usage(sys.stderr)
         self.exit(1, f'{self.prog}: {message}\n')
 
 
-def configuration(arguments):
+def configuration(arguments: list[str]) -> SaverConfig:
     """Return the SaverConfig of a command line; ends the program for a bad one."""
     parser = Parser(
         prog='map_saver',
@@ -59,7 +59,7 @@ def configuration(arguments):
     return config
 
 
-def main():
+def main() -> None:
     """Exit status 0 when a map was written."""
     config = configuration(rospy.myargv(sys.argv)[1:])
     start_node('map_saver', anonymous=True)

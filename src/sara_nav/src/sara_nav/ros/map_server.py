@@ -30,14 +30,14 @@ class MapServer:
         self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
         self.publisher = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
 
-    def serve(self):
+    def serve(self) -> None:
         """Offer the services; only when there is a map."""
         self._services = [
             rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=self.message)),
             rospy.Service('change_map', LoadMap, self._change),
         ]
 
-    def load(self, description, source):
+    def load(self, description: MapDescription, source: str) -> None:
         """Read what a MapDescription describes and publish it; raises MapError, and then all stays as it was."""
         grid_map = load_image(description)
         for key in description.unknown_keys:
@@ -49,7 +49,7 @@ class MapServer:
         rospy.loginfo('serving %s: %s', source, self.size)
 
     @property
-    def size(self):
+    def size(self) -> str:
         """The size of the map in words."""
         info = self.message.info
         return f'{info.width} x {info.height} cells of {info.resolution:.3g} m'
@@ -72,7 +72,7 @@ class MapServer:
         return LoadMapResponse(result=result)
 
 
-def path_of(url):
+def path_of(url: str) -> str:
     """Return the file that a map_url names: a path, file://PATH or package://PACKAGE/PATH; raises MissingFile."""
     if url.startswith('package://'):
         package, _, rest = url[len('package://') :].partition('/')
@@ -83,7 +83,7 @@ def path_of(url):
     return url[len('file://') :] if url.startswith('file://') else url
 
 
-def described(arguments):
+def described(arguments: list[str]) -> MapDescription:
     """Return the MapDescription that the command line asks for; raises MapError with a sentence."""
     if len(arguments) == 1:
         return load_description(arguments[0])
@@ -100,7 +100,7 @@ def described(arguments):
         raise MapError(f'the resolution is {resolution!r}, allowed are numbers above 0 (m per cell)') from None
 
 
-def wait_for_time():
+def wait_for_time() -> bool:
     """Wait until there is a time: the map's stamp would be zero. False when ROS shuts down meanwhile."""
     wall = rospy.rostime.wallsleep
     waited = 0.0
@@ -112,7 +112,7 @@ def wait_for_time():
     return not rospy.is_shutdown()
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down; exit status 1 when there is no map to serve."""
     arguments = rospy.myargv(sys.argv)[1:]
     if len(arguments) not in (1, 2):

@@ -6,27 +6,21 @@ import sys
 import threading
 import time
 from collections import deque
+from typing import Any
 
-import actionlib
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
-from move_base_msgs.msg import (
-    MoveBaseAction,
-    MoveBaseActionGoal,
-    MoveBaseFeedback,
-    MoveBaseResult,
-    RecoveryStatus,
-)
+from geometry_msgs.msg import Twist
+from move_base_msgs.msg import RecoveryStatus
 from std_msgs.msg import Bool, String
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
 from sara_common.ros.node import start_node
 from sara_nav.config.parameters import Parameters
-from sara_nav.move_base import state_machine as mb
+from sara_nav.goals.move_base_config import ACTIVE, IDLE, MoveBaseConfig
 from sara_nav.move_base import warming
 from sara_nav.move_base.cycle_monitor import CycleWatch
-from sara_nav.move_base.settings import read_settings
+from sara_nav.move_base.settings import Settings, read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_node import CostmapShell
@@ -38,7 +32,7 @@ from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
 
 
-def read_parameters():
+def read_parameters() -> Parameters:
     """Return the Parameters of this node, with what is set in the namespaces above it."""
     tree = rospy.get_param('~', {})
     above, space = {}, rospy.get_name()
@@ -50,18 +44,15 @@ def read_parameters():
     return Parameters(tree if isinstance(tree, dict) else {}, above)
 
 
-class MoveBaseNode(GoalRequests):
+class MoveBaseNode:
     """The shell around MoveBase; see the module. ``lock`` is held while the machine works."""
 
-    def __init__(self, settings):
+    def __init__(self, settings: Settings):
         self.settings = settings
         self.machine = settings.make_move_base()
         self.lock = threading.RLock()
-        self.server = None
         self._abort_reasons = deque(maxlen=10)
         self._excused = False
-        self.counts = {'refused_goals': 0}
-        self.last_end = ''
         self._stopped = False
         warming.warm()
         self.watch = CycleWatch()
@@ -69,7 +60,7 @@ class MoveBaseNode(GoalRequests):
         self.tf = TransformListener()
         self.robot = RobotInputs(settings, self.tf)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        self.current_goal = rospy.Publisher('~current_goal', PoseStamped, queue_size=1)
+        self.goals = GoalRequests(self.machine, self.robot, settings.global_frame, self.cmd_vel)
         self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
         self.help = rospy.Publisher('~help', String, queue_size=1, latch=True)
         self.asked = ''  # what a person is asked for now
@@ -93,7 +84,7 @@ class MoveBaseNode(GoalRequests):
 
     # -- running -----------------------------------------------------------------------------------------------
 
-    def run(self):
+    def run(self) -> None:
         """Wait for the map, bring action server and services up, and control until ROS shuts down."""
         while not rospy.is_shutdown():
             self._take_in(rospy.Time.now())
@@ -108,12 +99,7 @@ class MoveBaseNode(GoalRequests):
         self.machine.costmaps.ensure(rospy.get_time())
         self.services = Services(self)
         self.tuning = Tuning(self)
-        self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, auto_start=False)
-        self.server.start()
-        self._goal_publisher = rospy.Publisher('move_base/goal', MoveBaseActionGoal, queue_size=1)
-        self._simple_subscriber = rospy.Subscriber(
-            'move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1, tcp_nodelay=True
-        )
+        self.goals.start()
         rospy.loginfo(
             'ready for goals (%s, %s)', self.machine.config.base_global_planner, self.machine.config.base_local_planner
         )
@@ -146,7 +132,7 @@ class MoveBaseNode(GoalRequests):
         with self.lock:
             self.machine.abort('Goal aborted: time went back.')
 
-    def reconfigure(self, config, global_planner=None, local_planner=None):
+    def reconfigure(self, config: MoveBaseConfig, global_planner: Any = None, local_planner: Any = None) -> None:
         """Go on with another configuration of move_base; new planners come with their topics. Called with the lock
         held.
         """
@@ -170,14 +156,14 @@ class MoveBaseNode(GoalRequests):
             self.settings.local_frame,
         )
 
-    def is_wanted(self):
+    def is_wanted(self) -> bool:
         """True when a goal has come: whatever else is under way makes room."""
-        return self.server is not None and self.server.is_new_goal_available() or rospy.is_shutdown()
+        return self.goals.waiting or rospy.is_shutdown()
 
     def _take_in(self, now):
         """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once."""
         # before there is a server, a first map is waited for
-        listen = self.machine.costmaps_run or self.server is None
+        listen = self.machine.costmaps_run or not self.goals.listening
         for shell in self.shells.values():
             (shell.inputs.start if listen else shell.inputs.stop)()
             shell.take_in(now)
@@ -204,7 +190,7 @@ class MoveBaseNode(GoalRequests):
             rospy.logwarn_throttle(5.0, '%s', late)
         self._take_in(now)
         self._hear_who_stops()
-        self._take_requests(t)
+        self.goals.take(t)
         pose, pose_time, local_pose = self.robot.poses()
         began = time.perf_counter()
         result = machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose)
@@ -212,25 +198,18 @@ class MoveBaseNode(GoalRequests):
         for kind, window in machine.costmaps.take_changed().items():
             self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)
-        if result.status == mb.ACTIVE:
+        if result.status == ACTIVE:
             self.cmd_vel.publish(conv.twist_to_msg(*result.command))
             if pose is not None:
-                self.server.publish_feedback(
-                    MoveBaseFeedback(base_position=conv.pose_stamped(pose, self.settings.global_frame, now))
-                )
+                self.goals.feedback(pose, now)
                 g = machine.local_costmap.geometry
                 self.topics.publish_cycle(pose, 0.5 * max(g.width, g.height) * g.resolution, now)
             if result.text:
                 rospy.logwarn_throttle(2.0, '%s%s', result.text, self.robot.problem and ': ' + self.robot.problem)
-            self._tell(result.text or result.doing)
-        elif result.status != mb.IDLE:
-            self._finish(result)
+            self.goals.tell(result.text or result.doing)
+        elif result.status != IDLE:
+            self.goals.finish(result)
         self.report.cycle(result, t)
-
-    def _tell(self, text):
-        """Say on the action's status what is being done; who sees it need not listen to anything else."""
-        if self.server.is_active():
-            self.server.current_goal.status_tracker.status.text = text
 
     def _announce(self, result, pose, now):
         """Publish what begins in this step: that a person is asked for help (or '' that it is over), a recovery
@@ -248,7 +227,7 @@ class MoveBaseNode(GoalRequests):
             self.topics.publish_plan(result.plan, self.machine.global_costmap.costmap, now)
         if result.goal_used is not None:
             rospy.logwarn('%s', result.text)
-            self.current_goal.publish(conv.pose_stamped(result.goal_used, frame, now))
+            self.goals.show(result.goal_used, now)
 
     def _hear_who_stops(self):
         """Give up the goal that whoever stops the robot says cannot be reached now, one that comes later is not meant;
@@ -260,19 +239,18 @@ class MoveBaseNode(GoalRequests):
             self._excused = False
             self.machine.excuse_standing()
 
-    def stop(self):
+    def stop(self) -> None:
         """The node ends: the last word to the wheels is zero, and to the client that the goal is given up."""
         with self.lock:  # after this no cycle commands anything
             self._stopped = True
             if not self.machine.active:
                 return
             self.cmd_vel.publish(Twist())
-            if self.server.is_active():
-                self.server.set_aborted(MoveBaseResult(), 'Aborting on the goal because the node has been killed')
+            self.goals.give_up('Aborting on the goal because the node has been killed')
             rospy.rostime.wallsleep(0.1)  # the messages are to get out
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down; exit status 1 when its parameters cannot be used."""
     start_node('move_base')
     try:

@@ -2,11 +2,15 @@
 listeners.
 """
 
+from typing import Any
+
 import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid, Path
 from sensor_msgs.msg import PointCloud2
 
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
 from sara_nav.ros import conversions as conv
 
 COSTS = ('x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost')
@@ -15,7 +19,7 @@ UNREACHED = 1e9
 """Potentials from here on mean that the wave did not come."""
 
 
-def short_name(planner):
+def short_name(planner: Any) -> str:
     """Return the name that a planner's parameters and topics are under: the last part of what it is asked for by."""
     return planner.plugin_name.split('/')[-1]
 
@@ -24,7 +28,7 @@ class PlannerTopics:
     """The topics of one pair of planners. frame: the global frame, that of plans and potentials; local_frame: the local
     costmap's, that of clouds."""
 
-    def __init__(self, global_planner, local_planner, frame, local_frame):
+    def __init__(self, global_planner: Any, local_planner: Any, frame: str, local_frame: str):
         self._global, self._local = global_planner, local_planner
         self._frame, self._local_frame = frame, local_frame
         here, there = f'~{short_name(global_planner)}/', f'~{short_name(local_planner)}/'
@@ -48,7 +52,7 @@ class PlannerTopics:
         elif hasattr(config, 'publish_potential'):
             self._potential = rospy.Publisher(here + 'potential', OccupancyGrid, queue_size=1)
 
-    def close(self):
+    def close(self) -> None:
         """Take the topics down."""
         for publisher in [self._plan, self._global_plan, self._local_plan, self._potential] + [
             c[0] for c in self._clouds
@@ -56,14 +60,14 @@ class PlannerTopics:
             if publisher is not None:
                 publisher.unregister()
 
-    def publish_plan(self, plan, costmap, stamp):
+    def publish_plan(self, plan: np.ndarray, costmap: Costmap, stamp: rospy.Time) -> None:
         """Publish a new plan (n, 3), and the potential it came from where the planner keeps it."""
         self._shown = plan
         self._plan.publish(conv.path_to_msg(plan, self._frame, stamp))
         if _heard(self._potential) and getattr(self._global, 'potential', None) is not None:
             self._publish_potential(self._global.potential, costmap.geometry, stamp)
 
-    def publish_cycle(self, pose, reach, stamp):
+    def publish_cycle(self, pose: Pose2D, reach: float, stamp: rospy.Time) -> None:
         """Publish what the local planner works with: the plan ahead of the pose within ``reach`` (m), its own plan, its
         costs.
         """

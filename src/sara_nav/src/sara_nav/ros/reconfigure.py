@@ -7,6 +7,8 @@ in force are written to the parameter server at start, as the C++ servers do; un
 import dataclasses
 import math
 import threading
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import rospy
 from dynamic_reconfigure.server import Server
@@ -26,7 +28,7 @@ class Description:
 
     all_level = 1
 
-    def __init__(self, config, limits=None, names=None, whole=()):
+    def __init__(self, config: Any, limits: dict = None, names: Iterable[str] | None = None, whole: Iterable[str] = ()):
         wanted = [f.name for f in dataclasses.fields(config) if names is None or f.name in names]
         values = {name: getattr(config, name) for name in wanted if type(getattr(config, name)) in KINDS}
         defaults = {name: int(value) if name in whole else value for name, value in values.items()}
@@ -69,7 +71,7 @@ class Description:
             return ''
         return f'{low:g} .. {high:g}'
 
-    def clamp(self, name, value):
+    def clamp(self, name: str, value: Any) -> Any:
         """Return the value as the Server clamps it."""
         if self.min[name] == '':
             return value
@@ -84,7 +86,15 @@ class Reconfigure:
     service's thread; returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
     """
 
-    def __init__(self, namespace, config, limits, callback, names=None, whole=()):
+    def __init__(
+        self,
+        namespace: str,
+        config: Any,
+        limits: dict,
+        callback: Callable[[Any], str],
+        names: Iterable[str] | None = None,
+        whole: Iterable[str] = (),
+    ):
         self.config = self._at_start = config
         self._namespace = namespace
         self._callback = callback
@@ -96,7 +106,7 @@ class Reconfigure:
             rospy.set_param(at + name, getattr(config, name, default))
         self._server = Server(self._description, self._on_wanted, namespace)
 
-    def close(self):
+    def close(self) -> None:
         """Take the server down."""
         self._server.set_service.shutdown()
         self._server.descr_topic.unregister()

@@ -4,11 +4,15 @@ clients.
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 
+from sara_common.planar import Pose2D
 from sara_nav.goals.goal_input import global_pose
 from sara_nav.move_base.robot_state import FASTEST
+from sara_nav.move_base.settings import Settings
 from sara_nav.ros import conversions as conv
+from sara_nav.ros.common import TransformListener
 
 ODOM_TIMEOUT = 0.5
 """Seconds after which a measured velocity is no longer believed."""
@@ -17,7 +21,7 @@ ODOM_TIMEOUT = 0.5
 class RobotInputs:
     """Looks the robot up. settings: Settings; tf: TransformListener. ``problem``: why there is no pose, or ''."""
 
-    def __init__(self, settings, tf):
+    def __init__(self, settings: Settings, tf: TransformListener):
         self._global, self._local, self._base = settings.global_frame, settings.local_frame, settings.robot_base_frame
         self._tf = tf
         self._odom = None
@@ -27,12 +31,12 @@ class RobotInputs:
         self._subscriber = rospy.Subscriber(topic, Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
 
     @property
-    def odom_topic(self):
+    def odom_topic(self) -> str:
         """Where odometry is listened to."""
         return self._subscriber.resolved_name
 
     @property
-    def has_odometry(self):
+    def has_odometry(self) -> bool:
         """True once odometry came."""
         return self._odom is not None
 
@@ -45,19 +49,19 @@ class RobotInputs:
             return
         self._odom = velocity, msg.header.stamp.to_sec()
 
-    def velocity(self, t):
+    def velocity(self, t: float) -> tuple[float, float] | None:
         """Return the measured (v m/s, w rad/s), or None when it is too old at t (s)."""
         odom = self._odom
         if odom is None or not -ODOM_TIMEOUT < t - odom[1] < ODOM_TIMEOUT:
             return None
         return odom[0]
 
-    def forget(self):
+    def forget(self) -> None:
         """Time went back: what was heard before means nothing."""
         self._tf.buffer.clear()
         self._odom = None
 
-    def poses(self):
+    def poses(self) -> tuple[Pose2D | None, float | None, Pose2D | None]:
         """Return (pose, stamp s or None, local pose): Pose2D in the global frame, and in the local costmap's where that
         is another; all None when one of them is not known.
         """
@@ -88,7 +92,7 @@ class RobotInputs:
         stamps = [way.header.stamp.to_sec() for way in ways if not way.header.stamp.is_zero()]
         return pose, min(stamps, default=None)
 
-    def global_pose(self, stamped):
+    def global_pose(self, stamped: PoseStamped) -> Pose2D:
         """Return the Pose2D of a geometry_msgs/PoseStamped in the global frame; raises GoalError."""
         p, q = stamped.pose.position, stamped.pose.orientation
         return global_pose(stamped.header.frame_id, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), self._global, self._find)

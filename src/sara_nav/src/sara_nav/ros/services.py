@@ -1,5 +1,7 @@
 """move_base's services: ~make_plan, ~clear_costmaps and ~<planner>/make_plan."""
 
+from typing import Any
+
 import rospy
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from std_srvs.srv import Empty, EmptyResponse
@@ -15,7 +17,7 @@ class Services:
     text.
     """
 
-    def __init__(self, node):
+    def __init__(self, node: Any):
         self._node = node
         self._of_planner = None
         self._planner = None
@@ -23,7 +25,7 @@ class Services:
         self._clear = rospy.Service('~clear_costmaps', Empty, self._on_clear)
         self.offer(node.machine.global_planner)
 
-    def offer(self, planner):
+    def offer(self, planner: Any) -> None:
         """Answer for this planner under its name; for no other any more."""
         if self._of_planner is not None:
             self._of_planner.shutdown('another planner is used')

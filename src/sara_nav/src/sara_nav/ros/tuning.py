@@ -1,6 +1,7 @@
 """dynamic_reconfigure of move_base and of its planners; the costmaps look after themselves."""
 
 import dataclasses
+from typing import Any
 
 import rospy
 
@@ -43,7 +44,7 @@ CLIENT_LIMITS = {
 class Tuning:
     """Servers for move_base and its two planners. node: what has ``machine``, ``lock`` and ``reconfigure``."""
 
-    def __init__(self, node):
+    def __init__(self, node: Any):
         self._node = node
         self._planners = {}
         self._offer('global', node.machine.global_planner)

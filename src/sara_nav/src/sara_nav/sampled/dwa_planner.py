@@ -16,7 +16,11 @@ from sara_nav.sampled.dwa_planner_config import DWAPlannerConfig
 from sara_nav.sampled.goal_stage import GoalLimits
 from sara_nav.sampled.published import cost_cloud
 from sara_nav.sampled.sampling_planner import TRIES, SamplingPlanner
+from sara_nav.sampled.scene import Choice
 from sara_nav.sampled.speed_samples import window_samples
+
+NONE = np.empty((0, 2), np.int64)
+"""No cells."""
 
 
 @LOCAL_PLANNERS.register('dwa_local_planner/DWAPlannerROS')
@@ -25,12 +29,12 @@ class DWAPlanner(SamplingPlanner):
 
     config_class = DWAPlannerConfig
 
-    def __init__(self, config=DWAPlannerConfig()):
+    def __init__(self, config: DWAPlannerConfig = DWAPlannerConfig()):
         super().__init__(config)
         self._flags = OscillationFlags()
         self._judged = None
 
-    def start(self, plan):
+    def start(self, plan: np.ndarray) -> None:
         """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
         super().start(plan)
         self._flags = OscillationFlags()
@@ -61,70 +65,57 @@ class DWAPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to
-        look.
-
-        can_stop(v, w): whether the robot could stop from a command without touching anything.
-        """
-        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
-        none = np.empty((0, 2), np.int64)
-        left = math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y)
-        weights = self._weights(g.resolution, left)
-        samples = self._speeds(velocity, left)
-        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
-        driven_samples = self._driven(samples)
-        motion = (c.acc_lim_x, c.acc_lim_theta), (sim_time, c.sim_granularity, c.angular_sim_granularity)
-        fastest = max(self._fastest, 1e-3)
-        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max(initial=0.0)))
-        ceiling = self._ceiling(world, pose, reach, 1.0 + c.max_scaling_factor)
-        window = self._window(world, state, driven_samples, sim_time, c.forward_point_distance)
-        self._waves.over(costs)
-        path, goal, front = (
-            self._waves.spread(seeds, none, window)
-            for seeds in (cells, cells[-1:], self._front_cell(pose, plan, cells, world))
-        )
-        raw, driven = critics.judge(
-            costs,
-            (float(g.origin_x), float(g.origin_y), float(g.resolution)),
-            world.footprint,
-            ceiling,
-            path,
-            goal,
-            front,
-            state,
-            driven_samples,
-            *motion,
-            (c.scaling_speed, max(fastest, c.scaling_speed), c.max_scaling_factor),
-            c.forward_point_distance,
-            not c.use_dwa,
-            c.sum_scores,
-            self._grace(world, pose),
-        )
+    def _sample(self, scene, sim_time):
+        """Return the Choice among the samples; sim_time (s): how far to look."""
+        c, resolution = self.config, scene.world.costmap.geometry.resolution
+        state, simulation = self._state(scene), self._simulation(sim_time)
+        samples = self._driven(self._speeds(scene.velocity, scene.left))
+        weights = self._weights(resolution, scene.left)
+        raw, driven = self._judge(scene, state, samples, simulation)
         raw[self._flags.barred(driven), critics.OSCILLATION] = critics.TURNS_BACK
         cost = critics.total(raw, weights)
-        self._scene = world, cells, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale), none
-        self._judged = state, driven_samples, motion, cost
+        self._cloud = scene.world, scene.cells, (weights[critics.PATH], weights[critics.GOAL], c.occdist_scale), NONE
+        self._judged = state, samples, simulation, cost
         possible = cost >= 0.0
         if not possible.any():
             self._flags = OscillationFlags()  # to be barred from the only way out is worse than to swing
-            return None, None, _why_none(cost)
+            return Choice(None, None, _why_none(cost))
         cheapest = np.flatnonzero(possible)[np.argsort(cost[possible], kind='stable')]
         for best in cheapest[:TRIES]:
             v, w = float(driven[best, 0]), float(driven[best, 1]) / self._gain.value
-            if can_stop(v, w):
-                self._flags.update(pose, v, w, c.min_vel_trans, c.oscillation_reset_dist, c.oscillation_reset_angle)
-                return (v, w), critics.drive(state, tuple(driven_samples[best]), *motion, not c.use_dwa), ''
-        return None, None, 'the footprint would touch an obstacle before the robot could stop'
+            if scene.can_stop(v, w):
+                moved = c.oscillation_reset_dist, c.oscillation_reset_angle
+                self._flags.update(scene.pose, v, w, c.min_vel_trans, *moved)
+                return Choice((v, w), critics.drive(state, tuple(samples[best]), simulation, not c.use_dwa))
+        return Choice(None, None, 'the footprint would touch an obstacle before the robot could stop')
 
-    def _front_cell(self, pose, plan, cells, world):
+    def _judge(self, scene, state, samples, simulation):
+        """Return what critics.judge does."""
+        c = self.config
+        terrain = self._terrain(scene, state, samples, simulation.time, 1.0 + c.max_scaling_factor)
+        window = self._window(scene.world, state, samples, simulation.time, c.forward_point_distance)
+        self._waves.over(terrain.costs)
+        ends = scene.cells, scene.cells[-1:], self._front_cell(scene)
+        distances = critics.Distances(*(self._waves.spread(seeds, NONE, window) for seeds in ends))
+        rules = critics.Rules(
+            c.scaling_speed,
+            max(self._fastest, 1e-3, c.scaling_speed),
+            c.max_scaling_factor,
+            c.forward_point_distance,
+            not c.use_dwa,
+            c.sum_scores,
+        )
+        return critics.judge(terrain, distances, state, samples, simulation, rules)
+
+    def _front_cell(self, scene):
         """Return the local goal's cell (1, 2) for the point ahead: beyond the goal, away from the robot."""
-        end = map_grid.plan_cells(plan[-1:], world.costmap)
+        pose, plan, cells, costmap = scene.pose, scene.plan, scene.cells, scene.world.costmap
+        end = map_grid.plan_cells(plan[-1:], costmap)
         if len(end) == 0 or (end[-1] != cells[-1]).any():
             return cells[-1:]  # the plan leaves the map before
         ahead = math.atan2(plan[-1, 1] - pose.y, plan[-1, 0] - pose.x)
         beyond = plan[-1, :2] + self.config.forward_point_distance * np.array([math.cos(ahead), math.sin(ahead)])
-        return map_grid.plan_cells([plan[-1, :2], beyond], world.costmap)[-1:]
+        return map_grid.plan_cells([plan[-1, :2], beyond], costmap)[-1:]
 
     def _weights(self, resolution, left):
         """Return the weights (7,) of the critics; alignment has no say near the goal (cheat_factor)."""
@@ -157,21 +148,21 @@ class DWAPlanner(SamplingPlanner):
     # -- for publishing ----------------------------------------------------------------------------------------
 
     @property
-    def cost_cloud(self):
+    def cost_cloud(self) -> np.ndarray | None:
         """Points (n, 7) as TrajectoryPlanner.cost_cloud has them; the shell publishes it with publish_cost_grid_pc."""
-        return None if self._scene is None else cost_cloud(*self._scene)
+        return None if self._cloud is None else cost_cloud(*self._cloud)
 
     @property
-    def trajectory_cloud(self):
+    def trajectory_cloud(self) -> np.ndarray | None:
         """Points (n, 5) x, y, z (m, costmap's frame), yaw (rad), cost of all samples of the last cycle that were not
         discarded; None before. The shell publishes it with publish_traj_pc."""
         if self._judged is None:
             return None
-        state, samples, motion, cost = self._judged
+        state, samples, simulation, cost = self._judged
         clouds = [np.empty((0, 5))]
         for sample, value in zip(samples, cost):
             if value >= 0.0:
-                poses = critics.drive(state, tuple(sample), *motion, not self.config.use_dwa)
+                poses = critics.drive(state, tuple(sample), simulation, not self.config.use_dwa)
                 clouds.append(
                     np.column_stack([poses[:, :2], np.zeros(len(poses)), poses[:, 2], np.full(len(poses), value)])
                 )

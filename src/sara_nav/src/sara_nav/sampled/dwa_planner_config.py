@@ -110,7 +110,7 @@ class DWAPlannerConfig:
     }
     """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = range_faults(self, self.LIMITS)
         for name in ('max_vel_y', 'min_vel_y'):

@@ -9,6 +9,7 @@ come to rest.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sara_common.planar import wrap
 
@@ -30,6 +31,13 @@ class TurnLimits:
     stopped: float
 
 
+class Rates(NamedTuple):
+    """Turn rates (rad/s): measured, and commanded last."""
+
+    measured: float
+    last: float
+
+
 class InPlaceTurn:
     """One turn onto a heading. ``coast`` (s): how long the base goes on at the last rate; learned, kept for good."""
 
@@ -38,20 +46,23 @@ class InPlaceTurn:
         self._learned = False
         self.begin()
 
-    def begin(self):
+    def begin(self) -> None:
         """Start a new turn."""
         self._sense = 0.0
         self._pulse = None
         self._stopped_at = None
         self._rate_at_stop = 0.0
 
-    def rate(self, t, dt, error, measured, last, limits, tolerance):
+    def rate(
+        self, t: float, dt: float, error: float, rates: Rates, limits: TurnLimits, tolerance: float
+    ) -> float | None:
         """Return the rate (rad/s) to command, or None once the base rests within ``tolerance`` (rad) of the heading.
 
-        error: heading wanted minus heading (rad). measured, last: the measured and the last commanded rate (rad/s).
+        error: heading wanted minus heading (rad).
         """
+        last = rates.last
         if self._stopped_at is not None:
-            if not self._rests(t, measured, last, limits):
+            if not self._rests(t, rates, limits):
                 return 0.0
             self._learn(error)
             if abs(error) <= tolerance:
@@ -86,11 +97,11 @@ class InPlaceTurn:
         self._stopped_at, self._rate_at_stop = t, 0.0 if self._pulse is not None else last
         return 0.0
 
-    def _rests(self, t, measured, last, limits):
-        if last != 0.0:
+    def _rests(self, t, rates, limits):
+        if rates.last != 0.0:
             self._stopped_at = t
         waited = t - self._stopped_at
-        return waited >= GIVE_UP or (waited >= SETTLE and abs(measured) <= limits.stopped)
+        return waited >= GIVE_UP or (waited >= SETTLE and abs(rates.measured) <= limits.stopped)
 
     def _learn(self, error):
         """Correct ``coast`` by what the stop missed the heading by."""

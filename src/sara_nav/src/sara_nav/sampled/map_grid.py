@@ -7,10 +7,12 @@ to ``size + 1``.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_nav.costmaps.costmap import Costmap
 
 BLOCKED_FROM = 253
 UNKNOWN = 255
@@ -18,14 +20,27 @@ OPEN, WALL, MET = 0, 1, 2
 """What ``ground`` says of a cell; MET: the wave has been there, or it is beyond the edge."""
 
 
-def obstacle_distance(costs):
+def obstacle_distance(costs: np.ndarray) -> int:
     """Return what a distance grid over ``costs`` holds in cells that are obstacles."""
     return costs.size
 
 
-def unreachable_distance(costs):
+def unreachable_distance(costs: np.ndarray) -> int:
     """Return what a distance grid over ``costs`` holds in cells the wave did not come to."""
     return costs.size + 1
+
+
+class Work(NamedTuple):
+    """What a wave is worked out in, with a border of MET cells all around; all but the ground flat."""
+
+    ground: np.ndarray
+    """uint8 (h + 2, w + 2): OPEN or WALL."""
+    state: np.ndarray
+    """uint8: the ground, and MET where the wave has been."""
+    distance: np.ndarray
+    """int32."""
+    queue: np.ndarray
+    """uint32 (h w,): cells that the wave has come to, in their order."""
 
 
 class Waves:
@@ -34,27 +49,26 @@ class Waves:
     def __init__(self):
         self._ground = np.empty((0, 0), np.uint8)
 
-    def over(self, costs):
+    def over(self, costs: np.ndarray) -> None:
         """Take the costs (uint8) that waves are to run over from now on."""
         height, width = costs.shape
         if self._ground.shape != (height + 2, width + 2):
             self._ground = np.full((height + 2, width + 2), MET, np.uint8)
             self._inside = self._ground[1:-1, 1:-1].view(bool)
-            self._work = (
-                np.empty(self._ground.size, np.uint8),
-                np.empty(self._ground.size, np.int32),
-                np.empty(costs.size, np.uint32),
+            cells = self._ground.size
+            self._work = Work(
+                self._ground, np.empty(cells, np.uint8), np.empty(cells, np.int32), np.empty(costs.size, np.uint32)
             )
         np.greater_equal(costs, BLOCKED_FROM, out=self._inside)  # 0 and 1 are OPEN and WALL
 
-    def spread(self, seeds, exempt, window):
+    def spread(self, seeds: np.ndarray, exempt: np.ndarray, window: tuple[int, int, int, int]) -> np.ndarray:
         """Return the distances int32, shape of costs, as ``spread`` does, but only in a window: x0, y0, xn, yn (cells,
         the last not included). The wave stops as soon as it knows them; elsewhere the array holds nothing of use.
         """
-        return _wave(self._ground, *self._work, seeds, exempt, window)
+        return _wave(self._work, seeds, exempt, window)
 
 
-def spread(costs, seeds, exempt):
+def spread(costs: np.ndarray, seeds: np.ndarray, exempt: np.ndarray) -> np.ndarray:
     """Return the distances int32, shape of costs, from the nearest of seeds (n, 2) of (column, row).
 
     exempt (m, 2): cells the wave goes through whatever they cost (those under the robot).
@@ -65,39 +79,56 @@ def spread(costs, seeds, exempt):
 
 
 @kernel
-def _wave(ground, state, distance, queue, seeds, exempt, window):
-    """See ``Waves.spread``. ground: OPEN or WALL, with a border of MET cells all around; state, distance: as many
-    cells, to work in.
+def _wave(work, seeds, exempt, window):
+    """See ``Waves.spread``."""
+    rows, stride = work.ground.shape
+    x0, y0 = max(window[0], 0), max(window[1], 0)
+    xn, yn = min(window[2], stride - 2), min(window[3], rows - 2)
+    tail = _begin(work, seeds, exempt, (y0 * stride, (yn + 2) * stride))
+    _run(work, tail, (x0, y0, xn, yn))
+    result = np.empty((rows - 2, stride - 2), np.int32)
+    for i in range(y0, yn):
+        for j in range(x0, xn):
+            result[i, j] = work.distance[(i + 1) * stride + j + 1]
+    return result
+
+
+@kernel
+def _begin(work, seeds, exempt, lines):
+    """Put the seeds into the queue; return how many are in it. lines: first and last index whose distances are asked
+    for, the last not included.
     """
-    rows, stride = ground.shape
-    height, width = rows - 2, stride - 2
-    size = height * width
-    x0, y0, xn, yn = max(window[0], 0), max(window[1], 0), min(window[2], width), min(window[3], height)
-    state[:] = ground.ravel()
-    distance[y0 * stride : (yn + 2) * stride] = size + 1
-    head, tail = 0, 0
+    rows, stride = work.ground.shape
+    state = work.state
+    state[:] = work.ground.ravel()
+    work.distance[lines[0] : lines[1]] = (rows - 2) * (stride - 2) + 1
     for i in range(len(exempt)):
         state[(exempt[i, 1] + 1) * stride + exempt[i, 0] + 1] = OPEN
+    tail = 0
     for i in range(len(seeds)):
         cell = (seeds[i, 1] + 1) * stride + seeds[i, 0] + 1
         if state[cell] != MET:
             state[cell] = MET
-            queue[tail] = cell
+            work.queue[tail] = cell
             tail += 1
-    left, right, top = (
-        max(x0 - 1, 0),
-        min(xn + 1, width),
-        min(yn + 1, height),
-    )  # a wall of the window may be met from beside it
-    column, row, step = left, max(y0 - 1, 0), 0
-    one, line = (
-        np.uint32(1),
-        np.uint32(stride),
-    )  # without a sign, so that no index is asked whether it counts from the end
+    return tail
+
+
+@kernel
+def _run(work, tail, window):
+    """Spread the wave from the ``tail`` cells in the queue until all cells of the window are met."""
+    state, distance, queue = work.state, work.distance, work.queue
+    rows, stride = work.ground.shape
+    size = (rows - 2) * (stride - 2)
+    x0, y0, xn, yn = window
+    # A wall of the window may be met from beside it.
+    left, right, top = max(x0 - 1, 0), min(xn + 1, stride - 2), min(yn + 1, rows - 2)
+    column, row, step, head = left, max(y0 - 1, 0), 0, 0
+    # Without a sign, so that no index is asked whether it counts from the end.
+    one, line = np.uint32(1), np.uint32(stride)
     while head < tail and row < top:
-        while (
-            row < top and state[(row + 1) * stride + column + 1] != OPEN
-        ):  # what is met stays met: nothing is looked at twice
+        # What is met stays met: nothing is looked at twice.
+        while row < top and state[(row + 1) * stride + column + 1] != OPEN:
             column += 1
             if column == right:
                 column = left
@@ -112,11 +143,6 @@ def _wave(ground, state, distance, queue, seeds, exempt, window):
             tail = _meet(cell - line, state, distance, queue, tail, size)
             tail = _meet(cell + line, state, distance, queue, tail, size)
         step += 1
-    result = np.empty((height, width), np.int32)
-    for i in range(y0, yn):
-        for j in range(x0, xn):
-            result[i, j] = distance[(i + 1) * stride + j + 1]
-    return result
 
 
 @kernel
@@ -132,7 +158,7 @@ def _meet(cell, state, distance, queue, tail, size):
     return tail
 
 
-def adjust_plan_resolution(plan, resolution):
+def adjust_plan_resolution(plan: np.ndarray, resolution: float) -> np.ndarray:
     """Return the plan (n, k) with points put evenly between those further apart than ``resolution`` (m).
 
     Points put in take every column but x and y from the point that follows them.
@@ -152,7 +178,7 @@ def adjust_plan_resolution(plan, resolution):
     return np.vstack([plan[:1], result])
 
 
-def plan_cells(plan, costmap):
+def plan_cells(plan: np.ndarray, costmap: Costmap) -> np.ndarray:
     """Return the cells int64 (n, 2) of the plan's first run over known cells of the map, empty when it has none.
 
     plan (m, 2 or more) in the costmap's frame. The run ends where the plan leaves the map or enters unknown cells:
@@ -192,7 +218,7 @@ def _known_run(plan, costs, grid):
     return cells[:n].copy()
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs, cells = np.zeros((3, 3), np.uint8), np.zeros((1, 2), np.int64)
     spread(costs, cells, cells)

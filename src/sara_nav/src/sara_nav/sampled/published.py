@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.sampled import map_grid
 
 
-def to_global(poses, world):
+def to_global(poses: np.ndarray, world: LocalWorld) -> np.ndarray:
     """Return poses (n, 3) of the costmap's frame in the global frame."""
     back = world.offset.inverse()
     c, s = math.cos(back.yaw), math.sin(back.yaw)
@@ -16,7 +17,9 @@ def to_global(poses, world):
     )
 
 
-def cost_cloud(world, cells, weights, under):
+def cost_cloud(
+    world: LocalWorld, cells: np.ndarray, weights: tuple[float, float, float], under: np.ndarray
+) -> np.ndarray:
     """Return what ``cost_cloud`` of a planner says, from the plan's cells (n, 2) and those under the robot (m, 2),
     which are left out.
     """

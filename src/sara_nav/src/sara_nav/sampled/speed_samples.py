@@ -11,7 +11,7 @@ from ahead_of_time import kernel
 
 
 @kernel
-def evenly(low, high, count):
+def evenly(low: float, high: float, count: int) -> np.ndarray:
     """Return ``count`` values evenly from low to high, both among them; low alone when one is asked for."""
     result = np.empty(count)
     step = (high - low) / max(count - 1, 1)
@@ -23,7 +23,7 @@ def evenly(low, high, count):
 
 
 @kernel
-def velocities(low, high, count):
+def velocities(low: float, high: float, count: int) -> np.ndarray:
     """Return ``count`` speeds evenly from low to high (at least the two ends, one when they are equal), and 0 among
     them when they lie on both sides of it."""
     if low == high:
@@ -41,7 +41,13 @@ def velocities(low, high, count):
 
 
 @kernel
-def window_samples(v_range, w_range, count, slowest, fastest):
+def window_samples(
+    v_range: tuple[float, float],
+    w_range: tuple[float, float],
+    count: tuple[int, int],
+    slowest: tuple[float, float],
+    fastest: float,
+) -> np.ndarray:
     """Return the samples (n, 2) of the dynamic window: v_range, w_range (low, high), count of each.
 
     slowest: speed and turn rate, samples slower than both are left out. Where the window is too small to reach either
@@ -70,7 +76,9 @@ def window_samples(v_range, w_range, count, slowest, fastest):
 
 
 @kernel
-def rollout_samples(v_range, w_range, count, least_turn):
+def rollout_samples(
+    v_range: tuple[float, float], w_range: tuple[float, float], count: tuple[int, int], least_turn: float
+) -> tuple[np.ndarray, int]:
     """Return (samples (n, 2) of the trajectory rollout, how many of them drive forward): v_range, w_range (low, high),
     count of each.
 
@@ -99,7 +107,7 @@ def rollout_samples(v_range, w_range, count, least_turn):
     return samples[: n + 1].copy(), forward
 
 
-def warm():
+def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     window_samples((0.0, 1.0), (0.0, 1.0), (3, 3), (0.1, 0.1), 1.0)
     rollout_samples((0.0, 1.0), (0.0, 1.0), (3, 3), 0.1)

@@ -8,6 +8,7 @@ are those of the C++ peer.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,13 +17,27 @@ from sara_nav.grids.polygon import footprint_cells
 from sara_nav.planners.local_command import LOCAL_PLANNERS
 from sara_nav.sampled import rollout
 from sara_nav.sampled.goal_stage import GoalLimits
+from sara_nav.sampled.plan_section import towards_plan
 from sara_nav.sampled.published import cost_cloud, to_global
-from sara_nav.sampled.sampling_planner import FACING, TRIES, SamplingPlanner, towards_plan
+from sara_nav.sampled.sampling_planner import FACING, TRIES, SamplingPlanner
+from sara_nav.sampled.scene import Choice
 from sara_nav.sampled.speed_samples import rollout_samples
+from sara_nav.sampled.trajectory import State, towards
 from sara_nav.sampled.trajectory_planner_config import TrajectoryPlannerConfig
 
 STOPPED = 0.01
 """Speed (m/s, rad/s) below which the robot stands, fixed as in the peer."""
+
+
+class Scored(NamedTuple):
+    """Samples (n, 2), of which the first ``forward`` drive forward and the last stands still; their costs (n,) and the
+    poses (n, 3) that they end at.
+    """
+
+    samples: np.ndarray
+    forward: int
+    cost: np.ndarray
+    ends: np.ndarray
 
 
 @LOCAL_PLANNERS.register('base_local_planner/TrajectoryPlannerROS')
@@ -31,11 +46,11 @@ class TrajectoryPlanner(SamplingPlanner):
 
     config_class = TrajectoryPlannerConfig
 
-    def __init__(self, config=TrajectoryPlannerConfig()):
+    def __init__(self, config: TrajectoryPlannerConfig = TrajectoryPlannerConfig()):
         super().__init__(config)
         self._forget()
 
-    def start(self, plan):
+    def start(self, plan: np.ndarray) -> None:
         """Begin a new goal: plan (n, 3) in the global frame, its last row the goal."""
         super().start(plan)
         self._forget()
@@ -65,78 +80,55 @@ class TrajectoryPlanner(SamplingPlanner):
 
     # -- one cycle ---------------------------------------------------------------------------------------------
 
-    def _sample(self, dt, pose, velocity, plan, cells, world, sim_time, can_stop):
-        """Return ((v, w), poses (n, 3) in the costmap's frame, '') or (None, None, why not); sim_time (s): how far to
-        look.
-
-        can_stop(v, w): whether the robot could stop from a command without touching anything.
-        """
-        c, g, costs = self.config, world.costmap.geometry, world.costmap.costs
-        under = footprint_cells(pose, world.footprint, g, True)
-        scale = g.resolution if c.meter_scoring else 1.0
-        state = (pose.x, pose.y, pose.yaw, *self._driven_one(*velocity))
-        acceleration = c.acc_lim_x, c.acc_lim_theta
-        simulation = sim_time, c.sim_granularity, c.angular_sim_granularity
-        weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
-        self._scene = world, cells, weights, under
-        samples, forward = self._speeds(pose, velocity, plan)
+    def _sample(self, scene, sim_time):
+        """Return the Choice among the samples; sim_time (s): how far to look."""
+        c, pose = self.config, scene.pose
+        state, simulation = self._state(scene), self._simulation(sim_time)
+        samples, forward = self._speeds(scene)
         if self._escape_from is not None:
             samples, forward = samples[forward:], 0
-        driven = self._driven(samples)
-        reach = sim_time * max(abs(state[3]), float(np.abs(samples[:, 0]).max()))
-        ceiling = self._ceiling(world, pose, reach)
-        window = self._window(world, state, driven, sim_time, c.heading_lookahead)
-        self._waves.over(costs)
-        path, goal = self._waves.spread(cells, under, window), self._waves.spread(cells[-1:], under[:0], window)
-        cost, ends = rollout.score(
-            costs,
-            (float(g.origin_x), float(g.origin_y), float(g.resolution)),
-            world.footprint,
-            ceiling,
-            path,
-            goal,
-            cells,
-            state,
-            driven,
-            acceleration,
-            simulation,
-            weights,
-            (c.simple_attractor, float(plan[-1, 0]), float(plan[-1, 1])),
-            (c.heading_scoring, c.heading_scoring_timestep),
-            self._grace(world, pose),
-        )
+        cost, ends, goal = self._score(scene, state, self._driven(samples), simulation)
         self._update_escape(pose)
-        bearing = towards_plan(plan, pose)
+        bearing = towards_plan(scene.plan, pose)
         for _ in range(TRIES):
-            best = self._best(cost, ends, samples, forward, goal, g, bearing)
+            best = self._best(Scored(samples, forward, cost, ends), goal, scene.world.costmap.geometry, bearing)
             if best is None:
-                return (
-                    None,
-                    None,
-                    (
-                        'no way leads from here to where the plan leaves the local costmap'
-                        if cost[-1] == rollout.NO_WAY
-                        else 'the footprint would touch an obstacle on every trajectory'
-                        if (cost[:-1] < 0.0).all()
-                        else 'standing still costs no more than any trajectory'
-                    ),
-                )
+                return Choice(None, None, _why_none(cost))
             sample = tuple(float(v) for v in samples[best])
-            command = self._within_reach(sample, velocity, dt)
-            if can_stop(*command):
+            command = self._within_reach(sample, scene.velocity, scene.dt)
+            if scene.can_stop(*command):
                 self._remember_turn(sample, pose)
-                return (
-                    command,
-                    rollout.roll(state, self._driven_one(*sample), acceleration, simulation, c.heading_scoring),
-                    '',
-                )
+                poses = rollout.roll(state, self._driven_one(*sample), simulation, c.heading_scoring)
+                return Choice(command, poses)
             cost[best] = rollout.COLLIDES
-        return None, None, 'the footprint would touch an obstacle before the robot could stop'
+        return Choice(None, None, 'the footprint would touch an obstacle before the robot could stop')
 
-    def _speeds(self, pose, velocity, plan):
+    def _score(self, scene, state, samples, simulation):
+        """Return (cost (n,), end pose (n, 3), distances to the local goal) of samples (n, 2) as they are driven."""
+        c, g = self.config, scene.world.costmap.geometry
+        cells, under = scene.cells, footprint_cells(scene.pose, scene.world.footprint, g, True)
+        scale = g.resolution if c.meter_scoring else 1.0
+        weights = (scale * c.path_distance_bias, scale * c.goal_distance_bias, c.occdist_scale)
+        self._cloud = scene.world, cells, weights, under
+        terrain = self._terrain(scene, state, samples, simulation.time)
+        window = self._window(scene.world, state, samples, simulation.time, c.heading_lookahead)
+        self._waves.over(terrain.costs)
+        path, goal = self._waves.spread(cells, under, window), self._waves.spread(cells[-1:], under[:0], window)
+        scoring = rollout.Scoring(
+            *weights,
+            c.simple_attractor,
+            (float(scene.plan[-1, 0]), float(scene.plan[-1, 1])),
+            c.heading_scoring,
+            c.heading_scoring_timestep,
+        )
+        distances = rollout.Distances(path, goal, cells)
+        cost, ends = rollout.score(terrain, distances, state, samples, simulation, scoring)
+        return cost, ends, goal
+
+    def _speeds(self, scene):
         """Return what speed_samples.rollout_samples does."""
-        c = self.config
-        ahead = min(c.max_vel_x, math.hypot(plan[-1, 0] - pose.x, plan[-1, 1] - pose.y) / c.sim_time)
+        c, velocity = self.config, scene.velocity
+        ahead = min(c.max_vel_x, scene.left / c.sim_time)
         reach = 1.0 / c.controller_frequency if c.dwa else c.sim_time
         fast = max(min(ahead, velocity[0] + c.acc_lim_x * reach), c.min_vel_x)
         slow = min(max(c.min_vel_x, velocity[0] - c.acc_lim_x * reach), fast)
@@ -149,7 +141,7 @@ class TrajectoryPlanner(SamplingPlanner):
             float(c.min_in_place_vel_theta),
         )
 
-    def _best(self, cost, ends, samples, forward, goal, geometry, bearing):
+    def _best(self, scored, goal, geometry, bearing):
         """Return the index of the sample to drive, None when none is worth it; the last sample is standing still.
 
         Among forward samples the cheapest; a turn in place that costs no more and is not barred is preferred, the one
@@ -158,6 +150,7 @@ class TrajectoryPlanner(SamplingPlanner):
         more than standing, and cells count a way askew as longer. A robot that faces its plan already drives on, at
         whatever cost: where the plan bends away, every way may for a moment cost more than standing.
         """
+        samples, forward, cost, ends = scored
         possible = cost[:forward] >= 0.0
         best = int(np.where(possible, cost[:forward], np.inf).argmin()) if possible.any() else None
         turns = [
@@ -192,8 +185,8 @@ class TrajectoryPlanner(SamplingPlanner):
         """Return the command (v, w) that begins a sample as it was rolled out: no faster than the accelerations allow,
         but a turn in place no slower than its minimum."""
         c = self.config
-        v = rollout.towards(sample[0], float(velocity[0]), c.acc_lim_x, dt)
-        w = rollout.towards(sample[1], float(velocity[1]), c.acc_lim_theta, dt)
+        v = towards(sample[0], float(velocity[0]), c.acc_lim_x, dt)
+        w = towards(sample[1], float(velocity[1]), c.acc_lim_theta, dt)
         if sample[0] == 0.0 and w * sample[1] >= 0.0 and abs(w) < c.min_in_place_vel_theta:
             w = math.copysign(c.min_in_place_vel_theta, sample[1])
         return v, w
@@ -216,31 +209,36 @@ class TrajectoryPlanner(SamplingPlanner):
         ):
             self._escape_from = None
 
-    def _last_resort(self, pose, velocity, world, why):
+    def _last_resort(self, scene, why):
         """Back out slowly, once the robot stands, where that touches nothing that is not touched already.
 
         Only when trajectories are blocked: not when standing still is best or no way leads to the goal.
         """
-        c = self.config
+        c, pose, velocity = self.config, scene.pose, scene.velocity
         if 'footprint' not in why or velocity[0] > abs(c.escape_vel):
-            return None, None, why
-        poses = rollout.roll(
-            (pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1])),
-            (c.escape_vel, 0.0),
-            (c.acc_lim_x, c.acc_lim_theta),
-            (c.sim_time, c.sim_granularity, c.angular_sim_granularity),
-            False,
-        )
-        if world.worsens(to_global(poses, world)):
-            return None, None, why
+            return Choice(None, None, why)
+        state = State(pose.x, pose.y, pose.yaw, float(velocity[0]), float(velocity[1]))
+        poses = rollout.roll(state, (c.escape_vel, 0.0), self._simulation(c.sim_time), False)
+        if scene.world.worsens(to_global(poses, scene.world)):
+            return Choice(None, None, why)
         if self._escape_from is None:
             self._escape_from = pose
-        return (c.escape_vel, 0.0), poses, 'backing out with escape_vel: every other trajectory is blocked'
+        text = 'backing out with escape_vel: every other trajectory is blocked'
+        return Choice((c.escape_vel, 0.0), poses, text)
 
     # -- for publishing ----------------------------------------------------------------------------------------
 
     @property
-    def cost_cloud(self):
+    def cost_cloud(self) -> np.ndarray | None:
         """Points (n, 7) x, y, z (m, costmap's frame), path, goal, occupancy and total cost of the cells that can be
         driven to, from the last cycle that sampled; None before. Worked out when asked for."""
-        return None if self._scene is None else cost_cloud(*self._scene)
+        return None if self._cloud is None else cost_cloud(*self._cloud)
+
+
+def _why_none(cost):
+    """Return in words why no sample, of these costs, is worth driving; the last one is standing still."""
+    if cost[-1] == rollout.NO_WAY:
+        return 'no way leads from here to where the plan leaves the local costmap'
+    if (cost[:-1] < 0.0).all():
+        return 'the footprint would touch an obstacle on every trajectory'
+    return 'standing still costs no more than any trajectory'

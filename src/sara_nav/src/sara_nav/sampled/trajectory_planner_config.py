@@ -96,7 +96,7 @@ class TrajectoryPlannerConfig:
     }
     """What is taken but changes nothing, here as in the peer, and why; a name ending in / is a group."""
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
         result = range_faults(self, self.LIMITS)
         if not -2.0 <= self.escape_vel < 0.0:

@@ -20,7 +20,7 @@ class TurnGain:
         self._answer = 0.0
         self._seen = self._told = 0.3  # what is believed before anything was seen: (rad/s)^2 s
 
-    def update(self, dt, commanded, measured):
+    def update(self, dt: float, commanded: float, measured: float) -> float:
         """Take note of the rates (rad/s) last commanded and now measured, dt (s) after the last call; return value."""
         self._answer += (1.0 - math.exp(-dt / LAG)) * (commanded - self._answer)
         if abs(self._answer) > 0.05:

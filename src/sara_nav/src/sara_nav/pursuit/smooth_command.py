@@ -1,0 +1,46 @@
+"""The command given last, and how it may go on: within acceleration and jerk."""
+
+import math
+
+from sara_nav.planners.local_command import DRIVING, LocalCommand
+from sara_nav.pursuit.cycle import Cycle
+from sara_nav.pursuit.messages import Words
+from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_speed import approach
+
+SLOWEST, SLOWEST_TURN = 0.03, 0.005
+"""Braking ends at a speed (m/s) and a turn rate (rad/s) below these."""
+
+
+class SmoothCommand:
+    """``last``: (v m/s, w rad/s). ``acceleration`` (m/s2): of the size of v; ``turn_acceleration`` (rad/s2): of w."""
+
+    def __init__(self, config: RotateThenPursueConfig, words: Words):
+        self.config, self._words = config, words
+        self.rest()
+
+    def rest(self) -> None:
+        """The robot is told to stand at once."""
+        self.last, self.acceleration, self.turn_acceleration = (0.0, 0.0), 0.0, 0.0
+
+    def come_to_rest(self, cycle: Cycle, text: str) -> LocalCommand:
+        """Return the command that brakes as the limits allow, on the curve driven now; text: what for."""
+        c, dt = self.config, cycle.dt
+        v0, w0 = self.last
+        size, self.acceleration = approach(abs(v0), self.acceleration, 0.0, c.dec_lim_x, c.jerk_lim_x, dt)
+        if size < SLOWEST:
+            size = self.acceleration = 0.0
+        v = math.copysign(size, v0)
+        target = w0 * v / v0 if v0 else 0.0
+        w, self.turn_acceleration = approach(w0, self.turn_acceleration, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
+        if abs(w) < SLOWEST_TURN:
+            w = self.turn_acceleration = 0.0
+        return LocalCommand(v, w, DRIVING, self._words.say(cycle.t, text, text))
+
+    def turn_rate(self, wanted: float, dt: float) -> float:
+        """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow."""
+        c, w = self.config, self.last[1]
+        most = min(self.turn_acceleration + c.jerk_lim_theta * dt, c.acc_lim_theta)
+        least = max(self.turn_acceleration - c.jerk_lim_theta * dt, -c.acc_lim_theta)
+        self.turn_acceleration = min(max((wanted - w) / dt, least), most)
+        return w + self.turn_acceleration * dt
