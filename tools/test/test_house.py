@@ -52,10 +52,6 @@ def test_pure_module_imports_without_ros(path):
     importlib.import_module('.'.join(part for part in parts if part != '__init__'))
 
 
-TO_BE_SPLIT = {
-}
-
-
 @pytest.fixture(scope='module')
 def ours():
     return house.read_house()
@@ -83,9 +79,7 @@ def test_a_package_shows_few_rooms(ours):
 
 
 def test_a_module_is_read_in_one_sitting(ours):
-    """No module is long but those that still wait to be split, and they do not grow."""
-    long = {m.name: m.lines for m in ours.modules.values() if m.lines > house.MAX_MODULE_LINES}
-    assert {name: lines for name, lines in long.items() if lines > TO_BE_SPLIT.get(name, 0)} == {}
+    assert {m.name: m.lines for m in ours.modules.values() if m.lines > house.MAX_MODULE_LINES} == {}
 
 
 def test_only_the_laboratory_s_own_tests_and_programs_know_it():

@@ -75,7 +75,7 @@ def test_a_bad_file_is_an_error_of_one_sentence(tmp_path, text, sentence):
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_bytes_are_an_error_or_a_plausible_calibration(tmp_path, content):
     path = tmp_path / 'c.yaml'
     path.write_bytes(content)

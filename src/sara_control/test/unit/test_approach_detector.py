@@ -29,7 +29,6 @@ def feed(detector, distances, v=0.0, w=0.0, t=0.0, period=0.2):
 
 
 @given(st.floats(0.4, 1.5), st.floats(0.0, 0.8), st.integers(0, 10**6))
-@settings(max_examples=200, deadline=None)
 def test_who_walks_up_is_told_within_three_readings_whatever_the_chair_does(walk, v, seed):
     noise = random.Random(seed)
     closing = walk + v * math.cos(math.radians(10.0))
@@ -39,7 +38,6 @@ def test_who_walks_up_is_told_within_three_readings_whatever_the_chair_does(walk
 
 
 @given(st.floats(-0.8, 0.8), st.integers(0, 10**6))
-@settings(max_examples=300, deadline=None)
 def test_walls_that_the_chair_drives_towards_or_along_are_no_movers(v, seed):
     noise = random.Random(seed)
     distances = [round(2.4 - v * 0.2 * k * noise.uniform(0.8, 1.0) + noise.uniform(-0.01, 0.01), 2) for k in range(8)]
@@ -47,7 +45,6 @@ def test_walls_that_the_chair_drives_towards_or_along_are_no_movers(v, seed):
 
 
 @given(st.floats(-0.4, 0.4), st.floats(0.3, 2.0), st.floats(-0.9, 0.9))
-@settings(max_examples=300, deadline=None)
 def test_a_long_wall_is_no_mover_while_the_chair_turns(w, away, bearing):
     """What is heard of a wall is where it is nearest within the cone, up to 45 degrees off its normal."""
 
@@ -72,7 +69,6 @@ def test_a_jamb_that_comes_into_the_cone_is_no_mover():
 
 
 @given(st.sampled_from(CONFIG.sensors), st.floats(0.35, 2.0), st.floats(0.2, 1.15), st.integers(0, 10**6))
-@settings(max_examples=200, deadline=None)
 def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_waited_for_at_once(
     sensor, nearer, distance, seed
 ):
@@ -143,7 +139,7 @@ def approached(walk, start=2.2, sensors=('SDI', 'SDD'), until=4):
 
 
 @given(st.floats(0.4, 1.5), st.floats(0.05, 0.8))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_the_chair_stands_before_somebody_who_walks_up_has_come(walk, v):
     """The law: what is allowed ends, with the walker's way until then, before the stop distance; and nothing creeps
     towards them.
@@ -238,7 +234,7 @@ def test_where_somebody_came_nearer_it_creeps_no_faster_than_it_crawls_for_a_whi
 
 
 @given(st.floats(0.02, 0.5), st.integers(0, 10**6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_how_much_a_sensor_scatters_is_heard_in_its_readings_whoever_walks_and_whatever_jumps(sigma, seed):
     noise, scatter = random.Random(seed), Scatter()
     estimates = []
@@ -259,7 +255,7 @@ def test_a_sensor_is_taken_for_no_better_than_it_can_be():
 
 
 @given(st.sampled_from((0.1, 0.2, 0.3)), st.integers(0, 10**6))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_a_sensor_that_scatters_by_decimetres_tells_of_nobody(sigma, seed):
     """0.3 m is the simulator's fault sonar_noisy: in ten minutes of it somebody seems to come now and then, as before a
     wall. (4 % of the readings on average, in single minutes up to 16 %.)

@@ -65,7 +65,7 @@ def drive(
     return DriveLog(*np.array(wheels).T, *np.array(gyro).T, np.array(truth))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(0.8, 1.4), st.floats(0.97, 1.03), st.floats(0.97, 1.03), st.floats(-0.01, 0.01))
 def test_without_noise_it_is_exact(separation, left, right, bias):
     result = calibrate(drive(separation, left, right, bias, steps=10**9), SEPARATION, RADIUS)

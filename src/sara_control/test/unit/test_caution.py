@@ -53,7 +53,6 @@ def alarmed(ranges, w=0.0):
 
 
 @given(st.floats(0.3, 2.4), st.floats(0.0, 1.0))
-@settings(max_examples=200, deadline=None)
 def test_from_what_is_allowed_it_stands_before_who_comes_out_from_behind_an_echo_is_there(heard, share):
     u = CONFIG.allowed(heard)
     assert u >= CONFIG.creep
@@ -65,7 +64,7 @@ def test_from_what_is_allowed_it_stands_before_who_comes_out_from_behind_an_echo
 
 
 @given(st.integers(0, 10**6), st.floats(0.005, 0.03))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_chair_that_stands_among_things_that_stand_hears_nobody(seed, sigma):
     noise, result = random.Random(seed), caution()
     away = {sensor.name: noise.uniform(0.2, 2.4) for sensor in SENSORS}
@@ -78,7 +77,7 @@ def test_a_chair_that_stands_among_things_that_stand_hears_nobody(seed, sigma):
 
 
 @given(st.sampled_from(SENSORS), st.floats(0.6, 2.0), st.floats(0.6, 1.2), st.sampled_from((-1.0, 1.0)))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_chair_that_stands_hears_who_walks_to_or_fro(sensor, away, walk, sense):
     result = caution()
     t = feed(result, {sensor.name: away}, seconds=2.0)
@@ -123,7 +122,6 @@ def test_a_mover_heard_once_may_be_a_wall_and_twice_is_somebody():
 @given(
     st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.sampled_from([s for s in SENSORS if s.stops]), st.floats(0.2, 2.4)
 )
-@settings(max_examples=300, deadline=None)
 def test_no_part_of_the_body_goes_faster_towards_where_a_sensor_answers_than_its_echo_allows(v, w, sensor, heard):
     """Whoever walks into the corner next to the sensor comes along a normal of the corner."""
     result, t = alarmed({sensor.name: heard})
@@ -159,7 +157,6 @@ def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_lef
 
 
 @given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
-@settings(max_examples=200, deadline=None)
 def test_for_a_while_after_somebody_was_near_the_whole_body_creeps(v, w):
     result = caution()
     t = feed(result, {'SLIT': 0.9}, seconds=2.0)

@@ -27,7 +27,6 @@ def run(limiter, plan):
 
 @given(LIMITS, STEPS)
 @example((0.11, 1.0, 3.0), [(0.0, 2, 0.01), (5e-324, 1, 0.01), (-0.5, 1, 0.05)])  # times anything, that speed is zero
-@settings(max_examples=400, deadline=None)
 def test_acceleration_braking_and_jerk_hold_exactly(limits, plan):
     growing, shrinking, jerk = limits
     last = 0.0
@@ -40,7 +39,6 @@ def test_acceleration_braking_and_jerk_hold_exactly(limits, plan):
 
 
 @given(LIMITS, STEPS, st.floats(-1.5, 1.5))
-@settings(max_examples=200, deadline=None)
 def test_a_held_target_is_reached_exactly(limits, plan, target):
     limiter = AxisLimiter(*limits)
     run(limiter, plan)
@@ -51,7 +49,7 @@ def test_a_held_target_is_reached_exactly(limits, plan, target):
 
 
 @given(LIMITS, st.floats(0.01, 1.5), st.lists(st.sampled_from([0.005, 0.02, 0.1]), min_size=400, max_size=400))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_fixed_target_is_never_overshot_from_rest(limits, target, lengths):
     limiter = AxisLimiter(*limits)
     for dt in lengths:
@@ -59,7 +57,7 @@ def test_a_fixed_target_is_never_overshot_from_rest(limits, target, lengths):
 
 
 @given(LIMITS, STEPS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_mirrored(limits, plan):
     one = run(AxisLimiter(*limits), plan)
     other = run(AxisLimiter(*limits), [(-target, count, dt) for target, count, dt in plan])
@@ -89,7 +87,7 @@ def test_a_falling_target_is_followed_as_it_falls():
 
 
 @given(st.floats(0.0, 0.8), st.floats(0.0, 0.8))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_step_down_is_hardly_undershot(first, second):
     limiter = AxisLimiter(0.4, 0.8, 0.8)
     for _ in range(300):
@@ -107,7 +105,6 @@ def test_the_other_direction_by_way_of_rest():
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3))
-@settings(max_examples=300, deadline=None)
 def test_shape_keeps_the_curve_and_the_limits(v, w):
     profile = Profile()
     shaped_v, shaped_w = profile.shape(v, w)
@@ -123,7 +120,6 @@ def test_shape_keeps_the_curve_and_the_limits(v, w):
 
 
 @given(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.005, 0.1))
-@settings(max_examples=200, deadline=None)
 def test_braking_is_linear_and_on_the_curve(v, w, dt):
     comfort = Comfort(Profile())
     comfort._forward.set(v)

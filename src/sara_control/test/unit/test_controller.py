@@ -100,7 +100,6 @@ def test_no_input_makes_a_wheel_speed_that_is_not_finite(events):
             assert all(map(math.isfinite, controller.update(t)))
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     st.sampled_from(['limits', 'brake', 'open', 'plain']),
     st.lists(
@@ -287,7 +286,7 @@ def stopping_distance(cycles):
 @example([0.02, 0.04, 0.0])
 @example([0.028, 0.012])
 @example([0.039, 0.001])
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_stop_is_as_long_whatever_the_cycles(cycles):
     """Two cycles at one time, or a long one after a short one, must not make it forget its deceleration."""
     assume(max(cycles) > 0.001)

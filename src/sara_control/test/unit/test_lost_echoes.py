@@ -28,7 +28,7 @@ def losing(name='SDI', distance=0.2, v=0.05, w=0.0):
 
 @pytest.mark.parametrize('name', ('SDI', 'SDD', 'STI', 'STD'))
 @given(distance=st.floats(0.0, CLOSE) | st.just(-math.inf))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_the_outer_end_of_the_arc_is_kept(name, distance):
     sensor, away = SENSORS[name], max(distance, NEAREST)
     ahead = math.copysign(1.0, math.cos(sensor.yaw))
@@ -58,7 +58,6 @@ def test_what_is_not_driven_up_to_or_farther_off_or_beside_the_chair_or_moves_on
 
 
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.integers(1, 20))
-@settings(max_examples=200, deadline=None)
 def test_a_place_stays_where_it_is_while_the_chair_moves(v, w, steps):
     lost = losing()
     before = [(place.x, place.y) for place in lost.places]
@@ -129,7 +128,7 @@ def creeping(jamb_y, yaw_rate, forgets, seconds=25.0):
 
 
 @given(st.floats(0.18, 0.285), st.floats(0.0, 0.06))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_jamb_that_is_in_the_way_is_not_touched_though_it_leaves_the_cone(jamb_y, yaw_rate):
     assert creeping(jamb_y, yaw_rate, forgets=False) > 0.0
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
@@ -159,7 +159,6 @@ EVENTS = st.lists(
 
 
 @given(EVENTS)
-@settings(max_examples=500, deadline=None)
 def test_never_two_and_never_the_lesser(events):
     """Whatever happens: no motion but by the driver; nobody of a lower priority while a higher one wants to move; none
     past the robot.

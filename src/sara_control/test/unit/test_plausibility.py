@@ -63,7 +63,7 @@ class Wheels:
     st.lists(st.tuples(st.floats(-0.4, 0.8), st.floats(-0.8, 0.8), st.floats(0.2, 2.0)), max_size=6),
     st.floats(1.25, 1.30),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_sound_chair_is_never_suspected(plan, slip):
     """Commands within comfort limits twice those of the default, counters that wrap, slip; a frame is lost now and
     then.

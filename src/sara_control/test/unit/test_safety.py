@@ -159,7 +159,7 @@ def test_silence_arms_once():
 
 
 @given(st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.integers(1, 60)), min_size=1, max_size=8))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_comfort_holds_exactly_while_nothing_is_wrong(plan):
     profile = Profile()
     bench = Bench()
@@ -546,7 +546,7 @@ def test_late_commands_near_an_obstacle():
     st.sampled_from(['stop', 'impact', 'bus', 'encoders', 'imu', 'ranges', 'localization']),
     st.integers(0, 30),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_at_rest_in_time(v, w, hazard, phase):
     limit = {'stop': 0.05, 'impact': 0.2, 'bus': 0.25, 'encoders': 0.3, 'imu': 0.5, 'ranges': 0.6, 'localization': 0.6}[
         hazard

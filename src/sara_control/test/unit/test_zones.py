@@ -59,7 +59,6 @@ def drive_until_contact(v, w, x, y, limit, step=0.002):
 @given(
     st.sampled_from(SENSORS[:8]), st.floats(0.02, 2.4), st.floats(-30, 30), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)
 )
-@settings(max_examples=400, deadline=None)
 def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, distance, angle, v, w):
     """The law: u t_react + u^2 / (2 a) stays below the way to any place that the echo may come from."""
     bearing = sensor.yaw + math.radians(angle)
@@ -76,7 +75,6 @@ def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, dis
 
 
 @given(st.floats(0.16, 2.4), st.floats(0.05, 0.8))
-@settings(max_examples=200, deadline=None)
 def test_straight_ahead_exactly(distance, v):
     ahead = zones(SDI=distance, SDD=distance)
     factor, sensor = ahead.scale(v, 0.0)
@@ -96,7 +94,6 @@ def test_straight_ahead_exactly(distance, v):
 
 
 @given(st.floats(0.3, 2.4), st.floats(0.11, 0.8))
-@settings(max_examples=200, deadline=None)
 def test_what_is_aimed_at_keeps_the_law(distance, v):
     """v t_react + v^2 / (2 a_brake) below the free distance, with the gentle brake."""
     factor, _ = zones(SDI=distance, SDD=distance).scale(v, 0.0)
@@ -116,7 +113,6 @@ def test_creeping_is_never_braked_hard():
     st.floats(-0.8, 0.8),
     st.floats(-0.8, 0.8),
 )
-@settings(max_examples=200, deadline=None)
 def test_nearer_never_allows_more(name, distance, less, v, w):
     near, far = zones(**{name: max(distance - less, 0.0)}), zones(**{name: distance})
     # The places of the two cones are samples: what falls between them may differ by a sample's width.
@@ -124,7 +120,7 @@ def test_nearer_never_allows_more(name, distance, less, v, w):
 
 
 @given(st.floats(0.1, 2.4), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_left_and_right_alike(distance, v, w):
     assert zones(SDI=distance).scale(v, w)[0] == pytest.approx(zones(SDD=distance).scale(v, -w)[0], abs=1e-9)
     assert zones(SLIT=distance).scale(v, w)[0] == pytest.approx(zones(SLDT=distance).scale(v, -w)[0], abs=1e-9)
@@ -206,7 +202,6 @@ def test_one_flickering_echo_changes_nothing():
 
 
 @given(st.lists(st.sampled_from([-INF, 0.2, 0.5, 1.0, INF]), min_size=1, max_size=30))
-@settings(max_examples=300, deadline=None)
 def test_believed_is_borne_out(readings):
     """A range is believed that was reached by 2 in a row from above or by 3 in a row from below."""
     one = Zones(CONFIG)
@@ -303,7 +298,6 @@ def test_config_names_every_fault():
     st.sampled_from(('both', 'straight', 'turn')),
     st.booleans(),
 )
-@settings(max_examples=2000, deadline=None)
 def test_places_that_are_too_far_to_be_looked_at_change_nothing(ranges, v, w, kind, gentle):
     v, w = (0.0 if kind == 'turn' else v), (0.0 if kind == 'straight' else w)
     limits = zones(**dict(zip(PLACES, ranges)), SJO=ranges[8])
@@ -313,7 +307,6 @@ def test_places_that_are_too_far_to_be_looked_at_change_nothing(ranges, v, w, ki
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-@settings(max_examples=500, deadline=None)
 def test_the_body_never_meets_a_place_that_it_does_not_sweep(x, y, v, w):
     """Nor is it stopped for it."""
     body = Body(0.54, 0.31)
@@ -330,7 +323,6 @@ def test_the_body_never_meets_a_place_that_it_does_not_sweep(x, y, v, w):
         max_size=12,
     )
 )
-@settings(max_examples=300, deadline=None)
 def test_places_are_where_the_echoes_say(readings):
     """On the rays of the sensor's cone, at the echo's distance, and not within the body."""
     zones, echoes = Zones(CONFIG), {}

@@ -25,7 +25,7 @@ def a_filter(yaw=0.0):
     return ekf
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(-3.0, 3.0), st.integers(-3, 3))
 def test_a_whole_turn_in_the_measured_yaw_changes_nothing(yaw, k):
     a, b = a_filter(), a_filter()
@@ -35,7 +35,7 @@ def test_a_whole_turn_in_the_measured_yaw_changes_nothing(yaw, k):
     np.testing.assert_allclose(a.P, b.P, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(-math.pi, math.pi), st.lists(st.floats(-0.5, 0.5), min_size=5, max_size=5))
 def test_turning_the_world_turns_the_estimate(turn, rates):
     a, b = a_filter(0.3), a_filter(wrap_exact(0.3 + turn))
@@ -59,7 +59,7 @@ def test_exact_data_give_the_exact_path():
     np.testing.assert_allclose(wrap_exact(ekf.x[YAW] - truth[YAW]), 0.0, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     st.lists(
         st.tuples(st.sets(st.integers(0, 14), min_size=1), st.floats(1e-12, 1e3), st.floats(-10, 10)),

@@ -84,7 +84,6 @@ def smallest_correlation(P):
     return np.linalg.eigvalsh(P / np.outer(sigma, sigma))[0]
 
 
-@settings(max_examples=300)
 @given(SEEDS, st.integers(2, 20))
 def test_what_is_called_positive_definite_has_positive_eigenvalues_and_so_have_its_leading_blocks(seed, n):
     P = almost_singular(np.random.default_rng(seed), n)
@@ -114,7 +113,6 @@ def test_prediction_is_f_p_f_transposed(seed, dt, n):
     np.testing.assert_allclose(difference, 0.0, atol=1e-12)
 
 
-@settings(max_examples=200)
 @given(SEEDS, st.sampled_from([15, 16]))
 def test_scalars_one_at_a_time_are_josephs_form(seed, n):
     rng = np.random.default_rng(seed)
@@ -157,7 +155,6 @@ def test_whole_turns_of_a_measured_angle_change_nothing(seed, turns):
     np.testing.assert_allclose(a[1], b[1], atol=1e-12)
 
 
-@settings(max_examples=200)
 @given(SEEDS, st.floats(-12, 12))
 def test_repair_gives_a_covariance_and_leaves_a_sound_one_alone(seed, exponent):
     rng = np.random.default_rng(seed)

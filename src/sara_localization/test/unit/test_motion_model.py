@@ -1,7 +1,7 @@
 """Laws of the motion model."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_localization.filters import motion_model
@@ -19,7 +19,6 @@ def level(x):
     return x
 
 
-@settings(deadline=None)
 @given(states, steps)
 def test_jacobian_is_that_of_finite_differences(x, dt):
     x = level(x)
@@ -33,7 +32,6 @@ def test_jacobian_is_that_of_finite_differences(x, dt):
         np.testing.assert_allclose(F[:, i], slope, atol=1e-6, rtol=1e-6)
 
 
-@settings(deadline=None)
 @given(states)
 def test_no_time_no_motion(x):
     following, F = motion_model.predict(x, 0.0)
@@ -41,7 +39,6 @@ def test_no_time_no_motion(x):
     np.testing.assert_array_equal(F, np.eye(15))
 
 
-@settings(deadline=None)
 @given(states, steps, numbers, st.integers(-3, 3))
 def test_turning_the_world_turns_the_motion(x, dt, turn, k):
     x = level(x)
@@ -55,7 +52,6 @@ def test_turning_the_world_turns_the_motion(x, dt, turn, k):
     np.testing.assert_allclose(b[VELOCITY], a[VELOCITY])
 
 
-@settings(deadline=None)
 @given(states, steps)
 def test_rates_and_accelerations_stay(x, dt):
     following, _ = motion_model.predict(level(x), dt)

@@ -91,7 +91,7 @@ def off(pose, true):
     return math.dist(pose[:2], true[:2]), abs(math.degrees(math.remainder(pose[2] - true[2], 2 * math.pi)))
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.04, 0.04))
 def test_exact_ranges_bring_a_shifted_pose_back(x, y, yaw):
     correction = RangeCorrection(CONFIG, room())
@@ -257,7 +257,7 @@ def test_who_is_put_elsewhere_is_believed_anew():
     assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 2
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(0.4, SIZE_X - 0.4), st.floats(0.4, SIZE_Y - 0.4), st.floats(-math.pi, math.pi))
 def test_a_predicted_plane_is_where_the_wall_is_and_its_slopes_are_right(x, y, yaw):
     map_ = room()

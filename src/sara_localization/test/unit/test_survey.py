@@ -184,7 +184,7 @@ def test_order_delay_and_gaps_are_told():
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.floats(-math.pi, math.pi), st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, math.pi), st.integers(0, 14)
 )
@@ -254,7 +254,6 @@ def test_wheels_that_are_silent_are_not_at_rest():
 numbers = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([0.0, -1.0, 1e308, -0.0]))
 
 
-@settings(max_examples=300, deadline=None)
 @given(
     st.lists(
         st.tuples(

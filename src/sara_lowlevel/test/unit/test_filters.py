@@ -51,7 +51,7 @@ def test_madgwick_starts_at_the_tilt_and_holds_it(roll, pitch):
     assert angles.yaw == pytest.approx(0.0, abs=0.1)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(angle, angle)
 def test_madgwick_comes_to_gravity_from_elsewhere(roll, pitch):
     angles = MadgwickFilter(0.5, q=(1.0, 0.0, 0.0, 0.0))
@@ -60,7 +60,7 @@ def test_madgwick_comes_to_gravity_from_elsewhere(roll, pitch):
     assert (angles.roll, angles.pitch) == (pytest.approx(roll, abs=0.8), pytest.approx(pitch, abs=0.8))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.floats(0.001, 1.0))
 def test_madgwick_is_that_of_the_ahrs_library(seed, beta):
     luck = np.random.default_rng(seed)

@@ -158,7 +158,7 @@ def test_tenths_where_the_bus_says_so():
     assert dict(heard)['IMPACT_GYRO']['gz'] == pytest.approx(32767 / 131)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.tuples(*[st.integers(-3000, 3000)] * 3, *[st.integers(-2600, 2600)] * 3),
     st.tuples(*[st.integers(-20000, 20000)] * 3),
@@ -249,7 +249,7 @@ def test_a_clock_that_goes_back_begins_anew():
 # --- faults on I2C ---------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32), st.floats(0.0005, 0.3))
 def test_random_faults_never_raise_never_send_what_is_old_and_are_survived(seed, rate):
     luck = random.Random(seed)

@@ -79,7 +79,7 @@ def test_a_late_answer_is_not_taken_for_the_other_wheels():
     assert amplifier.left.steps == 0x456 and amplifier.right is None and asked == b'?Q1\r'
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(0.5, 6.0), st.sampled_from([1, -1]), st.floats(7.0, 12.0), st.floats(0.05, 0.25), st.floats(-0.8, 0.8))
 def test_the_wheels_come_to_their_speed_whatever_the_motor(speed, sign, full_speed, lag, load):
     bench = Bench(full_speed=full_speed, lag=lag)
@@ -109,7 +109,7 @@ def test_a_blocked_wheel_is_let_go_and_does_not_jump_when_it_is_free():
     assert bench.fake.speeds == pytest.approx((3.0, 3.0), abs=0.1)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.3, 7.0))
 def test_a_dead_encoder_does_not_let_the_wheel_race(speed):
     bench, peak = Bench(), [0.0]

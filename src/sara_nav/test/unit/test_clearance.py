@@ -53,7 +53,7 @@ def outline_gap(world, bx, by):
     return -math.sqrt(squared) if inside else math.sqrt(squared)
 
 
-@settings(deadline=None, max_examples=120)
+@settings(max_examples=120)
 @given(cells, walls, poses, st.sampled_from((SARA, LAME)), st.booleans())
 def test_as_many_points_touch_as_lie_on_obstacles(marks, lines, at, footprint, unknown_blocks):
     world = world_of(marks, lines, footprint, unknown_blocks)
@@ -66,7 +66,7 @@ def test_as_many_points_touch_as_lie_on_obstacles(marks, lines, at, footprint, u
     assert world.touched(at).tolist() == expected
 
 
-@settings(deadline=None, max_examples=120)
+@settings(max_examples=120)
 @given(cells, walls, poses, st.booleans(), st.floats(0.2, 1.2), st.floats(0.2, 1.5), st.sampled_from((SARA, LAME)))
 def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at, backward, angle, reach, footprint):
     world = world_of(marks, lines, footprint)

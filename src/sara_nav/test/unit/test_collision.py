@@ -46,7 +46,7 @@ def test_footprint_costs_by_hand():
         assert world.footprint_cost(x, y, yaw) == -3.0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(poses, poses)
 def test_it_does_not_matter_which_frame_the_costmap_is_in(pose, offset):
     """Of a costmap in the global frame and the same poses seen from another frame: as many points are touched."""

@@ -44,7 +44,7 @@ def told(apply, readings, remember, inflate_cone):
     return grid, seen_at, free_at, np.array(windows)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(readings, st.booleans(), st.floats(0.3, 1.0))
 def test_the_rows_bounds_leave_nothing_out(readings, remember, inflate_cone):
     """As the plain form of the kernel with bounds that leave no cell of the window out."""

@@ -4,7 +4,7 @@ import math
 import pathlib
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -16,7 +16,6 @@ small = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14)
 grids = hnp.arrays(np.uint8, small, elements=st.sampled_from([0, 0, 0, 0, 0, 100, 253, 254, 255]))
 
 
-@settings(deadline=None)
 @given(grids, st.integers(1, 15))
 def test_distances_are_exact(costs, reach):
     found = distances.squared_distances(costs, reach)
@@ -27,7 +26,6 @@ def test_distances_are_exact(costs, reach):
             assert found[y, x] == true if true <= reach * reach else found[y, x] > reach * reach
 
 
-@settings(deadline=None)
 @given(grids, st.floats(0.0, 1.0), st.floats(0.0, 20.0), st.booleans())
 def test_inflation_never_lowers_a_known_cost_and_keeps_obstacles(costs, radius, scaling, unknown_too):
     result = cm.inflate(costs, 0.1, 0.25, cm.InflationConfig(radius, scaling, unknown_too))
@@ -36,7 +34,6 @@ def test_inflation_never_lowers_a_known_cost_and_keeps_obstacles(costs, radius, 
     assert ((result == cm.LETHAL) == (costs == cm.LETHAL)).all()
 
 
-@settings(deadline=None)
 @given(grids)
 def test_inflation_does_not_care_which_way_the_map_lies(costs):
     config = cm.InflationConfig(0.5, 3.0)

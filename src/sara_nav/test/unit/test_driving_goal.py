@@ -73,7 +73,7 @@ class Base:
         return pose.advance(*speed, delay), speed
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.floats(-3.14, 3.14),
     st.floats(0.02, 0.25),
@@ -134,7 +134,7 @@ def test_before_a_stop_was_seen_a_turn_ends_where_the_tolerance_begins():
     assert starts == [1, 1, 1, 1] and 0.35 < turn.coast < 0.55
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.floats(-0.7, 0.7),
     st.floats(-0.7, 0.7),

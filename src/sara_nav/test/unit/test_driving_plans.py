@@ -114,7 +114,7 @@ def chair_speed(trail, i):
     return a.distance(b) / (t1 - t0)
 
 
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(st.floats(0.6, 5.5).flatmap(lambda size: st.sampled_from([size, -size])))
 def test_a_turn_in_a_plan_is_made_where_it_is_and_the_way_round_that_it_is(angle):
     plan = leg((3.0, 3.0, 0.2), 0.8)
@@ -158,7 +158,7 @@ def test_a_way_that_ends_where_it_began_is_driven_all_the_same():
     assert max(c.v for _, _, c in trail) > 0.05 > -0.05 > min(c.v for _, _, c in trail)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(st.floats(-0.9, 0.9), st.floats(1.0, 1.3), st.sampled_from([0.02, 0.1]))
 def test_bends_are_followed_within_all_limits_of_speed_acceleration_and_jerk(bend, slip, period):
     plan = leg((1.5, 3.0, 0.0), 0.6) + leg((2.1, 3.0, 0.0), 1.2, bend)[1:]
@@ -255,7 +255,7 @@ def test_far_off_its_path_it_asks_for_another():
     assert command.state == OFF_PATH and '0.60 m off its path' in command.text
 
 
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(st.floats(-0.3, 0.3), st.floats(-0.07, 0.07))
 def test_it_comes_back_onto_a_straight_path_without_weaving(offset, heading):
     plan = leg((1.0, 3.0, 0.0), 4.0)

@@ -187,7 +187,7 @@ def test_grids_refuse_at_the_centre_but_only_cost_at_the_point_ahead():
     assert near_edge[0, critics.ALIGNMENT] == critics.LOOKS_OFF_MAP == near_edge[0, critics.GOAL_FRONT]
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.booleans())
 def test_judging_all_at_once_is_judging_one_by_one(seed, accelerating):
     random = np.random.default_rng(seed)

@@ -114,7 +114,7 @@ coordinate, angle = st.floats(0.6, 5.4), st.floats(-math.pi, math.pi)
 box = st.tuples(st.floats(0.0, 5.5), st.floats(0.0, 5.5), st.floats(0.05, 1.0), st.floats(0.05, 1.0))
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
 @given(st.lists(box, max_size=5), st.tuples(coordinate, coordinate, angle), st.tuples(coordinate, coordinate, angle))
 @example([], (3.0, 3.0, 0.5), (3.0, 3.0, 0.5))
 @example([], (3.0, 3.0, 0.5), (3.0, 3.0, -2.5))
@@ -132,7 +132,7 @@ def test_every_plan_is_whole_can_be_driven_touches_nothing_and_is_the_same_again
     assert np.array_equal(plan, plan_of(costmap, start, goal, max_expansions=4000))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(-1.0, 1.0), st.floats(1.0, 2.9), angle, st.sampled_from(['x', 'y', 'both']))
 def test_mirrored_maps_have_ways_as_good(aside, distance, yaw, axis):
     costmap = door(0.9)

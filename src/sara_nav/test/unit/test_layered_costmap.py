@@ -47,7 +47,7 @@ def everything_anew(costmap, t, pose):
     return costmap.costmap.costs.copy()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.integers(0, 10**6), st.booleans(), st.booleans(), st.permutations(['static', 'range', 'obstacles', 'inflation'])
 )
@@ -116,7 +116,7 @@ def test_a_rolling_window_computes_only_what_came_into_sight_and_what_was_next_t
 
 
 @given(st.lists(st.tuples(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0)), min_size=1, max_size=12))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_a_rolling_window_keeps_the_robot_within_a_cell_of_its_middle_and_stays_on_its_raster(places):
     costmap = make([], rolling_window=True, origin_x=0.03)
     for x, y in places:

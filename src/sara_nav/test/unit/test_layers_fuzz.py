@@ -77,7 +77,7 @@ def make(rolling):
     )
 
 
-@settings(deadline=None, max_examples=120)
+@settings(max_examples=120)
 @given(st.booleans(), st.lists(step, max_size=6))
 def test_nothing_breaks_a_costmap(rolling, steps):
     costmap = make(rolling)
@@ -116,7 +116,6 @@ def test_nothing_breaks_a_costmap(rolling, steps):
         assert costmap.costmap.cost_at(middle.x + 0.6, middle.y + 1e-3) in (LETHAL, None)
 
 
-@settings(deadline=None, max_examples=300)
 @given(st.lists(number, max_size=8), number, number, number, number, st.booleans())
 def test_a_scan_gives_points_or_is_refused(ranges, start, increment, low, high, infinity):
     try:
@@ -126,7 +125,6 @@ def test_a_scan_gives_points_or_is_refused(ranges, start, increment, low, high, 
     assert points.shape[1] == 3 and len(points) <= len(ranges)
 
 
-@settings(deadline=None, max_examples=300)
 @given(
     st.binary(max_size=100),
     st.integers(0, 9),

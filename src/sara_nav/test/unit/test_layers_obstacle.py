@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D
@@ -106,7 +106,6 @@ inside = st.floats(0.01, 9.99)
 outside = st.floats(-30.0, 40.0)
 
 
-@settings(deadline=None)
 @given(inside, inside, outside, outside, st.floats(0.5, 20.0))
 def test_a_ray_clears_a_connected_line_that_stays_next_to_the_true_one_and_in_reach(x, y, to_x, to_y, reach):
     costmap, layer = make(
@@ -127,7 +126,6 @@ def test_a_ray_clears_a_connected_line_that_stays_next_to_the_true_one_and_in_re
         assert off.max() < 2.0
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(outside, outside, st.floats(-1.0, 3.0)), min_size=1, max_size=30), inside, inside)
 def test_points_are_marked_where_they_are_when_near_and_low_enough(points, x, y):
     source = SourceConfig('far', obstacle_range=6.0, min_obstacle_height=0.0, max_obstacle_height=2.5)
@@ -146,7 +144,6 @@ def test_points_are_marked_where_they_are_when_near_and_low_enough(points, x, y)
     assert set(zip(columns.tolist(), rows.tolist())) == expected
 
 
-@settings(deadline=None)
 @given(st.floats(-3.0, 13.0), st.floats(-3.0, 13.0), st.floats(-4.0, 4.0))
 def test_the_footprint_is_free_wherever_the_robot_stands(x, y, yaw):
     corners = np.array([[2.0, 1.0], [2.0, -1.0], [-2.0, -1.0], [-2.0, 1.0]])

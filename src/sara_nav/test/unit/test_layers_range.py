@@ -47,7 +47,7 @@ def say(costmap, layer, *distances, t=0.0, at=HERE, **other):
 # -- marking and clearing ------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.2, 2.45), st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_an_echo_marks_on_the_axis_at_its_range_and_nothing_off_the_cone(distance, yaw, x, y):
     costmap, layer = make()
@@ -152,7 +152,6 @@ def test_marks_decay_when_nobody_looks_there_any_more():
     assert len(lethal(lasting)[0]) > 0
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(-math.pi, math.pi)), max_size=30),
     st.floats(0.05, 0.4),
@@ -306,7 +305,7 @@ def beside(costmap, layer, t, distance, yaw=math.radians(40.0)):
     costmap.update(t, None)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.4, 1.5), st.floats(25.0, 45.0), st.sampled_from([-1.0, 1.0]))
 def test_what_another_sensor_saw_free_is_not_what_echoes(distance, aside, side):
     costmap, layer = make(free_memory=5.0)

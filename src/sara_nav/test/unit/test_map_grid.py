@@ -43,7 +43,7 @@ def test_goal_and_path_distance_of_the_peers_tests():
     assert d[1, 2] == map_grid.unreachable_distance(costs), 'the boxed-in cell'
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
 def test_the_wave_finds_the_least_number_of_steps(seed):
     random = np.random.default_rng(seed)
@@ -79,7 +79,7 @@ def test_cells_under_the_robot_let_the_wave_through():
     assert map_grid.spread(costs, seed, cells((4, 2)))[2, 8] == 8
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_a_wave_over_a_window_is_the_whole_one_there_one_costmap_after_the_other(seed):
     random = np.random.default_rng(seed)
@@ -98,7 +98,6 @@ def test_a_wave_over_a_window_is_the_whole_one_there_one_costmap_after_the_other
             assert np.array_equal(found[there], map_grid.spread(costs, seeds, exempt)[there])
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0.05, 1.0))
 def test_the_plans_cells_are_those_of_its_denser_points(seed, resolution):
     random = np.random.default_rng(seed)
@@ -128,7 +127,6 @@ def test_adjust_plan_of_the_peers_tests():
 points = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3)), min_size=1, max_size=12)
 
 
-@settings(deadline=None)
 @given(points, st.floats(0.05, 2.0))
 def test_a_denser_plan_keeps_its_points_in_order_and_has_no_gap(plan, resolution):
     plan = np.array(plan)

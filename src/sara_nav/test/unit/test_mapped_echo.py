@@ -52,7 +52,6 @@ def centre(x, y):
 # -- the kernel --------------------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=200)
 @given(places, places, angles, st.floats(0.3, 2.4), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), angles)
 def test_what_stands_in_the_cone_explains_its_echo_however_the_pose_is_off_within_the_tolerance(
     x, y, yaw, distance, off, share, way
@@ -66,7 +65,6 @@ def test_what_stands_in_the_cone_explains_its_echo_however_the_pose_is_off_withi
     assert known(grid(cell), at, seen, near=True)
 
 
-@settings(deadline=None, max_examples=200)
 @given(places, places, angles, st.floats(0.3, 2.0), places, places)
 def test_what_is_further_than_the_tolerance_from_the_arc_explains_nothing(x, y, yaw, distance, u, v):
     cell = centre(2.0 * u, 2.0 * v)
@@ -75,7 +73,7 @@ def test_what_is_further_than_the_tolerance_from_the_arc_explains_nothing(x, y, 
     assert known(grid(cell), Pose2D(x, y, yaw), distance) == (gap <= TOLERANCE) or abs(gap - TOLERANCE) < 1e-4
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(places, places, angles, st.floats(0.2, 2.4), places, places, angles)
 def test_it_does_not_matter_which_frame_the_reading_is_in(x, y, yaw, distance, u, v, turned):
     frame, at, costs = Pose2D(u, v, turned), Pose2D(x, y, yaw), wall(1.5, -2.0, 1.5, 2.0)
@@ -87,7 +85,7 @@ def test_it_does_not_matter_which_frame_the_reading_is_in(x, y, yaw, distance, u
     )
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.floats(0.3, 2.4), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
 def test_more_tolerance_explains_more_and_nothing_is_explained_by_an_empty_map(distance, tolerance, more):
     costs = wall(1.5, -2.0, 1.5, 2.0)

@@ -292,7 +292,7 @@ moves = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(st.lists(moves, max_size=25))
 def test_whatever_comes_the_command_is_sound(script):
     """Random goals, cancels, poses, speeds and jumps of time: no exception, limits kept, zero unless active."""

@@ -54,7 +54,6 @@ def passable(costs, unknown, start):
     return free
 
 
-@settings(max_examples=200)
 @given(grids, st.data(), st.booleans())
 def test_there_is_a_plan_where_there_is_a_way_and_it_is_free(costs, data, unknown):
     costmap = make(costs)
@@ -141,7 +140,6 @@ def test_the_wave_stops_when_the_goal_is_settled(blocks):
             assert (stopped.potential < potential.HIGH).sum() < 200  # of 1600
 
 
-@settings(max_examples=200)
 @given(st.integers(0, 10**9), st.integers(2, 14), st.integers(2, 14), st.booleans())
 def test_down_any_potential_the_path_ends_at_the_source(seed, columns, rows, grid):
     """The cells numbered as a random walk through a maze finds them: each has a lower neighbour, slopes point

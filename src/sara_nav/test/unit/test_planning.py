@@ -58,7 +58,6 @@ def cheapest(costs, start, goal, unknown):
     return math.inf
 
 
-@settings(deadline=None, max_examples=200)
 @given(grids, cells, cells, st.booleans())
 def test_astar_is_as_cheap_as_dijkstra(costs, start, goal, unknown):
     way = kernels.astar(costs, *start, *goal, unknown)
@@ -92,7 +91,6 @@ def test_a_straight_line_costs_what_its_cells_do(costs, start, goal, unknown):
         assert any(weight(costs[y, x], unknown) == math.inf for x, y in near if 0 <= x < 11 and 0 <= y < 9)
 
 
-@settings(max_examples=300)
 @given(grids, inside, inside, st.booleans())
 def test_a_straightened_plan_meets_no_wall(costs, start, goal, unknown):
     costmap = Costmap(costs, GridGeometry(11, 9, 1.0, 0.0, 0.0))
@@ -122,7 +120,6 @@ coordinates = st.floats(0.3, 4.7)
 poses = st.builds(Pose2D, coordinates, coordinates, st.floats(-3.0, 3.0))
 
 
-@settings(deadline=None)
 @given(poses, poses)
 def test_in_the_open_the_plan_is_the_straight_line(start, goal):
     plan = GridPlanner().plan(room(), start, goal)

@@ -95,7 +95,7 @@ def test_out_of_a_dead_end_it_stops_where_it_can_turn():
     )
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.tuples(st.floats(0.2, 0.4), st.floats(-0.3, 0.3), st.just(1.5)), min_size=3, max_size=5))
 def test_it_keeps_to_the_way_it_came(commands):
     robot = Robot(world(), commands)
@@ -104,7 +104,7 @@ def test_it_keeps_to_the_way_it_came(commands):
     assert all(v <= 0.0 for v, _ in robot.commands)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0.05, 0.2), st.floats(0.1, 0.5), st.floats(0.3, 1.0), st.floats(-0.3, 0.3))
 def test_no_command_exceeds_speed_acceleration_and_jerk(speed, acc, jerk, w):
     robot = Robot(world(), [(0.3, w, 6.0)])
@@ -117,7 +117,7 @@ def test_no_command_exceeds_speed_acceleration_and_jerk(speed, acc, jerk, w):
     assert np.abs(np.diff(a[moving])).max(initial=0.0) / DT <= jerk + 1e-6
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.0, 1.2), st.floats(-0.5, 0.5), st.floats(-0.3, 0.3))
 def test_it_touches_nothing_that_came_to_stand_behind_it(gap, aside, w):
     driven_in = Robot(world(), [(0.3, w, 5.0)])

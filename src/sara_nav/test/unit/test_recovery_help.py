@@ -147,7 +147,7 @@ def test_what_it_cannot_see_is_tried_once_more_when_its_patience_is_over():
     assert step.done and not step.give_up
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(
     st.floats(0.05, 0.9),
     st.floats(-math.pi, math.pi),

@@ -31,7 +31,6 @@ def test_line_cells_of_the_peers_tests():
     assert outline.line_cells(0, 0, -2, -4).tolist() == [[0, 0], [-1, -1], [-1, -2], [-2, -3], [-2, -4]]
 
 
-@settings(deadline=None)
 @given(cell, cell, cell, cell)
 def test_a_line_joins_its_ends_without_gaps_and_stays_by_the_straight_one(x0, y0, x1, y1):
     cells = outline.line_cells(x0, y0, x1, y1)
@@ -44,7 +43,6 @@ def test_a_line_joins_its_ends_without_gaps_and_stays_by_the_straight_one(x0, y0
         assert np.abs(off).max() <= 1.0
 
 
-@settings(deadline=None)
 @given(st.integers(0, 9), st.integers(0, 9), st.integers(0, 9), st.integers(0, 9), st.integers(0, 2**32 - 1))
 def test_a_lines_cost_is_the_highest_of_its_cells(x0, y0, x1, y1, seed):
     costs = np.random.default_rng(seed).integers(0, 254, (10, 10)).astype(np.uint8)
@@ -89,7 +87,7 @@ def test_outline_costs_are_the_peers():
     assert np.array_equal(costs, data['fpcost'])
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 6.3))
 def test_no_outline_costs_more_than_the_ceiling_of_its_centre(seed, yaw):
     random = np.random.default_rng(seed)
@@ -101,7 +99,7 @@ def test_no_outline_costs_more_than_the_ceiling_of_its_centre(seed, yaw):
     assert ceiling[30, 30] == costs[16:45, 16:45].max() and ceiling[0, 0] == 255
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 8), st.integers(0, 253))
 def test_an_outline_drawn_only_where_it_may_cost_more_costs_the_same(seed, reach, floor):
     random = np.random.default_rng(seed)
@@ -176,7 +174,7 @@ def test_a_rollout_reaches_the_speed_asked_for_within_the_acceleration():
     assert poses[-1, 0] == pytest.approx(4.0 - 1.0, abs=0.02), 'two seconds at half the speed are lost'
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_scoring_all_at_once_is_scoring_one_by_one_with_or_without_the_ceiling(seed):
     random = np.random.default_rng(seed)
@@ -199,7 +197,7 @@ def test_scoring_all_at_once_is_scoring_one_by_one_with_or_without_the_ceiling(s
             assert poses[-1] == pytest.approx(end)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 4.0), st.floats(-0.5, 0.5))
 def test_every_trajectory_and_the_point_ahead_of_it_stays_in_its_room(seed, sim_time, ahead):
     random = np.random.default_rng(seed)

@@ -32,7 +32,7 @@ def turned(angle, pushed=0.0, enough=0.0, seconds=60.0):
 
 
 @given(st.floats(0.05, 3.1), st.sampled_from((-1.0, 1.0)))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_it_ends_on_the_heading_within_its_limits(angle, sense):
     headings, rates = turned(sense * angle)
     assert headings[-1] == pytest.approx(sense * angle, abs=2.0 * REACHED)
@@ -43,7 +43,7 @@ def test_it_ends_on_the_heading_within_its_limits(angle, sense):
 
 
 @given(st.floats(0.3, 3.0), st.sampled_from((-1.0, 1.0)), st.floats(0.015, 0.07))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_one_that_went_too_far_is_turned_back_unless_that_is_near_enough(angle, sense, too_far):
     headings, rates = turned(sense * angle, too_far)
     assert headings[-1] == pytest.approx(sense * angle, abs=2.0 * REACHED) and min(sense * rate for rate in rates) < 0.0

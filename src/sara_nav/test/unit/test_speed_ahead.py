@@ -73,7 +73,7 @@ def test_the_slowest_of_bend_gap_and_what_is_ahead_counts(bend, gap, ahead):
     assert cap == {'bend': bend, 'narrow': beside, 'ahead': before}[KINDS[why]]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.5, 2.5), st.floats(-1.0, 1.0), st.booleans(), marks)
 def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(length, bend, backward, cells):
     leg, world = arc(length, bend, backward), world_with(cells)
@@ -100,7 +100,7 @@ def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(lengt
         assert pace.cause.size >= 0.0 and (pace.cause.where != '') == (pace.cause.kind == 'narrow')
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0.1, 2.0))
 def test_a_bend_is_driven_at_a_turn_rate_within_its_limit(bend):
     rows = driven(arc(2.3, bend), world_with(()))

@@ -22,7 +22,7 @@ def driven(track, commands, pose=Pose2D(0.0, 0.0, 0.0)):
     return poses
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(speeds, min_size=1, max_size=8))
 def test_what_it_leads_back_by_are_poses_the_robot_had_in_their_reverse_order(commands):
     track = Track(100.0)
@@ -35,7 +35,7 @@ def test_what_it_leads_back_by_are_poses_the_robot_had_in_their_reverse_order(co
         here, at = there, index
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.05, 3.0), st.floats(0.1, 0.5))
 def test_no_more_than_its_length_is_remembered(length, v):
     track = Track(length)

@@ -159,7 +159,6 @@ def test_errors_die_out_in_path_length_at_every_speed(offset, heading, off_curva
     assert abs(law.heading(1e3, speed)) == STEEPEST
 
 
-@settings(deadline=None)
 @given(st.floats(1.0, 1.4), st.floats(0.05, 0.3), st.floats(0.0, 0.15), st.sampled_from([0.02, 0.1]))
 def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_answers_late(
     slip, latency, delay, period
@@ -286,7 +285,7 @@ def test_words_of_one_kind_stay_for_a_second():
     st.floats(-2.0, 2.0),
     st.booleans(),
 )
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_the_way_to_rest_is_what_the_law_drives(bend, way, aside, off, speed, curvature, backward):
     """Step by step as the law, the leg and the pose say it, each by itself."""
     leg = Leg(np.array(arc(Pose2D(1.0, 2.0, 0.3), 1.5, bend))[:, :2], backward)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_sim.chair import SimulatedChair
@@ -66,7 +66,6 @@ def test_a_frame_that_does_not_exist_is_named(flight):
         flight.chair.faults.clear('nothing')
 
 
-@settings(max_examples=300)
 @given(
     st.sampled_from(sorted(FAULTS)),
     st.dictionaries(

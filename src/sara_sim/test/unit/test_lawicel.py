@@ -1,7 +1,7 @@
 """The adapter's protocol: frames survive the trip, anything else gets an answer and does no harm."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canserial.frame import Frame
@@ -36,7 +36,6 @@ def test_what_goes_out_can_come_in_again_in_any_pieces(sent, size):
     assert answers == b''.join(b'Z\r' if frame.extended else b'z\r' for frame in sent)
 
 
-@settings(max_examples=200)
 @given(st.lists(st.one_of(st.binary(max_size=60), st.sampled_from(COMMANDS))))
 def test_any_bytes_are_answered_line_by_line_and_never_raise(pieces):
     adapter = LawicelAdapter()

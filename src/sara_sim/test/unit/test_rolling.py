@@ -36,7 +36,7 @@ def state(drive):
     return [getattr(drive, name) for name in STATE]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.integers(0, 1000),
     st.lists(st.tuples(speeds, speeds, st.integers(1, 60)), min_size=1, max_size=6),

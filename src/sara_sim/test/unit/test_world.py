@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -51,7 +51,6 @@ def test_nothing_beyond_the_limit_nor_the_map():
     assert World.empty().sonar(0.0, 0.0, 1.0, CONE) == math.inf
 
 
-@settings(max_examples=200)
 @given(st.floats(-1, 6), st.floats(-1, 6), st.floats(-7, 7), st.integers(0, 2**20))
 def test_overlap_is_what_points_say(x, y, yaw, seed):
     """A rectangle overlaps a cell exactly when some point of the cell lies in it: points on a fine grid may only miss

@@ -1,6 +1,4 @@
-"""ekf_localization_node and ukf_localization_node: robot_localization's topics, services, parameters and transforms
-around a FilterEngine.
-"""
+"""ekf_localization_node and ukf_localization_node: robot_localization's interface in ROS around a FilterEngine."""
 
 from __future__ import annotations
 
