@@ -54,7 +54,7 @@ def astar(
             if cost < reached[index]:
                 reached[index] = cost
                 parent[index] = cell
-                heapq.heappush(heap, (cost + _octile(abs(x - goal_column), abs(y - goal_row)), index))
+                heapq.heappush(heap, (_estimate(cost, abs(x - goal_column), abs(y - goal_row)), index))
     return np.empty((0, 2), np.int64)
 
 
@@ -84,9 +84,9 @@ def _step_cost(costs, weight, begin, end):
 
 
 @kernel
-def _octile(ax, ay):
-    """Return the least way (cells) with so many columns and rows to go."""
-    return max(ax, ay) + (ROOT_2 - 1.0) * min(ax, ay)
+def _estimate(cost, columns, rows):
+    """Return what the whole way costs at least (cells) that has cost so much with so many columns and rows to go."""
+    return cost + max(columns, rows) + (ROOT_2 - 1.0) * min(columns, rows)
 
 
 @kernel
