@@ -3,7 +3,7 @@
     tools/rostests.py build/test_results [--beside 2] [WORD ...]      WORD: only tests whose name contains one of them
 
 Each test has a ROS_HOME and a folder for temporary files of its own, and rostest gives each a master on a free port.
-The longest go first, as they were timed in the last run.
+The longest go first, as they were timed in the last run, or by their time limits.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from xml.sax.saxutils import quoteattr
 
 ROOT = Path(__file__).resolve().parent.parent
 ADDED = re.compile(r'^\s*add_rostest\(([^\s)]+)(?:\s+ARGS\s+([^)]*))?\)', re.MULTILINE)
-UNKNOWN_S = 30.0  # taken for a test that was never timed
+LIMIT = re.compile(r'time-limit="([0-9.]+)"')
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,11 @@ class RosTest:
         """Package, file and arguments, fit for a file's name."""
         words = [Path(self.file).stem, *self.arguments]
         return f'{self.package.name}.{"_".join(words)}'.replace(':=', '_')
+
+    @property
+    def limit(self) -> float:
+        """The time (s) it may take, of all its parts."""
+        return sum(map(float, LIMIT.findall((self.package / self.file).read_text(encoding='utf-8'))))
 
 
 def find(source: Path) -> list[RosTest]:
@@ -90,7 +95,7 @@ def main(arguments: list[str] | None = None) -> int:
     timed = results.parent / 'rostest_seconds.json'
     seconds = json.loads(timed.read_text(encoding='utf-8')) if timed.exists() else {}
     tests = [test for test in find(ROOT / 'src') if not options.words or any(w in test.name for w in options.words)]
-    tests.sort(key=lambda test: -seconds.get(test.name, UNKNOWN_S))
+    tests.sort(key=lambda test: (-seconds.get(test.name, 0.0), -test.limit))
     lock, failed = threading.Lock(), []
 
     def one(test: RosTest) -> None:

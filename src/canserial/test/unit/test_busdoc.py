@@ -39,7 +39,7 @@ def test_a_bus_of_another_kind(tmp_path):
     text = markdown(BusDescription.named(str(path)))
     assert '| 0x00000001 | [LONG](#long) | `A` | - | - |' in text
     assert '`0x00000001` (1), 8 bytes.' in text
-    assert '| `big` | from 7 (byte 0) | int16, big-endian | 0.5 K, offset -3 |  |' in text
+    assert '| `big` | from 7 | int16, big-endian | 0.5 K, offset -3 |  |' in text
 
 
 def test_the_command(capsys):

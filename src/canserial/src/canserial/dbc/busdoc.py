@@ -16,7 +16,7 @@ def markdown(bus: BusDescription) -> str:
         'Made from the DBC file by `rosrun canserial bus2md`; change that file, not this one.',
         '',
         'A value is the raw number times its step, plus its offset if it has one. '
-        'Numbers are little-endian unless stated.',
+        'Numbers are little-endian unless stated. Bit 8 n is the lowest of byte n.',
         '',
     ]
     if bus.comment:
@@ -33,7 +33,7 @@ def markdown(bus: BusDescription) -> str:
         lines += [
             '',
             f'## {message.name}',
-            f'`{_identifier(message)}` ({message.frame_id}), {message.length} bytes. {message.comment or ""}'.rstrip(),
+            f'`{_identifier(message)}`, {message.length} bytes. {message.comment or ""}'.rstrip(),
             '',
             '| signal | bits | type | step | meaning |',
             '| --- | --- | --- | --- | --- |',
@@ -52,7 +52,7 @@ def _row(signal):
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return f'| `{signal.name}` | {bits} (byte {signal.start // 8}) | {kind}{order} | {step} | {meaning} |'
+    return f'| `{signal.name}` | {bits} | {kind}{order} | {step} | {meaning} |'
 
 
 def _identifier(message):
