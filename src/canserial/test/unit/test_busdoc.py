@@ -38,7 +38,7 @@ def test_a_bus_of_another_kind(tmp_path):
     path.write_text(BIG_ENDIAN)
     text = markdown(BusDescription.named(str(path)))
     assert '| 0x00000001 | [LONG](#long) | `A` | - | - |' in text
-    assert '`0x00000001` (1), 8 bytes.' in text
+    assert '`0x00000001`, 8 bytes.' in text
     assert '| `big` | from 7 | int16, big-endian | 0.5 K, offset -3 |  |' in text
 
 

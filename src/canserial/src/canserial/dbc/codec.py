@@ -20,7 +20,12 @@ class Codec:
 
     def __init__(self, layout: str, signals: list) -> None:
         self._packing = struct.Struct(layout)
-        self._signals = tuple((signal.name, signal.scale, signal.offset) for signal in signals)
+        self._names = tuple(signal.name for signal in signals)
+        self._scaled = tuple(
+            (place, signal.name, signal.scale, signal.offset)
+            for place, signal in enumerate(signals)
+            if signal.scale != 1 or signal.offset != 0
+        )
 
     @classmethod
     def of(cls, message: Message) -> Codec | None:
@@ -48,17 +53,14 @@ class Codec:
         Raises KeyError where a signal is missing, struct.error, ValueError or OverflowError where a value does not fit,
         TypeError for no number.
         """
-        return self._packing.pack(
-            *[
-                round(values[name]) if scale == 1 and offset == 0 else round((values[name] - offset) / scale)
-                for name, scale, offset in self._signals
-            ]
-        )
+        numbers = [values[name] for name in self._names]
+        for place, _, scale, offset in self._scaled:
+            numbers[place] = (numbers[place] - offset) / scale
+        return self._packing.pack(*map(round, numbers))
 
     def decode(self, data: bytes) -> dict[str, float]:
         """{signal: value in physical units} of as many bytes as the message has."""
-        raw = self._packing.unpack(data)
-        return {
-            name: number if scale == 1 and offset == 0 else number * scale + offset
-            for (name, scale, offset), number in zip(self._signals, raw)
-        }
+        values = dict(zip(self._names, self._packing.unpack(data)))
+        for _, name, scale, offset in self._scaled:
+            values[name] = values[name] * scale + offset
+        return values
