@@ -39,7 +39,9 @@ class Drive:
     ):
         """`start`: (x, y, yaw) m, rad. Raises WorldError where the chair would stand in a wall or an obstacle."""
         rolling.warm()  # here and not in the middle of a drive
-        self.world, self.config, self.chair, self.dt, self.options = world, config, chair, dt, options
+        self.world, self.config, self.dt, self.options = world, config, dt, options
+        self._grip = (1.0, 1.0)
+        self.chair = chair
         self.x, self.y, self.yaw = (float(value) for value in start)
         where = (self.x, self.y, self.yaw, config.length, config.width)
         if world.overlaps(*where) or world.meets(*where).any():
@@ -48,7 +50,6 @@ class Drive:
         self.right_speed = self.left_speed = 0.0
         self.speed = self.yaw_rate = 0.0
         self.acceleration = self.yaw_acceleration = 0.0
-        self.grip = (1.0, 1.0)
         self.contacts = 0
         self.touching = False
         self._since_touch = CONTACT_RELEASE_S
@@ -59,15 +60,29 @@ class Drive:
         self.drift = Drift(world, config, options, lag, self.pose)
 
     @property
+    def chair(self) -> DrawnChair:
+        """What the wheels of this one chair are like; it may be exchanged."""
+        return self._chair
+
+    @chair.setter
+    def chair(self, value: DrawnChair) -> None:
+        self._chair = value
+        self._touch_down()
+
+    @property
     def grip(self) -> tuple[float, float]:
         """(right, left): the share of a wheel's rolling that moves the body; 1 unless a fault says less."""
         return self._grip
 
     @grip.setter
     def grip(self, value: tuple[float, float]) -> None:
-        self._grip, chair = value, self.chair
-        radii = chair.right_radius * value[0], chair.left_radius * value[1]
-        self._contact = Contact(*radii, chair.slip, self.config.track)
+        self._grip = value
+        self._touch_down()
+
+    def _touch_down(self) -> None:
+        """What the wheels roll on follows from the chair and the grip."""
+        radii = self._chair.right_radius * self._grip[0], self._chair.left_radius * self._grip[1]
+        self._contact = Contact(*radii, self._chair.slip, self.config.track)
 
     @property
     def pose(self) -> tuple[float, float, float]:
