@@ -5,6 +5,7 @@ import math
 import unittest
 
 import actionlib
+import rosgraph
 import rospy
 import rostest
 import tf2_ros
@@ -41,7 +42,9 @@ class SetPoseTest(unittest.TestCase):
 
     def test_set_pose_then_a_quarter_turn(self):
         publisher = rospy.Publisher('/set_pose', PoseWithCovarianceStamped, queue_size=1)
-        while publisher.get_num_connections() < 2:
+        listeners = dict(rosgraph.Master('/set_pose_test').getSystemState()[1])['/set_pose']
+        self.assertIn('/read', listeners)
+        while publisher.get_num_connections() < len(listeners):
             rospy.sleep(0.05)
         message = PoseWithCovarianceStamped()
         message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
