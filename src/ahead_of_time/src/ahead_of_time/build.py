@@ -18,6 +18,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from . import library
 
@@ -28,7 +29,7 @@ class UnknownType(Exception):
     """A type that dispatch.c has no letter for."""
 
 
-def types_of(signature) -> tuple[str, tuple[str, ...]]:
+def types_of(signature: Any) -> tuple[str, tuple[str, ...]]:
     """The types of a numba signature's arguments as dispatch.c reads them: their text and the classes of NamedTuples.
     Raises UnknownType.
     """

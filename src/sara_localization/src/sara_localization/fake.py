@@ -103,7 +103,7 @@ class FakeLocalization:
         return None
 
 
-def true_pose(position, orientation) -> Transform | None:
+def true_pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Transform | None:
     """The Transform of a true pose, or None where it holds what is no number or no rotation."""
     if not all(math.isfinite(v) for v in position):
         return None

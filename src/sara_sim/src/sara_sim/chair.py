@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -114,7 +115,7 @@ class SimulatedChair:
             node.update(now)
 
     @cached_property
-    def faults(self):
+    def faults(self) -> Any:
         """What is made to go wrong: fault_engine.Faults. Most chairs have none, and need not know their kinds."""
         from sara_sim.faults.fault_engine import Faults
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @lru_cache(maxsize=1)
-def settings():
+def settings() -> RangeConfig:
     """SARA's own RangeConfig."""
     return RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml'))
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sara_nav.move_base.state_machine import MoveBase
 
 
-def mountings(urdf=None):
+def mountings(urdf: str | None = None) -> dict[str, tuple[float, float, float]]:
     """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} of a URDF's text; SARA's own where none is given."""
     urdf = urdf or (share('sara_description') / 'urdf' / 'sara.urdf').read_text()
     found = {}

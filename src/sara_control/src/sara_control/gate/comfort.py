@@ -188,7 +188,7 @@ def _opposed(one, other):
 
 
 @kernel
-def limited(target, dt, state, limits):
+def limited(target: float, dt: float, state: AxisState, limits: AxisLimits) -> tuple[float, float, float]:
     """(speed, acceleration, rate of the target) after dt (s) from an AxisState towards the target, within AxisLimits;
     see AxisLimiter.
     """

@@ -89,7 +89,13 @@ class WheelWatch:
 
 
 @kernel
-def expected(speeds, ways, commands, radii, dt):
+def expected(
+    speeds: tuple[float, float],
+    ways: tuple[float, float],
+    commands: tuple[float, float],
+    radii: tuple[float, float],
+    dt: float,
+) -> tuple[tuple[float, float], tuple[float, float]]:
     """(speeds, rad/s, and ways, m of rim, that (left, right) wheels are expected to have) after dt (s) of these
     commands (rad/s); radii: m.
     """

@@ -57,13 +57,13 @@ class Stopping(NamedTuple):
 
 
 @kernel
-def outside_of(x, y, body):
+def outside_of(x: float, y: float, body: Body) -> float:
     """How far (x, y), numbers or arrays, is outside the body, by the axis on which it is farther; negative within."""
     return np.maximum(np.abs(x) - body.half_length, np.abs(y) - body.half_width)
 
 
 @kernel
-def put(places, rays, sensor, distance, body):
+def put(places: Places, rays: tuple[int, int], sensor: tuple[float, float], distance: float, body: Body) -> None:
     """Puts an echo at `distance` (+Inf: nothing) of a sensor at (x, y) on its rays, (first, last) of `places`."""
     for i in range(rays[0], rays[1]):
         if distance == math.inf:
@@ -77,7 +77,7 @@ def put(places, rays, sensor, distance, body):
 
 
 @kernel
-def bounds(places):
+def bounds(places: Places) -> tuple[float, float]:
     """(least distance of all places outside the body, greatest from base_link)."""
     nearest, farthest = math.inf, 0.0
     for i in range(len(places.x)):
@@ -86,7 +86,7 @@ def bounds(places):
 
 
 @kernel
-def is_swept(place, v, w, body):
+def is_swept(place: tuple[float, float, float], v: float, w: float, body: Body) -> bool:
     """Whether the body meets a place (x, y, radius) sooner or later on the curve of (v, w), ahead or astern.
 
     On the curve a place keeps its distance from the centre of rotation (0, c), c = v / w; the body is met by distances
@@ -104,7 +104,7 @@ def is_swept(place, v, w, body):
 
 
 @kernel
-def free_distance(place, v, w, within, body):
+def free_distance(place: tuple[float, float], v: float, w: float, within: float, body: Body) -> float:
     """How far a place (x, y) moves relative to the chair until it meets the body; +Inf if not `within` that."""
     x, y = place
     speed = math.hypot(v - w * y, w * x)
@@ -123,14 +123,14 @@ def free_distance(place, v, w, within, body):
 
 
 @kernel
-def allowed_speed(room, stopping):
+def allowed_speed(room: float, stopping: Stopping) -> float:
     """The speed u from which the chair comes to rest within `room`: u reaction + u^2 / (2 braking) = room."""
     reaction, braking = stopping.reaction, stopping.braking
     return braking * (math.sqrt(reaction * reaction + 2.0 * max(room, 0.0) / braking) - reaction)
 
 
 @kernel
-def limit(places, v, w, body, stopping):
+def limit(places: Places, v: float, w: float, body: Body, stopping: Stopping) -> tuple[float, int]:
     """(factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks for
     it, -1 if none).
     """

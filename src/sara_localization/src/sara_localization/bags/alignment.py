@@ -20,7 +20,7 @@ def aligned(points: np.ndarray, reference: np.ndarray) -> np.ndarray:
     return p @ np.array([[c, s], [-s, c]]) + reference.mean(axis=0)
 
 
-def rmse(t, points, reference_t, reference) -> float:
+def rmse(t: np.ndarray, points: np.ndarray, reference_t: np.ndarray, reference: np.ndarray) -> float:
     """Root mean square distance (m) after alignment, of a way (n, 2) at times t (n,) from a reference (m, 2) at its
     times (m,).
 
@@ -34,14 +34,14 @@ def rmse(t, points, reference_t, reference) -> float:
     return float(np.sqrt((difference**2).sum(axis=1).mean()))
 
 
-def local_plane(latitude, longitude) -> np.ndarray:
+def local_plane(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:
     """(n, 2) metres east and north of the first of latitudes and longitudes (n,) in degrees; for ways of a few km."""
     latitude, longitude = np.radians(latitude), np.radians(longitude)
     east = (longitude - longitude[0]) * np.cos(latitude[0])
     return EARTH_RADIUS * np.column_stack([east, latitude - latitude[0]])
 
 
-def path_length(x, y, still: float = 0.02) -> float:
+def path_length(x: np.ndarray, y: np.ndarray, still: float = 0.02) -> float:
     """Length (m) of a path, in steps of at least `still` m, so that noise at rest adds nothing; jumps over 0.5 m are
     left out.
     """

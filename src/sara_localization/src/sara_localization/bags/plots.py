@@ -6,13 +6,14 @@ matplotlib is loaded when a picture is drawn, and draws into a file: no display 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
 from sara_localization.bags.export import InputTrack, Track
 
 
-def figure(rows: int, columns: int, size):
+def figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
     """(figure, axes) of a canvas without a display."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -65,7 +66,7 @@ def draw_drive(
     drawing.savefig(path, dpi=110)
 
 
-def brought_to(start, table: np.ndarray):
+def brought_to(start: tuple[float, float, float], table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """x, y (n,) of a way (n, 4: t, x, y, yaw) moved so that it begins at start (x, y, yaw)."""
     turn = start[2] - table[0, 3]
     c, s = np.cos(turn), np.sin(turn)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class Survey:
         self.replaces = set()  # keys of check_config's findings that findings() knows better
         self._records: dict[str, Record] = {i.name: Record(i) for i in config.inputs}
 
-    def add(self, name: str, data, received: float):
+    def add(self, name: str, data: Any, received: float) -> None:
         """A message of input `name` (data.py) received at a time (s)."""
         record = self._records[name]
         record.keep(data, received)

@@ -46,7 +46,7 @@ class Comparison:
         return self.median[(a, b)] if (a, b) in self.median else self.median[(b, a)]
 
 
-def integrated(t, rate) -> np.ndarray:
+def integrated(t: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Yaw (n,) from rates (n,) at times t, by trapezoids."""
     t, rate = np.asarray(t, dtype=float), np.asarray(rate, dtype=float)
     return np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))))
@@ -89,7 +89,7 @@ def misleading(comparison: Comparison | None) -> list[str]:
     return accused
 
 
-def at_rest(t, wheels_t, speed, rate) -> np.ndarray:
+def at_rest(t: np.ndarray, wheels_t: np.ndarray, speed: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """(n,) bool: at which of the times t (s) the wheels have stood for a while and go on standing.
 
     wheels_t (m,) rising, speed (m,) m/s, rate (m,) rad/s: what the wheels say. Where they say nothing they may move.
@@ -112,7 +112,7 @@ def at_rest(t, wheels_t, speed, rate) -> np.ndarray:
     return inside & (since > STILL_MARGIN) & (until > STILL_MARGIN) & (since + until > STILL_LENGTH)
 
 
-def standstill_bias(t, rates, still) -> tuple[float, float] | None:
+def standstill_bias(t: np.ndarray, rates: np.ndarray, still: np.ndarray) -> tuple[float, float] | None:
     """(mean, standard error) of a gyro's rates (n,) where `still` (n,) bool; None with too few samples."""
     values = np.asarray(rates, dtype=float)[still]
     if len(values) < 20:

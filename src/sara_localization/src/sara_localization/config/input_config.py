@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class InputConfig:
 class InputReader(ParameterReader):
     """Reads the parameters of the inputs; what is wrong is collected in faults, what is doubtful in warnings."""
 
-    def mask(self, name, kind):
+    def mask(self, name: str, kind: str) -> Any:
         flags = self.flags(name, SIZE, ' '.join(NAMES))
         if flags is None:
             return None
@@ -75,7 +76,7 @@ class InputReader(ParameterReader):
             self.warnings.append(f'{name} takes nothing: the input is of no use.')
         return flags
 
-    def input(self, kind, index):
+    def input(self, kind: str, index: int) -> Any:
         name = f'{kind}{index}'
         topic = self.take(name)
         if not isinstance(topic, str) or not topic:
@@ -132,7 +133,7 @@ class InputReader(ParameterReader):
         if bias != 'off' and not any(mask[9:12]):
             self.warnings.append(f'{name}_gyro_bias has no effect: {name}_config takes no angular velocity.')
 
-    def inputs(self):
+    def inputs(self) -> Any:
         found = []
         for kind in MEASURES:
             index = 0

@@ -11,12 +11,15 @@ In brackets the standard deviations; sigma: the Mahalanobis distance.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from sara_localization.config.filter_config import FilterConfig
+from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import NAMES, SIZE
 
 
-def opened(config: FilterConfig, report) -> Trace | None:
+def opened(config: FilterConfig, report: Callable[[str], None]) -> Trace | None:
     """The Trace of a configuration, or None: it is not asked for, or its file cannot be written (report is called with
     why).
     """
@@ -35,7 +38,7 @@ class Trace:
     def __init__(self, file):
         self._file, self._lines = file, []
 
-    def measurement(self, m, taken: bool, nis: float):
+    def measurement(self, m: Any, taken: bool, nis: float) -> None:
         """A raw_measurement.Measurement was taken in or not, at the squared Mahalanobis distance nis."""
         values = zip(m.indices, m.z.tolist(), m.R.diagonal().tolist())
         self._lines.append(
@@ -49,7 +52,7 @@ class Trace:
             )
         )
 
-    def tick(self, now: float, kf):
+    def tick(self, now: float, kf: Estimator) -> None:
         """The end of a tick at now (s), with the filter as it is then."""
         variances = kf.P.diagonal()[:SIZE].tolist()
         state = ' '.join(map(_number, range(SIZE), kf.x[:SIZE].tolist(), variances)) if kf.initialised else 'none yet'

@@ -10,9 +10,12 @@ rule of diagnostic_updater's FrequencyStatus).
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Iterable
 
 from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_localization.config.input_config import InputConfig
 from sara_localization.filters.state import ANGLES, POSE, RATES, TWIST
+from sara_localization.inputs.status import InputStatus
 
 # Kind of a problem (InputStatus.problems) -> the peer's key behind the input's name; None: one key for each part in
 # use.
@@ -37,7 +40,7 @@ SUMMARY = {
 }
 
 
-def parts(config) -> tuple[str, ...]:
+def parts(config: InputConfig) -> tuple[str, ...]:
     """The parts of an input's messages that are used, as keys name them; ('',) for kinds of one part."""
     if config.kind in ('pose', 'twist'):
         return ('',)
@@ -56,7 +59,7 @@ def parts(config) -> tuple[str, ...]:
     return tuple(used) or ('',)
 
 
-def keys(config, kind: str) -> list[str]:
+def keys(config: InputConfig, kind: str) -> list[str]:
     """The keys under which a kind of problem of an input is told."""
     suffix = KEYS.get(kind, kind)
     if suffix is None:
@@ -72,7 +75,13 @@ class FilterDiagnostics:
         self._settings = tuple(settings)
         self._seen = {name: Counter() for name in self._inputs}
 
-    def status(self, now: float, statuses, waiting: str | None, counters=()) -> Status:
+    def status(
+        self,
+        now: float,
+        statuses: Iterable[InputStatus],
+        waiting: str | None,
+        counters: Iterable[tuple[str, object]] = (),
+    ) -> Status:
         """The state of things at `now` (s).
 
         statuses: the inputs' InputStatus; waiting: what keeps the filter from giving an estimate, or None; counters:

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from collections import deque
 
+import numpy as np
+
+from sara_localization.filters.control import Control
 from sara_localization.inputs.raw_measurement import Measurement
 
 # A late measurement of the very stamp of a state goes before it.
@@ -36,7 +39,7 @@ class History:
         """A measurement was taken; entry: what the queue held."""
         self._measurements.append(entry)
 
-    def keep(self, snapshot):
+    def keep(self, snapshot: tuple) -> None:
         """The state after all measurements of one stamp; snapshot: (time, ...)."""
         self._states.append(snapshot)
 
@@ -56,11 +59,11 @@ class History:
                     again.append(entry)
         return snapshot, again, enough
 
-    def commanded(self, stamp: float, command):
+    def commanded(self, stamp: float, command: np.ndarray) -> None:
         """A command (6,) was given at a time (s)."""
         self._commands.append((stamp, command))
 
-    def recall(self, control, stamp: float):
+    def recall(self, control: Control, stamp: float) -> None:
         """Give a Control the command that held at a time (s), for a measurement that is done again."""
         for at, command in reversed(self._commands):
             if at <= stamp:

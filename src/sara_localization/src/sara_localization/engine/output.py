@@ -6,6 +6,7 @@ import numpy as np
 
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters import motion_model, state_pose
+from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import RATES, SIZE
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import later
@@ -39,7 +40,7 @@ class Output:
         """The robot was put somewhere, at rest."""
         self._rates = np.zeros(3)
 
-    def of(self, kf, now: float | None) -> FilterOutput:
+    def of(self, kf: Estimator, now: float | None) -> FilterOutput:
         """The estimate of a filter at the time of its state. now: the tick (s), None where nothing was measured in
         it.
         """

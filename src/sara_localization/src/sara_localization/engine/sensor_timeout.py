@@ -13,7 +13,9 @@ from __future__ import annotations
 import math
 
 from sara_common.planar import wrap_exact
+from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
+from sara_localization.geometry.rigid import Transform
 
 
 class Silence:
@@ -45,7 +47,7 @@ class Silence:
         if name in self._tell_turn:
             self._turn_at = stamp
 
-    def anchor(self, world_from_odom):
+    def anchor(self, world_from_odom: Transform) -> None:
         """The transform that was given out; kept where it comes from fresh odometry (without any, there is nothing to
         keep).
         """
@@ -53,7 +55,7 @@ class Silence:
             self._anchor = world_from_odom
         self.fresh = False
 
-    def follow(self, kf, odom_from_base):
+    def follow(self, kf: Estimator, odom_from_base: Transform) -> None:
         """Before a tick's measurements: while held, the pose is where the odometry says."""
         if self._anchor is None or odom_from_base is None:
             return
@@ -65,7 +67,7 @@ class Silence:
             x[YAW] = wrap_exact(pose.yaw)
         kf.set_state(x, kf.P.copy())
 
-    def hold(self, kf, now):
+    def hold(self, kf: Estimator, now: float) -> None:
         """After a tick's measurements: zero what nobody has measured for hold_after."""
         self.moving, self.turning = now - self._motion_at > self.hold_after, now - self._turn_at > self.hold_after
         if not self.holding:

@@ -5,6 +5,8 @@ robot_localization jumps to the origin when the frame is unknown; here such a po
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from sara_localization.config.filter_config import FilterConfig
@@ -22,7 +24,7 @@ class Refused(ValueError):
     """A sentence that says why."""
 
 
-def placed(data: PoseData, now: float, config: FilterConfig, transforms) -> tuple[float, np.ndarray, np.ndarray]:
+def placed(data: PoseData, now: float, config: FilterConfig, transforms: Any) -> tuple[float, np.ndarray, np.ndarray]:
     """(stamp (s), x (15,), P (15, 15)) of a robot at rest at a pose, whose stamp counts as now (s) if it is zero or
     from the future. Raises Refused.
     """

@@ -42,7 +42,7 @@ class Control:
         """command: (6,) vx vy vz vroll vpitch vyaw in the robot's frame, at a time (s)."""
         self.command, self.stamp = tuple(float(c) for c in command), stamp
 
-    def accelerations(self, velocities, time: float) -> Six:
+    def accelerations(self, velocities: np.ndarray, time: float) -> Six:
         """The six accelerations at the velocities (6,); a command as old as the timeout counts as zero."""
         c, timed_out = self.config, abs(time - self.stamp) >= self.config.timeout
         return tuple(

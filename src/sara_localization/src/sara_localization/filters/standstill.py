@@ -79,7 +79,9 @@ class Gyro:
         self._offset, self._offset_stamp, self._last_out = 0.0, None, None
         self._window.clear()
 
-    def add(self, stamp, rates, acceleration, yaw, sigma):
+    def add(
+        self, stamp: float, rates: np.ndarray, acceleration: np.ndarray | None, yaw: float | None, sigma: float
+    ) -> list:
         """The rates (3,), acceleration (3,) or None, yaw or None of a message, and the deviation that it claims for its
         rates.
 
@@ -149,7 +151,7 @@ class Standstill:
         for gyro in self.gyros.values():
             gyro.forget_yaw()
 
-    def wheels(self, stamp: float, linear, angular):
+    def wheels(self, stamp: float, linear: np.ndarray, angular: np.ndarray) -> None:
         """Velocities of the wheels: linear (3,) m/s, angular (3,) rad/s; what is not a number counts as motion."""
         c = self.config
         self._wheels_seen = max(self._wheels_seen, stamp)
@@ -158,7 +160,15 @@ class Standstill:
             self._wheels_moved = max(self._wheels_moved, stamp)
             self._unpark()
 
-    def gyro(self, name: str, stamp: float, rates, acceleration=None, yaw=None, sigma: float = 0.0) -> Gyro:
+    def gyro(
+        self,
+        name: str,
+        stamp: float,
+        rates: np.ndarray,
+        acceleration: np.ndarray | None = None,
+        yaw: float | None = None,
+        sigma: float = 0.0,
+    ) -> Gyro:
         """A message of the IMU `name`; what is not finite is given as None (rates: the message is not used)."""
         gyro, c = self.gyros[name], self.config
         if rates is None:

@@ -84,7 +84,7 @@ class RangeConfig:
     """m/s and rad/s; dead reckoning that goes faster was put elsewhere, and is believed anew."""
     warnings: tuple[str, ...] = ()
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Sentences, one for each bad value."""
         found = [
             f'{name} is {getattr(self, name):g}, allowed are numbers above 0'

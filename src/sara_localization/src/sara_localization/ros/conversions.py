@@ -6,8 +6,17 @@ import functools
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import AccelWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import (
+    AccelWithCovarianceStamped,
+    Pose,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Twist,
+    TwistStamped,
+    TwistWithCovarianceStamped,
+)
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
 
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import Stamp, nanoseconds
@@ -44,7 +53,7 @@ def _known_square(values, n):
     return square
 
 
-def odometry(msg) -> OdometryData:
+def odometry(msg: Odometry) -> OdometryData:
     return OdometryData(
         seconds(msg.header.stamp),
         msg.header.frame_id,
@@ -58,7 +67,7 @@ def odometry(msg) -> OdometryData:
     )
 
 
-def pose(msg) -> PoseData:
+def pose(msg: PoseWithCovarianceStamped) -> PoseData:
     return PoseData(
         seconds(msg.header.stamp),
         msg.header.frame_id,
@@ -68,7 +77,7 @@ def pose(msg) -> PoseData:
     )
 
 
-def twist(msg) -> TwistData:
+def twist(msg: TwistWithCovarianceStamped) -> TwistData:
     return TwistData(
         seconds(msg.header.stamp),
         msg.header.frame_id,
@@ -78,7 +87,7 @@ def twist(msg) -> TwistData:
     )
 
 
-def imu(msg) -> ImuData:
+def imu(msg: Imu) -> ImuData:
     return ImuData(
         seconds(msg.header.stamp),
         msg.header.frame_id,
@@ -91,7 +100,7 @@ def imu(msg) -> ImuData:
     )
 
 
-def transform(msg) -> StampedTransform:
+def transform(msg: TransformStamped) -> StampedTransform:
     """A geometry_msgs/TransformStamped."""
     t = msg.transform
     return StampedTransform(
@@ -102,14 +111,14 @@ def transform(msg) -> StampedTransform:
     )
 
 
-def command(msg, now: float):
+def command(msg: Twist | TwistStamped, now: float) -> tuple[float, tuple[float, ...]]:
     """(stamp in s, (6,) command) of a Twist, which counts as of `now`, or a TwistStamped."""
     stamped = hasattr(msg, 'twist')
     twist_ = msg.twist if stamped else msg
     return seconds(msg.header.stamp) if stamped else now, _vector(twist_.linear) + _vector(twist_.angular)
 
 
-def fill_pose(pose_, transform_: Transform):
+def fill_pose(pose_: Pose, transform_: Transform) -> None:
     """Into a geometry_msgs/Pose."""
     p, q = pose_.position, pose_.orientation
     p.x, p.y, p.z = transform_.translation

@@ -5,13 +5,14 @@ being shut down, /diagnostics.
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import rospy
 
 from sara_common.config import ConfigError
 
 
-def configured(config_class):
+def configured(config_class: type) -> Any:
     """config_class.from_params of the node's private parameters; what is wrong with them goes to the log, and if it
     must not be the process ends.
     """

@@ -35,24 +35,24 @@ class SimulatedI2c:
         """As a real bus: nothing answers afterwards."""
         self.chips = {}
 
-    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force=None) -> list[int]:
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int, force: bool | None = None) -> list[int]:
         """`length` (1..32) bytes from `register` on. Raises OSError."""
         if not 0 < length <= BLOCK_MAX:
             raise ValueError(f'length is {length}, allowed is 1 to {BLOCK_MAX}')
         chip = self.chips.get(i2c_addr)
         return (self._chip(i2c_addr) if chip is None or chip.silent else chip).read(register, length)
 
-    def read_byte_data(self, i2c_addr: int, register: int, force=None) -> int:
+    def read_byte_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
         """One byte. Raises OSError."""
         return self._chip(i2c_addr).read(register, 1)[0]
 
-    def write_byte_data(self, i2c_addr: int, register: int, value: int, force=None) -> None:
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
         """One byte. Raises OSError."""
         if not 0 <= value <= 0xFF:
             raise ValueError(f'value is {value}, allowed is a byte')
         self._chip(i2c_addr).write(register, [value])
 
-    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force=None) -> None:
+    def write_i2c_block_data(self, i2c_addr: int, register: int, data: list[int], force: bool | None = None) -> None:
         """At most 32 bytes from `register` on. Raises OSError."""
         if not 0 < len(data) <= BLOCK_MAX or min(data) < 0 or max(data) > 0xFF:
             raise ValueError(f'data are {list(data)}, allowed is 1 to {BLOCK_MAX} bytes')

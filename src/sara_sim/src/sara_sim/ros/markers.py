@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
+import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sara_sim.world.world import World
@@ -12,7 +13,7 @@ HEIGHT = 1.2  # m, of what stands about
 LIFETIME_S = 1.0
 
 
-def markers(world: World, stamp, lifetime) -> MarkerArray:
+def markers(world: World, stamp: rospy.Time, lifetime: rospy.Duration) -> MarkerArray:
     """What the map does not show, where it is now. `lifetime`: rospy.Duration after which RViz forgets it."""
     array = MarkerArray()
     for number, (x, y, c, s, half, side) in enumerate(world.obstacles.shapes.tolist()):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sara_common.planar import Pose2D
 from sara_lab.fuzz.navigation import fuzz_world as world
@@ -90,7 +90,7 @@ class Trial:
         self.t += DT
         return result
 
-    def fault(self, result, told, at):
+    def fault(self, result: Any, told: Any, at: Any) -> str:
         """Return what is wrong with a result, '' when nothing is."""
         v, w = result.command
         if not (math.isfinite(v) and math.isfinite(w) and abs(v) <= FASTEST and abs(w) <= QUICKEST):

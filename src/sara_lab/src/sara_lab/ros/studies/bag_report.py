@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rosbag
@@ -19,7 +20,7 @@ WHEELS, IMU = '/diff_drive_controller/odom', '/imu/data'
 STEP_S = 0.1
 
 
-def read_trace(path, track):
+def read_trace(path: str, track: Any) -> dict[str, np.ndarray]:
     """What drive_figures draws of a bag: {name: array}, every STEP_S s while there are poses of the Track; what the bag
     does not hold is NaN.
 
@@ -68,7 +69,7 @@ def _on_grid(rows, t, columns, angle):
     return found
 
 
-def write(path, folder, map_file=None):
+def write(path: str, folder: Path, map_file: str | None = None) -> Any:
     """The report of a bag in a folder (a Path): report.md, paths.png, rates.png, angles.png. Returns the Judgement.
     Raises BagError and rosbag's own errors.
     """

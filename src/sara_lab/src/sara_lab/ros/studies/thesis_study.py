@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rosbag
@@ -64,7 +65,7 @@ def draw(path: str) -> None:
     drawing.savefig(path, dpi=110)
 
 
-def way(bag: Path, config, static) -> np.ndarray:
+def way(bag: Path, config: Any, static: Any) -> np.ndarray:
     """(n, 2) the positions over a bag, ten a second: finer, the noise of a turn on the spot would count as way."""
     points = []
     machine = BagFilter(

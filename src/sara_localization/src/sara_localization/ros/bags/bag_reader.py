@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import bz2
 import functools
+from collections.abc import Iterable, Iterator
 from struct import Struct
 from typing import NamedTuple
 
@@ -117,7 +118,7 @@ class BagReader:
             return roslz4.decompress(data)
         raise Unreadable(f'compressed by {compression.decode()}')
 
-    def messages(self, topics):
+    def messages(self, topics: Iterable[str]) -> Iterator[tuple]:
         """Yield (Connection, bytes, Stamp of reception) of the topics (as they stand in the bag), by time."""
         wanted = [number for number, connection in self.connections.items() if connection.topic in topics]
         parts = [(number, *part) for number in wanted for part in self._indices.get(number, ())]

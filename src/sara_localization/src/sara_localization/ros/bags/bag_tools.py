@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import rosbag
 import yaml
 
+from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import Transform
 from sara_localization.ros import conversions
 from sara_localization.ros.bags.bag_reader import BagReader, Unreadable
@@ -34,7 +38,7 @@ def load_params(path: str) -> dict:
     return params
 
 
-def static_transform(text: str):
+def static_transform(text: str) -> tuple[str, str, Transform]:
     """(parent, child, Transform) from "X Y Z YAW PITCH ROLL PARENT CHILD" (m, rad)."""
     words = text.split()
     try:
@@ -45,7 +49,7 @@ def static_transform(text: str):
     return parent, child, Transform.from_xyz_rpy(x, y, z, roll, pitch, yaw)
 
 
-def add_static_option(parser):
+def add_static_option(parser: argparse.ArgumentParser) -> None:
     """The option --static-tf."""
     parser.add_argument(
         '--static-tf',
@@ -56,7 +60,7 @@ def add_static_option(parser):
     )
 
 
-def enter_transforms(buffer, topic: str, msg):
+def enter_transforms(buffer: Any, topic: str, msg: Any) -> None:
     """Put a TFMessage of the bag into a TransformBuffer."""
     for stamped in map(conversions.transform, msg.transforms):
         buffer.set_transform(
@@ -69,7 +73,7 @@ def topic_types(bag: rosbag.Bag) -> list[tuple[str, str]]:
     return [(resolved(topic), info.msg_type) for topic, info in bag.get_type_and_topic_info().topics.items()]
 
 
-def wrong_topics(config, published):
+def wrong_topics(config: FilterConfig, published: Any) -> list[tuple[str, str]]:
     """(input's name, sentence) for each input whose topic the bag lacks or holds with another type."""
     found = []
     for i in config.inputs:
@@ -89,7 +93,7 @@ def wrong_topics(config, published):
     return found
 
 
-def by_topic(config):
+def by_topic(config: FilterConfig) -> dict[str, list]:
     """{topic with a leading slash: [InputConfig, ...]}."""
     found = {}
     for i in config.inputs:
@@ -109,12 +113,12 @@ class Unread:
         self._type, self.bytes, self._class_of = type_, data, class_of
 
     @property
-    def message(self):
+    def message(self) -> Any:
         """The message itself."""
         return self._class_of()().deserialize(self.bytes)
 
 
-def unread_messages(bag: rosbag.Bag, topics):
+def unread_messages(bag: rosbag.Bag, topics: Iterable[str]) -> Iterator[tuple]:
     """Yield (topic, Unread, time of reception) of a bag, in its order; the time is a Stamp or rospy.Time."""
     with open(bag.filename, 'rb') as file:
         try:
@@ -127,7 +131,7 @@ def unread_messages(bag: rosbag.Bag, topics):
             yield connection.topic, Unread(connection.type, data, connection.message_class), received
 
 
-def converted(i, topic: str, msg):
+def converted(i: Any, topic: str, msg: Any) -> Any:
     """A message of the bag, or an Unread, as the plain data of an input's kind; raises UsageError for another type."""
     kind = KINDS[i.kind]
     if msg._type != kind.type:  # pylint: disable=protected-access

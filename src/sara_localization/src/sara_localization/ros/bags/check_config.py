@@ -11,6 +11,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Sequence
+from typing import TextIO
 
 import rosbag
 import rospy
@@ -30,7 +32,7 @@ from sara_localization.ros.inputs import resolved
 WORDS = {ERROR: 'error', WARN: 'warning', OK: 'note'}
 
 
-def survey_bag(path: str, config: FilterConfig, static=()) -> tuple[list[Finding], Survey]:
+def survey_bag(path: str, config: FilterConfig, static: Sequence = ()) -> tuple[list[Finding], Survey]:
     """(findings, Survey) of a bag under a configuration; static: [(parent, child, Transform)] that the bag lacks."""
     buffer = TransformBuffer()
     for parent, child, transform in static:
@@ -103,7 +105,7 @@ def _own_transform(buffer, config):
         buffer.set_transform(config.map_frame, config.odom_frame, IDENTITY)
 
 
-def report(findings, file=sys.stdout) -> int:
+def report(findings: Sequence[Finding], file: TextIO = sys.stdout) -> int:
     """Print the findings; returns the status of the process."""
     for finding in sorted_findings(findings):
         print(f'{WORDS[finding.level]}: {finding.sentence}', file=file)
@@ -112,7 +114,7 @@ def report(findings, file=sys.stdout) -> int:
     return 1 if any(finding.level == ERROR for finding in findings) else 0
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
         description='What is wrong with the parameters of ekf_localization_node or '

@@ -19,6 +19,7 @@ import math
 import os
 import sys
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -113,7 +114,14 @@ class Wanted(NamedTuple):
     reference: str | None = None
 
 
-def run(in_bag: str, out_bag: str | None, config: FilterConfig, static=(), quiet=False, wanted=Wanted()) -> dict:
+def run(
+    in_bag: str,
+    out_bag: str | None,
+    config: FilterConfig,
+    static: Sequence = (),
+    quiet: bool = False,
+    wanted: Wanted = Wanted(),
+) -> dict:
     """Filter a bag into another (None: into none) and into the files `wanted`; returns what is printed as JSON."""
     if out_bag is not None and os.path.abspath(in_bag) == os.path.abspath(out_bag):
         raise UsageError('OUT.bag must be another file than IN.bag')
