@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The wiring of cmd_vel_mux and safety_gate: made-up readings and commands in, commands for the wheels out.
 
-The test is the clock (twice real time) and the chair: its wheels turn as they are told.
+The test is the clock (twice real time, slower where the gate is late) and the chair: its wheels turn as they are told.
 """
 
 import math
@@ -24,6 +24,8 @@ from std_srvs.srv import Trigger
 from canserial.msg import Encoder
 
 STEP = 0.01
+LATE_S = 0.1  # simulated: the clock waits for a gate that was not heard for so long, PATIENCE_S of real time at most
+PATIENCE_S = 5.0
 RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
@@ -45,6 +47,7 @@ class Chair(threading.Thread):
         self.angles = [0.0, 0.0]
         self.command = (0.0, 0.0)
         self.out = []
+        self.answered = None
         publish = {
             'clock': ('/clock', Clock),
             'encoders': ('encoders', Encoder),
@@ -63,6 +66,7 @@ class Chair(threading.Thread):
     def on_command(self, message):
         self.command = (message.linear.x, message.angular.z)
         self.out.append((self.now, message.linear.x, message.angular.z))
+        self.answered = self.now
 
     def say(self, name, message):
         if name not in self.silent:
@@ -112,6 +116,13 @@ class Chair(threading.Thread):
                     self.say('navigation', message)
             due += STEP / 2
             time.sleep(max(0.0, due - time.monotonic()))
+            began = time.monotonic()
+            while self.is_late() and time.monotonic() - began < PATIENCE_S:
+                time.sleep(0.001)
+            due += time.monotonic() - began
+
+    def is_late(self):
+        return self.answered is not None and self.now - self.answered > LATE_S
 
 
 class SafetyTest(unittest.TestCase):
@@ -152,6 +163,7 @@ class SafetyTest(unittest.TestCase):
         chair = self.chair
         chair.silent, chair.distances, chair.raw, chair.mode = set(), dict.fromkeys(RANGES, math.inf), {}, 3
         chair.navigation = chair.axes = None
+        self.expected.publish(Bool(False))
         self.until(
             lambda: self.status() == 'The chair is ready.' and chair.command == (0.0, 0.0), 'the chair is not ready'
         )
