@@ -25,7 +25,7 @@ from canserial.msg import Encoder
 
 STEP = 0.01
 LATE_S = 0.1  # simulated: the clock waits for a gate that was not heard for so long, PATIENCE_S of real time at most
-PATIENCE_S = 5.0
+PATIENCE_S = 2.0
 RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
@@ -117,8 +117,10 @@ class Chair(threading.Thread):
             due += STEP / 2
             time.sleep(max(0.0, due - time.monotonic()))
             began = time.monotonic()
-            while self.is_late() and time.monotonic() - began < PATIENCE_S:
+            while self.is_late():
                 time.sleep(0.001)
+                if time.monotonic() - began > PATIENCE_S:  # it is dead, and not late
+                    self.answered = None
             due += time.monotonic() - began
 
     def is_late(self):
