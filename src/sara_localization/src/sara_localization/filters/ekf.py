@@ -8,9 +8,7 @@ Method: T. Moore, D. Stouch, 2014 (motion_model.py); filterpy's ExtendedKalmanFi
 from __future__ import annotations
 
 from sara_localization.filters import kernel
-from sara_localization.filters.estimator import STEP_INSTEAD, Estimator, valid_step
-
-__all__ = ['Ekf', 'STEP_INSTEAD', 'valid_step']
+from sara_localization.filters.estimator import Estimator
 
 
 class Ekf(Estimator):

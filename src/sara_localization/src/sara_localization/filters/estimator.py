@@ -243,11 +243,8 @@ class Estimator:
             self._begin(indices, z, R)
             self.last_measurement_time = stamp
             return True
-        dt = stamp - self.last_measurement_time
-        if dt > 0.0:
-            taken = self._predict_and_correct(valid_step(dt), stamp, measured(indices, z, R, threshold, extra))
-        else:
-            taken = self.correct(indices, z, R, threshold, extra)
+        dt, m = stamp - self.last_measurement_time, measured(indices, z, R, threshold, extra)
+        taken = self._predict_and_correct(valid_step(dt), stamp, m) if dt > 0.0 else self.take(m)
         if dt >= 0.0:
             self.last_measurement_time = stamp
         return taken

@@ -210,10 +210,7 @@ def separate(z: np.ndarray, R: np.ndarray) -> bool:
     for i in range(z.shape[0]):
         if not (isfinite(z[i]) and isfinite(R[i, i])):
             return False
-        for j in range(i):
-            if not (R[i, j] == 0.0 and R[j, i] == 0.0):
-                return False
-    return True
+    return uncorrelated(R)
 
 
 @kernel

@@ -137,15 +137,7 @@ def _round(field, blocks, counts, threshold, quadratic):
             continue
         potential[n] = value
         soon = value < threshold
-        for side in range(4):
-            if side == 0:
-                m, there = n - one, left
-            elif side == 1:
-                m, there = n + one, right
-            elif side == 2:
-                m, there = n - w, below
-            else:
-                m, there = n + w, above
+        for m, there in ((n - one, left), (n + one, right), (n - w, below), (n + w, above)):
             step = steps[m]
             if there > value + INVERSE_ROOT_2 * np.float32(step) and pending[m] == 0 and step < obstacle:
                 pending[m] = 1

@@ -104,15 +104,7 @@ def _round(field, blocks, count, lists, towards):
         potential[n] = value
         later = max(_list_of(np.int64(n), value, width, towards) - level, 0)
         place = (level + later) & (LISTS - 1)
-        for side in range(4):
-            if side == 0:
-                m, there = n - one, left
-            elif side == 1:
-                m, there = n + one, right
-            elif side == 2:
-                m, there = n - w, below
-            else:
-                m, there = n + w, above
+        for m, there in ((n - one, left), (n + one, right), (n - w, below), (n + w, above)):
             step = steps[m]
             if step >= obstacle or there <= value + INVERSE_ROOT_2 * np.float32(step):
                 continue

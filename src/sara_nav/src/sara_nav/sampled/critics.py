@@ -58,16 +58,17 @@ def judge(
     raw, driven = np.zeros((n, 7)), np.zeros((n, 2))
     for i in range(n):
         sample = samples[i, 0], samples[i, 1]
-        driven[i, 0], driven[i, 1] = _first_speeds(sample, state, simulation, rules.accelerating)
-        _judge(terrain, drawing, distances, (state, sample, simulation), rules, raw[i])
+        first = _first_speeds(sample, state, simulation, rules.accelerating)
+        driven[i, 0], driven[i, 1] = first
+        _judge(terrain, drawing, distances, (state, sample, first, simulation), rules, raw[i])
         raw[i, TWIRLING] = abs(driven[i, 1])
     return raw, driven
 
 
 @kernel
 def _judge(terrain, drawing, distances, drive, rules, raw):
-    """Write the raw costs (7,) of one sample. drive: (State, sample, Simulation)."""
-    state, sample, simulation = drive
+    """Write the raw costs (7,) of one sample. drive: (State, sample, the speeds it is driven at first, Simulation)."""
+    state, sample, (v, w), simulation = drive
     costs, grid, _, ceiling, grace = terrain  # a field that is looked up in each step costs time
     paths, goals, fronts = distances
     origin_x, origin_y, resolution = grid
@@ -75,7 +76,6 @@ def _judge(terrain, drawing, distances, drive, rules, raw):
     steps = _steps_of(sample, simulation)
     dt = simulation.time / max(steps, 1)
     x, y, yaw, _, _ = state
-    v, w = _first_speeds(sample, state, simulation, rules.accelerating)
     scale = _scale(v, rules)
     size, shift = costs.size, rules.forward_point_distance
     highest, total = 0, 0.0

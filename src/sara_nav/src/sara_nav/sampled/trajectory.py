@@ -95,8 +95,7 @@ def highest_met(terrain: Terrain, drawing: Drawing, floor: int, above: int, plac
 
 @kernel
 def room_of(state: State, samples: np.ndarray, sim_time: float, ahead: float) -> tuple[float, float, float, float]:
-    """Return low x, low y, high x, high y (m) of what trajectories, and the points ``ahead`` (m) of
-    them, stay within.
+    """Return low x, low y, high x, high y (m) of what trajectories, and the points ``ahead`` (m) of them, stay within.
 
     No speed is beyond those that they begin at and go to, nor is the heading further from the present one than the
     fastest turn takes it.
