@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
-from canserial.reader.plausibility import EncoderGuard, StuckValue
+from canserial.reader.plausibility import EncoderGuard, FrozenImu, StuckValue
 from canserial.reader.reader import Reader
 from canserial.reader.readings import (
     AnglesReading,
@@ -21,6 +21,9 @@ from canserial.reader.readings import (
     ModeReading,
     RangeReading,
 )
+from canserial.reader.status import status_of
+from sara_common.config import ConfigError
+from sara_common.diagnostics import ERROR
 
 BUS = BusDescription.default()
 
@@ -179,6 +182,86 @@ def test_a_stuck_sensor_is_not_published_and_comes_back(fault, stuck, gone):
     if fault == 'gyro_stuck':
         assert ImpactReading in kinds(chair.turn(1, **stuck)), 'the impact does not come from the gyroscope'
     assert gone in kinds(chair.turn(1))
+
+
+STILL = {'gyro': (-0.49, -0.91, 12.0), 'acceleration': (0.1, 0.2, 9.8)}
+
+
+def frozen(readings):
+    return [reading.frozen for reading in readings if isinstance(reading, ImuReading)]
+
+
+def test_an_imu_whose_six_axes_are_the_same_in_three_frames_is_frozen_until_one_changes():
+    chair = Chair().ready()
+    assert frozen(chair.turn(5, **STILL)) == [False, False, True, True, True]
+    assert chair.reader.imu_frozen and chair.reader.counters['imu_frozen'] == 3
+    assert status_of(chair.reader, chair.time).level == ERROR
+    assert 'the IMU is frozen' in status_of(chair.reader, chair.time).text
+    assert ImpactReading in kinds(chair.turn(1, **STILL)), 'the impact does not come from these registers'
+    assert frozen(chair.turn(1)) == [False] and not chair.reader.imu_frozen
+
+
+def test_what_a_frozen_imu_did_not_see_opens_the_variance_of_the_yaw_until_it_is_set():
+    """From the turn on in which the registers may have come to stand: seven of 0.2 s, 1 rad/s."""
+    chair = Chair().ready()
+    assert not chair.reader.yaw_doubtful
+    chair.turn(5, **STILL)
+    assert chair.reader.yaw_doubtful
+    for _ in range(2):
+        [reading] = [reading for reading in chair.turn(1) if isinstance(reading, ImuReading)]
+        assert reading.yaw_variance == pytest.approx(1.4**2)
+    chair.turn(30, **STILL)
+    assert chair.turn(1)[-1].yaw_variance == pytest.approx(math.pi**2 / 3.0), 'a circle has no more'
+    chair.reader.set_yaw(1.0, chair.time)
+    assert chair.turn(1)[-1].yaw_variance == 0.0 and not chair.reader.yaw_doubtful
+    chair.turn(5, **STILL)
+    chair.reader.set_yaw(1.0, chair.time)
+    assert chair.turn(1)[-1].yaw_variance == pytest.approx(0.2**2), 'what was turned before is known'
+
+
+def test_a_long_gap_opens_the_variance_of_the_yaw_too_and_a_short_one_does_not():
+    chair = Chair().ready()
+    chair.turn(3, without=('IMPACT_GYRO',))
+    assert chair.turn(1)[-1].yaw_variance == 0.0
+    chair.turn(5, without=('IMPACT_GYRO',))
+    assert chair.turn(1)[-1].yaw_variance == pytest.approx(1.2**2)
+
+
+def test_frozen_frames_of_0_is_never():
+    chair = Chair(frozen_frames=0).ready()
+    assert frozen(chair.turn(20, **STILL)) == [False] * 20
+
+
+@pytest.mark.parametrize('frames', [1, -1, 2.5, True])
+def test_frames_that_cannot_tell_are_no_setting(frames):
+    with pytest.raises(ConfigError, match='frozen_frames'):
+        ReaderConfig(frozen_frames=frames)
+
+
+@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('period', [0.2, 0.05])
+def test_a_living_imu_at_rest_is_never_frozen(seed, period):
+    """With the thesis's smallest sigmas, rates in tenths of deg/s, a tenth of the frames lost and a tenth twice."""
+    chance, watch = random.Random(seed), FrozenImu(3)
+    for k in range(20_000):
+        gyro = tuple(round(chance.gauss(0.0, 0.0734 * (0.2 / period) ** 0.5) / 0.1) for _ in range(3))
+        acceleration = tuple(round(chance.gauss(0.0, sigma) / 0.001) for sigma in (0.0576, 0.0365, 0.0476))
+        came = chance.random() < 0.9
+        for repeated in range(1 + (chance.random() < 0.1)):
+            assert not watch.add(period * k + 0.01 * repeated, gyro, acceleration if came else None, period)
+
+
+@given(st.sampled_from([0.2, 0.05]), st.lists(st.booleans(), max_size=5))
+def test_a_frozen_imu_is_named_by_the_third_frame_that_is_whole(period, lost):
+    """With the turn in which its registers came to stand that is within four turns, 0.8 s."""
+    watch, whole = FrozenImu(3), 0
+    watch.add(0.0, (1, 1, 1), (1, 1, 1), period)
+    watch.add(period, (1, 1, 2), (2, 2, 2), period)
+    for k, loss in enumerate([*lost, False, False, False], 2):
+        whole += not loss
+        assert watch.add(period * k, (2, 2, 2), None if loss else (2, 2, 2), period) == (whole >= 3)
+    assert watch.since == pytest.approx(0.0)
+    assert not watch.add(period * (k + 1), (2, 2, 3), (2, 2, 2), period)
 
 
 def test_a_stuck_madgwick_filter():

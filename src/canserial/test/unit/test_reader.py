@@ -31,7 +31,9 @@ OFFSET = (-0.49, -0.91, -0.65)
 
 def make(**settings_):
     # These frames are without noise: what that does is tested in test_faults.py.
-    return Reader(ReaderConfig(**{'gain': 1.0, 'calibration_time': 0.8, 'stuck_time': 1e9, **settings_}), BUS)
+    return Reader(
+        ReaderConfig(**{'gain': 1.0, 'calibration_time': 0.8, 'stuck_time': 1e9, 'frozen_frames': 0, **settings_}), BUS
+    )
 
 
 def imu(reader, stamp, gz=OFFSET[2], gx=OFFSET[0], gy=OFFSET[1], roll=0.0):

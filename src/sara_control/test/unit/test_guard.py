@@ -12,7 +12,7 @@ import yaml
 from sara_common.config import ConfigError
 from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
 from sara_control.gate.guard import Guard
-from sara_control.gate.reasons import State
+from sara_control.gate.reasons import Reason, State
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
 STEPS = 64000 / math.tau
@@ -23,7 +23,8 @@ class Chair:
     """A guard in front of two wheels with a lag of 0.1 s, told at 50 Hz over a bus that takes 10 to 20 ms each way.
 
     wall: m from the front sensors to a wall across, seen with a median of 3 at 5 Hz as on the chair; it comes nearer as
-    the chair drives. `dead`: what is silent. `lose`: names of the frames to lose next.
+    the chair drives. `old`: IMU frames of old data since the IMU froze; of the first, a part is new. `dead`: what is
+    silent. `lose`: names of the frames to lose next.
     """
 
     def __init__(self, seed=0, params=PARAMS):
@@ -32,6 +33,7 @@ class Chair:
         self.t, self.tick = 50.0, self.random.randrange(20)
         self.v = self.w = self.odometer = 0.0
         self.angles, self.frozen = [0.0, 0.0], None
+        self.old = None
         self.wall, self.echoes = math.inf, []
         self.dead, self.lose = set(), []
         self.pending = []
@@ -86,7 +88,9 @@ class Chair:
                 self.later('encoders', lambda t, i=i, steps=steps: guard.on_encoder(t, i, steps, clock))
         if self.tick % 20 == 0:
             turn, impact = self.w / 1.27, self.impact
-            self.later('imu', lambda t: (guard.on_impact(t, impact), guard.on_imu(t, (0.0, 0.0, turn))))
+            self.old = None if self.old is None else self.old + 1
+            frozen = self.old is not None and self.old > 3
+            self.later('imu', lambda t: (guard.on_impact(t, impact), guard.on_imu(t, (0.0, 0.0, turn), frozen)))
             echo = self.wall - self.odometer
             self.echoes = [*self.echoes[-2:], echo if echo >= 0.16 else -math.inf]
             for name in guard.zones.sensors:
@@ -118,6 +122,8 @@ def hazard(chair, name):
         chair.impact = True
     elif name == 'frozen':
         chair.frozen = list(chair.angles)
+    elif name == 'imu_frozen':
+        chair.old = 0
     else:
         chair.dead = {name}
 
@@ -129,6 +135,7 @@ LIMITS = {
     'encoders': 0.3,
     'frozen': 0.3,
     'imu': 0.5,
+    'imu_frozen': 0.8,
     'navigation': 0.5,
     'ranges': 0.6,
     'localization': 0.6,
@@ -148,7 +155,7 @@ def test_at_rest_in_time_and_never_again_by_itself(name):
             if abs(chair.v) >= 0.05:
                 end = chair.t
         assert end - happened <= LIMITS[name] + v / 1.5 + 0.25, (seed, end - happened)
-        chair.dead, chair.impact, chair.frozen = set(), False, None
+        chair.dead, chair.impact, chair.frozen, chair.old = set(), False, None, None
         chair.guard.on_emergency_stop(False)
         before = chair.odometer
         if name == 'navigation':
@@ -163,6 +170,18 @@ def test_at_rest_in_time_and_never_again_by_itself(name):
             chair.run(0.1)
         chair.command = (v, 0.0)
         assert chair.run(2.0).decision.state is State.DRIVING, chair.decision
+
+
+def test_a_frozen_imu_is_named_from_the_frame_that_tells_of_it_to_the_first_that_does_not():
+    chair = driving(0, 0.5, 0.3)
+    hazard(chair, 'imu_frozen')
+    chair.run(0.82)
+    assert (chair.decision.state, chair.decision.reason) == (State.BRAKING, Reason.IMU_FROZEN)
+    chair.run(3.0)
+    assert (chair.decision.state, chair.decision.reason) == (State.HELD, Reason.IMU_FROZEN)
+    chair.old = None
+    chair.run(0.3)
+    assert (chair.decision.state, chair.decision.reason) == (State.WAITING, Reason.IMU_FROZEN)
 
 
 def test_one_lost_frame_of_any_kind_stops_nothing():

@@ -26,6 +26,7 @@ ABOVE_0 = (
     'range_max',
     'range_limit',
     'stuck_time',
+    'unseen_rate',
     'rate_limit',
     'acceleration_limit',
     'gravity_tolerance',
@@ -45,7 +46,9 @@ class ReaderConfig:
     count as rest.
     still_steps: encoder steps that count as rest. range_min, range_max: m (REP-117). range_limit: m, more no sensor can
     say.
-    initial_yaw: rad, the yaw at start. stuck_time: s, see plausibility.StuckValue. rate_limit: deg/s.
+    initial_yaw: rad, the yaw at start. stuck_time: s, see plausibility.StuckValue.
+    frozen_frames: see plausibility.FrozenImu, 0: off. unseen_rate: rad/s that the chair may have turned while the IMU
+    was silent or frozen. rate_limit: deg/s.
     acceleration_limit,
     gravity_tolerance: m/s2. max_wheel_speed: rad/s. encoder_steps_per_turn: of a wheel. battery_max: V. battery_empty,
     battery_full, battery_charging: V or None. thesis_covariances: publish the variances of the thesis's listing.
@@ -64,6 +67,8 @@ class ReaderConfig:
     range_limit: float = 6.5
     initial_yaw: float = 0.0
     stuck_time: float = 5.0
+    frozen_frames: int = 3
+    unseen_rate: float = 1.0
     rate_limit: float = 251.0
     acceleration_limit: float = 21.6
     gravity_tolerance: float = 2.0
@@ -89,6 +94,8 @@ class ReaderConfig:
             value = getattr(self, name)
             if not is_whole(value, least):
                 faults.append(f'{name} is {value!r}, allowed are whole numbers of {least} or more')
+        if self.frozen_frames != 0 and not is_whole(self.frozen_frames, 2):
+            faults.append(f'frozen_frames is {self.frozen_frames!r}, allowed are 0 and whole numbers of 2 or more')
         if self.calibration not in ('measure', 'saved'):
             faults.append(f"calibration is {self.calibration!r}, allowed are 'measure' and 'saved'")
         if not is_number(self.initial_yaw):

@@ -22,6 +22,7 @@ KINDS = {
     'madgwick_stuck': 'angles (0x206) that are always the same',
     'gyro_implausible': "rates (0x204) beyond the gyroscope's range, or an impact that is neither 0 nor 1",
     'gyro_stuck': 'rates (0x204) that are always the same',
+    'imu_frozen': 'IMU frames (0x203, 0x204) whose six axes are the same to the last bit: its registers stand still',
     'imu_gaps': 'gaps between IMU frames (0x204)',
     'imu_long_gaps': 'gaps of the IMU frames (0x204) over which the turn is unknown',
     'imu_stale': 'IMU frames (0x204) not newer than the last one',

@@ -44,6 +44,11 @@ class YawIntegrator:
         self._given_at = -math.inf
 
     @property
+    def stamp(self) -> float | None:
+        """Of the newest frame, s; None before the first."""
+        return self._stamp
+
+    @property
     def yaw(self) -> float:
         """The yaw at the newest frame (or, where that is later, at the last set()), rad."""
         return self._given if self._zero is None else wrap_exact(self._given + self._angle - self._zero)

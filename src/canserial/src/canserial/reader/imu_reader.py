@@ -13,7 +13,7 @@ from canserial.calibration.calibration import GyroCalibration
 from canserial.calibration.calibration_file import Calibration
 from canserial.reader.config import AUTO, DEFAULT_GAIN, ReaderConfig
 from canserial.reader.imu import YawIntegrator
-from canserial.reader.plausibility import GravityWatch, StuckValue
+from canserial.reader.plausibility import FrozenImu, GravityWatch, StuckValue
 from canserial.reader.readings import ImpactReading, ImuReading
 
 NORMAL_PERIOD = 0.2  # s between IMU frames, until 'auto' knows better
@@ -23,6 +23,7 @@ SLOT = 0.01  # s; the sensor node's timer, of which its periods are multiples
 STILL_TIME = 1.0  # s without motion after which the chair stands
 ALONE_TIME = 8.0  # s of ranges without IMU frames: the sensor node did not lose frames, it calibrated itself
 RANGES_PERIOD = 0.2  # s
+ANY_YAW = math.pi**2 / 3.0  # rad2, of a yaw that may be any
 
 
 class ImuReader:
@@ -33,7 +34,8 @@ class ImuReader:
     `offset`: three deg/s, None until known. `calibration`: the measurement under way or the last one, None if there was
     none.
     `period`: s between IMU frames. `stamp`: of the last ImuReading, None before the first. `yaw`: YawIntegrator.
-    `yaw_doubtful`: whether the chair may have turned unseen.
+    `yaw_doubtful`: whether the chair may have turned unseen. `yaw_variance`: rad2, for what it may have turned while
+    the IMU was silent or frozen.
     """
 
     def __init__(self, config: ReaderConfig, stored: Calibration | None, drop: Callable[[str, float], None]) -> None:
@@ -44,7 +46,7 @@ class ImuReader:
         self.calibration = None if self.offset else self._new_calibration(persistent=True)
         self.period = NORMAL_PERIOD if config.imu_period == AUTO else config.imu_period
         self.stamp = None
-        self.yaw_doubtful = False
+        self.yaw_doubtful, self.yaw_variance = False, 0.0
         stored_gain = None if stored is None else stored.gain
         gain = config.gain if config.gain is not None else stored_gain if stored_gain is not None else DEFAULT_GAIN
         self.yaw = YawIntegrator(self.period, config.max_gap, config.initial_yaw, gain)
@@ -57,12 +59,26 @@ class ImuReader:
         self._steps = {}
         self._wheel_moved = self._gyro_moved = -math.inf
         self._gravity = GravityWatch(config.gravity_tolerance)
+        self._frozen, self._unseen_since = FrozenImu(config.frozen_frames), None
+        self._fresh = self._last = None  # accelerations since the last rates, whatever they say; the last ImuReading
         self._acceleration_stuck, self._gyro_stuck = StuckValue(config.stuck_time), StuckValue(config.stuck_time)
 
     @property
     def calibrating(self) -> bool:
         """Whether the offset is being measured."""
         return self.calibration is not None and not self.calibration.ended
+
+    @property
+    def frozen(self) -> bool:
+        """Whether the IMU's registers stand still."""
+        return self._frozen.frozen
+
+    def set_yaw(self, yaw: float, stamp: float) -> None:
+        """See Reader.set_yaw."""
+        self.yaw.set(yaw, stamp)
+        self.yaw_doubtful, self.yaw_variance = False, 0.0
+        if self._unseen_since is not None:
+            self._unseen_since = max(self._unseen_since, stamp)
 
     def motion(self, now: float) -> str:
         """Why the chair does not stand still at `now` (s), '' if it does."""
@@ -100,6 +116,7 @@ class ImuReader:
 
     def on_acceleration(self, stamp: float, acceleration: tuple[float, float, float]) -> None:
         """Three x m/s2."""
+        self._fresh = acceleration
         if max(map(abs, acceleration)) > self.config.acceleration_limit:
             self._drop('acceleration_implausible', stamp)
         elif self._acceleration_stuck.add(stamp, acceleration):
@@ -121,6 +138,9 @@ class ImuReader:
         if max(map(abs, gyro)) > self.config.rate_limit or alarm not in (0, 1):
             return self._drop('gyro_implausible', stamp)
         readings = [ImpactReading(stamp, alarm == 1)]
+        acceleration, self._fresh = self._fresh, None
+        if self._frozen.add(stamp, gyro, acceleration, self.period):
+            return [*readings, *self._stands(stamp)]
         if self._gyro_stuck.add(stamp, gyro):
             self._drop('gyro_stuck', stamp)
             self._disturb('the gyroscope is stuck')
@@ -128,8 +148,19 @@ class ImuReader:
         imu = self._imu(stamp, gyro)
         if imu is None:
             return readings
-        self.stamp = stamp
+        self.stamp, self._last = stamp, imu
         return [*readings, imu]
+
+    def _stands(self, stamp):
+        """The registers stand still: what the chair turns is unseen from then on."""
+        self._drop('imu_frozen', stamp)
+        self._disturb('the IMU is frozen')
+        if self._last is None:
+            return []
+        self.yaw_doubtful = True
+        if self._unseen_since is None:
+            self._unseen_since = self._frozen.since
+        return [self._last._replace(stamp=stamp, frozen=True)]
 
     def _new_calibration(self, persistent):
         config = self.config
@@ -181,7 +212,8 @@ class ImuReader:
                 self._drop(f'imu_without_{name}', stamp)
                 return None
         roll, pitch = self._tilt[1]
-        return ImuReading(stamp, roll, pitch, self.yaw.yaw, (x, y, self.yaw.gain * z), self._acceleration[1])
+        rates = x, y, self.yaw.gain * z
+        return ImuReading(stamp, roll, pitch, self.yaw.yaw, rates, self._acceleration[1], self.yaw_variance)
 
     def _rates(self, gyro):
         (x, y, z), (offset_x, offset_y, offset_z) = gyro, self.offset
@@ -198,7 +230,7 @@ class ImuReader:
     def _integrate(self, stamp, rate):
         """Whether the yaw is new; what was lost or came late is counted."""
         yaw = self.yaw
-        gaps, long_gaps = yaw.gaps, yaw.long_gaps
+        gaps, long_gaps, newest = yaw.gaps, yaw.long_gaps, yaw.stamp
         if not yaw.add(stamp, rate):
             self._drop('imu_before_set_pose' if yaw.pending else 'imu_stale', stamp)
             return False
@@ -207,4 +239,9 @@ class ImuReader:
         if yaw.long_gaps > long_gaps:
             self._drop('imu_long_gaps', stamp)
             self.yaw_doubtful = True
+            if self._unseen_since is None:
+                self._unseen_since = newest
+        if self._unseen_since is not None:
+            unseen, self._unseen_since = max(stamp - self._unseen_since, 0.0), None
+            self.yaw_variance = min(self.yaw_variance + (self.config.unseen_rate * unseen) ** 2, ANY_YAW)
         return True

@@ -41,6 +41,46 @@ class StuckValue:
         return self._count > STUCK_FRAMES and stamp - self._since > self.limit
 
 
+class FrozenImu:
+    """Says whether the IMU's data registers stand still: all six axes equal to the last bit in `frames` frames in a
+    row; 0: never.
+
+    Three values of a noise of standard deviation s, rounded to steps of q, are equal with a probability of
+    q^2 / (2 pi sqrt(3) s^2). Accelerations come in thousandths of m/s2, with an s of at least 0.0576, 0.0365 and 0.0476
+    (thesis table 4.1): 3e-5, 7e-5 and 4e-5, all three 8e-14. In tenths of deg/s all rates may be equal by 0.09 (see
+    StuckValue), so a living sensor at rest is called frozen once in 10^14 frames: in fast mode once in 10^5 years.
+
+    A rate counts with an acceleration of its own, and half a period after the last that did: a frame that came twice
+    is no proof, one that was lost none to the contrary. `since`: s, from when on the values may be old.
+    """
+
+    def __init__(self, frames: int) -> None:
+        self.frames = frames
+        self.since = 0.0
+        self._count, self._counted = 0, -math.inf
+        self._gyro = self._acceleration = None
+
+    @property
+    def frozen(self) -> bool:
+        """Whether it is."""
+        return 0 < self.frames <= self._count
+
+    def add(self, stamp: float, gyro: tuple, acceleration: tuple | None, period: float) -> bool:
+        """Take the rates of a frame, and the accelerations that came since the last one, None if none did; period: s
+        between frames. True while the IMU is frozen.
+        """
+        known = self._acceleration
+        same = gyro == self._gyro and (acceleration == known or None in (acceleration, known))
+        if not same or stamp < self._counted:
+            self._gyro, self._acceleration = gyro, None
+            self._count, self._counted = 0, -math.inf
+            self.since = stamp - 2.0 * period  # its own turn, and the one in which the registers came to stand
+        if acceleration is not None and stamp - self._counted >= 0.5 * period:
+            self._acceleration = acceleration
+            self._count, self._counted = self._count + 1, stamp
+        return self.frozen
+
+
 class EncoderGuard:
     """Checks one wheel's counters (modulo 2^32) against its fastest speed, by the motor node's own clock.
 

@@ -111,6 +111,11 @@ class Reader:
         return self._imu.yaw_doubtful
 
     @property
+    def imu_frozen(self) -> bool:
+        """Whether the IMU's registers stand still."""
+        return self._imu.frozen
+
+    @property
     def turned(self) -> float:
         """The angle turned since the start, rad, without the gain and not wrapped: what the gain procedure compares."""
         return self._imu.yaw.turned
@@ -137,8 +142,7 @@ class Reader:
         if not (math.isfinite(yaw) and 0.0 <= stamp < LAST_STAMP):
             self.counters['set_pose_implausible'] += 1
             return
-        self._imu.yaw.set(yaw, stamp)
-        self._imu.yaw_doubtful = False
+        self._imu.set_yaw(yaw, stamp)
 
     def calibrate(self, now: float) -> str:
         """Measure the gyro's offset again, at rest; meanwhile the old one serves, and if the chair moves it stays.

@@ -19,6 +19,9 @@ class EncoderReading(NamedTuple):
 class ImuReading(NamedTuple):
     """roll, pitch, yaw: rad (yaw in [-pi, pi]); angular_velocity: 3 x rad/s; linear_acceleration: 3 x m/s2, gravity in
     it.
+
+    yaw_variance: rad2, to be added for what the chair may have turned unseen. frozen: the IMU's registers stand still,
+    all but the stamp is old.
     """
 
     stamp: float
@@ -27,6 +30,8 @@ class ImuReading(NamedTuple):
     yaw: float
     angular_velocity: tuple
     linear_acceleration: tuple
+    yaw_variance: float = 0.0
+    frozen: bool = False
 
 
 class AnglesReading(NamedTuple):

@@ -58,7 +58,9 @@ def status_of(reader: Reader, now: float) -> ReaderStatus:
     parts += _calibration_texts(reader)
     if reader.yaw_doubtful:
         parts.append((WARN, 'the chair may have turned unseen: give its yaw on /set_pose'))
-    if reader.imu_stamp is not None and reader.ready and 'IMPACT_GYRO' not in silent:
+    if reader.imu_frozen and 'IMPACT_GYRO' not in silent:
+        parts.append((ERROR, 'the IMU is frozen: its six axes are the same to the last bit'))
+    elif reader.imu_stamp is not None and reader.ready and 'IMPACT_GYRO' not in silent:
         missing = now - reader.imu_stamp
         if missing > max(reader.config.max_gap, PERIODS_SILENT * reader.period):
             parts.append((ERROR, f'no imu/data for {missing:.1f} s'))

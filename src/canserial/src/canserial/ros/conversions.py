@@ -20,6 +20,8 @@ from canserial.reader.readings import (
     RangeReading,
 )
 
+NO_ESTIMATE = (-1.0, -1.0, -1.0)
+
 
 def frame_to_msg(frame: Frame) -> CAN:
     """A Frame as canserial/CAN; its stamp is the frame's time of reception."""
@@ -44,7 +46,10 @@ def encoder_to_msg(reading: EncoderReading) -> Encoder:
 
 
 def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
-    """ImuReading as sensor_msgs/Imu with diagonal covariances (angles, rates, accelerations: three each)."""
+    """ImuReading as sensor_msgs/Imu with diagonal covariances (angles, rates, accelerations: three each).
+
+    Of a frozen IMU each is -1, which says that there is no estimate (sensor_msgs/Imu).
+    """
     message = Imu()
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     message.header.frame_id = frame_id
@@ -53,6 +58,8 @@ def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
     rate, acceleration = message.angular_velocity, message.linear_acceleration
     rate.x, rate.y, rate.z = reading.angular_velocity
     acceleration.x, acceleration.y, acceleration.z = reading.linear_acceleration
+    (roll, pitch, yaw), *others = variances
+    variances = [NO_ESTIMATE] * 3 if reading.frozen else [(roll, pitch, yaw + reading.yaw_variance), *others]
     message.orientation_covariance = _diagonal(variances[0])
     message.angular_velocity_covariance = _diagonal(variances[1])
     message.linear_acceleration_covariance = _diagonal(variances[2])

@@ -107,7 +107,7 @@ class CommandChain:
         self._pass_on(self.mux.on_robot(now, reading.mode != PC_DRIVES), now)
 
     def _imu(self, reading, _now):
-        self.guard.on_imu(reading.stamp, reading.angular_velocity)
+        self.guard.on_imu(reading.stamp, reading.angular_velocity, reading.frozen)
 
     def _range(self, reading, _now):
         self.guard.on_raw_range(reading.stamp, reading.name, reading.raw)

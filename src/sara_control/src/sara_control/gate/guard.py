@@ -59,10 +59,10 @@ class Guard:
         self._bus = stamp
         return self.plausibility.on_encoder(stamp, wheel, steps, time_100us)
 
-    def on_imu(self, stamp: float, rates: Sequence[float]) -> bool:
-        """Angular velocity, 3 x rad/s. False if it is dropped."""
+    def on_imu(self, stamp: float, rates: Sequence[float], frozen: bool = False) -> bool:
+        """Angular velocity, 3 x rad/s, and whether the IMU says that it is no estimate. False if it is dropped."""
         self._bus = stamp
-        valid = self.plausibility.on_imu(stamp, rates)
+        valid = self.plausibility.on_imu(stamp, rates, frozen)
         if valid:
             self._turn_rate = rates[2]
         return valid
@@ -134,6 +134,7 @@ class Guard:
             self._pc_drives,
             self._source,
             watch.speed,
+            watch.imu_frozen,
         )
 
     def missing(self, t: float) -> list[str]:

@@ -31,13 +31,14 @@ class _Wheel:
 
 class Plausibility:
     """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: the
-    older of the two wheels' newest stamps, s. `speed`: the faster wheel's, m/s, NaN before both are known.
+    older of the two wheels' newest stamps, s. `imu_frozen`: whether the newest reading of the IMU was no estimate.
+    `speed`: the faster wheel's, m/s, NaN before both are known.
     """
 
     def __init__(self, config: PlausibilityConfig) -> None:
         self.config = config
         self.dropped = {}
-        self.imu_stamp = -math.inf
+        self.imu_stamp, self.imu_frozen = -math.inf, False
         self.encoder_stamp, self.speed = -math.inf, math.nan
         self._wheels = _Wheel(), _Wheel()
         self._watch = WheelWatch(config.frozen_distance, (config.wheel_radius, config.wheel_radius))
@@ -108,8 +109,12 @@ class Plausibility:
         if self._runaway >= self.config.runaway_readings:
             self.fault = self.fault or Reason.RUNAWAY
 
-    def on_imu(self, stamp: float, rates: Sequence[float]) -> bool:
-        """Angular velocity (3 x rad/s) measured at stamp (s). False if it is dropped."""
+    def on_imu(self, stamp: float, rates: Sequence[float], frozen: bool = False) -> bool:
+        """Angular velocity (3 x rad/s) measured at stamp (s); frozen: it is no estimate. False if it is dropped."""
+        self.imu_frozen = frozen
+        if frozen:
+            self.imu_stamp = -math.inf
+            return self._drop('turn sensor frozen')
         if not all(math.isfinite(rate) and abs(rate) <= self.config.max_turn_rate for rate in rates):
             return self._drop('turn rate not possible')
         self.imu_stamp = stamp

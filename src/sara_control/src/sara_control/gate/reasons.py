@@ -29,6 +29,7 @@ class Reason(enum.Enum):
     FROZEN = 'a wheel does not turn as it should'
     RUNAWAY = 'a wheel turns without a command'
     IMU = 'the turn sensor does not answer'
+    IMU_FROZEN = 'the turn sensor always says the same'
     TURN = 'the turn sensor and the wheels contradict each other'
     RANGES = 'an obstacle sensor does not answer'
     LOCALIZATION = 'the chair does not know where it is'

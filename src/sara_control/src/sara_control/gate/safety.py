@@ -35,7 +35,7 @@ class Inputs(NamedTuple):
     bus, encoders, imu, ranges, localization: stamp of the newest valid reading, s; of several sensors, of the one whose
     newest is oldest. fault: Reason of an implausible reading, or None. impact: whether the chair is hit now. pc_drives:
     whether the chair obeys commands, None while unknown. source: name of the commanding source, '' if unknown. speed:
-    measured, m/s, NaN if unknown.
+    measured, m/s, NaN if unknown. imu_frozen: whether the IMU stands still, and is silent therefore.
     """
 
     bus: float = -math.inf
@@ -48,6 +48,7 @@ class Inputs(NamedTuple):
     pc_drives: bool = None
     source: str = ''
     speed: float = math.nan
+    imu_frozen: bool = False
 
 
 class Decision(NamedTuple):
@@ -145,7 +146,7 @@ class SafetyGate:
             return Reason.IMPACT
         for (reason, timeout), stamp in zip(self._watched, inputs):
             if timeout and not -AHEAD <= t - stamp <= timeout:
-                return reason
+                return Reason.IMU_FROZEN if reason is Reason.IMU and inputs.imu_frozen else reason
         if inputs.fault is not None:
             return inputs.fault
         where = self.config.localization_timeout

@@ -28,6 +28,7 @@ LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: E
 LONGEST_PAUSE = 0.1  # s
 WAITS_PERIOD = 0.5  # s between two words that it waits
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
+NO_ESTIMATE = -1.0  # as a covariance's first element: sensor_msgs/Imu
 
 
 class SafetyNode:
@@ -76,7 +77,9 @@ class SafetyNode:
                 'imu/data',
                 Imu,
                 lambda now, m: self.guard.on_imu(
-                    _stamp(m, now), (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z)
+                    _stamp(m, now),
+                    (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z),
+                    frozen=m.angular_velocity_covariance[0] == NO_ESTIMATE,
                 ),
             )
         if gate.range_timeout:

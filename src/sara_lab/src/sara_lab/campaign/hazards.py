@@ -91,6 +91,7 @@ HAZARDS = {
     'left_encoder_frozen': _fault(0.3, 'encoder_frozen', wheel='left'),
     'motor_node_silent': _fault(0.3, 'node_silent', node='motor'),
     'imu_silent': _fault(0.5, 'imu_silent'),
+    'imu_frozen': _fault(0.8, 'imu_stuck'),
     'sensor_node_silent': _fault(0.5, 'node_silent', node='sensor'),
     'ranges_silent': _fault(0.6, 'frames_dropped', ids=['RANGES_1']),
     'one_sonar_silent': _fault(0.6, 'sonar_silent', sensor='STI'),
