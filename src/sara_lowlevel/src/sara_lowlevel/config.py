@@ -36,12 +36,18 @@ class _Checked:
 
 @dataclass(frozen=True)
 class MotorConfig(_Checked):
-    """The motor node: periods and timeouts in seconds, speeds in rad/s of the wheel."""
+    """The motor node: periods and timeouts in seconds, speeds in rad/s of the wheel.
+
+    `wheel_acceleration`: rad/s2, the most that the PC changes a wheel's speed by: safety_gate's hard braking, 1.5 m/s2
+    and 3 rad/s2, at the rim, (1.5 + 3 x 0.525 / 2) / 0.155.
+    """
 
     encoder_period: float = 0.1
     mode_period: float = 0.2
     battery_period: float = 1.0
+    command_period: float = 0.02
     command_timeout: float = 0.2
+    wheel_acceleration: float = 14.8
     joystick_timeout: float = 0.5
     max_wheel_speed: float = 7.0
     joystick_centre: int = 512

@@ -8,6 +8,7 @@ from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
 from sara_common.config import ConfigError
 from sara_lowlevel.config import MotorConfig
+from sara_lowlevel.motor.command_guard import JUMP_FRAMES, STANDS
 from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 
 BUS = BusDescription.default()
@@ -81,13 +82,94 @@ def test_commands_that_stop_coming_stop_it_after_200_ms():
     assert bench.node.target != (0.0, 0.0)
     bench.run(0.02)
     assert bench.node.target == (0.0, 0.0) and bench.node.counts['commands stopped'] == 1
-    bench.run(0.02, frame=command(1, 1, 'C'))
+    bench.run(0.05, frame=command(1, 1, 'C'))
     assert bench.node.target != (0.0, 0.0)
 
 
 def test_stop_stops_and_keeps_control():
     bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C')).run(0.01, frame=command(2, 2, 'A'))
     assert bench.node.target == (0.0, 0.0) and bench.node.mode == 3
+
+
+def talk(bench, frame, frames=1):
+    """The PC says it, 50 times a second."""
+    for _ in range(frames):
+        bench.run(0.01, frame=frame).run(0.01)
+    return bench
+
+
+def moving(right, left):
+    """A Bench whose PC drives at these speeds, rad/s."""
+    return talk(Bench().in_control(), command(right, left, 'C'), JUMP_FRAMES)
+
+
+SPEEDS = st.floats(-7.0, 7.0)
+STEP = 1 / 9.5
+
+
+@given(SPEEDS, SPEEDS, st.sets(st.sampled_from([*range(16, 32), *range(40, 64)]), min_size=1), st.integers(0, 2**16))
+def test_a_command_whose_constant_bytes_are_wrong_is_not_obeyed_and_holds_no_watchdog_off(right, left, wrong, speeds):
+    bench = moving(right, left)
+    before = bench.node.target
+    data = bytearray(command(right, left, 'C').data)
+    for bit in wrong | {bit for bit in range(16) if speeds >> bit & 1}:
+        data[bit // 8] ^= 1 << bit % 8
+    talk(bench, Frame(0x120, bytes(data)), 9)
+    assert bench.node.target == before and bench.node.counts['damaged command'] == 9
+    talk(bench, Frame(0x120, bytes(data)), 3)
+    assert bench.node.target == (0.0, 0.0)
+
+
+@given(st.integers(-128, 127), st.integers(-128, 127))
+def test_from_rest_a_wheel_is_set_off_by_one_step_and_a_jump_must_be_said_five_times(right, left):
+    bench = talk(Bench().in_control(), command(0, 0, 'C'), 20)
+    wanted = command(right * STEP, left * STEP, 'C')
+    talk(bench, wanted)
+    assert (bench.node.target == (0.0, 0.0)) == (max(abs(right), abs(left)) > 1 or right == left == 0)
+    talk(bench, wanted, JUMP_FRAMES - 2)
+    assert bench.node.target == (0.0, 0.0) or max(abs(right), abs(left)) == 1
+    talk(bench, wanted)
+    assert bench.node.target == pytest.approx(
+        (min(max(right * STEP, -7.0), 7.0), min(max(left * STEP, -7.0), 7.0)), abs=1e-9
+    )
+
+
+def test_after_a_damaged_frame_a_start_must_be_said_five_times_however_slow():
+    bench = talk(Bench().in_control(), command(0, 0, 'C'), 5)
+    talk(bench, Frame(0x120, bytes((0, 0, 1, 0, ord('C'), 0, 0, 0))))
+    talk(bench, command(0, 0, 'C'))
+    assert talk(bench, command(STEP, STEP, 'C'), JUMP_FRAMES - 1).node.target == (0.0, 0.0)
+    assert talk(bench, command(STEP, STEP, 'C')).node.target == (STEP, STEP)
+    talk(bench, command(0, 0, 'C'), 60)
+    assert talk(bench, command(STEP, STEP, 'C')).node.target == (STEP, STEP), 'and a second later is forgotten'
+
+
+@given(SPEEDS, SPEEDS, SPEEDS, SPEEDS, st.integers(0, 8))
+def test_in_motion_a_wheel_changes_as_fast_as_the_gate_brakes_hard_and_lost_frames_are_made_up_for(
+    right, left, new_right, new_left, lost
+):
+    bench = moving(right, left)
+    before, said = bench.node.target, command(new_right, new_left, 'C')
+    new = BUS.decode(said)[1]['right'], BUS.decode(said)[1]['left']
+    talk(bench.run(0.02 * lost), said)
+    over = max(abs(now - was) for was, now in zip(before, new)) - 1.5 * STEP - 14.8 * 0.02 * (lost + 2)
+    if STANDS not in (before, new) and abs(over) > 1e-6:
+        assert bench.node.target == (new if over < 0.0 else before)
+
+
+@given(SPEEDS, SPEEDS, st.sampled_from((command(0, 0, 'C'), command(0, 0, 'A'), command(3, -2, 'A'))))
+def test_a_stop_is_obeyed_at_once_and_one_that_was_none_is_over_with_the_next_frame(right, left, stop):
+    bench = moving(right, left)
+    before = bench.node.target
+    bench.run(0.01, frame=stop)
+    assert bench.node.target == (0.0, 0.0) and bench.node.mode == 3
+    assert talk(bench, command(right, left, 'C')).node.target == before
+
+
+def test_a_joystick_that_was_moved_leaves_nothing_to_go_on_from():
+    bench = moving(3.0, 3.0).run(0.02, Joystick(y=900)).run(0.02, frame=command(0, 0, 'A'))
+    assert bench.node.mode == 3
+    assert talk(bench, command(3, 3, 'C')).node.target == (0.0, 0.0)
 
 
 def test_without_a_joystick_nobody_drives():

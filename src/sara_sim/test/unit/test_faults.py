@@ -316,7 +316,7 @@ def test_a_wheel_slips_on_a_patch(pilot):
     )
     chair.faults.add('wheel_slip', wheel='right', factor=0.4, x=1.0, y=-0.26, radius=0.3)
     flight = pilot(chair)
-    while chair.pose[0] < 0.69:
+    while chair.pose[0] < 0.67:
         flight.drive(2.0, 2.0, 0.05)
     assert chair.pose[2] == 0.0
     while chair.pose[0] < 1.5:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.frame import Frame
 from sara_lowlevel.config import MotorConfig
+from sara_lowlevel.motor.command_guard import CommandGuard
 from sara_lowlevel.schedule import TIME_TOLERANCE_S, Every
 
 MODE_OFF, MODE_MANUAL, MODE_PC = 0, 1, 3
@@ -49,6 +50,7 @@ class MotorNode:
         self._joystick_time = 0.0
         self._command = (0.0, 0.0)
         self._command_time: float | None = None
+        self._guard = CommandGuard(config, bus.resolution('WHEEL_COMMAND', 'right'))
         self._announced: int | None = None
         self._measured_at: float | None = None
         self._encoders = Every(config.encoder_period)
@@ -65,7 +67,11 @@ class MotorNode:
             self.counts[type(error).__name__] += 1
             return
         if name == 'WHEEL_COMMAND':
-            self._on_command(values, t)
+            # What no signal uses is always zero.
+            if self._bus.encode(name, **values).data == frame.data:
+                self._on_command(values, t)
+            else:
+                self._damaged('damaged command', t)
         elif name == 'JOYSTICK':
             self._on_joystick(
                 Joystick(int(values['joyx']), int(values['joyy']), int(values['modo']), values['velD'], values['velI']),
@@ -115,18 +121,26 @@ class MotorNode:
     def _on_command(self, values: dict, t: float) -> None:
         mode = int(values['mode'])
         if mode not in (CLOSED_LOOP, STOP):
-            self.counts['unknown command mode'] += 1
+            self._damaged('unknown command mode', t)
+            return
+        wheels = (values['right'], values['left'])
+        if mode == CLOSED_LOOP and self.mode == MODE_PC and not self._guard.believes(wheels, t):
+            self.counts['jump of a command'] += 1  # not of the PC: the watchdog does not count it
             return
         self._command_time = t
-        wheels = (values['right'], values['left'])
         if mode == STOP:
             self._command = (0.0, 0.0)
+            self._guard.stop(t)
             if self.mode != MODE_PC and wheels == (0, 0) and self._joystick_allows_pc(t):
                 self.mode = MODE_PC
         elif self.mode == MODE_PC:
             self._command = self._limited(wheels)
         else:
             self.counts['command without control'] += 1
+
+    def _damaged(self, what: str, t: float) -> None:
+        self.counts[what] += 1
+        self._guard.damaged(t)
 
     def _on_joystick(self, joystick: Joystick, t: float) -> None:
         self._joystick, self._joystick_time = joystick, t
@@ -145,6 +159,7 @@ class MotorNode:
     def _take_from_pc(self, mode: int) -> None:
         self.mode = mode
         self._command = (0.0, 0.0)
+        self._guard.forget()
 
     def _centred(self, joystick: Joystick) -> bool:
         band, centre = self.config.joystick_dead_band, self.config.joystick_centre
