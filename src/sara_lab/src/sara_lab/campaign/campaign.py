@@ -15,6 +15,7 @@ from tqdm import tqdm
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
+from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, travel
 
@@ -22,6 +23,7 @@ PARTS = {
     'square': square,
     'hazards': hazard_times,
     'obstacle': obstacle,
+    'pairs': fault_pairs,
     'odometry': odometry,
     'sensors': sensors,
     'squares': squares,
