@@ -78,6 +78,7 @@ def test_a_journey_is_reached_without_a_contact_that_the_chair_made(mode, name, 
     assert found.length > 0.9 * math.dist(outcome.start[:2], outcome.goal[:2]) or not outcome.reached
     assert json.loads(json.dumps(outcome.to_json()))['judgement']['contacts'] == len(outcome.contacts)
     assert mode in travel.AMONG_PEOPLE or (found.gap_min > 0.0 and found.contacts == 0)
+    assert sum(found.split.values()) == pytest.approx(found.seconds)
 
 
 @pytest.mark.parametrize('number', APPROACHES)

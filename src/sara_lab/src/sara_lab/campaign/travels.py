@@ -9,10 +9,12 @@ import numpy as np
 
 from sara_lab.campaign.comfort import calm_faults, calm_figures
 from sara_lab.campaign.part import Part, lines_of, mean, spread
+from sara_lab.campaign.travel_times import TIMED, time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
 from sara_lab.journeys import doors as crossings
 from sara_lab.journeys import journeys as trips
 from sara_lab.journeys import travel as travels
+from sara_lab.journeys.ideal_times import ideal_time
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 
 SHORT_M = 10.0
@@ -52,7 +54,10 @@ def travel(_seeds: int, folder: Path) -> Part:
     """
 
     def case(name, mode, number):
-        return travels.drive(name, mode, number, gain_of(number, folder) if mode == 'fused' else None).to_json()
+        outcome = travels.drive(name, mode, number, gain_of(number, folder) if mode == 'fused' else None)
+        if mode in TIMED:
+            outcome = outcome.with_ideal(ideal_time(name, number, folder))
+        return outcome.to_json()
 
     return Part(
         {
@@ -79,6 +84,7 @@ def _travel_summary(results):
             lines.append(TRAVEL_LINE.format(mode, name, **row))
         comfort = {key: figures[f'{mode}_all'][key] for key in COMFORT}
         lines += [f'{mode}: ' + line for line in lines_of(comfort)]
+    lines += time_lines(figures)
     lines += [
         f'not reached: {result["map"]} {result["mode"]} {result["number"]} ({result["way"]:.1f} m): {result["text"]}'
         for result in results
@@ -103,6 +109,7 @@ def _travel_row(results, with_comfort):
         'speed': mean([found['length'] / found['seconds'] for found in there]),
         'discomfort_per_m': mean([found['discomfort'] / found['length'] for found in there]),
         **(calm_figures(there) if with_comfort else {}),
+        **time_figures(results),
     }
 
 

@@ -21,7 +21,9 @@ from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
 from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
+from sara_lab.judge.time_split import StepRecorder, split
 from sara_nav.goals.move_base_config import ACTIVE, SUCCEEDED
+from sara_sim.chair import STEP_S
 from sara_sim.world.world import World
 
 AMONG_PEOPLE = ('people', 'expected')
@@ -68,6 +70,14 @@ class Outcome:
         found = [f'contact: {contact}' for contact in self.contacts if not contact.blameless]
         return found + ([f'neither reached nor ended in words: {self.text}'] if self.late else [])
 
+    def with_ideal(self, seconds: float) -> Outcome:
+        """The Outcome whose Judgement knows the ideal time (s)."""
+        if self.judgement is None:
+            return self
+        return replace(
+            self, judgement=replace(self.judgement, ideal=seconds, time_ratio=self.judgement.seconds / seconds)
+        )
+
     def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         plain = {
@@ -90,6 +100,7 @@ class Recorder:
 
     def __init__(self, lockstep: Lockstep, watch: Callable[[Lockstep], None] | None = None) -> None:
         self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
+        self.steps = StepRecorder()  # with a goal
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
 
@@ -124,6 +135,7 @@ class Recorder:
             tuple(self.plans),
             np.array(self.commanded, float),
             len(self.touched.contacts),
+            split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.comfort.profile),
         )
 
 
@@ -139,6 +151,7 @@ def reach(recorder: Recorder, pose: tuple[float, float, float], seconds: float) 
             late = True
             lockstep.move_base.cancel(lockstep.time, f'not there after {seconds:.0f} s')
         recorder.step()
+        recorder.steps.add(lockstep)
     ended, end = lockstep.time, lockstep.result
     for _ in range(round(SETTLE_S / 0.01)):
         recorder.step()

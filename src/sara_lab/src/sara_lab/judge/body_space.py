@@ -21,7 +21,7 @@ LONGEST_STEP = 5  # cells: within so many a heading's line meets another cell ne
 class BodySpace:
     """`occupied`: (rows, columns) bool, row 0 lowest. `resolution`, `origin`: m. `body`: length, width, m. `margin`: m
     about the body that stays free. `apart`: ((rows, columns) bool, m): other things, and how far the body stays away
-    from those.
+    from those. `headings`: how many are told apart.
     """
 
     def __init__(
@@ -31,18 +31,19 @@ class BodySpace:
         origin: tuple[float, float],
         body: tuple[float, float],
         margin: float,
-        apart: float = None,
+        apart: tuple[np.ndarray, float] | None = None,
+        headings: int = HEADINGS,
     ) -> None:
         self.resolution, self.origin = resolution, origin
-        self.free = np.empty((HEADINGS, *occupied.shape), np.bool_)
-        for k in range(HEADINGS):
-            blocked = _spread(occupied, resolution, body, margin, 2.0 * math.pi * k / HEADINGS)
+        self.free = np.empty((headings, *occupied.shape), np.bool_)
+        for k in range(headings):
+            blocked = _spread(occupied, resolution, body, margin, 2.0 * math.pi * k / headings)
             if apart is not None:
-                blocked |= _spread(apart[0], resolution, body, apart[1], 2.0 * math.pi * k / HEADINGS)
+                blocked |= _spread(apart[0], resolution, body, apart[1], 2.0 * math.pi * k / headings)
             self.free[k] = ~blocked
         self._label = np.zeros(self.free.shape, np.int32)
         self._labels = 0
-        self._steps = np.array([_step(2.0 * math.pi * k / HEADINGS) for k in range(HEADINGS)])
+        self._steps = np.array([_step(2.0 * math.pi * k / headings) for k in range(headings)])
 
     def connected(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Whether the body gets from one pose (x, y, yaw) to the other."""
@@ -52,11 +53,11 @@ class BodySpace:
     def _reached(self, pose):
         """The label of all that is connected with a pose; 0: the body cannot stand there."""
         column, row = (int((value - low) / self.resolution) for value, low in zip(pose[:2], self.origin))
-        heading = pose[2] / (2.0 * math.pi) * HEADINGS
+        heading = pose[2] / (2.0 * math.pi) * len(self.free)
         if not (0 <= row < self.free.shape[1] and 0 <= column < self.free.shape[2]):
             return 0
         for k in (round(heading), math.floor(heading), math.ceil(heading)):
-            cell = k % HEADINGS, row, column
+            cell = k % len(self.free), row, column
             if self.free[cell]:
                 if not self._label[cell]:
                     self._labels += 1

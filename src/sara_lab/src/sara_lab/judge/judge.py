@@ -52,6 +52,7 @@ def judge(
     driving = under_way & (np.abs(motion.v) > STANDING)
     length, seconds = motion.way(under_way), float(sum(goal.ended - goal.given for goal in goals))
     shortest, detour = _detour(motion, goals)
+    ideal, time_ratio = _ideal(goals)
     gap_min, gap_p5 = _gaps(motion, under_way, world, body)
     across = np.concatenate([_across(motion, goal, driving) for goal in goals])
     changes = reversals(motion.w[under_way], TURNING)
@@ -78,6 +79,9 @@ def judge(
         discomfort=weights[0] * seconds + weights[1] * jerk_t + weights[2] * jerk_n,
         contacts=track.contacts,
         corners=tuple(_corner(track, goal) for goal in track.goals),
+        ideal=ideal,
+        time_ratio=time_ratio,
+        split=track.split,
     )
 
 
@@ -92,6 +96,13 @@ def _detour(motion, goals):
     shortest = float(sum(goal.shortest for goal in known)) if known else math.nan
     driven = sum(motion.way(_during(motion, goal)) for goal in known)
     return shortest, driven / shortest if shortest > 0.0 else math.nan
+
+
+def _ideal(goals):
+    """(s, of the goals whose ideal time is known; time taken for those over it)."""
+    known = [goal for goal in goals if goal.ideal is not None]
+    ideal = float(sum(goal.ideal for goal in known)) if known else math.nan
+    return ideal, sum(goal.ended - goal.given for goal in known) / ideal if ideal > 0.0 else math.nan
 
 
 def _gaps(motion, under_way, world, body):

@@ -17,7 +17,7 @@ class Goal:
 
     `judged`: s, when the chair's pose is compared with it, for instance a second after the end; None: at the end.
     `straight`: (x, y) where a straight leg to it begins, None where its path is no straight leg. `shortest`: m, the
-    shortest path there that the body has; None: not known.
+    shortest path there that the body has, `ideal`: s, the ideal time there (sara_lab.ideal); None: not known.
     """
 
     pose: tuple[float, float, float]
@@ -28,6 +28,7 @@ class Goal:
     judged: float | None = None
     straight: tuple[float, float] | None = None
     shortest: float | None = None
+    ideal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Track:
     """A drive as it happened. `t`: (n,) s, growing. `pose`: (n, 3) x, y, yaw in the map frame, m, rad. `source`: whose
     pose it is, true or fused. `goals`: tuple of Goal, in order. `plans`: ((t, (k, 3) plan), ...), each good from t on.
     `commanded`: (n, 2) v, w of the navigation, NaN where nothing was commanded, or None. `contacts`: how many; None:
-    not known.
+    not known. `split`: s with a goal by time_split.KINDS, or None.
     """
 
     t: np.ndarray
@@ -45,6 +46,7 @@ class Track:
     plans: tuple[tuple[float, np.ndarray], ...] = ()
     commanded: np.ndarray | None = None
     contacts: int | None = None
+    split: dict[str, float] | None = None
 
     def __post_init__(self) -> None:
         faults = []
@@ -98,7 +100,8 @@ class Judgement:
     of way; `commanded_reversals_per_m`: the same in the commands. `turns`: those in place. `last_metre`: s, of each
     goal reached: from 1 m before its end until it ended, final turn included; `last_way`: the same until the last
     centimetre was driven. `acceleration_*`, `jerk_*`: r.m.s. while it moves, m/s2, m/s3. `discomfort`: s, of the
-    module's formula.
+    module's formula. `ideal`: s, ideal time of the goals whose is known; `time_ratio`: time taken for those over it.
+    `split`: where the time went, s by time_split.KINDS.
     """
 
     source: str
@@ -125,6 +128,9 @@ class Judgement:
     discomfort: float
     contacts: int | None
     corners: tuple[Corner, ...] = ()
+    ideal: float = math.nan
+    time_ratio: float = math.nan
+    split: dict[str, float] | None = None
 
     @property
     def beyond_shortest(self) -> float:
@@ -179,6 +185,23 @@ ROWS = (
     ('', 'deg', lambda j: max((abs(corner.yaw) for corner in j.corners), default=math.nan)),
 )
 
+TIME_ROWS = (
+    ('ideal time', 's', lambda j: j.ideal),
+    ('time / ideal time', '', lambda j: j.time_ratio),
+    *(
+        (f'  {name}', 's', lambda j, kind=kind: (j.split or {}).get(kind))
+        for kind, name in (
+            ('driving', 'driving at the limits'),
+            ('turning', 'turning in place'),
+            ('planner', 'slowed by the planner'),
+            ('gate', 'slowed by the gate'),
+            ('held', 'held by the gate'),
+            ('standing', 'standing'),
+            ('recovering', 'recovering'),
+        )
+    ),
+)  # shown where any drive has them
+
 
 def table(columns: Sequence[tuple[str, Judgement]]) -> str:
     """Judgements side by side as text: `columns` is [(name, Judgement)]."""
@@ -195,5 +218,6 @@ def table(columns: Sequence[tuple[str, Judgement]]) -> str:
         + [
             f'{name:24} {unit:5}' + ''.join(f'{shown(value(j)):>{width}}' for _, j in columns)
             for name, unit, value in ROWS
+            + tuple(row for row in TIME_ROWS if any(shown(row[2](j)) != '-' for _, j in columns))
         ]
     )

@@ -1,0 +1,73 @@
+"""The ideal time against closed forms: a straight, a turn in place, a bend, astern; never through a wall."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sara_control.gate.comfort import Profile
+from sara_lab.ideal.ideal import ideal, limits_of, space_of
+from sara_lab.ideal.joins import JOINS, join
+from sara_lab.ideal.moves import after
+from sara_lab.judge import gaps
+from sara_lab.judge.judge import BODY
+from sara_sim.world.world import World
+
+LIMITS = limits_of(Profile())
+STOPS = (
+    0.5 * LIMITS.ahead / LIMITS.acceleration + 0.5 * LIMITS.ahead / LIMITS.braking
+)  # s that speeding up and braking take
+RADIUS = LIMITS.ahead**2 / LIMITS.lateral  # m, of the sharpest bend at full speed
+
+
+@pytest.fixture(scope='module')
+def plain():
+    return space_of(np.zeros((160, 160), bool), 0.05, (0.0, 0.0), BODY)
+
+
+@pytest.mark.parametrize(
+    'start, goal, seconds',
+    (
+        ((2.0, 3.0, 0.0), (6.0, 3.0, 0.0), 4.0 / LIMITS.ahead + STOPS),
+        ((5.0, 2.0, math.pi / 2), (5.0, 6.0, math.pi / 2), 4.0 / LIMITS.ahead + STOPS),
+        ((4.0, 4.0, 0.0), (4.0, 4.0, math.pi), math.pi / LIMITS.turn + LIMITS.turn / LIMITS.turn_acceleration),
+        ((4.0, 4.0, 0.3), (4.0, 4.0, 0.7), 2.0 * math.sqrt(0.4 / LIMITS.turn_acceleration)),
+        ((5.0, 4.0, 0.0), (4.0, 4.0, 0.0), 1.0 / LIMITS.astern + 0.5 * STOPS),
+        (
+            (2.0, 2.0, 0.0),
+            (5.0, 5.0, math.pi / 2),
+            (0.5 * math.pi * RADIUS + math.sqrt(2.0) * (3.0 - RADIUS)) / LIMITS.ahead + STOPS,
+        ),
+    ),
+)
+def test_the_ideal_time_is_that_of_the_closed_form(plain, start, goal, seconds):
+    found = ideal(plain, LIMITS, start, goal)
+    assert found.seconds == pytest.approx(seconds, rel=0.02)
+    end = found.poses(start)[-1]
+    assert math.dist(end[:2], goal[:2]) < 1e-6 and abs(math.remainder(end[2] - goal[2], 2.0 * math.pi)) < 1e-6
+
+
+def test_every_join_ends_at_its_pose():
+    random, moves, joined = np.random.default_rng(1), np.empty((3, 2)), 0
+    for _ in range(100):
+        start, end = random.uniform((-3.0, -3.0, -3.2), (3.0, 3.0, 3.2), (2, 3))
+        for number in range(JOINS):
+            if join(number, start, end, moves):
+                pose, joined = tuple(start), joined + 1
+                for length, turn in moves:
+                    pose = after(*pose, length, turn)
+                assert math.dist(pose[:2], end[:2]) < 1e-6
+                assert abs(math.remainder(pose[2] - end[2], 2.0 * math.pi)) < 1e-6
+    assert joined > 100 * JOINS // 2
+
+
+def test_the_ideal_path_goes_round_a_wall_through_the_door_and_touches_nothing():
+    occupied = np.ones((62, 124), bool)
+    occupied[1:61, 1:61] = occupied[1:61, 63:123] = False
+    closed = space_of(occupied, 0.05, (0.0, 0.0), BODY)
+    start, goal = (1.5, 1.0, math.pi / 2), (4.6, 2.0, -math.pi / 2)
+    assert math.isnan(ideal(closed, LIMITS, start, goal).seconds)
+    occupied[23:39, 61:63] = False  # a door of 0.80 m
+    found, world = ideal(space_of(occupied, 0.05, (0.0, 0.0), BODY), LIMITS, start, goal), World(occupied)
+    assert min(gaps.at(world, tuple(pose), BODY) for pose in found.poses(start)) > 0.0
+    assert 3.5 / LIMITS.ahead + STOPS < found.seconds < 20.0
