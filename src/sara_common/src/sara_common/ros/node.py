@@ -7,6 +7,9 @@ import threading
 
 import rospy
 
+from sara_common.ros.direct import send_directly
+from sara_common.ros.sleep import wake_when_due
+
 
 def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False) -> None:
     """`rospy.init_node` for a node that SIGTERM and SIGINT end; call it from the main thread.
@@ -20,6 +23,8 @@ def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False
     def end(number: int, _frame: object) -> None:
         threading.Thread(target=rospy.signal_shutdown, args=(f'signal-{number}',), name='end of the node').start()
 
+    send_directly()
+    wake_when_due()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
     rospy.init_node(name, anonymous=anonymous, disable_rostime=disable_rostime, disable_signals=True)
