@@ -34,7 +34,7 @@ class SimulatorSettings:
     dbc: str = 'sara'
     power_up: bool = False
     calibrate: bool = True
-    fast: bool = False
+    fast: bool = True
     madgwick: bool = True
     log: str = ''
     options: ChairOptions = ChairOptions()

@@ -23,6 +23,7 @@ from sara_bringup.lockstep.ranges import RangeFeeds
 from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose
 from sara_control.gate.reasons import sentence
+from sara_lowlevel.config import SensorConfig
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import ACTIVE, IDLE, SUCCEEDED
 from sara_nav.maps import map_io
@@ -50,7 +51,8 @@ class Lockstep:
     this chair's gyro, as its calibration file would hold it; None: read.py's own default. `localization`: "ekf", "ukf",
     or "fake" for the true pose.
     `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
-    hear of the map; as in sara.launch, None: with the default set alone. `tick` counts the steps.
+    hear of the map; as in sara.launch, None: with the default set alone. `imu_period`: s between the IMU's frames, 0.05
+    or 0.2. `tick` counts the steps.
     """
 
     def __init__(
@@ -63,10 +65,11 @@ class Lockstep:
         localization: str = 'ekf',
         navigation: dict | None = None,
         ranges: bool | None = None,
+        imu_period: float = 0.05,
     ) -> None:
         bus = BusDescription.default()
         grid = map_io.load_map(str(map_path))
-        self.chair = SimulatedChair(world_of(grid), seed, start, bus)
+        self.chair = SimulatedChair(world_of(grid), seed, start, bus, sensors=SensorConfig(imu_period=imu_period))
         reader = parameters('canserial', 'read.yaml')
         if gain is not None:
             reader['gain'] = gain

@@ -26,10 +26,26 @@ RADII, GEOMETRY = 'radii', 'radii and separation'
 FILES = {VX: 'thesis_vx', XY: 'thesis_xy', XY_VX: 'thesis', DEFAULT: 'default'}  # sara_localization's config/ekf_*.yaml
 
 
+COMPARED = {
+    'max_vel_x': 0.5,
+    'max_vel_theta': 0.5,
+    'acc_lim_x': 0.3,
+    'comfort_dec_x': 0.25,
+    'jerk_lim_x': 0.6,
+    'acc_lim_theta': 0.5,
+    'comfort_dec_theta': 0.4,
+    'jerk_lim_theta': 2.0,
+    'max_lateral_acc': 0.2,
+}
+"""Limits of RotateThenPursue that are laid over sara_nav.yaml: as slow as the thesis's planner, with which it is
+compared.
+"""
+
+
 def navigation(planner: str, turn_rate: float = 0.0) -> dict:
     """What is laid over sara_nav.yaml; `turn_rate`: rad/s, the fastest turn in place, 0: the planner's own."""
     if planner == OURS:
-        return {'RotateThenPursue': {'max_vel_theta': turn_rate}} if turn_rate else {}
+        return {'RotateThenPursue': {**COMPARED, **({'max_vel_theta': turn_rate} if turn_rate else {})}}
     tree = parameters('sara_bringup', 'thesis_planner.yaml')
     own = {
         'sim_time': SIM_TIMES[planner],

@@ -59,6 +59,7 @@ class Recorded(Lockstep):
             fusion,
             navigation(setup.planner, setup.turn_rate),
             ranges=False,
+            imu_period=0.2,
         )
         self._setup, self._start = setup, course.placed(course.start)
         if setup.fusion == WHEELS:
