@@ -20,7 +20,7 @@ import rospy  # noqa: E402
 import rostest  # noqa: E402
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped  # noqa: E402
+from geometry_msgs.msg import Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Vector3Stamped  # noqa: E402
 from pty_adapter import wait_until  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import BatteryState, Imu  # noqa: E402
@@ -56,6 +56,7 @@ class Bus:
         self.statuses = {}
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.note, tcp_nodelay=True)
         self.time, self.steps, self.count = 1000.0, 0, 0
+        self.frozen = False
         rospy.wait_for_service('/reader/calibrate', 30.0)
         assert wait_until(lambda: all(topic.get_num_connections() for topic in (self.canrx, self.clock, self.set_pose)))
         assert wait_until(self.impact_arrives), 'no frame comes through'
@@ -76,7 +77,7 @@ class Bus:
         self.time += 0.2
         self.count += 1
         self.steps += steps
-        alive = 0.01 * (self.count % 2)
+        alive = 0.0 if self.frozen else 0.01 * (self.count % 2)
         self.clock.publish(Clock(rospy.Time.from_sec(self.time)))
         self.send('ENCODER_LEFT', steps=self.steps, time=round(self.time * 1e4))
         self.send('BATTERY', voltage=24.5)
@@ -152,6 +153,20 @@ class ReadTest(unittest.TestCase):
         self.assertAlmostEqual(battery.percentage, 0.75, 5)
         self.assertEqual(battery.power_supply_status, BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
         self.assertTrue(math.isnan(battery.current))
+
+    def test_a_frozen_imu_gives_no_estimate_and_then_a_less_certain_yaw(self):
+        bus, imu = self.bus, self.bus.got['imu/data']
+        certain = imu[-1].orientation_covariance[8]
+        bus.frozen = True
+        self.assertTrue(bus.turn_until(lambda: imu[-1].orientation_covariance[0] == -1.0, turns=10))
+        self.assertEqual(imu[-1].angular_velocity_covariance[0], -1.0)
+        self.assertEqual(imu[-1].linear_acceleration_covariance[0], -1.0)
+        bus.frozen = False
+        self.assertTrue(bus.turn_until(lambda: imu[-1].orientation_covariance[8] > certain + 0.5, turns=10))
+        bus.set_pose.publish(
+            PoseWithCovarianceStamped(pose=PoseWithCovariance(pose=Pose(orientation=Quaternion(w=1.0))))
+        )
+        self.assertTrue(bus.turn_until(lambda: imu[-1].orientation_covariance[8] == certain, turns=50))
 
     def test_calibrate_saves_while_the_imu_goes_on(self):
         count = len(self.bus.got['imu/data'])

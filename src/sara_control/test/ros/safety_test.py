@@ -95,6 +95,7 @@ class Chair(threading.Thread):
                 message = Imu()
                 message.header.stamp = stamp
                 message.angular_velocity.z = w
+                message.angular_velocity_covariance[0] = -1.0 if 'estimate' in self.silent else 0.0
                 self.say('imu', message)
                 self.say('impact', Bool(False))
                 for name in RANGES:
@@ -228,7 +229,8 @@ class SafetyTest(unittest.TestCase):
     def test_silence_of_each_sensor_stops_the_chair(self):
         for name, word in (
             ('encoders', 'wheel sensors'),
-            ('imu', 'turn sensor'),
+            ('imu', 'turn sensor does not answer'),
+            ('estimate', 'turn sensor always says the same'),
             ('STD', 'obstacle sensor'),
             ('localization', 'does not know where'),
         ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import rospy
 from geometry_msgs.msg import Quaternion, Vector3Stamped
@@ -64,6 +65,11 @@ def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
     message.angular_velocity_covariance = _diagonal(variances[1])
     message.linear_acceleration_covariance = _diagonal(variances[2])
     return message
+
+
+def has_estimate(covariance: Sequence[float]) -> bool:
+    """False where the first element is -1: of that there is no estimate (sensor_msgs/Imu)."""
+    return covariance[0] != NO_ESTIMATE[0]
 
 
 def angles_to_msg(reading: AnglesReading, frame_id: str) -> Vector3Stamped:

@@ -9,6 +9,7 @@ import rosbag
 import rospkg
 import yaml
 
+from canserial.ros.conversions import has_estimate
 from sara_common.config import ConfigError
 from sara_control.calibration.calibration import Geometry, calibrate, end_errors
 from sara_control.calibration.calibration_report import report, yaml_text
@@ -53,7 +54,8 @@ def _messages(path, config, joint_states, imu, truth):
                         means = (np.mean([found[joint] for joint in side]) for side in sides)
                         rows[topic].append((stamp, *means))
                 elif topic == imu:
-                    rows[topic].append((stamp, message.angular_velocity.z))
+                    if has_estimate(message.angular_velocity_covariance):
+                        rows[topic].append((stamp, message.angular_velocity.z))
                 else:
                     rows[topic].append((stamp, *_planar(message)))
     except (OSError, rosbag.ROSBagException) as error:

@@ -14,6 +14,7 @@ from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger, TriggerResponse
 
 from canserial.msg import Encoder
+from canserial.ros.conversions import has_estimate
 from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
@@ -28,7 +29,6 @@ LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: E
 LONGEST_PAUSE = 0.1  # s
 WAITS_PERIOD = 0.5  # s between two words that it waits
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
-NO_ESTIMATE = -1.0  # as a covariance's first element: sensor_msgs/Imu
 
 
 class SafetyNode:
@@ -79,7 +79,7 @@ class SafetyNode:
                 lambda now, m: self.guard.on_imu(
                     _stamp(m, now),
                     (m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z),
-                    frozen=m.angular_velocity_covariance[0] == NO_ESTIMATE,
+                    frozen=not has_estimate(m.angular_velocity_covariance),
                 ),
             )
         if gate.range_timeout:
