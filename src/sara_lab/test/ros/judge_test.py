@@ -20,6 +20,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from std_msgs.msg import String
 
 from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
@@ -68,6 +69,9 @@ def write(path, truth=True, goals=True, clock=0.0, received=0.0):
                 twist = Twist()
                 twist.linear.x, twist.angular.z = 0.3, 0.1 if k % 250 < 125 else -0.1
                 put('/cmd_vel/navigation', twist, at)
+                put('/diff_drive_controller/cmd_vel', twist, at)
+        for at, said in ((T0, 'goes slowly because people are nearby'), (T0 + 4.0, 'follows its commands')):
+            put('/safety_gate/status', String(f'The chair {said}.'), at)
         put('/ground_truth' if truth else '/odometry/filtered', odometry(t[-1] + 0.02, (math.nan, 0.0, 0.0)), t[-1])
         for count, at in ((1, t[0]), (3, t[-1])):
             put(
@@ -119,6 +123,9 @@ class JudgeTest(unittest.TestCase):
         self.assertAlmostEqual(found.off_plan_p95, 0.02, 6)
         self.assertGreater(found.commanded_reversals_per_m, 1.0)
         self.assertEqual(sorted(dropped.values()), [1, 1])
+        self.assertAlmostEqual(sum(found.split.values()), 26.0, 6)
+        self.assertAlmostEqual(found.split['gate'], 4.0, 1)
+        self.assertAlmostEqual(found.split['turning'], 10.0, delta=2.5)
 
     def test_goals_stamped_by_another_clock_count_from_when_they_were_received(self):
         write(self.path)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from sara_control.gate.comfort import Profile
+from sara_lab.judge.judgement import SPLIT_NAMES, Goal, Track
+from sara_lab.judge.recorded_split import recorded_steps
 from sara_lab.judge.time_split import KINDS, Steps, kinds_of, split
 
 PROFILE = Profile()
@@ -46,3 +48,18 @@ def test_the_kinds_together_make_the_time():
     rows = [CASES[kind] for kind in random.choice(KINDS, 500)]
     parts = split(steps_of(*rows), PROFILE)
     assert sum(parts.values()) == pytest.approx(5.0) and set(parts) == set(KINDS)
+    assert tuple(SPLIT_NAMES) == KINDS
+
+
+def test_a_recorded_drive_is_split_by_what_the_gate_said():
+    t = 0.02 * np.arange(501)
+    track = Track(t, np.column_stack([0.5 * t, 0.0 * t, 0.0 * t]), goals=(Goal((4.0, 0.0, 0.0), 1.0, 9.0, True),))
+    commands = [(when, 0.5, 0.0) for when in np.arange(0.0, 10.0, 0.1)]
+    said = [
+        (2.0, 'The chair goes slowly because something is close in front.'),
+        (5.0, 'The chair follows its commands.'),
+    ]
+    parts = split(recorded_steps(track, commands, commands, said), PROFILE)
+    assert parts['gate'] == pytest.approx(3.0, abs=0.05) and parts['planner'] == pytest.approx(5.0, abs=0.05)
+    unheard = split(recorded_steps(track, commands[:40], commands[:40], said), PROFILE)  # silent after 4.2 s
+    assert unheard['gate'] == pytest.approx(2.2, abs=0.1) and sum(unheard.values()) == pytest.approx(8.0)

@@ -1,23 +1,34 @@
-"""Ideal times of the journeys of travel.py, remembered in a folder: each takes seconds to find."""
+"""Ideal times of recorded drives and of travel.py's journeys; those are kept in a folder, as each takes seconds."""
 
 import json
+import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from sara_bringup.paths import parameters
+from sara_control.gate.comfort import Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_lab.ideal.ideal import Ideal, ideal, limits_of, space_of
 from sara_lab.ideal.moves import Limits, Space
 from sara_lab.journeys.travel_cases import map_file, pairs
 from sara_lab.judge.judge import BODY
+from sara_lab.judge.judgement import Track
 from sara_nav.maps import map_io
 
 
 @cache
-def default_limits() -> Limits:
-    """The Limits of the profile that the safety gate starts with."""
+def default_profile() -> Profile:
+    """The profile that the safety gate starts with."""
     config = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml'))
-    return limits_of(config.profiles[config.profile])
+    return config.profiles[config.profile]
+
+
+def default_limits() -> Limits:
+    """Its Limits."""
+    return limits_of(default_profile())
 
 
 @cache
@@ -26,6 +37,17 @@ def map_space(path: Path | str) -> Space:
     grid = map_io.load_map(str(path))
     geometry = grid.geometry
     return space_of(grid.data != map_io.FREE, geometry.resolution, (geometry.origin_x, geometry.origin_y), BODY)
+
+
+def with_ideal(track: Track, path: Path | str) -> Track:
+    """The Track whose goals have their ideal time on a map (its YAML file), from where the chair was then."""
+
+    def timed(goal):
+        row = min(int(np.searchsorted(track.t, goal.given)), len(track.t) - 1)
+        seconds = ideal(map_space(path), default_limits(), track.pose[row], goal.pose).seconds
+        return goal if math.isnan(seconds) else replace(goal, ideal=seconds)
+
+    return replace(track, goals=tuple(map(timed, track.goals)))
 
 
 def ideal_path(name: str, number: int) -> Ideal:

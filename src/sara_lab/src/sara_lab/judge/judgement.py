@@ -185,21 +185,19 @@ ROWS = (
     ('', 'deg', lambda j: max((abs(corner.yaw) for corner in j.corners), default=math.nan)),
 )
 
+SPLIT_NAMES = {
+    'driving': 'driving at the limits',
+    'turning': 'turning in place',
+    'planner': 'slowed by the planner',
+    'gate': 'slowed by the gate',
+    'held': 'held by the gate',
+    'standing': 'standing',
+    'recovering': 'recovering',
+}  # of time_split.KINDS
 TIME_ROWS = (
     ('ideal time', 's', lambda j: j.ideal),
     ('time / ideal time', '', lambda j: j.time_ratio),
-    *(
-        (f'  {name}', 's', lambda j, kind=kind: (j.split or {}).get(kind))
-        for kind, name in (
-            ('driving', 'driving at the limits'),
-            ('turning', 'turning in place'),
-            ('planner', 'slowed by the planner'),
-            ('gate', 'slowed by the gate'),
-            ('held', 'held by the gate'),
-            ('standing', 'standing'),
-            ('recovering', 'recovering'),
-        )
-    ),
+    *((f'  {name}', 's', lambda j, kind=kind: (j.split or {}).get(kind)) for kind, name in SPLIT_NAMES.items()),
 )  # shown where any drive has them
 
 

@@ -17,6 +17,7 @@ from sara_control.gate.comfort import Profile
 KINDS = ('driving', 'turning', 'planner', 'gate', 'held', 'standing', 'recovering')
 STANDING, TURNING = 0.05, 0.05  # m/s, rad/s: slower than both is standing; slower than the first, turning in place
 NEARLY = 0.9  # share of a limit that counts as reaching it
+SLOWING = ('SLOWED', 'BLOCKED', 'BRAKING', 'HELD', 'WAITING', 'FADING')  # states of the safety gate
 WINDOW_S = 0.2  # over which acceleration is measured
 
 
@@ -86,7 +87,7 @@ class StepRecorder:
                 *asked,
                 decision.v,
                 decision.w,
-                decision.state.name in ('SLOWED', 'BLOCKED', 'BRAKING', 'HELD', 'WAITING', 'FADING'),
+                decision.state.name in SLOWING,
                 newest is not None and newest.phase == 'clearing',
             )
         )

@@ -2,7 +2,8 @@
 
 Read are the true pose where the bag has it (/ground_truth, the simulator's) and else the fused one
 (/odometry/filtered), the goals and their ends (move_base's action topics; RViz's goals pass there too), plans
-(/move_base/PLANNER/plan), the navigation's commands, and the simulator's count of contacts. What is not finite or goes
+(/move_base/PLANNER/plan), the navigation's commands, what the safety gate makes of them and says, and the simulator's
+count of contacts. What is not finite or goes
 back in time is left out and counted.
 """
 
@@ -12,6 +13,7 @@ import math
 import re
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +21,14 @@ import rosbag
 from actionlib_msgs.msg import GoalStatus
 
 from sara_common.planar import yaw_of
+from sara_lab.journeys.ideal_times import default_profile, with_ideal
 from sara_lab.judge.judge import Goal, Track, judge
+from sara_lab.judge.recorded_split import recorded_steps
+from sara_lab.judge.time_split import split
 
 TRUE, FUSED, GOALS, RESULTS = '/ground_truth', '/odometry/filtered', '/move_base/goal', '/move_base/result'
 COMMANDS, DIAGNOSTICS = '/cmd_vel/navigation', '/diagnostics'
+PASSED, SAID = '/diff_drive_controller/cmd_vel', '/safety_gate/status'  # of the safety gate
 PLAN = re.compile(r'^/?move_base/[^/]+/plan$')
 HELD_S = 0.3  # a command is good for so long
 SETTLED_S = 1.0  # after a goal's end its corner is judged
@@ -73,10 +79,13 @@ class _Drive:
     def __init__(self, topics, dropped):
         self.poses = {topics[name]: _Poses(topics[name], dropped) for name in ('true', 'fused')}
         self.given, self.ended, self.plans, self.commanded, self.contacts = {}, {}, [], [], []
+        self.passed, self.said = [], []
         self._takers = {
             topics['goals']: self._goal,
             topics['results']: self._result,
             topics['commands']: self._command,
+            PASSED: self._pass,
+            SAID: self._say,
             DIAGNOSTICS: self._diagnostics,
             **{topic: poses.add_message for topic, poses in self.poses.items()},
         }
@@ -98,6 +107,12 @@ class _Drive:
 
     def _command(self, message, received):
         self.commanded.append((received.to_sec(), message.linear.x, message.angular.z))
+
+    def _pass(self, message, received):
+        self.passed.append((received.to_sec(), message.linear.x, message.angular.z))
+
+    def _say(self, message, received):
+        self.said.append((received.to_sec(), message.data))
 
     def _diagnostics(self, message, _received):
         self.contacts += [
@@ -141,7 +156,7 @@ def read_track(
             f'{path} has {len(drive.ended)} goals that ended, and poses from {t[0]:.0f} to {t[-1]:.0f} s, but none of '
             'the goals at that time, neither by its stamps nor by when it was received'
         )
-    return Track(
+    track = Track(
         t,
         pose,
         source,
@@ -149,7 +164,11 @@ def read_track(
         tuple(drive.plans),
         _held(drive.commanded, t) if drive.commanded else None,
         drive.contacts[-1] - drive.contacts[0] if drive.contacts and source == 'true' else None,
-    ), dropped
+    )
+    if found and drive.commanded and drive.passed:
+        steps = recorded_steps(track, drive.commanded, drive.passed, drive.said)
+        track = replace(track, split=split(steps, default_profile()))
+    return track, dropped
 
 
 def _goals(given, ended, t, dropped):
@@ -190,6 +209,9 @@ def main(words: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog='judge', description=main.__doc__)
     parser.add_argument('bag')
     parser.add_argument('--map', help='YAML of the map, for the gap to what stands on it')
+    parser.add_argument(
+        '--ideal', action='store_true', help='with --map: the ideal time too, some seconds for each goal'
+    )
     parser.add_argument('--json', action='store_true', help='JSON on stdout instead of the table')
     options = parser.parse_args(words)
     try:
@@ -199,6 +221,7 @@ def main(words: list[str] | None = None) -> None:
             from sara_sim.world.world import World
 
             world = World.from_yaml(options.map)
+            track = with_ideal(track, options.map) if options.ideal else track
     except (BagError, OSError, rosbag.ROSBagException, ValueError) as error:
         sys.exit(f'judge: {error}')
     for what, count in dropped.items():
