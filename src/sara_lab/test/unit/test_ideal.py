@@ -71,3 +71,21 @@ def test_the_ideal_path_goes_round_a_wall_through_the_door_and_touches_nothing()
     found, world = ideal(space_of(occupied, 0.05, (0.0, 0.0), BODY), LIMITS, start, goal), World(occupied)
     assert min(gaps.at(world, tuple(pose), BODY) for pose in found.poses(start)) > 0.0
     assert 3.5 / LIMITS.ahead + STOPS < found.seconds < 20.0
+
+
+def test_poses_off_the_map_and_poses_in_a_wall_have_no_ideal_time(plain):
+    here, walled = (4.0, 4.0, 0.0), np.ones((160, 160), bool)
+    for there in ((-1.0, 4.0, 0.0), (4.0, 9.0, 0.0), (math.nan, 4.0, 0.0), (4.0, math.inf, 0.0)):
+        assert math.isnan(ideal(plain, LIMITS, here, there).seconds)
+        assert math.isnan(ideal(plain, LIMITS, there, here).seconds)
+    walled[20:140, 20:100] = False
+    space = space_of(walled, 0.05, (0.0, 0.0), BODY)
+    assert math.isnan(ideal(space, LIMITS, (3.0, 4.0, 0.0), (7.0, 4.0, 0.0)).seconds)
+
+
+def test_lower_limits_take_longer(plain):
+    start, goal = (2.0, 2.0, 0.0), (5.0, 5.0, math.pi / 2)
+    fastest = ideal(plain, LIMITS, start, goal).seconds
+    for name in ('ahead', 'lateral', 'acceleration', 'braking'):
+        slower = LIMITS._replace(**{name: 0.5 * getattr(LIMITS, name)})
+        assert ideal(plain, slower, start, goal).seconds > fastest + 0.1

@@ -20,7 +20,7 @@ from scipy.ndimage import distance_transform_edt
 from sara_common.planar import wrap
 from sara_control.gate.comfort import Profile
 from sara_lab.ideal.moves import Limits, Space, after
-from sara_lab.ideal.search import search, seconds_left
+from sara_lab.ideal.search import FAR, search, seconds_left
 from sara_lab.ideal.shorten import cut, shorten
 from sara_lab.ideal.timing import seconds_along
 from sara_lab.judge.body_space import BodySpace
@@ -31,8 +31,8 @@ ROUNDS = ((0.4, 0.4), (0.27, 0.3), (0.45, 0.5))  # m, rad: pieces that paths are
 
 
 class Ideal(NamedTuple):
-    """`seconds` (NaN: no way was found), and the `moves` (n, 2) that take so long: length (m, astern negative), turn
-    (rad).
+    """`seconds` (NaN: there is no way, or a pose is not on the map), and the `moves` (n, 2) that take so long: length
+    (m, astern negative), turn (rad).
     """
 
     seconds: float
@@ -70,10 +70,15 @@ def space_of(
 
 def ideal(space: Space, limits: Limits, start: Sequence[float], goal: Sequence[float], radius: float = 0.29) -> Ideal:
     """The Ideal from a pose (x, y, yaw; m, rad) to a pose. radius: m, of the circle that fits into the body."""
+    nothing = Ideal(math.nan, np.empty((0, 2)))
     ends = np.array([start, goal], float)
+    if not (np.isfinite(ends).all() and on_map(space, ends)):
+        return nothing
     ends[1, 2] = ends[0, 2] + wrap(ends[1, 2] - ends[0, 2])
     left = seconds_left(space, ends[1, 0], ends[1, 1], limits.ahead, radius)
-    best = Ideal(math.nan, np.empty((0, 2)))
+    if left[int((ends[0, 1] - space.y) / space.size), int((ends[0, 0] - space.x) / space.size)] >= FAR:
+        return nothing
+    best = nothing
     for charge, greed in CANDIDATES:
         moves = search(space, limits, ends, left, charge, greed)
         if not len(moves):
@@ -85,6 +90,13 @@ def ideal(space: Space, limits: Limits, start: Sequence[float], goal: Sequence[f
             if not seconds >= best.seconds:
                 best = Ideal(seconds, found)
     return best
+
+
+def on_map(space: Space, poses: np.ndarray) -> bool:
+    """Whether all poses (n, 3) lie on the map."""
+    rows, columns = space.room.shape
+    cells = np.floor((poses[:, :2] - (space.x, space.y)) / space.size)
+    return bool(((cells >= 0) & (cells < (columns, rows))).all())
 
 
 def merged(moves: np.ndarray) -> np.ndarray:
