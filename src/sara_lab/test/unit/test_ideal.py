@@ -9,8 +9,10 @@ from sara_control.gate.comfort import Profile
 from sara_lab.ideal.ideal import ideal, limits_of, space_of
 from sara_lab.ideal.joins import JOINS, join
 from sara_lab.ideal.moves import after
+from sara_lab.journeys import ideal_times, travel_cases
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
+from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judgement import Goal, Track
 from sara_sim.world.world import World
 
 LIMITS = limits_of(Profile())
@@ -89,3 +91,16 @@ def test_lower_limits_take_longer(plain):
     for name in ('ahead', 'lateral', 'acceleration', 'braking'):
         slower = LIMITS._replace(**{name: 0.5 * getattr(LIMITS, name)})
         assert ideal(plain, slower, start, goal).seconds > fastest + 0.1
+
+
+def test_ideal_times_of_journeys_are_kept_and_those_of_recorded_drives_are_the_same(tmp_path):
+    pair, known = travel_cases.pairs('flat')[32], ideal_times.ideal_time('flat', 32, tmp_path)
+    kept = tmp_path / 'ideal_flat.json'
+    kept.write_text(kept.read_text().replace(f'{known}', '7.5'))
+    assert ideal_times.ideal_time('flat', 32, tmp_path) == 7.5
+    track = Track(np.array([0.0, 9.0]), np.array([pair.start, pair.goal]), goals=(Goal(pair.goal, 0.0, 9.0, True),))
+    found = ideal_times.with_ideal(track, travel_cases.map_file('flat'))
+    assert found.goals[0].ideal == pytest.approx(known, abs=1e-5)
+    judged = judge(found)
+    assert judged.time_ratio == pytest.approx(9.0 / known, abs=1e-3) and 'time / ideal time' in judged.table()
+    assert 'ideal' not in judge(track).table()
