@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs every test: the pure modules' units where ROS cannot be imported, then the rostests, as many side by side as there are cores.
+# Runs every test: the pure modules' units where ROS cannot be imported and, beside them, the rostests, which mostly wait.
 # Ends with the count. `run_tests.sh random`: the units alone, with new random examples in the property tests.
 set -o pipefail
 cd "$(dirname "$0")/.."
@@ -7,14 +7,22 @@ source devel/setup.bash || exit 1
 results=$PWD/build/test_results
 rm -rf "$results" && mkdir -p "$results/units"
 status=0
-[ "${1:-}" = random ] && export SARA_RANDOM_TESTS=1
-echo "== test: units of the pure modules (ROS hidden from the interpreter)"
 # One thread each for the linear algebra: the processes are as many as the cores. A file stays with one process, with what its tests share.
-OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONPATH="$PWD/tools:$PYTHONPATH" .venv/bin/python3 -m pytest -p hide_ros -p steady \
-    --import-mode=importlib -q -p no:cacheprovider -n "$(nproc)" --dist loadfile --durations=15 \
-    --junit-xml="$results/units/units.xml" src/*/test/unit tools/test || status=1
-[ "${1:-}" = random ] && exit $status
-echo "== test: rostests (logs: build/test_results/PACKAGE/*.log)"
+units() {
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONPATH="$PWD/tools:$PYTHONPATH" .venv/bin/python3 -m pytest -p hide_ros -p steady \
+        --import-mode=importlib -q -p no:cacheprovider -n "$(nproc)" --dist loadfile --durations=15 \
+        --junit-xml="$results/units/units.xml" src/*/test/unit tools/test
+}
+if [ "${1:-}" = random ]; then
+    echo "== test: units, with new random examples"
+    SARA_RANDOM_TESTS=1 units
+    exit
+fi
+echo "== test: rostests (logs: build/test_results/PACKAGE/*.log), and the units beside them"
+units >"$results/units/units.log" 2>&1 &
 .venv/bin/python3 tools/rostests.py "$results" || status=1
+wait $! || status=1
+echo "== test: units of the pure modules (ROS hidden from the interpreter)"
+cat "$results/units/units.log"
 .venv/bin/python3 tools/count_tests.py "$results" || status=1
 exit $status

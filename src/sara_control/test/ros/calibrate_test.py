@@ -19,6 +19,8 @@ import yaml
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
+from sara_common.ros.node import start_node
+
 STEP = 0.01
 SEPARATION, LEFT, RIGHT = 0.525 * 1.28, 0.155 * 0.9925, 0.155 * 1.0075
 BIAS = 0.002  # rad/s
@@ -138,5 +140,5 @@ class CalibrateTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('calibrate_test', disable_rostime=True)
+    start_node('calibrate_test', disable_rostime=True)
     rostest.rosrun('sara_control', 'calibrate', CalibrateTest)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 import pytest
+from steady import whole
 
 DRIVE = """
 import json, sys
@@ -117,9 +118,10 @@ def test_tight_places_and_random_inputs_need_no_numba():
     """Starts and goals nearer to something than the planner's margin, then every kind of planner, layer and recovery
     with random goals, maps and sensor messages: whatever is called was compiled for the types it is called with.
     """
-    script = TIGHT % {'inputs': 6000}
+    count = whole(6000, 2000)
+    script = TIGHT % {'inputs': count}
     done = subprocess.run([sys.executable, '-c', script], capture_output=True, text=True, check=True)
     plans, inputs, missed, numba = json.loads(done.stdout)
-    assert plans >= 3 and inputs > 6000
+    assert plans >= 3 and inputs > count
     assert missed == {}, 'warm() of their modules does not call them with these types'
     assert not numba, 'something is not compiled at build time'

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from steady import whole
 
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.paths import config_file
@@ -20,6 +21,7 @@ from sara_lab.experiments import (
     in_place,
     orientation,
     pages,
+    plotting,
     ranking,
     registry,
     runner,
@@ -48,6 +50,12 @@ from sara_lab.experiments.courses import (
 )
 
 SHORT_WAY = Course((1.0, 1.0, 0.0), ((1.6, 1.0, 0.0),), (10.0, 0.0, 0.0))
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    """Figures of few pixels: what is in them is not looked at here."""
+    monkeypatch.setitem(plotting.STYLE, 'figure.dpi', 30)
 
 
 # What they are built of
@@ -427,7 +435,7 @@ def test_verdicts_of_the_fusions_follow_the_results(tmp_path):
 
 
 def test_odometry_alone_fails_and_calibrated_does_not_in_truth():
-    results = runner.run(square.cases_8(2), 1, _Quiet)
+    results = runner.run(square.cases_8(whole(2, 1)), 1, _Quiet)
     report = square_odometry.odometry_alone(results)
     low, high = report.data['gain_error_range']
     least, most = report.data['gain_error_range_radii_known']

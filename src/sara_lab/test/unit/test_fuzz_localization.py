@@ -1,11 +1,12 @@
 """Random messages: nothing raised, nothing that is no number, each kind said once."""
 
 import pytest
+from steady import whole
 
 from sara_lab.fuzz.localization.fuzz import fuzz
 
 
-@pytest.mark.parametrize('seed', [0, 1])
+@pytest.mark.parametrize('seed', range(whole(2, 1)))
 def test_ten_thousand_random_messages(seed):
     report = fuzz(10000, seed)
     assert report.faults == [] and report.messages == 10000

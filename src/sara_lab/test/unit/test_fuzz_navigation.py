@@ -1,6 +1,7 @@
-"""10 000 inputs at random against move_base; and the fuzz itself notices what it looks for."""
+"""Thousands of inputs at random against move_base; and the fuzz itself notices what it looks for."""
 
 import pytest
+from steady import whole
 
 from sara_lab.fuzz.navigation.fuzz import FuzzFailure, fuzz_move_base
 from sara_lab.fuzz.navigation.fuzz_command import main
@@ -10,7 +11,8 @@ from sara_nav.move_base.robot_state import RobotState
 
 
 def test_random_inputs_are_refused_or_driven_and_never_more():
-    tally = fuzz_move_base(10000, 0)
+    count = whole(10000, 4000)
+    tally = fuzz_move_base(count, 0)
     for what in (
         'idle',
         'active',
@@ -32,7 +34,7 @@ def test_random_inputs_are_refused_or_driven_and_never_more():
         'moving while clearing',
     ):
         assert tally.get(what, 0) > 0, f'never: {what}'
-    assert tally['moving while controlling'] > 2000
+    assert tally['moving while controlling'] > count / 5
 
 
 def test_the_same_seed_gives_the_same_commands():

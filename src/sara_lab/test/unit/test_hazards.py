@@ -1,12 +1,17 @@
 """Each fault of the simulator, on the whole stack in lockstep: what the stack does about it."""
 
+import functools
 import math
+import os
+import tempfile
+import traceback
 from pathlib import Path
 
 import pytest
 
 from sara_common.planar import Pose2D
-from sara_lab.campaign.hazards import GOAL, HAZARDS, WATCHED_S, driving, happen, obstacle_ahead, run
+from sara_lab.campaign import hazards
+from sara_lab.campaign.hazards import GOAL, HAZARDS, WATCHED_S, happen, obstacle_ahead, run
 from sara_sim.faults.faults import FAULTS
 
 RIDE_S = 25.0
@@ -14,17 +19,62 @@ RIDE_S = 25.0
 ARRIVES_S = 120.0
 
 
+driving = functools.cache(hazards.driving)
+cruising = functools.cache(hazards.cruising)
+
+
+def in_a_copy(begin, seed=0):
+    """The test runs in a copy of this process, in which the chair is on its way already: it drives there once for all
+    tests. `begin`: driving or cruising; `seed`: where the test has no argument of that name.
+    """
+
+    def of(test):
+        @functools.wraps(test)
+        def copied(**arguments):
+            begin(arguments.get('seed', seed))
+            with tempfile.TemporaryFile('w+') as said:
+                child = os.fork()
+                if not child:
+                    try:
+                        hazards.driving, hazards.cruising = driving, cruising
+                        test(**arguments)
+                        os._exit(0)
+                    except BaseException:  # it must not go on as a second pytest, whatever it was
+                        said.write(traceback.format_exc())
+                        said.flush()
+                    finally:
+                        os._exit(1)
+                _, status = os.waitpid(child, 0)
+                said.seek(0)
+                assert status == 0, said.read()
+
+        return copied
+
+    return of
+
+
+def test_a_test_that_fails_in_a_copy_fails():
+    def test(seed):
+        assert driving(seed).chair.contacts == 7
+
+    with pytest.raises(AssertionError, match='contacts == 7'):
+        in_a_copy(driving)(test)(seed=0)
+
+
 @pytest.mark.parametrize('name', HAZARDS)
+@in_a_copy(driving)
 def test_the_chair_stands_in_time_and_goes_on_a_fresh_goal_only(name):
     assert happen(name, seed=0).faults == []
 
 
 @pytest.mark.parametrize('name', HAZARDS)
+@in_a_copy(cruising, 1)
 def test_a_stream_of_commands_that_goes_on_does_not_move_it_again(name):
     assert happen(name, seed=1, cruise=True).faults == []
 
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
+@in_a_copy(cruising)
 def test_something_that_appears_ahead_is_not_touched(seed):
     speed, stopped, gap, contacts = obstacle_ahead(seed)
     assert speed > 0.75 and stopped < WATCHED_S and gap > 0.0 and contacts == 0
@@ -66,6 +116,7 @@ def error(lockstep):
         ('push', {'turn': 0.3}),
     ),
 )
+@in_a_copy(driving)
 def test_it_drives_on_and_arrives(fault, arguments):
     lockstep = ride(fault, patience=ARRIVES_S, **arguments)
     assert lockstep.result.text == 'Goal reached.'
@@ -84,6 +135,7 @@ def test_it_drives_on_and_arrives(fault, arguments):
         ('joystick_grabbed', {'y': 900, 'duration': 1.0}, ('user has taken over', 'joystick drives')),
     ),
 )
+@in_a_copy(driving)
 def test_it_stops_and_says_why(fault, arguments, words):
     lockstep = ride(fault, **arguments)
     assert any(word in lockstep.result.text for word in words), lockstep.result.text
@@ -94,6 +146,7 @@ def test_it_stops_and_says_why(fault, arguments, words):
 
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
+@in_a_copy(driving)
 def test_the_touch_screen_takes_over_and_navigation_does_not_go_on_by_itself(seed):
     lockstep = driving(seed)
     for _ in range(20):
@@ -106,6 +159,7 @@ def test_the_touch_screen_takes_over_and_navigation_does_not_go_on_by_itself(see
 
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
+@in_a_copy(driving)
 def test_a_wheel_that_seems_to_run_away_stops_the_chair(seed):
     lockstep = driving(seed)
     began, contacts = lockstep.time, 0
@@ -119,6 +173,7 @@ def test_a_wheel_that_seems_to_run_away_stops_the_chair(seed):
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
 @pytest.mark.parametrize('v, w', ((math.nan, 0.0), (math.inf, 0.0), (0.0, -math.inf)))
+@in_a_copy(driving)
 def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
     lockstep = driving(seed)
     lockstep.move_base.cancel(lockstep.time)
@@ -127,6 +182,7 @@ def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
     assert abs(lockstep.chair.velocity[0]) < 0.01 and lockstep.wheels.mux.dropped['navigation'] > 10
 
 
+@in_a_copy(driving)
 def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_words():
     lockstep = driving(0)
     lockstep.chair.faults.add('sonar_stuck', sensor='SDI', range=0.1)  # nearer than it can measure: that is touching
@@ -148,6 +204,7 @@ def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_w
     assert lockstep.result.status == 'succeeded' and error(lockstep) < 0.1
 
 
+@in_a_copy(driving)
 def test_corrupted_frames_never_make_it_race():
     lockstep = driving(0)
     lockstep.chair.faults.add('frames_corrupted', probability=0.2, bits=2)
@@ -158,15 +215,18 @@ def test_corrupted_frames_never_make_it_race():
     assert fastest < 0.9 and lockstep.chair.contacts == 0
 
 
+@in_a_copy(driving)
 def test_a_noisy_encoder_does_not_lead_it_astray():
     assert error(ride('encoder_noisy', wheel='left')) < 0.15
 
 
+@in_a_copy(driving)
 def test_a_slipping_wheel_turns_the_chair_back_to_its_way_by_the_gyroscope():
     lockstep = ride('wheel_slip', wheel='left', factor=0.7)
     assert abs(lockstep.chair.pose[1] - GOAL[1]) < 0.3
 
 
+@in_a_copy(driving)
 def test_a_low_battery_is_told():
     lockstep = driving(0)
     lockstep.chair.faults.add('battery_low', voltage=20.5)

@@ -1,17 +1,18 @@
-"""E1, E2, E3 and E6 on three chairs: the thesis's figures come out, and what would not be them is found."""
+"""E1, E2, E3 and E6 on two chairs (the campaign: three): the thesis's figures come out, what is not them is found."""
 
 import dataclasses
 import json
 
 import numpy as np
 import pytest
+from steady import whole
 
-from sara_lab.experiments import sensor_report
+from sara_lab.experiments import plotting, sensor_report
 
 
 @pytest.fixture(scope='module')
 def chairs():
-    return sensor_report.run(range(3))
+    return sensor_report.run(range(whole(3, 2)))
 
 
 def test_the_thesis_figures_come_out(chairs):
@@ -26,7 +27,7 @@ def test_the_table_has_each_experiment_and_says_what_is_not_reproduced(chairs):
 
 def test_json_is_plain(chairs):
     data = json.loads(json.dumps(sensor_report.to_json(chairs)))
-    assert [chair['seed'] for chair in data] == [0, 1, 2]
+    assert [chair['seed'] for chair in data] == list(range(len(chairs)))
     assert data[0]['accel_before']['mean'][0] == pytest.approx(-0.9498, abs=0.05)
 
 
@@ -34,7 +35,8 @@ def test_a_seed_says_everything(chairs):
     assert sensor_report.to_json(sensor_report.run([1])) == sensor_report.to_json(chairs[1:2])
 
 
-def test_figures_are_the_thesis_s(chairs, tmp_path):
+def test_figures_are_the_thesis_s(chairs, tmp_path, monkeypatch):
+    monkeypatch.setitem(plotting.STYLE, 'figure.dpi', 30)
     sensor_report.figures(chairs[0], tmp_path)
     assert len(list(tmp_path.glob('fig_4_*.png'))) == 12
 

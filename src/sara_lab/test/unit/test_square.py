@@ -1,10 +1,11 @@
-"""The square in lockstep: it meets its acceptance for three chairs, and a seed says everything."""
+"""The square in lockstep: it meets its acceptance for two chairs (the campaign: three), and a seed says everything."""
 
 import json
 import math
 
 import numpy as np
 import pytest
+from steady import whole
 
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.lockstep.lockstep import Lockstep
@@ -15,15 +16,16 @@ from sara_bringup.paths import config_file, share
 from sara_lab.experiments.missions import run
 from sara_lab.journeys.squares import square
 
+SEEDS = range(whole(3, 2))
 GOALS = len(load_mission(config_file('square.yaml')).goals)
 
 
 @pytest.fixture(scope='module')
 def drives():
-    return {seed: run('square', seed)[0] for seed in (0, 1, 2)}
+    return {seed: run('square', seed)[0] for seed in SEEDS}
 
 
-@pytest.mark.parametrize('seed', (0, 1, 2))
+@pytest.mark.parametrize('seed', SEEDS)
 def test_square_meets_its_acceptance(drives, seed):
     assert verdict(drives[seed], GOALS) == []
 
