@@ -121,7 +121,7 @@ class NavigationTest(unittest.TestCase):
         self.client.cancel_goal()
         self.client.wait_for_result(rospy.Duration(5.0))
         subscriber.unregister()
-        self.assertIn('follows the path, 0.50 m/s', said)
+        self.assertIn('follows the path, 0.80 m/s', said)
 
     def test_cancel_stops_within_a_cycle(self):
         self.start_driving()

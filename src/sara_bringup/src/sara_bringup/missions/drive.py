@@ -14,6 +14,17 @@ import numpy as np
 from sara_common.planar import compose, wrap
 
 
+def pose_at(
+    t: float, before: tuple[float, tuple[float, float, float]], after: tuple[float, tuple[float, float, float]]
+) -> tuple[float, float, float]:
+    """Return the pose (x, y, yaw), m and rad, at ``t`` (s), interpolated between two poses with their times (s); before
+    and after them the nearer one.
+    """
+    (start, (x, y, yaw)), (end, (to_x, to_y, to_yaw)) = before, after
+    share = min(max((t - start) / (end - start), 0.0), 1.0) if end > start else 1.0
+    return x + share * (to_x - x), y + share * (to_y - y), yaw + share * wrap(to_yaw - yaw)
+
+
 @dataclass(frozen=True)
 class Corner:
     """What was asked and what came: poses (x, y, yaw) in the map frame, m and rad; `reached` is move_base's word.

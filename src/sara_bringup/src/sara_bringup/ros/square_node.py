@@ -9,6 +9,7 @@ import json
 import math
 import sys
 import threading
+from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_bringup.missions.drive import Drive
+from sara_bringup.missions.drive import Drive, pose_at
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import table
 from sara_bringup.paths import config_file
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from sara_bringup.missions.mission import Mission
 
 LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
+MOST_WAITING = 100  # fused poses that wait for the true one, which may have ceased
 SETTLE_S = 1.0  # the chair comes to rest before a corner is judged
 
 
@@ -42,27 +44,43 @@ def _pose(message):
 
 
 class Recorder:
-    """Keeps the newest truth and odometry and adds a sample to the drive with each fused pose."""
+    """Adds a sample to the drive with each fused pose: the newest odometry, and the true pose at the stamp of the fused
+    one, where somebody publishes it.
+    """
 
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
         self.lock = threading.Lock()
-        self.true, self.odometry, self.recording = None, None, False
+        self.odometry, self.recording = None, False
+        self._truths = deque(maxlen=2)  # (stamp s, pose), the newest last
+        self._waiting = deque(maxlen=MOST_WAITING)  # (stamp s, fused, odometry) newer than the newest truth
         rospy.Subscriber('/ground_truth', Odometry, self._on_truth, tcp_nodelay=True)
         rospy.Subscriber('/diff_drive_controller/odom', Odometry, self._on_odometry, tcp_nodelay=True)
         rospy.Subscriber('/odometry/filtered', Odometry, self._on_fused, tcp_nodelay=True)
         rospy.Subscriber('/diagnostics', DiagnosticArray, self._on_diagnostics)
 
     def _on_truth(self, message):
-        self.true = _pose(message)
+        with self.lock:
+            self._truths.append((message.header.stamp.to_sec(), _pose(message)))
+            while self._waiting and self._waiting[0][0] <= self._truths[-1][0]:
+                self._add(*self._waiting.popleft())
 
     def _on_odometry(self, message):
         self.odometry = _pose(message)
 
     def _on_fused(self, message):
         with self.lock:
-            if self.recording and self.odometry is not None:
-                self.drive.add_sample(message.header.stamp.to_sec(), self.true, _pose(message), self.odometry)
+            if not self.recording or self.odometry is None:
+                return
+            sample = message.header.stamp.to_sec(), _pose(message), self.odometry
+            if self._truths and sample[0] > self._truths[-1][0]:
+                self._waiting.append(sample)
+            else:
+                self._add(*sample)
+
+    def _add(self, stamp, fused, odometry):
+        true = pose_at(stamp, self._truths[0], self._truths[-1]) if self._truths else None
+        self.drive.add_sample(stamp, true, fused, odometry)
 
     def _on_diagnostics(self, message):
         for status in message.status:

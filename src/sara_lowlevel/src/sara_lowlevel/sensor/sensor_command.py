@@ -26,7 +26,9 @@ def parser() -> argparse.ArgumentParser:
         help='/dev/i2c-1, or what a factory in a Python module returns (sara_sim.chips.demo:demo)',
     )
     common_arguments(result)
-    result.add_argument('--slow', action='store_true', help='IMU frames every 200 ms, as in the thesis, instead of 50 ms')
+    result.add_argument(
+        '--slow', action='store_true', help='IMU frames every 200 ms, as in the thesis, instead of 50 ms'
+    )
     result.add_argument('--no-calibrate', action='store_true', help='leave the offset registers as they are')
     result.add_argument('--no-madgwick', action='store_true', help='leave out 0x206')
     result.add_argument('--no-settle', action='store_true', help='calibrate without the 10 s of settling (for trials)')
