@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from steady import whole
 
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.paths import config_file
@@ -435,7 +434,7 @@ def test_verdicts_of_the_fusions_follow_the_results(tmp_path):
 
 
 def test_odometry_alone_fails_and_calibrated_does_not_in_truth():
-    results = runner.run(square.cases_8(whole(2, 1)), 1, _Quiet)
+    results = runner.run(square.cases_8(2), 1, _Quiet)
     report = square_odometry.odometry_alone(results)
     low, high = report.data['gain_error_range']
     least, most = report.data['gain_error_range_radii_known']
