@@ -20,7 +20,13 @@ import rospy  # noqa: E402
 import rostest  # noqa: E402
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Vector3Stamped  # noqa: E402
+from geometry_msgs.msg import (  # noqa: E402
+    Pose,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Vector3Stamped,
+)
 from pty_adapter import wait_until  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import BatteryState, Imu  # noqa: E402

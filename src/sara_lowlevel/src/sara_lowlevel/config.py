@@ -6,6 +6,9 @@ from dataclasses import dataclass, fields
 
 from sara_common.config import ConfigError, fault, is_whole, number_faults
 
+FAST_IMU, SLOW_IMU = 0.05, 0.2
+"""s between the IMU's frames: in the fast mode, and as in the thesis."""
+
 
 @dataclass(frozen=True)
 class _Checked:
@@ -132,7 +135,7 @@ class SensorConfig(_Checked):
 
     imu_address: int = 0x68
     sonar_addresses: tuple = (0x70, 0x71, 0x72, 0x73, 0x74, 0x75, 0x76, 0x77, 0x78)
-    imu_period: float = 0.2
+    imu_period: float = SLOW_IMU
     calibrate: bool = True
     settle_time: float = 10.0
     calibration_time: float = 20.0
@@ -164,7 +167,7 @@ class SensorConfig(_Checked):
                 f'sonar_addresses is {addresses!r}, allowed are nine different I2C addresses (0x08 to 0x7f), '
                 'none of them imu_address'
             )
-        if self.imu_period not in (0.2, 0.05):
+        if self.imu_period not in (SLOW_IMU, FAST_IMU):
             faults.append(f'imu_period is {self.imu_period!r}, allowed are 0.2 and 0.05')
         weight = self.complementary_weight
         if isinstance(weight, (int, float)) and weight >= 1.0:

@@ -1,9 +1,11 @@
 """What the frames of the bus say, in SI units. `stamp` is the time the frame was received, s."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 RIGHT, LEFT = 0, 1
+NO_ESTIMATE = (-1.0, -1.0, -1.0)  # as variances: of that there is no estimate (sensor_msgs/Imu)
 FIELD_OF_VIEW = math.radians(60.0)  # the cone in which an ultrasonic sensor hears an echo
 
 
@@ -32,6 +34,15 @@ class ImuReading(NamedTuple):
     linear_acceleration: tuple
     yaw_variance: float = 0.0
     frozen: bool = False
+
+    def variances(self, stated: Sequence[tuple]) -> list[tuple]:
+        """Return those of the angles, rates and accelerations, three each, of a sensor that states these; NO_ESTIMATE
+        of a frozen one.
+        """
+        if self.frozen:
+            return [NO_ESTIMATE] * 3
+        (roll, pitch, yaw), rates, accelerations = stated
+        return [(roll, pitch, yaw + self.yaw_variance), rates, accelerations]
 
 
 class AnglesReading(NamedTuple):

@@ -13,6 +13,7 @@ from canserial.frame import Frame
 from canserial.msg import CAN, Encoder
 from canserial.reader.readings import (
     FIELD_OF_VIEW,
+    NO_ESTIMATE,
     AnglesReading,
     BatteryReading,
     EncoderReading,
@@ -20,8 +21,6 @@ from canserial.reader.readings import (
     JoystickReading,
     RangeReading,
 )
-
-NO_ESTIMATE = (-1.0, -1.0, -1.0)
 
 
 def frame_to_msg(frame: Frame) -> CAN:
@@ -47,10 +46,7 @@ def encoder_to_msg(reading: EncoderReading) -> Encoder:
 
 
 def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
-    """ImuReading as sensor_msgs/Imu with diagonal covariances (angles, rates, accelerations: three each).
-
-    Of a frozen IMU each is -1, which says that there is no estimate (sensor_msgs/Imu).
-    """
+    """ImuReading as sensor_msgs/Imu with diagonal covariances; variances: see ImuReading.variances."""
     message = Imu()
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     message.header.frame_id = frame_id
@@ -59,11 +55,9 @@ def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
     rate, acceleration = message.angular_velocity, message.linear_acceleration
     rate.x, rate.y, rate.z = reading.angular_velocity
     acceleration.x, acceleration.y, acceleration.z = reading.linear_acceleration
-    (roll, pitch, yaw), *others = variances
-    variances = [NO_ESTIMATE] * 3 if reading.frozen else [(roll, pitch, yaw + reading.yaw_variance), *others]
-    message.orientation_covariance = _diagonal(variances[0])
-    message.angular_velocity_covariance = _diagonal(variances[1])
-    message.linear_acceleration_covariance = _diagonal(variances[2])
+    angles, rates, accelerations = map(_diagonal, reading.variances(variances))
+    message.orientation_covariance, message.angular_velocity_covariance = angles, rates
+    message.linear_acceleration_covariance = accelerations
     return message
 
 

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from sara_control.wheels.odometry import OdometryState
 
 RVIZ_COVARIANCE = np.diag((0.25, 0.25, 0.0, 0.0, 0.0, (np.pi / 12.0) ** 2))  # of its "2D Pose Estimate"; m2, rad2
-NO_ESTIMATE = np.diag((-1.0, -1.0, -1.0))  # sensor_msgs/Imu
 
 
 @lru_cache(maxsize=64)
@@ -66,13 +65,11 @@ class Filter(Estimate):
         tree['backend'] = backend
         self._transforms = TransformBuffer()
         self._engine = FilterEngine(FilterConfig.from_params(tree, kind), self._transforms)
-        self._imu_covariances = [_diagonal(tuple(variances)) for variances in imu_variances]
+        self._imu_variances = tuple(map(tuple, imu_variances))
 
     def on_imu(self, reading: ImuReading) -> None:
         """An ImuReading."""
-        angles, rates, accelerations = [NO_ESTIMATE] * 3 if reading.frozen else self._imu_covariances
-        if reading.yaw_variance and not reading.frozen:
-            angles = angles + np.diag((0.0, 0.0, reading.yaw_variance))
+        angles, rates, accelerations = map(_diagonal, reading.variances(self._imu_variances))
         self._engine.add_imu(
             'imu0',
             ImuData(

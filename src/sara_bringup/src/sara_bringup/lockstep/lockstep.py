@@ -23,7 +23,7 @@ from sara_bringup.lockstep.ranges import RangeFeeds
 from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose
 from sara_control.gate.reasons import sentence
-from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import ACTIVE, IDLE, SUCCEEDED
 from sara_nav.maps import map_io
@@ -65,7 +65,7 @@ class Lockstep:
         localization: str = 'ekf',
         navigation: dict | None = None,
         ranges: bool | None = None,
-        imu_period: float = 0.05,
+        imu_period: float = FAST_IMU,
     ) -> None:
         bus = BusDescription.default()
         grid = map_io.load_map(str(map_path))

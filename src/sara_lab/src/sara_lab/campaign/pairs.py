@@ -21,6 +21,7 @@ from sara_control.gate.reasons import State
 from sara_lab.campaign.part import Part, lines_of
 from sara_lab.journeys.travel import PACE, PATIENCE_S, Recorder, map_file, reach
 from sara_lab.journeys.travel_cases import PAIRS, pairs
+from sara_lab.judge.judge import BODY
 from sara_sim.chips.mounting import SONARS
 
 MAPS = ('flat', 'school')
@@ -30,7 +31,7 @@ FIRST_S, APART_S = (1.0, 15.0), 3.0  # s after the goal was given; and so much l
 LASTS_S, ON_THE_BUS = (0.3, 6.0), 5.0  # what happens to frames lasts so many times longer
 WATCHED_S = 5.0  # after the goal's end and the last fault's
 AT_REST = 0.01  # m/s of the fastest corner; once slower, a held chair has come to rest
-CORNER_M = math.hypot(0.54, 0.29)  # from the axle's middle to a corner of the body
+CORNER_M = 0.5 * math.hypot(*BODY)  # from the axle's middle to a corner of the body
 MOVED_M = 0.02  # less than this is no motion
 HELD = (State.HELD, State.WAITING)
 

@@ -5,14 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sara_lab.campaign.part import Figures
+from sara_lab.journeys.ideal_times import QUICK
 from sara_lab.judge.time_split import KINDS
-
-TIMED = (
-    'true',
-    'fused',
-    'boxes',
-)  # modes of travel whose journeys have an ideal time; with people it is not theirs alone
-QUICK = 2.0  # times the ideal time
 
 
 def time_figures(results: Sequence[dict]) -> Figures:

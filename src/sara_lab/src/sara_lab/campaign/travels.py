@@ -9,12 +9,12 @@ import numpy as np
 
 from sara_lab.campaign.comfort import calm_faults, calm_figures
 from sara_lab.campaign.part import Part, lines_of, mean, spread
-from sara_lab.campaign.travel_times import TIMED, time_figures, time_lines
+from sara_lab.campaign.travel_times import time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
 from sara_lab.journeys import doors as crossings
 from sara_lab.journeys import journeys as trips
 from sara_lab.journeys import travel as travels
-from sara_lab.journeys.ideal_times import ideal_time
+from sara_lab.journeys.ideal_times import TIMED, ideal_time
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 
 SHORT_M = 10.0

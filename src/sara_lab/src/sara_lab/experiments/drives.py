@@ -15,6 +15,7 @@ from sara_control.wheels.odometry import OdometryState
 from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS, Course, Pose, SetUp, multipliers, navigation
 from sara_lab.experiments.drive_data import figures
 from sara_lab.judge.judgement import Goal
+from sara_lowlevel.config import SLOW_IMU
 from sara_nav.goals.move_base_config import SUCCEEDED
 
 # A person presses again when the chair is not shown where it stands; not always at the same phase of the odometry.
@@ -59,7 +60,7 @@ class Recorded(Lockstep):
             fusion,
             navigation(setup.planner, setup.turn_rate),
             ranges=False,
-            imu_period=0.2,
+            imu_period=SLOW_IMU,
         )
         self._setup, self._start = setup, course.placed(course.start)
         if setup.fusion == WHEELS:

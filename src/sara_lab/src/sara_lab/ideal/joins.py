@@ -11,7 +11,8 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.kernels import wrap
-from sara_lab.ideal.moves import AHEAD, ASTERN, TURNING, Limits, Space, after, change, example, passes, seconds_of
+from sara_lab.ideal.moves import Limits, Space, after, change, example, passes, seconds_of
+from sara_nav.lattice.moves import kind_of
 
 RADII = (0.25, 0.5, 0.8, 1.1, 1.6)
 """m, of the arcs."""
@@ -79,7 +80,7 @@ def cost_of(moves: np.ndarray, limits: Limits, before: int, charge: float) -> tu
         length, turn = moves[k, 0], moves[k, 1]
         if length == 0.0 and abs(turn) < 1e-9 or length != 0.0 and abs(length) < 1e-9:
             continue
-        kind = TURNING if length == 0.0 else AHEAD if length > 0.0 else ASTERN
+        kind = kind_of(length)
         total += charge * change(limits, before, kind) + seconds_of(limits, length, turn)
         before = kind
     return total, before

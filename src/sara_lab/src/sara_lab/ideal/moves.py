@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.planar import Pose2D
+from sara_nav.lattice.body import place
+from sara_nav.lattice.moves import AHEAD, ASTERN, TURNS, kind_of
 
-TURNING, AHEAD, ASTERN = 0, 1, 2
-"""Kinds of moves."""
 STRIDE, TWIST = 0.05, 0.05
 """m, rad between two looks at whether the body is free."""
 
@@ -44,12 +45,6 @@ class Space(NamedTuple):
 
 
 @kernel
-def kind_of(length: float) -> int:
-    """The kind of a move of `length` (m)."""
-    return TURNING if length == 0.0 else AHEAD if length > 0.0 else ASTERN
-
-
-@kernel
 def speed_on(limits: Limits, length: float, turn: float) -> float:
     """m/s at which a straight or an arc may be driven."""
     speed = limits.ahead if length > 0.0 else limits.astern
@@ -73,7 +68,7 @@ def change(limits: Limits, before: int, now: int) -> float:
     if before == now:
         return 0.0
     cost = 0.0
-    if before == TURNING or now == TURNING:
+    if before == TURNS or now == TURNS:
         cost += 0.5 * limits.turn / limits.turn_acceleration
     if before in (AHEAD, ASTERN):
         cost += 0.5 * (limits.ahead if before == AHEAD else limits.astern) / limits.braking
@@ -83,10 +78,9 @@ def change(limits: Limits, before: int, now: int) -> float:
 
 
 @kernel
-def after(x: float, y: float, yaw: float, length: float, turn: float) -> tuple[float, float, float]:
-    """The pose (m, rad) after a move."""
-    chord = length if abs(turn) < 1e-9 else length * math.sin(0.5 * turn) / (0.5 * turn)
-    return x + chord * math.cos(yaw + 0.5 * turn), y + chord * math.sin(yaw + 0.5 * turn), yaw + turn
+def after(x: float, y: float, yaw: float, length: float, turn: float) -> Pose2D:
+    """The pose (m, rad) after a move; its yaw is not wrapped."""
+    return place(Pose2D(x, y, yaw), length, turn, 1.0)
 
 
 @kernel

@@ -14,9 +14,12 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_lab.ideal.joins import JOINS, cost_of, free_along, join
-from sara_lab.ideal.moves import Limits, Space, after, change, example, kind_of, passes, seconds_of
+from sara_lab.ideal.moves import Limits, Space, after, change, example, passes, seconds_of
+from sara_nav.lattice.moves import kind_of
 from sara_nav.lattice.tree import slot_of
 
+OPTIONS = 22
+"""Moves that are tried from a state."""
 MOST = 400_000
 """States kept until the search gives up."""
 FAR = 1e6
@@ -52,7 +55,7 @@ def seconds_left(space: Space, x: float, y: float, speed: float, radius: float) 
 
 @kernel
 def option_of(option: int, step: float, level: int) -> tuple[float, float]:
-    """(length m, turn rad) of one of the 24 moves; step: rad between headings, level: of the cells."""
+    """(length m, turn rad) of one of the OPTIONS; step: rad between headings, level: of the cells."""
     far = 1.0 + level
     if option < 4:
         return 0.0, (step if option < 2 else 4.0 * step) * (1.0 if option % 2 == 0 else -1.0)
@@ -111,7 +114,7 @@ def search(space: Space, limits: Limits, ends: np.ndarray, left: np.ndarray, cha
                 found, joined = spent + seconds, n
                 join(number, states[n], ends[1], joint)
             wait = int(2.0 + 2.0 * left[int((y - space.y) / space.size), int((x - space.x) / space.size)])
-        for option in range(22):
+        for option in range(OPTIONS):
             length, turn = option_of(option, step, level)
             if kind == 0 and length == 0.0 and turn * states[n, 5] < 0.0:
                 continue

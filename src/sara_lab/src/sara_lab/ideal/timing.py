@@ -14,7 +14,8 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_lab.ideal.moves import Limits, example, kind_of
+from sara_lab.ideal.moves import Limits, example
+from sara_nav.lattice.moves import kind_of
 
 STEP = 0.02  # m between the points of a stretch
 ROUNDING, LONGEST_ROUNDING = 0.02, 0.6  # m

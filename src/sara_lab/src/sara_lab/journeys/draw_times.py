@@ -13,10 +13,10 @@ from typing import Any
 
 from sara_bringup.paths import share
 from sara_lab.experiments.plotting import figure
+from sara_lab.journeys.ideal_times import QUICK, TIMED
 from sara_lab.journeys.travel_cases import MAPS
-from sara_lab.judge.judgement import SPLIT_NAMES
+from sara_lab.judge.time_split import SPLIT_NAMES
 
-MODES = {'true': 'true pose', 'fused': 'fused pose', 'boxes': 'unknown boxes'}
 COLOURS = ('tab:green', 'tab:blue', 'tab:orange', 'tab:red', 'tab:purple', 'tab:gray', 'tab:brown')
 NAMES = ('before', 'after')
 
@@ -27,7 +27,7 @@ def table(figures: Sequence[dict[str, Any]]) -> str:
     """
     head = '| travel | ideal, s | ' + ' | '.join(
         f'{what}{" " + name if len(figures) > 1 else ""}'
-        for what in ('time / ideal', 'under 2.0', 'm/s')
+        for what in ('time / ideal', f'under {QUICK:.1f}', 'm/s')
         for name in NAMES[: len(figures)]
     )
     lines = [head + ' |', '| --- ' * (2 + 3 * len(figures)) + '|']
@@ -37,13 +37,13 @@ def table(figures: Sequence[dict[str, Any]]) -> str:
         cells += [f'{row["quick"]:.0%}'.replace('%', ' %') for row in rows]
         cells += [f'{row["total_speed"]:.2f}' for row in rows]
         mode, name = group.split('_')
-        lines.append(f'| {MODES[mode]}, {name} | {rows[-1]["ideal_s"]:.0f} | ' + ' | '.join(cells) + ' |')
+        lines.append(f'| {TIMED[mode]}, {name} | {rows[-1]["ideal_s"]:.0f} | ' + ' | '.join(cells) + ' |')
     return '\n'.join(lines)
 
 
 def groups(figures: Sequence[dict[str, Any]]) -> list[str]:
     """MODE_MAP of what all have timed; raises ValueError where there is none."""
-    wanted = [f'{mode}_{name}' for mode in MODES for name in (*MAPS, 'all')]
+    wanted = [f'{mode}_{name}' for mode in TIMED for name in (*MAPS, 'all')]
     found = [group for group in wanted if all('time_s' in of.get(group, {}) for of in figures)]
     if not found:
         raise ValueError('no group of journeys was timed in every file; `campaign travel --json FILE` times them')
@@ -63,7 +63,7 @@ def picture(figures: Sequence[dict[str, Any]], path: Path) -> None:
                 axis.bar(places, high, 0.92 * width, below, color=colour, label=None if which else name)
                 below = [low + more for low, more in zip(below, high)]
         axis.axhline(1.0, color='black', linewidth=1.0)
-        axis.axhline(2.0, color='black', linewidth=1.0, linestyle='--')
+        axis.axhline(QUICK, color='black', linewidth=1.0, linestyle='--')
         axis.set_xticks(range(len(shown)), ['\n'.join(group.split('_')) for group in shown])
         axis.set_ylabel('time / ideal time' + (', before and after' if len(figures) > 1 else ''))
         axis.legend(ncols=2)

@@ -18,6 +18,11 @@ from sara_lab.judge.judge import BODY
 from sara_lab.judge.judgement import Track
 from sara_nav.maps import map_io
 
+TIMED = {'true': 'true pose', 'fused': 'fused pose', 'boxes': 'unknown boxes'}
+"""Modes of travel whose journeys have an ideal time, in words; among people it is not theirs alone."""
+QUICK = 2.0
+"""Times the ideal time; less is quick."""
+
 
 @cache
 def default_profile() -> Profile:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sara_lab.judge.time_split import SPLIT_NAMES
+
 DECIMALS = 9  # of what is printed
 
 
@@ -185,15 +187,6 @@ ROWS = (
     ('', 'deg', lambda j: max((abs(corner.yaw) for corner in j.corners), default=math.nan)),
 )
 
-SPLIT_NAMES = {
-    'driving': 'driving at the limits',
-    'turning': 'turning in place',
-    'planner': 'slowed by the planner',
-    'gate': 'slowed by the gate',
-    'held': 'held by the gate',
-    'standing': 'standing',
-    'recovering': 'recovering',
-}  # of time_split.KINDS
 TIME_ROWS = (
     ('ideal time', 's', lambda j: j.ideal),
     ('time / ideal time', '', lambda j: j.time_ratio),

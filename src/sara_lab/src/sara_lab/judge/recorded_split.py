@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sara_control.gate.reasons import State, sentence
+from sara_control.gate.reasons import sentence
 from sara_lab.judge.judgement import Track
 from sara_lab.judge.motion import Motion
 from sara_lab.judge.time_split import SLOWING, Steps
 
 STEP_S = 0.02
 HELD_S = 0.3  # a command is good for so long
-_BEGINNINGS = tuple(sentence(State[name], None).split('because')[0] for name in SLOWING)
+_BEGINNINGS = tuple(sentence(state, None).split('because')[0] for state in SLOWING)
 
 
 def recorded_steps(

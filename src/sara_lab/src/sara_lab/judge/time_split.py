@@ -13,11 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_control.gate.comfort import Profile
+from sara_control.gate.reasons import State
+from sara_nav.goals.move_base_config import ACTIVE, CLEARING
 
-KINDS = ('driving', 'turning', 'planner', 'gate', 'held', 'standing', 'recovering')
+SPLIT_NAMES = {
+    'driving': 'driving at the limits',
+    'turning': 'turning in place',
+    'planner': 'slowed by the planner',
+    'gate': 'slowed by the gate',
+    'held': 'held by the gate',
+    'standing': 'standing',
+    'recovering': 'recovering',
+}
+KINDS = tuple(SPLIT_NAMES)
 STANDING, TURNING = 0.05, 0.05  # m/s, rad/s: slower than both is standing; slower than the first, turning in place
 NEARLY = 0.9  # share of a limit that counts as reaching it
-SLOWING = ('SLOWED', 'BLOCKED', 'BRAKING', 'HELD', 'WAITING', 'FADING')  # states of the safety gate
+SLOWING = (State.SLOWED, State.BLOCKED, State.BRAKING, State.HELD, State.WAITING, State.FADING)
 WINDOW_S = 0.2  # over which acceleration is measured
 
 
@@ -80,15 +91,15 @@ class StepRecorder:
     def add(self, lockstep: object) -> None:
         """To be called after each step."""
         newest, decision = lockstep.newest, lockstep.wheels.decision
-        asked = newest.command if newest is not None and newest.status == 'active' else (0.0, 0.0)
+        asked = newest.command if newest is not None and newest.status == ACTIVE else (0.0, 0.0)
         self._rows.append(
             (
                 *lockstep.chair.velocity,
                 *asked,
                 decision.v,
                 decision.w,
-                decision.state.name in SLOWING,
-                newest is not None and newest.phase == 'clearing',
+                decision.state in SLOWING,
+                newest is not None and newest.phase == CLEARING,
             )
         )
 

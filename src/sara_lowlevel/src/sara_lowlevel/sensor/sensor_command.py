@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterable
 
 from canserial.frame import Frame
-from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
 from sara_lowlevel.hardware import open_i2c
 from sara_lowlevel.runner import Recorder, Runner, adapter_config, bus_named, common_arguments, main_of
 from sara_lowlevel.sensor.sensor_node import SensorNode
@@ -53,7 +53,7 @@ def run(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     settle = {'settle_time': 0.01} if options.no_settle else {}
     config = SensorConfig(
-        imu_period=0.2 if options.slow else 0.05,
+        imu_period=SLOW_IMU if options.slow else FAST_IMU,
         calibrate=not options.no_calibrate,
         madgwick=not options.no_madgwick,
         **settle,

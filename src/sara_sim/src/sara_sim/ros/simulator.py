@@ -21,7 +21,7 @@ from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
 from sara_common.ros.node import start_node
-from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
@@ -234,7 +234,7 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
             world.obstacles.add(thing)
         world.ramps.extend(ramps)
     sensors = SensorConfig(
-        imu_period=0.05 if settings.fast else 0.2, calibrate=settings.calibrate, madgwick=settings.madgwick
+        imu_period=FAST_IMU if settings.fast else SLOW_IMU, calibrate=settings.calibrate, madgwick=settings.madgwick
     )
     chair = SimulatedChair(
         world,
