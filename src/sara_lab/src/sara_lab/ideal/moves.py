@@ -113,6 +113,7 @@ def example() -> tuple[Space, Limits]:
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     space, limits = example()
+    after(0.1, 0.1, 0.0, 0.1, 0.1)
     passes(space, 0.1, 0.1, 0.0, 0.1, 0.1)
     change(limits, -1, kind_of(0.1))
     seconds_of(limits, 0.1, 0.1)
