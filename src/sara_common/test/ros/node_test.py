@@ -3,6 +3,8 @@
 
 import socket
 import struct
+import subprocess
+import sys
 import threading
 import time
 import unittest
@@ -19,6 +21,21 @@ from sara_common.ros.node import start_node
 
 PATIENCE_S = 20.0
 PADDING = b'.' * 5000
+
+LATE_HOOK = """
+import threading, rospy
+from sara_common.ros.node import on_shutdown
+calls, ending = [], threading.Event()
+rospy.core.add_preshutdown_hook(lambda reason: (ending.set(), rospy.rostime.wallsleep(0.3)))
+on_shutdown(lambda: calls.append('early'))
+end = threading.Thread(target=rospy.signal_shutdown, args=('a signal',))
+end.start()
+ending.wait()
+on_shutdown(lambda: calls.append('meanwhile'))
+end.join()
+on_shutdown(lambda: calls.append('late'))
+print(*calls)
+"""
 
 
 class DirectTest(unittest.TestCase):
@@ -139,6 +156,10 @@ class NodeTest(DirectTest):
                 time.sleep(0.001)
         timer.shutdown()
         self.assertEqual(fired, [400_000 + 100 * tenth for tenth in range(1, 10)])
+
+    def test_a_hook_is_called_once_whenever_it_is_registered(self):
+        output = subprocess.check_output([sys.executable, '-c', LATE_HOOK], text=True, timeout=PATIENCE_S)
+        self.assertEqual(output.split(), ['early', 'meanwhile', 'late'])
 
 
 if __name__ == '__main__':

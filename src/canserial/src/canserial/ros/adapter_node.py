@@ -16,7 +16,7 @@ from canserial.ros.conversions import frame_to_msg, msg_to_frame
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.
@@ -76,7 +76,7 @@ class AdapterNode:
         rospy.Subscriber(
             'cantx', CAN, lambda message: self.link.send(msg_to_frame(message)), queue_size=QUEUE, tcp_nodelay=True
         )
-        rospy.on_shutdown(self.stopping.set)
+        on_shutdown(self.stopping.set)
 
     def report(self, level: str, sentence: str) -> None:
         """What the link has to say."""

@@ -36,7 +36,7 @@ from canserial.reader.status import status_of
 from canserial.ros import calibration_store, conversions
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 
 WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
@@ -73,7 +73,7 @@ class ReadNode:
         rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
         rospy.Service('~calibrate', Trigger, self.on_calibrate)
         rospy.Service('~reload_gain', Trigger, self.on_reload_gain)
-        rospy.on_shutdown(self.stopping.set)
+        on_shutdown(self.stopping.set)
         offset = self.reader.offset
         rospy.loginfo(
             'gain %.4f; %s',

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from typing import Callable
 
 import rospy
 
@@ -28,3 +29,23 @@ def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
     rospy.init_node(name, anonymous=anonymous, disable_rostime=disable_rostime, disable_signals=True)
+
+
+def on_shutdown(hook: Callable[[], None]) -> None:
+    """`rospy.on_shutdown` that calls the hook once, even if the node is being ended while this registers it.
+
+    rospy forgets such a hook: it waits for the end of the shutdown and then joins a list that nobody reads any more.
+    A main thread that waits for what its hook sets then waits for ever.
+    """
+    called = threading.Lock()
+
+    def once() -> None:
+        if called.acquire(blocking=False):
+            hook()
+
+    rospy.on_shutdown(once)
+    if rospy.is_shutdown():
+        try:
+            once()
+        except rospy.ROSException:  # its topics are closed already
+            pass

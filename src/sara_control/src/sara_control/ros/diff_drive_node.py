@@ -14,7 +14,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 from sara_control.cfg import DiffDriveControllerConfig
 from sara_control.ros.wheel_states import WheelStates
 from sara_control.wheels.base import BaseError, WheelPositions, load_base
@@ -68,7 +68,7 @@ class DiffDriveNode:
         self.commands = rospy.Subscriber('~cmd_vel', Twist, self.on_command, queue_size=1, tcp_nodelay=True)
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
         self.timer = rospy.Timer(rospy.Duration(1.0 / config.command_rate), self.on_timer, reset=True)
-        rospy.on_shutdown(self.on_shutdown)
+        on_shutdown(self.on_shutdown)
 
     def on_reconfigure(self, wanted: dict, level: int) -> dict:
         """Takes the values that were changed. The server clamps all to the fields' range; parameters may lie outside

@@ -16,7 +16,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import NO_DRIVER, ROBOT, Mux, MuxConfig
@@ -56,7 +56,7 @@ class MuxNode:
         self.timer = rospy.Timer(
             rospy.Duration(1.0 / RATE), lambda _: self.act(lambda now: self.mux.update(now)), reset=True
         )
-        rospy.on_shutdown(self.stopping.set)
+        on_shutdown(self.stopping.set)
 
     def read(self, params: dict) -> JoystickConfig:
         """Makes the Mux; returns the JoystickConfig. Ends the node with every fault at once."""

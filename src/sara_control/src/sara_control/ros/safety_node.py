@@ -19,7 +19,7 @@ from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
@@ -54,7 +54,7 @@ class SafetyNode:
         rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
         self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), self.on_timer, reset=True)
-        rospy.on_shutdown(self.on_shutdown)
+        on_shutdown(self.on_shutdown)
 
     def subscribe(self, config: SafetyConfig) -> None:
         """Subscribes to the commands and to every input that is watched."""

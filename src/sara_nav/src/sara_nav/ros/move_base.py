@@ -15,7 +15,7 @@ from std_msgs.msg import Bool, String
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown, start_node
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import ACTIVE, IDLE, MoveBaseConfig
 from sara_nav.move_base import warming
@@ -72,7 +72,7 @@ class MoveBaseNode:
             'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock),
         }
         self._maps = self._map_arrays()
-        rospy.on_shutdown(self.stop)
+        on_shutdown(self.stop)
 
     # -- messages in -------------------------------------------------------------------------------------------
 
