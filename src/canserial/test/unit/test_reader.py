@@ -196,6 +196,32 @@ def test_all_nine_ranges_come():
     assert len(names) == 9
 
 
+@pytest.mark.parametrize('period, phase', [(0.05, 0.0), (0.05, 0.02), (0.05, 0.049), (0.2, 0.03)])
+def test_sjo_comes_once_for_each_measurement_however_often_the_imu_frames_come(period, phase):
+    """Driving at 0.25 m/s towards a wall: no step may look faster than a third more, or it would be an approach."""
+    reader, readings = make(), []
+    for k in range(round(10.0 / period)):
+        t = k * period
+        measured = 0.2 * math.floor((t + phase) / 0.2)
+        frame = BUS.encode('RANGE_ACCEL', t + 1e-3 * (k % 3), SJO=round(2.4 - 0.2 * measured, 2), ax=0, ay=0, az=9.81)
+        readings += [reading for reading in reader.on_frame(frame) if isinstance(reading, RangeReading)]
+    stamps, raw = [reading.stamp for reading in readings], [reading.raw for reading in readings]
+    steps = [b - a for a, b in zip(stamps, stamps[1:])]
+    assert len(readings) == pytest.approx(48, abs=2) and max(steps) < 0.26
+    assert max((a - b) / step for a, b, step in zip(raw, raw[1:], steps)) < 0.2 * 4.0 / 3.0 + 0.02
+
+
+def test_a_measurement_that_stays_the_same_still_comes_five_times_a_second():
+    reader = make()
+    readings = [
+        reading
+        for k in range(200)
+        for reading in reader.on_frame(BUS.encode('RANGE_ACCEL', 0.05 * k, SJO=1.5, ax=0, ay=0, az=9.81))
+        if isinstance(reading, RangeReading)
+    ]
+    assert len(readings) == 48 and {reading.raw for reading in readings} == {1.5}
+
+
 def test_the_other_frames():
     reader = make()
     assert reader.on_frame(BUS.encode('ENCODER_LEFT', 1.0, steps=7, time=9)) == [EncoderReading(1.0, 1, 7, 9)]

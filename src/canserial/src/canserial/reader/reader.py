@@ -227,6 +227,8 @@ class Reader:
 
     def _range_acceleration(self, stamp, values):
         self._imu.on_acceleration(stamp, (values['ax'], values['ay'], values['az']))
+        if self._ranges.is_repeat('SJO', stamp, values['SJO']):
+            return []
         return self._distances(stamp, {'SJO': values['SJO']})
 
     def _angles(self, stamp, source, roll, pitch, yaw):
