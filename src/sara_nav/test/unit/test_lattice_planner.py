@@ -239,6 +239,38 @@ def test_a_corner_that_only_an_arc_passes():
     check(plan, costmap, start, goal)
 
 
+def junction(width=1.0):
+    """Return a corridor along x with an arm upwards at x = 4."""
+    return grid(9.0, 6.0, (0.0, 0.0, 9.0, 0.5), (0.0, 0.5 + width, 4.0, 6.0), (4.0 + width, 0.5 + width, 9.0, 6.0))
+
+
+def turned_with_something_near_an_end(plan, costmap, reach=0.15):
+    """Return how much (m and rad) of a plan bends while an obstacle is within ``reach`` m before or behind."""
+    rows = fine(plan)
+    world = LocalWorld(costmap, np.array([(0.53 + reach, side) for side in (0.18, -0.18)] + [(-0.53 - reach, -0.18)]))
+    bends = np.abs([wrap(b - a) for a, b in zip(rows[:-1, 2], rows[1:, 2])]) > 1e-6
+    steps = np.hypot(*np.diff(rows[:, :2], axis=0).T) + np.abs(np.diff(rows[:, 2]))
+    return float(steps[bends & (np.array(world.touched(rows))[1:] > 0)].sum())
+
+
+def test_where_sensors_do_not_measure_it_does_not_turn():
+    costmap, start, goal = junction(), Pose2D(1.5, 1.0, 0.0), Pose2D(4.5, 4.0, 0.5 * math.pi)
+    near = {}
+    for blind in (0.0, 0.18):
+        plan = LatticePlanner(LatticePlannerConfig(blind=blind)).plan(costmap, start, goal)
+        check(plan, costmap, start, goal)
+        near[blind] = turned_with_something_near_an_end(plan, costmap)
+    assert near[0.18] == 0.0 < 0.2 < near[0.0]
+
+
+def test_with_its_front_at_a_wall_it_backs_before_it_turns():
+    costmap, start, goal = grid(6.0, 6.0, (4.0, 0.0, 4.1, 6.0)), Pose2D(3.4, 3.0, 0.0), Pose2D(3.0, 1.5, -0.5 * math.pi)
+    plan = LatticePlanner(LatticePlannerConfig(blind=0.18)).plan(costmap, start, goal)
+    check(plan, costmap, start, goal)
+    assert turned_with_something_near_an_end(plan, costmap) == 0.0
+    assert plan[1, 0] < start.x and plan[1, 2] == start.yaw
+
+
 @pytest.mark.parametrize(
     'y, yaw', [(1.36, 0.0), (1.33, 0.0), (1.315, 0.0), (1.56, -math.pi / 2.0), (1.50, -math.pi / 2.0), (1.40, 0.4)]
 )

@@ -114,6 +114,20 @@ def slowness_about(world: World, x: float, y: float) -> float:
 
 
 @kernel
+def blindness(world: World, pose: Pose2D) -> float:
+    """Return by what factor what is near either end of the body at a Pose2D makes a turn or an arc take longer: a
+    safety function behind, which cannot measure how near it is, does not let the body turn there.
+    """
+    rules, ends = world.rules, world.ends
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    for k in range(len(ends)):
+        a, b = ends[k, 0], ends[k, 1]
+        if room_at(world, pose.x + c * a - s * b, pose.y + s * a + c * b) < 0.55 * rules.blind:
+            return 1.0 + rules.blind_weight
+    return 1.0
+
+
+@kernel
 def place(pose: Pose2D, length: float, turn: float, share: float) -> Pose2D:
     """Return the Pose2D after a share of a move (m, rad) from a Pose2D; its yaw is not wrapped."""
     heading, dyaw = pose.yaw + 0.5 * share * turn, share * turn
@@ -158,6 +172,8 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
         return 0.0, limit
     about = slowness_about(world, pose.x, pose.y) if in_place else 1.0
     slow = about if in_place else slowness(rules, here)
+    if turn != 0.0 and here < rules.blind:
+        slow *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, pose)
     total, done = 0.0, 0.0
     first, last = (0.0, 0.0) if here < rules.narrow else (2.0, -1.0)  # shares of the path between which it is narrow
     while done < 1.0:
@@ -167,12 +183,15 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
             done = 1.0
         else:
             done += step
-        here = gap(world, place(pose, length, turn, done), limit)
+        there = place(pose, length, turn, done)
+        here = gap(world, there, limit)
         if here < limit:
             return np.inf, limit
         if limit < hard:
             limit = hard if here >= hard else max(limit, margin_at(here))
         then = about if in_place else slowness(rules, here)
+        if turn != 0.0 and here < rules.blind:
+            then *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, there)
         total += 0.5 * (slow + then) * step
         slow = then
         if here < rules.narrow:

@@ -22,9 +22,11 @@ class LatticePlannerConfig:
     of the share that is missing. turning_room, turning_room_weight: the room wanted round the circle that turning in
     place sweeps, and how many times longer a turn takes, by the square, without any. narrow, run_up, run_up_cost: a leg
     whose ends are nearer than run_up to where the gap is less than narrow costs up to run_up_cost more at each end, so
-    that doors are approached straight. smooth: move corners to where the path takes less time, and round them where
-    there is room. greed: how much more the search, whose path is then made straight, minds what is left than what is
-    behind. max_expansions: states looked at before it gives up.
+    that doors are approached straight. blind, beside, blind_weight: a turn or an arc takes 1 + blind_weight times as
+    long with something nearer than blind before the front or behind the rear, where sensors do not measure; so does a
+    turn in place with something nearer than beside, which is at most blind. smooth: move corners to where the path
+    takes less time, and round them where there is room. greed: how much more the search, whose path is then made
+    straight, minds what is left than what is behind. max_expansions: states looked at before it gives up.
     """
 
     allow_unknown: bool = False
@@ -43,6 +45,9 @@ class LatticePlannerConfig:
     narrow: float = 0.2
     run_up: float = 0.6
     run_up_cost: float = 4.0
+    blind: float = 0.0
+    beside: float = 0.0
+    blind_weight: float = 20.0
     smooth: bool = True
     greed: float = 6.0
     max_expansions: int = 30000
@@ -67,6 +72,9 @@ class LatticePlannerConfig:
                 'narrow': (0.0, 2.0),
                 'run_up': (0.0, 10.0, True),
                 'run_up_cost': (0.0, 100.0),
+                'blind': (0.0, 2.0),
+                'beside': (0.0, 2.0),
+                'blind_weight': (0.0, 1000.0),
                 'greed': (1.0, 10.0),
                 'max_expansions': (1, 2000000),
             },
@@ -75,7 +83,7 @@ class LatticePlannerConfig:
     @property
     def soft(self) -> float:
         """The greatest gap (m) that needs to be distinguished."""
-        return max(self.clearance, self.turning_room, self.hard_margin, self.narrow)
+        return max(self.clearance, self.turning_room, self.hard_margin, self.narrow, self.blind)
 
     def rules(self, geometry: GridGeometry, body: Body) -> Rules:
         """Return what the kernels go by, for a body on a grid."""
@@ -100,6 +108,9 @@ class LatticePlannerConfig:
             narrow=float(self.narrow),
             run_up=float(self.run_up),
             run_up_cost=float(self.run_up_cost),
+            blind=float(self.blind),
+            beside=float(self.beside),
+            blind_weight=float(self.blind_weight),
         )
 
     def pace(self, gap: np.ndarray) -> np.ndarray:

@@ -49,7 +49,9 @@ class Problem:
 
     def __init__(self, config: LatticePlannerConfig, field: Field, body: Body) -> None:
         self.config, self.field, self.body, self.expanded = config, field, body, 0
-        self.world = World(field.metres, config.rules(field.geometry, body), body.outline, body.inside)
+        self.world = World(
+            field.metres, config.rules(field.geometry, body), body.outline, body.inside, body.ends(config.blind)
+        )
         self.radius = max(body.inscribed + config.hard_margin - 0.5 * field.geometry.resolution, 0.0)
 
     def gap(self, pose: Pose2D) -> float:

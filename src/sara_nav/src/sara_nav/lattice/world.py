@@ -53,6 +53,12 @@ class Rules(NamedTuple):
     """m of straight leg wished for before and after narrow places."""
     run_up_cost: float
     """s that its want costs at either end of a leg."""
+    blind: float
+    """m before the front and behind the rear, within which sensors do not measure."""
+    beside: float
+    """m; the gap beside the body with less of which it is not let turn in place."""
+    blind_weight: float
+    """How many times its time a turn or an arc takes longer with something there."""
 
 
 class World(NamedTuple):
@@ -65,6 +71,10 @@ class World(NamedTuple):
     """float64 (n, 2): points on the body's outline in their order, ``rules.spacing`` apart at most, m."""
     inside: np.ndarray
     """float64 (k, 2): points that cover the body, m."""
+    ends: np.ndarray
+    """float64 (6, 2): points before the front and behind the rear, m; within 0.55 ``rules.blind`` of them is where
+    sensors do not measure.
+    """
 
 
 class Body:
@@ -85,8 +95,16 @@ class Body:
         self.outline = np.ascontiguousarray(np.vstack(points))
         self.inside = cover(self.corners, 0.5 * resolution)
 
+    def ends(self, blind: float) -> np.ndarray:
+        """World.ends, where sensors at both ends, 0.6 of the body's width apart at most, do not measure within
+        ``blind`` m.
+        """
+        low, high = self.corners.min(axis=0), self.corners.max(axis=0)
+        y = 0.5 * (low[1] + high[1]) + 0.3 * (high[1] - low[1]) * np.array([-1.0, 0.0, 1.0])
+        return np.array([(x, side) for x in (low[0] - 0.5 * blind, high[0] + 0.5 * blind) for side in y])
+
 
 def example_world() -> World:
     """A small World of the types that kernels are compiled for."""
     points = np.zeros((4, 2))
-    return World(np.zeros((4, 4), np.float32), Rules(*(1.0 for _ in Rules._fields)), points, points)
+    return World(np.zeros((4, 4), np.float32), Rules(*(1.0 for _ in Rules._fields)), points, points, points)
