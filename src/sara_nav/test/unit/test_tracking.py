@@ -194,8 +194,20 @@ def test_a_base_that_is_held_is_not_foretold_to_move_and_teaches_nothing():
         guess = prediction.ahead(0.05 * i, pose, 0.0, 0.0, 0.05)
         prediction.commanded(0.05 * i, 0.2, 0.3)
     assert guess.distance(pose) < 0.01 and abs(guess.yaw) < 0.02 and prediction.turn_gain == 1.0
+    assert prediction.driven(0.2) < 0.01 and prediction.driven(-0.2) == 0.2
     for velocity in (1e9, -1e9):  # nonsense of a wheel
         assert prediction.ahead(5.0, pose, 0.0, velocity, 0.05).distance(pose) < 0.25
+
+
+@pytest.mark.parametrize('sense', [1.0, -1.0])
+def test_prediction_knows_how_fast_the_base_drives_that_is_slowed(sense):
+    prediction, pose = Prediction(0.17), Pose2D(1.0, 1.0, 0.0)
+    for i in range(60):
+        prediction.ahead(0.05 * i, pose, 0.0, sense * 0.06, 0.05)
+        prediction.commanded(0.05 * i, sense * 0.35, 0.0)
+        pose = Pose2D(pose.x + sense * 0.003, 1.0, 0.0)
+    assert prediction.driven(sense * 0.35) == pytest.approx(0.06, abs=0.005)
+    assert prediction.driven(0.0) == 0.0
 
 
 def world(*cells):

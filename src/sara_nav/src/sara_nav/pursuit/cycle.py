@@ -10,7 +10,7 @@ from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 class Cycle(NamedTuple):
     """t, dt: s. pose: as measured; now: where the robot will be when this cycle's command takes effect. velocity:
     measured, last: commanded last (v m/s, w rad/s). turn_gain: turn rate driven over commanded. still: the robot has
-    stood for settle_time.
+    stood for settle_time. driven: speed (m/s) that the last command makes of the robot.
     """
 
     t: float
@@ -21,6 +21,7 @@ class Cycle(NamedTuple):
     last: tuple[float, float]
     turn_gain: float
     still: bool
+    driven: float
     world: LocalWorld
 
     def drives(self, config: RotateThenPursueConfig) -> bool:

@@ -44,6 +44,10 @@ class Prediction:
         while len(self._commands) > 2 and self._commands[1][0] < t - KEPT:
             self._commands.popleft()
 
+    def driven(self, v: float) -> float:
+        """Return the size (m/s) of the speed that a command of v makes: something behind may slow the robot."""
+        return min(abs(v), max(math.copysign(1.0, v) * (v + self._off_v), 0.0))
+
     def ahead(self, t: float, pose: Pose2D, age: float, speed: float, dt: float) -> Pose2D:
         """Return the Pose2D at t + latency, of a pose that was measured ``age`` s before t with this speed (m/s); dt:
         since the last call.

@@ -97,7 +97,8 @@ class RotateThenPursue:
         now = self._prediction.ahead(t, pose, pose_age, velocity[0], dt)
         last = self._command.last
         still = self._p.is_still(t, velocity, last, self.config)
-        command = self._drive(Cycle(t, dt, pose, now, velocity, last, self._prediction.turn_gain, still, world))
+        gain, driven = self._prediction.turn_gain, self._prediction.driven(last[0])
+        command = self._drive(Cycle(t, dt, pose, now, velocity, last, gain, still, driven, world))
         if command.state != DRIVING:
             self._rest()
         self._command.last, self._last_t = (command.v, command.w), t
@@ -215,7 +216,7 @@ class RotateThenPursue:
             return self._command.come_to_rest(cycle, 'comes to rest')
         speed = abs(cycle.last[0])
         error = leg.heading_error(now.yaw, leg.along)
-        if abs(wrap(error - self._law.heading(leg.offset, speed))) > c.turn_in_place_angle:
+        if abs(wrap(error - self._law.heading(leg.offset, cycle.driven))) > c.turn_in_place_angle:
             p.phase = TURN
             return self._command.come_to_rest(cycle, 'comes to rest to turn')
         curvature = self._curvature(cycle, speed, error)
@@ -250,9 +251,9 @@ class RotateThenPursue:
         leg = self._p.leg
         off, bend = Deviation(leg.offset, error), leg.bend(leg.along)
         if speed < SETTING_OUT:
-            return self._law.curvature(off, bend, speed)
-        driven = cycle.turn_gain * cycle.last[1] / speed
-        return self._law.next_curvature(driven, speed * cycle.dt, off, bend, speed)
+            return self._law.curvature(off, bend, cycle.driven)
+        curvature = cycle.turn_gain * cycle.last[1] / speed
+        return self._law.next_curvature(curvature, cycle.driven * cycle.dt, off, bend, cycle.driven)
 
     def _then(self):
         following_stages = self._p.stages[1:]
