@@ -47,9 +47,9 @@ class LockstepError(RuntimeError):
 class Lockstep:
     """The chair and the stack, stepped together.
 
-    `map_path`: a ROS map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an ekf_*.yaml. `gain`: of
-    this chair's gyro, as its calibration file would hold it; None: read.py's own default. `localization`: "ekf", "ukf",
-    or "fake" for the true pose.
+    `world`: a ROS map's path, or a map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an
+    ekf_*.yaml. `gain`: of this chair's gyro, as its calibration file would hold it; None: read.py's own default.
+    `localization`: "ekf", "ukf", or "fake" for the true pose.
     `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
     hear of the map; as in sara.launch, None: with the default set alone. `imu_period`: s between the IMU's frames, 0.05
     or 0.2. `tick` counts the steps.
@@ -57,7 +57,7 @@ class Lockstep:
 
     def __init__(
         self,
-        map_path: Path | str,
+        world: Path | str | map_io.GridMap,
         start: tuple[float, float, float],
         seed: int,
         ekf: str = 'default',
@@ -68,7 +68,7 @@ class Lockstep:
         imu_period: float = FAST_IMU,
     ) -> None:
         bus = BusDescription.default()
-        grid = map_io.load_map(str(map_path))
+        grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
         self.chair = SimulatedChair(world_of(grid), seed, start, bus, sensors=SensorConfig(imu_period=imu_period))
         reader = parameters('canserial', 'read.yaml')
         if gain is not None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import threading
-from typing import Callable
+from collections.abc import Callable
 
 import rospy
 
@@ -45,7 +46,5 @@ def on_shutdown(hook: Callable[[], None]) -> None:
 
     rospy.on_shutdown(once)
     if rospy.is_shutdown():
-        try:
+        with contextlib.suppress(rospy.ROSException):  # its topics are closed already
             once()
-        except rospy.ROSException:  # its topics are closed already
-            pass

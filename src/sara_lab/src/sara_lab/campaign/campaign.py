@@ -17,7 +17,7 @@ from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, s
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.squares import squares
-from sara_lab.campaign.travels import doors, journeys, travel
+from sara_lab.campaign.travels import doors, journeys, tight, travel
 
 PARTS = {
     'square': square,
@@ -28,6 +28,7 @@ PARTS = {
     'sensors': sensors,
     'squares': squares,
     'doors': doors,
+    'tight': tight,
     'travel': travel,
     'journeys': journeys,
     'calm': calm,

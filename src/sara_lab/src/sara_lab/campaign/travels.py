@@ -1,5 +1,5 @@
-"""The campaign's parts `doors`, `travel` and `journeys`: drives through a door and between poses on three maps, judged
-by limits that SARA's default planners are held to.
+"""The campaign's parts `doors`, `tight`, `travel` and `journeys`: drives through a door, into tight places and between
+poses on three maps, judged by limits that SARA's default planners are held to.
 """
 
 import math
@@ -13,6 +13,7 @@ from sara_lab.campaign.travel_times import time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
 from sara_lab.journeys import doors as crossings
 from sara_lab.journeys import journeys as trips
+from sara_lab.journeys import tight_places
 from sara_lab.journeys import travel as travels
 from sara_lab.journeys.ideal_times import TIMED, ideal_time
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
@@ -44,6 +45,42 @@ def _doors_summary(results):
         'contacts': sum(len(result['contacts']) for result in results),
         'gap_min_m': min(result['judgement']['gap_min'] for result in results),
         'seconds': spread([result['judgement']['seconds'] for result in results]),
+    }
+    return lines_of(figures), figures
+
+
+def tight(_seeds: int, folder: Path) -> Part:
+    """Into tight places and out again, ten chairs each, whatever the number of chairs: true pose and fused."""
+
+    def case(name, mode, number):
+        gain = gain_of(number, folder) if mode == 'fused' else None
+        return tight_places.visit(name, mode, number, gain).to_json()
+
+    return Part(
+        {
+            f'tight_{name}_{mode}_{number}': lambda name=name, mode=mode, number=number: case(name, mode, number)
+            for mode in tight_places.MODES
+            for name in tight_places.places()
+            for number in range(tight_places.CHAIRS)
+        },
+        _tight_summary,
+    )
+
+
+def _tight_summary(results):
+    figures = {}
+    for result in results:
+        figures.setdefault(f'{result["mode"]}_{result["place"]}', []).append(result)
+    figures = {
+        name: {
+            'visits': len(of),
+            'in_and_out': sum(result['came_out'] for result in of),
+            'contacts': sum(len(result['contacts']) for result in of),
+            'recoveries': sum(result['recoveries'] for result in of),
+            'seconds': float(np.median([result['judgement']['seconds'] for result in of])),
+            'gap_min_m': min(result['judgement']['gap_min'] for result in of),
+        }
+        for name, of in figures.items()
     }
     return lines_of(figures), figures
 
