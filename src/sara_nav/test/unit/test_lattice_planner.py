@@ -253,6 +253,16 @@ def turned_with_something_near_an_end(plan, costmap, reach=0.15):
     return float(steps[bends & (np.array(world.touched(rows))[1:] > 0)].sum())
 
 
+def test_it_does_not_drive_astern_where_it_can_turn_about():
+    """A start with its front 0.9 m from the hall's end and its side 0.6 m from a wall; the goal is at the other end."""
+    costmap = own('hall')
+    start, goal = Pose2D(2.278, 0.251, 2.897), Pose2D(28.809, 0.486, 0.471)
+    plan = plan_of(costmap, start, goal, turning_room=0.18, blind=0.2, beside=0.12)
+    check(plan, costmap, start, goal)
+    ahead, astern, _ = parts(plan)
+    assert astern < 3.0 and ahead > 20.0
+
+
 def test_where_sensors_do_not_measure_it_does_not_turn():
     costmap, start, goal = junction(), Pose2D(1.5, 1.0, 0.0), Pose2D(4.5, 4.0, 0.5 * math.pi)
     near = {}

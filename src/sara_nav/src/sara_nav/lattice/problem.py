@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +27,10 @@ there is some.
 """
 LONGEST, ASTERN_WITHIN = 10.0, 3.0
 """m, of a leg, and of one astern, that a path is made straight with."""
+PATIENT_GREED = 2.0
+"""A greedy search that sets out astern may stay so where it could have turned about: one that goes farther than
+ASTERN_WITHIN is searched once more with this greed.
+"""
 ESCAPE_GREED, ESCAPE_MOST = 5.0, 15000
 """Of the searches for room to turn about."""
 SEARCH_CARE = 0.3
@@ -69,8 +75,12 @@ class Problem:
             raise PlanError(
                 f'the footprint at the goal {_text(goal)} overlaps an obstacle{unknown} the edge of the map'
             )
-        poses, moves = self._path(start, goal, limit, limit_end)
-        steps = self._straightened(poses, moves, limit, limit_end)
+        steps = self._steps(start, goal, limit, limit_end)
+        if astern(steps) > ASTERN_WITHIN and self.config.greed > PATIENT_GREED:
+            patient = Problem(replace(self.config, greed=PATIENT_GREED), self.field, self.body)
+            with contextlib.suppress(PlanError):
+                steps = min(steps, patient._steps(start, goal, limit, limit_end), key=astern)
+            self.expanded += patient.expanded
         return as_plan(steps, start, goal, self.config.path_spacing)
 
     def explore(self, start: Pose2D) -> np.ndarray:
@@ -87,6 +97,10 @@ class Problem:
     def _pace(self, distances):
         # Between two corners there may be half a cell more room than at either.
         return self.config.pace(distances - self.body.inscribed + 0.5 * self.field.geometry.resolution)
+
+    def _steps(self, start, goal, limit, limit_end):
+        """Return the moves (m, 5) from start to goal; raises PlanError."""
+        return self._straightened(*self._path(start, goal, limit, limit_end), limit, limit_end)
 
     def _straightened(self, poses, moves, limit, limit_end):
         """Return moves (m, 5) that take less time than the path of poses (n, 3) and moves (n - 1, 2)."""
@@ -218,6 +232,11 @@ class Problem:
             for x, y, yaw, length, turn in moves[:-1].tolist()
         )
         return [Tail(moves[::-1, :3].copy(), -moves[-2::-1, 3:], seconds)], True
+
+
+def astern(steps: np.ndarray) -> float:
+    """Return how far (m) moves (m, 5) go astern."""
+    return -float(np.minimum(steps[:, 3], 0.0).sum())
 
 
 def _floats(pose):
