@@ -17,6 +17,7 @@ from sara_common.config import ConfigError, number_faults
 
 SHORTEST_STEP = 1e-6  # s
 RATE_TIME = 0.3  # s over which the rate of a target is averaged
+TOGETHER = 0.8  # share of its target from which on an axis no longer holds the other back: it follows one that rises
 ARRIVED = 1e-9  # m/s or rad/s: closer than this is there
 
 
@@ -117,10 +118,27 @@ class AxisLimiter:
 
     def step(self, target: float, dt: float) -> float:
         """The speed after dt (s, above 0) on the way to target."""
-        state = AxisState(self.speed, self.acceleration, self._target, self._rate)
-        self.speed, self.acceleration, self._rate = limited(float(target), dt, state, self._limits)
+        self.speed, self.acceleration, self._rate = self._next(target, dt)
         self._target = float(target)
         return self.speed
+
+    def share(self, target: float, dt: float) -> float:
+        """The share of target that it would have after dt (s), at most 1; 1 where the speed does not grow towards it."""
+        if not abs(self.speed) < abs(target) or _opposed(self.speed, target):
+            return 1.0
+        return min(max(self._next(target, dt)[0] / target, 0.0), 1.0)
+
+    def held_to(self, share: float, target: float) -> float:
+        """The target to go to while the other axis has a share of its own: as much of this one, so that the curve is
+        kept, but no less than what is driven already.
+        """
+        if share >= TOGETHER or not abs(self.speed) < abs(target) or _opposed(self.speed, target):
+            return target
+        return math.copysign(max(share / TOGETHER * abs(target), abs(self.speed)), target)
+
+    def _next(self, target, dt):
+        state = AxisState(self.speed, self.acceleration, self._target, self._rate)
+        return limited(float(target), dt, state, self._limits)
 
 
 class Comfort:
@@ -155,14 +173,17 @@ class Comfort:
         self._waiting = profile
 
     def step(self, v: float, w: float, dt: float) -> tuple[float, float]:
-        """One step of dt (s) towards (v, w), gently; the new (v, w)."""
+        """One step of dt (s) towards (v, w), gently; the new (v, w). While both grow, neither is ahead of the other:
+        the chair sets out on the curve that it is to drive (nav2_velocity_smoother: scale_velocities).
+        """
         if self._waiting is not None and not self.moving:
             self._use(self._waiting)
             self._waiting = None
         if dt >= SHORTEST_STEP:
             v, w = self.profile.shape(v, w)
-            self._forward.step(v, dt)
-            self._turn.step(w, dt)
+            share_v, share_w = self._forward.share(v, dt), self._turn.share(w, dt)
+            self._forward.step(self._forward.held_to(share_w, v), dt)
+            self._turn.step(self._turn.held_to(share_v, w), dt)
         return self.v, self.w
 
     def brake(self, dt: float, braking: float, turn_braking: float) -> tuple[float, float]:
