@@ -184,3 +184,21 @@ def test_bad_profiles_name_every_fault():
     with pytest.raises(ConfigError, match='profiles is'):
         read_profiles({})
     assert read_profiles({'x': {'jerk': 1}})['x'].jerk == 1
+
+
+@pytest.mark.parametrize('v, w', [(0.35, 0.17), (-0.2, 0.32), (0.6, -0.1), (0.35, 0.6)])
+@pytest.mark.parametrize('on, period', [(8, 25), (15, 25), (10, 20), (100, 150)])
+def test_let_go_again_and_again_it_turns_no_sharper_than_told(v, w, on, period):
+    comfort, way, turned = Comfort(Profile()), 0.0, 0.0
+    for k in range(2000):
+        comfort.step(*((v, w) if k % period < on else (0.0, 0.0)), 0.02)
+        way, turned = way + comfort.v * 0.02, turned + comfort.w * 0.02
+    assert 0.25 < turned / way / (w / v) < 1.1
+
+
+def test_an_axis_that_drives_already_is_not_held_back():
+    comfort = Comfort(Profile())
+    for _ in range(100):
+        comfort.step(0.0, 0.4, 0.02)
+    least = min(comfort.step(0.4, 0.5, 0.02)[1] for _ in range(200))
+    assert least >= 0.4 and comfort.w == pytest.approx(0.5) and comfort.v == pytest.approx(0.4)
