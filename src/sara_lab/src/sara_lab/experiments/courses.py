@@ -36,8 +36,6 @@ COMPARED = {
     'comfort_dec_theta': 0.4,
     'jerk_lim_theta': 2.0,
     'max_lateral_acc': 0.2,
-    'narrow_vel': 0.1,
-    'ahead_reaction_time': 1.35,
 }
 """Limits of RotateThenPursue that are laid over sara_nav.yaml: as slow as the thesis's planner, with which it is
 compared.
