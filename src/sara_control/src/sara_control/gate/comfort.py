@@ -123,7 +123,7 @@ class AxisLimiter:
         return self.speed
 
     def share(self, target: float, dt: float) -> float:
-        """The share of target that it would have after dt (s), at most 1; 1 where the speed does not grow towards it."""
+        """The share of target that it has after dt (s), at most 1; 1 where the speed does not grow towards it."""
         if not abs(self.speed) < abs(target) or _opposed(self.speed, target):
             return 1.0
         return min(max(self._next(target, dt)[0] / target, 0.0), 1.0)
