@@ -115,16 +115,16 @@ def slowness_about(world: World, x: float, y: float) -> float:
 
 @kernel
 def blindness(world: World, pose: Pose2D) -> float:
-    """Return by what factor what is near either end of the body at a Pose2D makes a turn or an arc take longer: a
-    safety function behind, which cannot measure how near it is, does not let the body turn there.
+    """Return by what factor what is near either end of the body at a Pose2D makes a turn or an arc take longer, the
+    nearer the more: a safety function behind, which cannot measure how near it is, does not let the body turn there.
     """
     rules, ends = world.rules, world.ends
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    least = reach = 0.55 * rules.blind
     for k in range(len(ends)):
         a, b = ends[k, 0], ends[k, 1]
-        if room_at(world, pose.x + c * a - s * b, pose.y + s * a + c * b) < 0.55 * rules.blind:
-            return 1.0 + rules.blind_weight
-    return 1.0
+        least = min(least, room_at(world, pose.x + c * a - s * b, pose.y + s * a + c * b))
+    return 1.0 + rules.blind_weight * (1.0 - least / reach)
 
 
 @kernel

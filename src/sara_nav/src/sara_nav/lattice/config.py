@@ -22,10 +22,10 @@ class LatticePlannerConfig:
     of the share that is missing. turning_room, turning_room_weight: the room wanted round the circle that turning in
     place sweeps, and how many times longer a turn takes, by the square, without any. narrow, run_up, run_up_cost: a leg
     whose ends are nearer than run_up to where the gap is less than narrow costs up to run_up_cost more at each end, so
-    that doors are approached straight. blind, beside, blind_weight: a turn or an arc takes 1 + blind_weight times as
-    long with something nearer than blind before the front or behind the rear, where sensors do not measure; so does a
-    turn in place with something nearer than beside, which is at most blind. smooth: move corners to where the path
-    takes less time, and round them where there is room. greed: how much more the search, whose path is then made
+    that doors are approached straight. blind, beside, blind_weight: a turn or an arc takes up to 1 + blind_weight
+    times as long with something nearer than blind before the front or behind the rear, where sensors do not measure; so
+    does a turn in place with something nearer than beside, which is at most blind. smooth: move corners to where the
+    path takes less time, and round them where there is room. greed: how much more the search, whose path is then made
     straight, minds what is left than what is behind. max_expansions: states looked at before it gives up.
     """
 
