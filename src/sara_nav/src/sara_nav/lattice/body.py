@@ -124,7 +124,7 @@ def blindness(world: World, pose: Pose2D) -> float:
     for k in range(len(ends)):
         a, b = ends[k, 0], ends[k, 1]
         least = min(least, room_at(world, pose.x + c * a - s * b, pose.y + s * a + c * b))
-    return 1.0 + rules.blind_weight * (1.0 - least / reach)
+    return 1.0 + rules.blind_weight * (1.0 - max(least, 0.0) / reach)
 
 
 @kernel
@@ -172,7 +172,7 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
         return 0.0, limit
     about = slowness_about(world, pose.x, pose.y) if in_place else 1.0
     slow = about if in_place else slowness(rules, here)
-    if turn != 0.0 and here < rules.blind:
+    if turn != 0.0 and max(here, 0.0) < rules.blind:
         slow *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, pose)
     total, done = 0.0, 0.0
     first, last = (0.0, 0.0) if here < rules.narrow else (2.0, -1.0)  # shares of the path between which it is narrow
@@ -190,7 +190,7 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
         if limit < hard:
             limit = hard if here >= hard else max(limit, margin_at(here))
         then = about if in_place else slowness(rules, here)
-        if turn != 0.0 and here < rules.blind:
+        if turn != 0.0 and max(here, 0.0) < rules.blind:
             then *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, there)
         total += 0.5 * (slow + then) * step
         slow = then
