@@ -235,5 +235,6 @@ def limited(target: float, dt: float, state: AxisState, limits: AxisLimits) -> t
 
 @cache
 def warm() -> None:
-    """Compile, or load from the cache, the kernel for the types it is called with."""
+    """Compile, or load from the cache, the kernels for the types they are called with."""
     limited(1.0, 0.02, AxisState(0.5, 0.0, 1.0, 0.0), AxisLimits(0.4, 0.8, 0.8))
+    _opposed(0.5, 1.0)
