@@ -183,11 +183,9 @@ class FilterNode:
             if output is not None:
                 self._publish(output)
             self._diagnose(now, output)
-        except rospy.ROSException as error:
-            if not rospy.core.is_shutdown_requested():
-                self._failed(error)
         except Exception as error:  # pylint: disable=broad-except
-            self._failed(error)
+            if not rospy.core.is_shutdown_requested():  # then topics close while they are published on
+                self._failed(error)
 
     def _failed(self, error):
         self.failures += 1
