@@ -191,7 +191,7 @@ def test_bad_profiles_name_every_fault():
 def test_let_go_again_and_again_it_turns_no_sharper_than_told(v, w, on, period):
     comfort, way, turned = Comfort(Profile()), 0.0, 0.0
     for k in range(2000):
-        comfort.step(*((v, w) if k % period < on else (0.0, 0.0)), 0.02)
+        comfort.step(*((v, w) if k % period < on else (0.0, 0.0)), 0.02, together=True)
         way, turned = way + comfort.v * 0.02, turned + comfort.w * 0.02
     assert 0.25 < turned / way / (w / v) < 1.1
 
@@ -200,5 +200,13 @@ def test_an_axis_that_drives_already_is_not_held_back():
     comfort = Comfort(Profile())
     for _ in range(100):
         comfort.step(0.0, 0.4, 0.02)
-    least = min(comfort.step(0.4, 0.5, 0.02)[1] for _ in range(200))
+    least = min(comfort.step(0.4, 0.5, 0.02, together=True)[1] for _ in range(200))
     assert least >= 0.4 and comfort.w == pytest.approx(0.5) and comfort.v == pytest.approx(0.4)
+
+
+def test_as_a_rule_each_axis_goes_by_its_own_limits():
+    comfort, alone = Comfort(Profile()), Comfort(Profile())
+    for _ in range(30):
+        comfort.step(0.4, 0.5, 0.02)
+        alone.step(0.0, 0.5, 0.02)
+    assert comfort.w == alone.w > comfort.v > 0.0

@@ -172,18 +172,22 @@ class Comfort:
         """Another rider's limits, from the next rest on: a change on the way would break the limits of both."""
         self._waiting = profile
 
-    def step(self, v: float, w: float, dt: float) -> tuple[float, float]:
-        """One step of dt (s) towards (v, w), gently; the new (v, w). While both grow, neither is ahead of the other:
-        the chair sets out on the curve that it is to drive (nav2_velocity_smoother: scale_velocities).
+    def step(self, v: float, w: float, dt: float, together: bool = False) -> tuple[float, float]:
+        """One step of dt (s) towards (v, w), gently; the new (v, w).
+
+        together: while both grow, neither is ahead of the other, so that the chair sets out on the curve that it is to
+        drive (nav2_velocity_smoother: scale_velocities).
         """
         if self._waiting is not None and not self.moving:
             self._use(self._waiting)
             self._waiting = None
         if dt >= SHORTEST_STEP:
             v, w = self.profile.shape(v, w)
-            share_v, share_w = self._forward.share(v, dt), self._turn.share(w, dt)
-            self._forward.step(self._forward.held_to(share_w, v), dt)
-            self._turn.step(self._turn.held_to(share_v, w), dt)
+            if together:
+                share_v, share_w = self._forward.share(v, dt), self._turn.share(w, dt)
+                v, w = self._forward.held_to(share_w, v), self._turn.held_to(share_v, w)
+            self._forward.step(v, dt)
+            self._turn.step(w, dt)
         return self.v, self.w
 
     def brake(self, dt: float, braking: float, turn_braking: float) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from sara_control.zones.zones import Zones
 
 AHEAD = 0.1  # s: a stamp may be this far in the future
 LONGEST_STEP = 0.1  # s: after a longer pause speeds change as if it had been this long
+LET_GO = 1.0  # s for which a command that was made slower is then taken up on its curve
 GIVE_UP_PERIOD = 1.0  # s between two requests to give up, to a source that goes on commanding
 
 
@@ -82,6 +83,7 @@ class SafetyGate:
         )
         self._pressed = self._latched = False
         self._armed = self._firm = False
+        self._scaled_at = -math.inf  # s: when distance zones last made a command slower
         self._cause = Reason.START
         self._last = self._gave_up = self._armed_at = None
         self._blocked_for = 0.0  # s
@@ -183,10 +185,12 @@ class SafetyGate:
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
             return self._decision(State.BRAKING, self._side(at), False, zones.pedestrian_moving)
         factor, near = zones.scale(v, w)
+        if factor < 1.0:
+            self._scaled_at = t
         cautious = zones.caution_factor(v, w)
         if cautious < factor:
             factor, near = cautious, ''
-        comfort.step(v * factor, w * factor, dt)
+        comfort.step(v * factor, w * factor, dt, together=_recent(t, self._scaled_at, LET_GO))
         waits = factor < 1.0 and zones.pedestrian_moving
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
