@@ -124,7 +124,7 @@ class AxisLimiter:
 
     def share(self, target: float, dt: float) -> float:
         """The share of target that it has after dt (s), at most 1; 1 where the speed does not grow towards it."""
-        if not abs(self.speed) < abs(target) or _opposed(self.speed, target):
+        if not self._grows(target):
             return 1.0
         return min(max(self._next(target, dt)[0] / target, 0.0), 1.0)
 
@@ -132,9 +132,13 @@ class AxisLimiter:
         """The target to go to while the other axis has a share of its own: as much of this one, so that the curve is
         kept, but no less than what is driven already.
         """
-        if share >= TOGETHER or not abs(self.speed) < abs(target) or _opposed(self.speed, target):
+        if share >= TOGETHER or not self._grows(target):
             return target
         return math.copysign(max(share / TOGETHER * abs(target), abs(self.speed)), target)
+
+    def _grows(self, target):
+        """Whether the speed grows in size on the way to target."""
+        return abs(self.speed) < abs(target) and not _opposed(self.speed, target)
 
     def _next(self, target, dt):
         state = AxisState(self.speed, self.acceleration, self._target, self._rate)

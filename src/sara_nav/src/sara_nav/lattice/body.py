@@ -114,11 +114,16 @@ def slowness_about(world: World, x: float, y: float) -> float:
 
 
 @kernel
-def blindness(world: World, pose: Pose2D) -> float:
-    """Return by what factor what is near either end of the body at a Pose2D makes a turn or an arc take longer, the
-    nearer the more: a safety function behind, which cannot measure how near it is, does not let the body turn there.
+def blindness(world: World, pose: Pose2D, here: float, in_place: bool) -> float:
+    """Return by what factor what is near either end of the body at a Pose2D makes a turn, in place or on an arc, take
+    longer, the nearer the more: a safety function behind, which cannot measure how near it is, does not let the body
+    turn there; nor in place where it is beside it. here: the gap (m).
     """
     rules, ends = world.rules, world.ends
+    if max(here, 0.0) >= rules.blind:
+        return 1.0
+    if in_place and here < rules.beside:
+        return 1.0 + rules.blind_weight
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
     least = reach = 0.55 * rules.blind
     for k in range(len(ends)):
@@ -172,8 +177,8 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
         return 0.0, limit
     about = slowness_about(world, pose.x, pose.y) if in_place else 1.0
     slow = about if in_place else slowness(rules, here)
-    if turn != 0.0 and max(here, 0.0) < rules.blind:
-        slow *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, pose)
+    if turn != 0.0:
+        slow *= blindness(world, pose, here, in_place)
     total, done = 0.0, 0.0
     first, last = (0.0, 0.0) if here < rules.narrow else (2.0, -1.0)  # shares of the path between which it is narrow
     while done < 1.0:
@@ -190,8 +195,8 @@ def move(world: World, pose: Pose2D, length: float, turn: float, limit: float) -
         if limit < hard:
             limit = hard if here >= hard else max(limit, margin_at(here))
         then = about if in_place else slowness(rules, here)
-        if turn != 0.0 and max(here, 0.0) < rules.blind:
-            then *= 1.0 + rules.blind_weight if in_place and here < rules.beside else blindness(world, there)
+        if turn != 0.0:
+            then *= blindness(world, there, here, in_place)
         total += 0.5 * (slow + then) * step
         slow = then
         if here < rules.narrow:
