@@ -82,6 +82,20 @@ def test_who_steps_in_front_of_a_chair_that_brings_nothing_into_the_cone_is_wait
     assert detector.speed(0.6 + PAUSE) > 0.0 and detector.speed(0.61 + PAUSE) == 0.0  # one that stays is no detector
 
 
+def test_two_pillars_that_come_into_the_cone_one_after_the_other_are_nobody():
+    side = RangeSensor('SLID', 0.35, 0.29, math.radians(90.0))
+    for pillars in ([2.0, 1.7, 1.25], [2.4, 1.95, 1.9]):  # m: steps of 1.5 and 2.25 m/s, of 2.25 and 0.25
+        assert not any(feed(ahead(), pillars, 0.0, 0.05))  # turning
+        assert not any(feed(ApproachDetector(side, HALF), pillars, 0.3))  # beside it
+    assert feed(ahead(), [2.0, 1.7, 1.25])[-1] > 1.0  # nothing but a pedestrian comes to a chair that stands
+    assert feed(ahead(), [2.0, 1.7, 1.4], 0.0, 0.05)[-1] > 1.0  # of one speed
+
+
+def test_a_pillar_that_a_slow_turn_brings_in_is_nobody():
+    assert not any(feed(ahead(), [2.0, 2.0, 2.0, 1.1, 1.1], 0.0, 0.06))
+    assert any(feed(ahead(), [2.0, 2.0, 2.0, 1.1, 1.1], 0.0, 0.02))
+
+
 def test_one_flicker_of_an_echo_that_was_as_near_before_is_nobody():
     assert not any(feed(ahead(), [2.2, 0.6, 2.2, 0.6, 2.2, 0.6], 0.0))
 

@@ -4,8 +4,9 @@ drives towards.
 The distance to a static obstacle shrinks no faster than the sensor itself moves, plus, while the chair turns, the speed
 at which the edge of the cone sweeps along a wall that still reflects: |w| d tan(30 degrees) at distance d. A distance
 that shrinks faster, twice in a row and no faster than a person runs, belongs to an obstacle that moves by itself; a
-wall that comes into the cone makes one jump, not two steps of a walk. While the chair's own motion brings nothing into
-the cone (it stands, or drives straight in the direction of the sensor), a jump close by is a pedestrian who stepped in.
+wall that comes into the cone makes one jump, not two steps of a walk. Two obstacles may come in one after the other:
+where the chair's own motion brings them in, the two steps have to be of one speed. While it brings nothing in (the
+chair stands, or drives in the direction of the sensor and hardly turns), a jump or a step close by is a pedestrian.
 
 Raw readings are best: a median shows a pedestrian one reading late. Steps that the sensor's own scatter explains are
 ignored; the scatter is estimated from the readings, and a sensor that scatters by decimetres detects nothing.
@@ -13,6 +14,7 @@ ignored; the scatter is estimated from the readings, and a sensor that scatters 
 
 import math
 from collections import deque
+from typing import NamedTuple
 
 from sara_control.zones.zone_config import RangeSensor
 
@@ -30,11 +32,13 @@ HOLD = 0.8  # s that an approach counts after its last reading; a longer time wo
 JUMP = 0.3
 JUMP_NEAR = 1.2  # m: farther away jumps are ignored
 NOTHING = 3  # consecutive readings without an echo that count as free space: one or two are lost at times
-STILL = 0.02, 0.1  # m/s, rad/s: slower motion of the chair brings nothing into a side cone; into any cone
+STILL = 0.02, 0.03  # m/s, rad/s: slower motion of the chair is none; a turn may be measured so much too slow
+SAME = 0.4  # m/s: two steps that differ by more are not of one pedestrian's walk
 STEPPING = 0.8  # m/s: assumed speed of a pedestrian who stepped in
 CERTAIN = 3.0  # standard deviations of the sensor's scatter that a step or a jump must exceed
 RECENT = 11  # deviations of which the standard deviation is estimated, by their median: outliers hardly count
 REMEMBERED = 16  # readings on which the state of an ApproachDetector depends, at most
+NEAREST = 0.1  # m: obstacles are taken to be no nearer where it is asked how fast they enter the cone
 FINEST = 0.01  # m: least standard deviation
 COARSE = 0.05  # m: a sensor that scatters more cannot detect a single step
 
@@ -65,6 +69,17 @@ class Scatter:
                 self.sigma = max(sorted(self._off)[len(self._off) // 2] / 0.6745, FINEST)
 
 
+class _Motion(NamedTuple):
+    """How the sensor moved at `stamp` (s). nearing: m/s at most at which it brought static obstacles nearer.
+    v, turn: the chair's, m/s, rad/s.
+    """
+
+    stamp: float
+    nearing: float
+    v: float
+    turn: float
+
+
 class ApproachDetector:
     """sensor: RangeSensor. half_angle: of its cone, rad. slowest, fastest: range of a pedestrian's own speed, m/s."""
 
@@ -74,13 +89,16 @@ class ApproachDetector:
         self._axis = math.cos(sensor.yaw), math.sin(sensor.yaw)
         self._slowest, self._fastest = slowest, fastest
         self._last = None
-        self._moved = deque()  # (stamp, m/s the chair itself came nearer, |w|) of the last LATE seconds
+        self._edges = tuple(
+            (math.sin(sensor.yaw + side * half_angle), math.cos(sensor.yaw + side * half_angle), side)
+            for side in (1.0, -1.0)
+        )
+        self._moved = deque()  # _Motion of the last LATE seconds
         self._excess = deque(maxlen=READINGS - 1)
         self._steps = deque(maxlen=READINGS - 1)
         self._scatter = Scatter()
         self._before = deque(maxlen=2)
         self._nothing = 0  # readings without an echo in a row
-        self._speeds = deque(maxlen=4)
         self._speed, self._until = 0.0, -math.inf
         self._newest, self._confirmed_at = -math.inf, -math.inf
 
@@ -90,14 +108,13 @@ class ApproachDetector:
         alert: pedestrians are known to be nearby. Returns the obstacle's own speed towards the sensor, m/s, 0 if it
         does not move.
         """
-        if self._moved and stamp <= self._moved[-1][0]:  # the clock was set back
+        if self._moved and stamp <= self._moved[-1].stamp:  # the clock was set back
             self._forget()
             self._moved.clear()
             self._until = self._confirmed_at = -math.inf
         self._newest = stamp
-        self._moved.append((stamp, *self._own(v, w)))
-        self._speeds.append(v)
-        while self._moved[0][0] < stamp - LATE:
+        self._moved.append(self._motion(stamp, v, w))
+        while self._moved[0].stamp < stamp - LATE:
             self._moved.popleft()
         if math.isfinite(distance):
             if self._last is not None and stamp - self._last[0] > LONGEST_GAP:
@@ -142,20 +159,20 @@ class ApproachDetector:
         self._steps.clear()
         self._before.clear()
 
-    def _own(self, v, w):
-        """(greatest speed, m/s, at which the chair's motion brings static obstacles in the cone nearer; |w|)."""
-        vx, vy = v - w * self._sensor.y, w * self._sensor.x
-        size = math.hypot(vx, vy)
+    def _motion(self, stamp, v, w):
+        """The _Motion of the sensor while the chair moves at v (m/s), w (rad/s)."""
+        x, y = v - w * self._sensor.y, w * self._sensor.x
+        size = math.hypot(x, y)
         if size == 0.0:
-            return 0.0, 0.0
-        along = vx * self._axis[0] + vy * self._axis[1]
+            return _Motion(stamp, 0.0, v, w)
+        along = x * self._axis[0] + y * self._axis[1]
         off = max(math.acos(max(-1.0, min(1.0, along / size))) - self._half_angle, 0.0)
-        return size * max(math.cos(off), 0.0), abs(w)
+        return _Motion(stamp, size * max(math.cos(off), 0.0), v, w)
 
     def _compare(self, stamp, distance, alert):
         before, farther = self._last
-        own = max(own for _, own, _ in self._moved)
-        turning = max(turn for _, _, turn in self._moved)
+        own = max(motion.nearing for motion in self._moved)
+        turning = max(abs(motion.turn) for motion in self._moved)
         self._excess.append((farther - distance) / (stamp - before) - own - turning * farther * STEEPEST)
         self._steps.append(self._excess[-1] * (stamp - before))
         chance = CERTAIN * math.sqrt(2.0) * self._scatter.sigma  # m by which noise may make two readings differ
@@ -163,6 +180,7 @@ class ApproachDetector:
             len(self._excess) == READINGS - 1
             and sum(self._steps) > chance
             and all(self._slowest <= excess <= self._fastest for excess in self._excess)
+            and (max(self._excess) - min(self._excess) <= SAME or not self._brings_in(distance))
         ):
             self._speed = sum(self._excess) / len(self._excess)
             self._until, self._confirmed_at = stamp + HOLD, stamp
@@ -174,7 +192,7 @@ class ApproachDetector:
             and (
                 ALERT_STEP[0] <= self._excess[-1] <= ALERT_STEP[1] and distance < ALERT_NEAR
                 if alert
-                else distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and turning <= STILL[1]
+                else distance < NEAR and STEP[0] <= self._excess[-1] <= STEP[1] and not self._brings_in(distance)
             )
         ):
             self._speed, self._until = self._excess[-1], stamp + PAUSE
@@ -183,9 +201,26 @@ class ApproachDetector:
         """Whether an obstacle is near that was not there before, and that the chair's motion has not brought into the
         cone.
         """
-        if not (distance < JUMP_NEAR and len(self._before) == 2 and min(self._before) > distance + jump):
-            return False
-        if max(turn for _, _, turn in self._moved) > STILL[1]:
-            return False
-        along = math.cos(self._sensor.yaw)  # driving in its direction, obstacles leave the cone
-        return all(v * along >= 0.0 if abs(along) > 0.7 else abs(v) < STILL[0] for v in self._speeds)
+        return (
+            distance < JUMP_NEAR
+            and len(self._before) == 2
+            and min(self._before) > distance + jump
+            and not self._brings_in(distance)
+        )
+
+    def _brings_in(self, distance):
+        """Whether the chair's own motion of late may have brought static obstacles at this distance (m) in."""
+        return any(self._nears_edge(motion, max(distance, NEAREST)) for motion in self._moved)
+
+    def _nears_edge(self, motion, distance):
+        """Whether static obstacles at this distance (m) come nearer to the cone by one of its edges.
+
+        Seen from the sensor, one at the bearing a moves by (x sin(a) - y cos(a)) / distance - turn (rad/s), where x, y
+        (m/s) is the sensor's velocity. Beside a chair that drives, obstacles of all distances come in.
+        """
+        v = motion.v if abs(motion.v) >= STILL[0] else 0.0
+        turn = motion.turn + math.copysign(STILL[1], motion.turn) if abs(motion.turn) > STILL[1] else 0.0
+        if v != 0.0 and abs(self._axis[0]) <= 0.7:
+            return True
+        x, y = v - turn * self._sensor.y, turn * self._sensor.x
+        return any(side * ((x * sine - y * cosine) / distance - turn) < 0.0 for sine, cosine, side in self._edges)

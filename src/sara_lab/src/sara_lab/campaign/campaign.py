@@ -17,7 +17,7 @@ from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, s
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.squares import squares
-from sara_lab.campaign.travels import doors, journeys, tight, travel
+from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 
 PARTS = {
     'square': square,
@@ -29,6 +29,7 @@ PARTS = {
     'squares': squares,
     'doors': doors,
     'tight': tight,
+    'pillars': pillars,
     'travel': travel,
     'journeys': journeys,
     'calm': calm,

@@ -1,5 +1,5 @@
-"""The campaign's parts `doors`, `tight`, `travel` and `journeys`: drives through a door, into tight places and between
-poses on three maps, judged by limits that SARA's default planners are held to.
+"""The campaign's parts `doors`, `tight`, `pillars`, `travel` and `journeys`: drives through a door, into tight places,
+among pillars and between poses on three maps, judged by limits that SARA's default planners are held to.
 """
 
 import math
@@ -13,6 +13,7 @@ from sara_lab.campaign.travel_times import time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
 from sara_lab.journeys import doors as crossings
 from sara_lab.journeys import journeys as trips
+from sara_lab.journeys import pillars as pillar_worlds
 from sara_lab.journeys import tight_places
 from sara_lab.journeys import travel as travels
 from sara_lab.journeys.ideal_times import TIMED, ideal_time
@@ -20,10 +21,11 @@ from sara_lab.journeys.travel_cases import MAPS, PAIRS
 
 SHORT_M = 10.0
 REACHED = {'true': 0.98, 'fused': 0.95, 'boxes': 0.90}  # share of journeys; fused: of those of SHORT_M at most
+FALSE_STOPS = 1.0  # in ten minutes, for pedestrians where none is
 COMFORT = ('reversals_per_m', 'last_metre_s', 'last_metre_and_turn_s', 'acceleration_rms')
 TRAVEL_LINE = (
     '{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} '
-    '{gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} {discomfort_per_m:14.2f}'
+    '{gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} {discomfort_per_m:14.2f} {false_stops_in_10_min:11.2f}'
 )
 
 
@@ -85,6 +87,57 @@ def _tight_summary(results):
     return lines_of(figures), figures
 
 
+def pillars(_seeds: int, folder: Path) -> Part:
+    """Ten worlds of pillars, whatever the number of chairs: true pose and fused."""
+
+    def case(mode, number):
+        return pillar_worlds.drive(number, mode, gain_of(number, folder) if mode == 'fused' else None).to_json()
+
+    return Part(
+        {
+            f'pillars_{mode}_{number}': lambda mode=mode, number=number: case(mode, number)
+            for mode in pillar_worlds.MODES
+            for number in range(pillar_worlds.WORLDS)
+        },
+        _pillars_summary,
+        _pillars_verdict,
+    )
+
+
+def _pillars_summary(results):
+    figures = {}
+    for mode in pillar_worlds.MODES:
+        of = [result for result in results if result['mode'] == mode]
+        found = [result['judgement'] for result in of]
+        seconds, length = (sum(judgement[key] for judgement in found) for key in ('seconds', 'length'))
+        figures[mode] = {
+            'goals': pillar_worlds.GOALS * len(of),
+            'reached': sum(result['reached'] for result in of),
+            'contacts': sum(len(result['contacts']) for result in of),
+            'recoveries': sum(result['recoveries'] for result in of),
+            'gap_min_m': min(judgement['gap_min'] for judgement in found),
+            'speed': length / seconds,
+            'discomfort_per_m': sum(judgement['discomfort'] for judgement in found) / length,
+            'false_stops_in_10_min': _in_10_min(found),
+        }
+    return lines_of(figures), figures
+
+
+def _pillars_verdict(figures):
+    return [
+        f'{mode}: {row["false_stops_in_10_min"]:.2f} stops in ten minutes for pedestrians where none is, '
+        f'{FALSE_STOPS:g} is allowed'
+        for mode, row in figures.items()
+        if row['false_stops_in_10_min'] > FALSE_STOPS
+    ]
+
+
+def _in_10_min(judgements):
+    """False stops in ten minutes with a goal; NaN where there is nothing."""
+    seconds = sum(found['seconds'] for found in judgements)
+    return 600.0 * sum(found['false_stops'] for found in judgements) / seconds if seconds else math.nan
+
+
 def travel(_seeds: int, folder: Path) -> Part:
     """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown
     boxes, with people, with people who are expected.
@@ -111,7 +164,7 @@ def travel(_seeds: int, folder: Path) -> Part:
 def _travel_summary(results):
     lines = [
         f'{"mode":8} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
-        f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14}'
+        f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14} {"false/10min":>11}'
     ]
     figures = {}
     for mode in travels.MODES:
@@ -145,6 +198,7 @@ def _travel_row(results, with_comfort):
         'detour': mean([found['detour'] for found in there]),
         'speed': mean([found['length'] / found['seconds'] for found in there]),
         'discomfort_per_m': mean([found['discomfort'] / found['length'] for found in there]),
+        'false_stops_in_10_min': _in_10_min([r['judgement'] for r in results if r['judgement']]),
         **(calm_figures(there) if with_comfort else {}),
         **time_figures(results),
     }
@@ -161,6 +215,8 @@ def _travel_verdict(figures):
         )
         if reached < share * cases:
             found.append(f'{mode}: {reached} of {cases} reached{which}, {share:.0%} are asked for')
+        if row['false_stops_in_10_min'] > FALSE_STOPS:
+            found.append(f'{mode}: {row["false_stops_in_10_min"]:.2f} false stops in ten minutes')
     return found + [f'true: {sentence}' for sentence in calm_faults(figures['true_all'], '')]
 
 

@@ -19,6 +19,7 @@ from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
 from sara_common.planar import Pose2D, wrap
 from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
+from sara_lab.judge.false_stops import FalseStops
 from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
 from sara_lab.judge.time_split import StepRecorder, split
@@ -95,11 +96,11 @@ class Outcome:
 
 class Recorder:
     """Keeps of a Lockstep what a Track needs. `watch`: called with the Lockstep after each step; `touched`: the
-    ContactWatch.
+    ContactWatch; `stops`: the FalseStops.
     """
 
     def __init__(self, lockstep: Lockstep, watch: Callable[[Lockstep], None] | None = None) -> None:
-        self.lockstep, self.touched, self._watch = lockstep, ContactWatch(), watch
+        self.lockstep, self.touched, self.stops, self._watch = lockstep, ContactWatch(), FalseStops(), watch
         self.steps = StepRecorder()  # with a goal
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
@@ -110,6 +111,7 @@ class Recorder:
         self.touched.before(chair)
         lockstep.step()
         self.touched.after(chair)
+        self.stops.after(lockstep)
         if self._watch is not None:
             self._watch(lockstep)
         newest = lockstep.newest
@@ -136,6 +138,7 @@ class Recorder:
             np.array(self.commanded, float),
             len(self.touched.contacts),
             split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.comfort.profile),
+            self.stops.count,
         )
 
 

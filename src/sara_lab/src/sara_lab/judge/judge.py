@@ -82,6 +82,7 @@ def judge(
         ideal=ideal,
         time_ratio=time_ratio,
         split=track.split,
+        false_stops=track.false_stops,
     )
 
 

@@ -38,7 +38,7 @@ class Track:
     """A drive as it happened. `t`: (n,) s, growing. `pose`: (n, 3) x, y, yaw in the map frame, m, rad. `source`: whose
     pose it is, true or fused. `goals`: tuple of Goal, in order. `plans`: ((t, (k, 3) plan), ...), each good from t on.
     `commanded`: (n, 2) v, w of the navigation, NaN where nothing was commanded, or None. `contacts`: how many; None:
-    not known. `split`: s with a goal by time_split.KINDS, or None.
+    not known. `split`: s with a goal by time_split.KINDS, or None. `false_stops`: how many, or None.
     """
 
     t: np.ndarray
@@ -49,6 +49,7 @@ class Track:
     commanded: np.ndarray | None = None
     contacts: int | None = None
     split: dict[str, float] | None = None
+    false_stops: int | None = None
 
     def __post_init__(self) -> None:
         faults = []
@@ -103,7 +104,7 @@ class Judgement:
     goal reached: from 1 m before its end until it ended, final turn included; `last_way`: the same until the last
     centimetre was driven. `acceleration_*`, `jerk_*`: r.m.s. while it moves, m/s2, m/s3. `discomfort`: s, of the
     module's formula. `ideal`: s, ideal time of the goals whose is known; `time_ratio`: time taken for those over it.
-    `split`: where the time went, s by time_split.KINDS.
+    `split`: where the time went, s by time_split.KINDS. `false_stops`: see FalseStops.
     """
 
     source: str
@@ -133,6 +134,7 @@ class Judgement:
     ideal: float = math.nan
     time_ratio: float = math.nan
     split: dict[str, float] | None = None
+    false_stops: int | None = None
 
     @property
     def beyond_shortest(self) -> float:
