@@ -211,7 +211,8 @@ class NavigationTest(unittest.TestCase):
         # one subscriber for both: a new one for each message may miss the same node every time
         names = set()
         heard = rospy.Subscriber(
-            '/diagnostics', DiagnosticArray, lambda array: names.update(s.name for s in array.status))
+            '/diagnostics', DiagnosticArray, lambda array: names.update(s.name for s in array.status)
+        )
         end = rospy.Time.now() + rospy.Duration(5.0)
         while rospy.Time.now() < end and len(names) < 2:
             rospy.sleep(0.05)
