@@ -96,6 +96,29 @@ def test_a_pillar_that_a_slow_turn_brings_in_is_nobody():
     assert any(feed(ahead(), [2.0, 2.0, 2.0, 1.1, 1.1], 0.0, 0.02))
 
 
+@given(
+    st.sampled_from(CONFIG.sensors),
+    st.one_of(st.floats(-0.1, 0.1), st.floats(-0.4, 0.8)),
+    st.tuples(st.one_of(st.floats(0.031, 0.1), st.floats(0.1, 0.8)), st.sampled_from((1.0, -1.0))),
+    st.floats(0.3, 1.2),
+    st.floats(0.0, 0.2),
+)
+def test_what_stands_before_a_wall_is_nobody_however_the_chair_brings_it_into_the_cone(sensor, v, turn, far, beside):
+    """It stands so far (m) from the sensor, and so far (rad) beside that edge of its cone which turns towards it."""
+    w = math.prod(turn)
+    bearing = sensor.yaw + math.copysign(HALF + beside, w)
+    place = sensor.x + far * math.cos(bearing), sensor.y + far * math.sin(bearing)
+    detector, (x, y, yaw) = ApproachDetector(sensor, HALF), (0.0, 0.0, 0.0)
+    for k in range(20):
+        dx, dy = place[0] - x, place[1] - y
+        dx, dy = math.cos(yaw) * dx + math.sin(yaw) * dy - sensor.x, math.cos(yaw) * dy - math.sin(yaw) * dx - sensor.y
+        inside = abs(math.remainder(math.atan2(dy, dx) - sensor.yaw, 2.0 * math.pi)) <= HALF
+        heard = min(math.hypot(dx, dy), 2.5) if inside else 2.5
+        assert detector.add(0.2 * k, heard, v, w) == 0.0
+        for _ in range(20):
+            x, y, yaw = x + 0.01 * v * math.cos(yaw), y + 0.01 * v * math.sin(yaw), yaw + 0.01 * w
+
+
 def test_one_flicker_of_an_echo_that_was_as_near_before_is_nobody():
     assert not any(feed(ahead(), [2.2, 0.6, 2.2, 0.6, 2.2, 0.6], 0.0))
 
