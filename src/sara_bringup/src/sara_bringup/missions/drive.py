@@ -6,6 +6,7 @@ Lockstep runs and drives over ROS fill the same object, so that one report serve
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,14 +15,21 @@ import numpy as np
 from sara_common.planar import compose, wrap
 
 
-def pose_at(
-    t: float, before: tuple[float, tuple[float, float, float]], after: tuple[float, tuple[float, float, float]]
-) -> tuple[float, float, float]:
-    """Return the pose (x, y, yaw), m and rad, at ``t`` (s), interpolated between two poses with their times (s); before
-    and after them the nearer one.
+def pose_at(t: float, poses: Sequence[tuple[float, tuple[float, float, float]]]) -> tuple[float, float, float] | None:
+    """Return the pose (x, y, yaw), m and rad, at ``t`` (s), interpolated between the two about it of ``poses``, each
+    with its time (s), oldest first; before and after them all the nearest one; None where there is none.
     """
+    after = None
+    for time, pose in reversed(poses):
+        if time < t:
+            return _between(t, (time, pose), after) if after else pose
+        after = time, pose
+    return after and after[1]
+
+
+def _between(t, before, after):
     (start, (x, y, yaw)), (end, (to_x, to_y, to_yaw)) = before, after
-    share = min(max((t - start) / (end - start), 0.0), 1.0) if end > start else 1.0
+    share = (t - start) / (end - start)
     return x + share * (to_x - x), y + share * (to_y - y), yaw + share * wrap(to_yaw - yaw)
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from sara_bringup.missions.mission import Mission
 
 LAUNCH_S = 60.0  # of the wall clock, for a launch that may still be starting
-MOST_WAITING = 100  # fused poses that wait for the true one, which may have ceased
+MOST_WAITING = 100  # fused poses that wait for the true one, which may have ceased; true ones kept for late fused ones
 SETTLE_S = 1.0  # the chair comes to rest before a corner is judged
 
 
@@ -52,7 +52,7 @@ class Recorder:
         self.drive = drive
         self.lock = threading.Lock()
         self.odometry, self.recording = None, False
-        self._truths = deque(maxlen=2)  # (stamp s, pose), the newest last
+        self._truths = deque(maxlen=MOST_WAITING)  # (stamp s, pose), the newest last
         self._waiting = deque(maxlen=MOST_WAITING)  # (stamp s, fused, odometry) newer than the newest truth
         rospy.Subscriber('/ground_truth', Odometry, self._on_truth, tcp_nodelay=True)
         rospy.Subscriber('/diff_drive_controller/odom', Odometry, self._on_odometry, tcp_nodelay=True)
@@ -79,8 +79,7 @@ class Recorder:
                 self._add(*sample)
 
     def _add(self, stamp, fused, odometry):
-        true = pose_at(stamp, self._truths[0], self._truths[-1]) if self._truths else None
-        self.drive.add_sample(stamp, true, fused, odometry)
+        self.drive.add_sample(stamp, pose_at(stamp, self._truths), fused, odometry)
 
     def _on_diagnostics(self, message):
         for status in message.status:
@@ -89,9 +88,10 @@ class Recorder:
                     self.drive.contacts = int(value.value)
 
     def stop(self) -> None:
-        """Record no more."""
+        """Record no more, not even what waits for a true pose."""
         with self.lock:
             self.recording = False
+            self._waiting.clear()
 
     def corner(self, *corner) -> None:
         """As Drive.add_corner."""

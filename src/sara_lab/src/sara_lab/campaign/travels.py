@@ -133,9 +133,10 @@ def _pillars_verdict(figures):
 
 
 def _in_10_min(judgements):
-    """False stops in ten minutes with a goal; NaN where there is nothing."""
-    seconds = sum(found['seconds'] for found in judgements)
-    return 600.0 * sum(found['false_stops'] for found in judgements) / seconds if seconds else math.nan
+    """False stops in ten minutes with a goal, of the drives that were watched for them; NaN where there is none."""
+    watched = [found for found in judgements if found.get('false_stops') is not None]
+    seconds = sum(found['seconds'] for found in watched)
+    return 600.0 * sum(found['false_stops'] for found in watched) / seconds if seconds else math.nan
 
 
 def travel(_seeds: int, folder: Path) -> Part:
