@@ -161,13 +161,17 @@ class ApproachDetector:
 
     def _motion(self, stamp, v, w):
         """The _Motion of the sensor while the chair moves at v (m/s), w (rad/s)."""
-        x, y = v - w * self._sensor.y, w * self._sensor.x
+        x, y = self._velocity(v, w)
         size = math.hypot(x, y)
         if size == 0.0:
             return _Motion(stamp, 0.0, v, w)
         along = x * self._axis[0] + y * self._axis[1]
         off = max(math.acos(max(-1.0, min(1.0, along / size))) - self._half_angle, 0.0)
         return _Motion(stamp, size * max(math.cos(off), 0.0), v, w)
+
+    def _velocity(self, v, w):
+        """(x, y) of the sensor in the base frame, m/s, while the chair moves at v (m/s), w (rad/s)."""
+        return v - w * self._sensor.y, w * self._sensor.x
 
     def _compare(self, stamp, distance, alert):
         before, farther = self._last
@@ -220,7 +224,7 @@ class ApproachDetector:
         """
         v = motion.v if abs(motion.v) >= STILL[0] else 0.0
         turn = motion.turn + math.copysign(STILL[1], motion.turn) if abs(motion.turn) > STILL[1] else 0.0
-        if v != 0.0 and abs(self._axis[0]) <= 0.7:
+        if v != 0.0 and self._sensor.side in ('left', 'right'):
             return True
-        x, y = v - turn * self._sensor.y, turn * self._sensor.x
+        x, y = self._velocity(v, turn)
         return any(side * ((x * sine - y * cosine) / distance - turn) < 0.0 for sine, cosine, side in self._edges)

@@ -124,12 +124,15 @@ def _pillars_summary(results):
 
 
 def _pillars_verdict(figures):
-    return [
-        f'{mode}: {row["false_stops_in_10_min"]:.2f} stops in ten minutes for pedestrians where none is, '
-        f'{FALSE_STOPS:g} is allowed'
-        for mode, row in figures.items()
-        if row['false_stops_in_10_min'] > FALSE_STOPS
-    ]
+    return [sentence for mode, row in figures.items() for sentence in _false_stop_faults(mode, row)]
+
+
+def _false_stop_faults(mode, row):
+    """A sentence where the drives of a mode have too many false stops."""
+    often = row['false_stops_in_10_min']
+    return (
+        [f'{mode}: {often:.2f} false stops in ten minutes, {FALSE_STOPS:g} is allowed'] if often > FALSE_STOPS else []
+    )
 
 
 def _in_10_min(judgements):
@@ -216,8 +219,7 @@ def _travel_verdict(figures):
         )
         if reached < share * cases:
             found.append(f'{mode}: {reached} of {cases} reached{which}, {share:.0%} are asked for')
-        if row['false_stops_in_10_min'] > FALSE_STOPS:
-            found.append(f'{mode}: {row["false_stops_in_10_min"]:.2f} false stops in ten minutes')
+        found += _false_stop_faults(mode, row)
     return found + [f'true: {sentence}' for sentence in calm_faults(figures['true_all'], '')]
 
 

@@ -5,13 +5,13 @@ sensors and safety gate on.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import share
+from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel import PATIENCE_S, Recorder, reach
 from sara_lab.judge.judge import judge
 
@@ -23,7 +23,7 @@ DOOR = (6.05, 4.0)  # its middle, on doorway.yaml
 
 
 @dataclass(frozen=True)
-class Crossing:
+class Crossing(Judged):
     """One approach: poses (x, y, yaw), whether it was `reached`, move_base's `text`, contacts, and the Judgement."""
 
     number: int
@@ -41,15 +41,6 @@ class Crossing:
         return ([] if self.reached else [f'not reached: {self.text}']) + [
             f'contact: {contact}' for contact in self.contacts
         ]
-
-    def to_json(self) -> dict[str, Any]:
-        """All as plain data."""
-        return {
-            **asdict(self),
-            'contacts': [contact.to_json() for contact in self.contacts],
-            'judgement': self.judgement.to_json(),
-            'faults': self.faults,
-        }
 
 
 def approach(number: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

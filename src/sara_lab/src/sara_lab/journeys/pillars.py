@@ -8,13 +8,13 @@ al., Benchmarking metric ground navigation, SSRR 2020, compares planners in worl
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
+from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel import PATIENCE_S, Recorder, reach
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import BODY, judge
@@ -23,15 +23,16 @@ from sara_nav.maps import map_io
 
 WORLDS, GOALS = 10, 4
 PILLARS, DIAMETER = 60, 0.15  # how many; m
+TRIES = 20000  # places that are drawn until the room is taken for too full
 GAP = BODY[1] + 0.3  # m between two pillars at least
 ROOM, EDGE, CELL, WALL = (12.0, 9.0), 0.5, 0.025, 10  # m; m without pillars at the walls; m; cells of wall
 MARGIN = 0.10  # m about the body at start and goal, and on a way between
-FAR = 4.0  # m from one goal to the next at least
+OFF_WALL, FAR = 0.8, 4.0  # m from a wall, and from the goal before, at least
 MODES = ('true', 'fused')
 
 
 @dataclass(frozen=True)
-class Drive:
+class Drive(Judged):
     """What came of a world: how many goals were reached, move_base's words, contacts, Judgement."""
 
     world: int
@@ -46,15 +47,6 @@ class Drive:
     def faults(self) -> list[str]:
         """What must not be, one sentence each."""
         return [f'contact: {contact}' for contact in self.contacts]
-
-    def to_json(self) -> dict[str, Any]:
-        """All as plain data."""
-        return {
-            **asdict(self),
-            'contacts': [contact.to_json() for contact in self.contacts],
-            'judgement': self.judgement.to_json(),
-            'faults': self.faults,
-        }
 
 
 @cache
@@ -79,7 +71,7 @@ def _places(random):
     while len(places) < PILLARS:
         place = random.uniform([EDGE, EDGE], [ROOM[0] - EDGE, ROOM[1] - EDGE])
         tries += 1
-        if tries > 20000:
+        if tries > TRIES:
             places, tries = [], 0
         elif all(math.dist(place, other) >= GAP + DIAMETER for other in places):
             places.append(place)
@@ -102,9 +94,8 @@ def _grid(places):
 
 def _pose(space, random):
     """A pose about whose body MARGIN is free."""
-    wall = 0.8
+    low, high = (OFF_WALL, OFF_WALL, -math.pi), (ROOM[0] - OFF_WALL, ROOM[1] - OFF_WALL, math.pi)
     while True:
-        low, high = (wall, wall, -math.pi), (ROOM[0] - wall, ROOM[1] - wall, math.pi)
         pose = tuple(random.uniform(low, high).tolist())
         if space.connected(pose, pose):
             return pose

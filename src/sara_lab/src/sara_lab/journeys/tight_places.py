@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, wrap
+from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel import POSITION_M, YAW_DEG, Recorder, reach
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import BODY, judge
@@ -63,7 +64,7 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Visit:
+class Visit(Judged):
     """What came of a place: whether the chair went in and came out again, move_base's words, contacts, Judgement."""
 
     place: str
@@ -83,15 +84,6 @@ class Visit:
         if not self.came_out:
             found.append(f'{"came not out" if self.went_in else "went not in"}: {self.texts[-1]}')
         return found
-
-    def to_json(self) -> dict[str, Any]:
-        """All as plain data."""
-        return {
-            **asdict(self),
-            'contacts': [contact.to_json() for contact in self.contacts],
-            'judgement': self.judgement.to_json(),
-            'faults': self.faults,
-        }
 
 
 def _grid(size: tuple[float, float], hollows: Iterable[Rectangle], things: Iterable[Rectangle] = ()) -> map_io.GridMap:

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
 from sara_common.planar import Pose2D, wrap
+from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
 from sara_lab.judge.false_stops import FalseStops
@@ -43,7 +44,7 @@ POSITION_M, YAW_DEG = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Judged):
     """What came of a journey. `way`: m, the shortest. `reached`: by move_base's word and by the true pose. `late`:
     whether its time ran out.
     `contacts`: [Contact]. `judgement`: Judgement, or None where the chair did not start.
@@ -81,16 +82,10 @@ class Outcome:
 
     def to_json(self) -> dict[str, Any]:
         """All as plain data."""
-        plain = {
-            **asdict(self),
-            'contacts': [contact.to_json() for contact in self.contacts],
-            'judgement': self.judgement and self.judgement.to_json(),
-        }
         return {
-            **plain,
+            **super().to_json(),
             'position_error': None if math.isnan(self.position_error) else self.position_error,
             'yaw_error_deg': None if math.isnan(self.yaw_error_deg) else self.yaw_error_deg,
-            'faults': self.faults,
         }
 
 

@@ -1,7 +1,7 @@
-"""How often the safety gate takes something for a pedestrian where nobody walks.
+"""How often the safety gate slows or holds the chair for a pedestrian where none walks.
 
-A sensor's cone that sweeps over an edge sees a distance shrink as it would for somebody who approaches. Where the gate
-then slows or holds the chair, it stops for nobody. A detection that changes nothing of the drive is no stop.
+A sensor's cone that sweeps over an edge sees a distance shrink as it would for a pedestrian who approaches. A detection
+that changes nothing of the drive is no stop.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ class FalseStops:
         if lockstep.time - self._last > APART:
             self._counted = False
         self._last = lockstep.time
-        if not self._counted and wheels.decision.state in SLOWING and not _anybody_walks(lockstep.chair):
+        if not self._counted and wheels.decision.state in SLOWING and not _pedestrian_near(lockstep.chair):
             self.count += 1
             self._counted = True
 
 
-def _anybody_walks(chair: SimulatedChair) -> bool:
-    """Whether somebody who walks is within REACH of the chair."""
+def _pedestrian_near(chair: SimulatedChair) -> bool:
+    """Whether an obstacle that walks is within REACH of the chair."""
     obstacles = chair.world.obstacles
     places = (obstacle.pose(obstacles.time) for obstacle in obstacles.all if obstacle.path)
     return any(place is not None and math.dist(place[:2], chair.pose[:2]) < REACH for place in places)
