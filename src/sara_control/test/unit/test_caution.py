@@ -4,6 +4,7 @@ comes out from behind something.
 
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -43,9 +44,9 @@ def feed(what, ranges, start=0.0, v=0.0, w=0.0, seconds=0.2, sigma=0.01):
     return start + 0.2 * count
 
 
-def alarmed(ranges, w=0.0):
+def alarmed(ranges, w=0.0, config=CONFIG):
     """Caution that has heard somebody far off, and hears this since; the time."""
-    result = caution()
+    result = caution(config)
     t = feed(result, ranges, 0.0, 0.3, w, 2.0)
     result.on_approach('SDD', 2.0, t)
     result.on_approach('SDD', 1.9, t + 0.2)
@@ -178,7 +179,7 @@ def test_who_touches_it_is_near():
 
 def test_a_sensor_that_goes_on_scattering_has_told_of_nobody_and_who_others_heard_is_believed_still():
     def doubt(name, start, seconds):
-        result, t = alarmed(0.4)
+        result, t = alarmed(0.4, config=replace(CONFIG, memory=60.0))
         for k in range(round(seconds / 0.2) + 1):
             result.on_noise(name, t + start + 0.2 * k)
         return result, t + start + seconds
@@ -192,6 +193,27 @@ def test_a_sensor_that_goes_on_scattering_has_told_of_nobody_and_who_others_hear
     ):  # another, for a while only, long after
         result, t = doubt(name, start, seconds)
         assert result.pedestrians_nearby(t)
+
+
+def test_who_does_not_give_way_is_remembered_for_longer():
+    result = caution()
+    t = feed(result, 0.4, seconds=2.0)
+    result.on_contact(t)
+    for later in (0.0, CONFIG.memory + 1.0, CONFIG.after_contact - 0.1):
+        assert result.pedestrians_nearby(t + later)
+        assert 0.5 * result.scale(0.5, 0.0, t + later) <= CREEP
+    assert not result.pedestrians_nearby(t + CONFIG.after_contact)
+    off = caution(replace(CONFIG, memory=0.0))
+    off.on_contact(t)
+    assert not off.pedestrians_nearby(t)
+
+
+def test_the_guard_tells_of_an_impact():
+    guard = Guard(SAFETY)
+    guard.on_impact(5.0, False)
+    assert not guard.zones.pedestrians_nearby(5.0)
+    guard.on_impact(5.0, True)
+    assert guard.zones.pedestrians_nearby(5.0 + CONFIG.after_contact - 0.1)
 
 
 def test_without_a_memory_there_is_no_caution():

@@ -139,7 +139,7 @@ def test_a_journey_that_runs_out_of_time_or_makes_contact_is_a_fault():
 
 def test_the_travel_verdict_counts_shares_of_each_mode():
     part = travels.travel(0, None)
-    assert len(part.cases) == 750
+    assert len(part.cases) == 900
     calm = {
         'gap_min': 0.1,
         'detour': 1.1,
@@ -167,10 +167,14 @@ def test_the_travel_verdict_counts_shares_of_each_mode():
 
     assert part.verdict(part.summary(results(1))[1]) == []  # 3 of 150, 3 of 75 short ones
     assert [fault.split(':')[0] for fault in part.verdict(part.summary(results(2))[1])] == ['true']
-    assert [fault.split(':')[0] for fault in part.verdict(part.summary(results(6))[1])] == ['true', 'fused', 'boxes']
+    assert [fault.split(':')[0] for fault in part.verdict(part.summary(results(6))[1])] == list(travels.REACHED)
     assert (
         len(part.verdict(part.summary(results(0, reversals_per_m=1.2, last_way=[16.0], acceleration_rms=0.4))[1])) == 3
     )
+    meetings = {'false_stops': 0, 'yields': 2, 'nearest': 0.2, 'pressed': 0.31}
+    assert [fault.split(':')[0] for fault in part.verdict(part.summary(results(0, meetings=meetings))[1])] == [
+        'pedestrians'
+    ]
     assert 'not reached: hall people 0 (5.0 m): ' in '\n'.join(part.summary(results(1))[0])
 
 

@@ -296,6 +296,51 @@ def test_each_silent_sensor_is_told_of_by_name():
     assert make()[0].current(1e6) == ''
 
 
+# -- passing_memory: somebody who moves leaves no marks ----------------------------------------------------------------
+
+
+def test_who_passes_leaves_no_marks_and_what_stood_there_before_stays():
+    costmap, layer = make(passing_memory=1.0, pixel_decay=60.0)
+    for k in range(5):  # a wall behind
+        say(costmap, layer, 1.0, t=0.2 * k, at=Pose2D(0.0, 0.0, math.pi))
+    for t in (5.0, 5.2, 5.4):
+        say(costmap, layer, 1.5, t=t)
+    assert {round(far, 1) for far in lethal(costmap)[0]} >= {1.0, 1.5}
+    layer.let_pass(5.5)
+    for t, distance in ((5.6, 1.3), (5.8, 1.1), (6.0, 0.9), (6.4, 0.9)):
+        say(costmap, layer, distance, t=t)
+    far, bearing = lethal(costmap)
+    assert len(far) and (np.abs(bearing) > 0.5 * math.pi).all(), 'only the wall behind'
+    for t in (6.6, 6.8, 7.0):
+        say(costmap, layer, 0.9, t=t)
+    far, bearing = lethal(costmap)
+    assert (np.abs(bearing) < 0.1).any() and abs(far[np.abs(bearing) < 0.1].min() - 0.9) < 0.06, 'what stays is marked'
+
+
+def test_while_somebody_passes_the_cone_up_to_the_echo_is_free():
+    costmap, layer = make(passing_memory=1.0, unknown=True)
+    layer.let_pass(0.0)
+    for k in range(4):
+        say(costmap, layer, 1.5, t=0.2 * k)
+    at = costmap.costmap.cost_at
+    assert (at(0.5, 0.0), at(1.3, 0.0), at(2.0, 0.0)) == (FREE, FREE, UNKNOWN) and not len(lethal(costmap)[0])
+
+
+def test_without_it_and_after_the_clock_was_set_back_echoes_mark():
+    for memory, back in ((0.0, False), (5.0, True)):
+        costmap, layer = make(passing_memory=memory)
+        costmap.update(10.0, None)
+        layer.let_pass(10.0)
+        start = 10.1
+        if back:
+            costmap.update(1.0, None)
+            layer.time_went_back(1.0)
+            start = 1.1
+        for k in range(4):
+            say(costmap, layer, 1.5, t=start + 0.1 * k)
+        assert len(lethal(costmap)[0])
+
+
 # -- free_memory: several views carve an arc ---------------------------------------------------------------------------
 
 

@@ -169,6 +169,21 @@ def test_a_robot_that_is_held_to_let_somebody_pass_is_not_stuck_until_they_have(
     robot.machine.excuse_standing()  # nobody drives
 
 
+def test_the_layers_of_both_costmaps_hear_that_somebody_passes_once_for_each_time():
+    heard, robot = [], Robot([])
+    pair = robot.machine.costmaps
+    layers = [layer for costmap in (pair.world, pair.local) for layer in costmap.layers.values()]
+    for layer in layers:
+        layer.let_pass = heard.append
+    robot.machine.excuse_standing()
+    robot.machine.excuse_standing()
+    robot.go(0.5)
+    assert len(heard) == len(layers) > 0 and len(set(heard)) == 1
+    robot.machine.excuse_standing()
+    robot.go(0.5)
+    assert len(heard) == 2 * len(layers)
+
+
 def test_clearing_costmaps_is_passed_over_by_one_that_is_held_but_not_by_one_without_a_plan():
     recoveries = [
         ClearCostmapRecovery('clear'),

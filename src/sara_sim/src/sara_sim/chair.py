@@ -24,6 +24,7 @@ from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.drive import Drive
 from sara_sim.options import ChairOptions
+from sara_sim.world.obstacles import Body
 from sara_sim.world.world import World
 
 STEP_S = 0.01
@@ -136,6 +137,11 @@ class SimulatedChair:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
 
+    def _body(self) -> Body:
+        """Where pedestrians see it."""
+        config = self.config
+        return Body(*self.pose, 0.5 * config.length, 0.5 * config.width, *self.velocity)
+
     @property
     def contacts(self) -> int:
         """How often the body came to touch a wall or an obstacle."""
@@ -196,7 +202,7 @@ class SimulatedChair:
             if motor is not None:
                 motor.receive(frame, now)
         if self.world.obstacles.all:
-            self.world.obstacles.move_to(now)
+            self.world.obstacles.step(now, self._body())
         drive.step(*(motor.target if motor is not None else (0.0, 0.0)))
         if drive.resting:
             box.rest(sensor_now)

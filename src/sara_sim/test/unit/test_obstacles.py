@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
-from sara_sim.world import obstacles
-from sara_sim.world.obstacles import Obstacle, ObstacleError, Obstacles
+from sara_sim.world.obstacles import LOOPS, Obstacle, Obstacles
 from sara_sim.world.rays import Cone
 from sara_sim.world.world import World, WorldError
 
@@ -115,7 +114,7 @@ def test_a_walk(loop, t, place):
     assert walker.pose(t)[:2] == pytest.approx(place)
 
 
-@given(st.sampled_from(obstacles.LOOPS), st.floats(0, 1e4), st.floats(0.001, 1.0))
+@given(st.sampled_from(LOOPS), st.floats(0, 1e4), st.floats(0.001, 1.0))
 def test_nobody_walks_faster_than_their_speed(loop, t, dt):
     walker = Obstacle(radius=0.2, path=SQUARE, speed=1.3, start=5.0, loop=loop)
     (ax, ay, _), (bx, by, _) = walker.pose(t), walker.pose(t + dt)
@@ -171,48 +170,3 @@ def test_same_seed_same_walkers_same_bytes(pilot):
 def test_cannot_start_in_an_obstacle():
     with pytest.raises(WorldError, match='start'):
         SimulatedChair(floor(Obstacle(radius=0.3, at=(5.0, 5.0))), 0, (5.2, 5.0, 0.0))
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
-
-
-def test_the_example_loads():
-    from pathlib import Path
-
-    things, ramps = obstacles.load(Path(__file__).resolve().parents[2] / 'config' / 'people.yaml')
-    assert [thing.name for thing in things] == ['table', 'suitcase', 'ann'] and things[0].yaw == pytest.approx(
-        math.radians(20)
-    )
-    assert ramps[0].slope == pytest.approx(math.radians(4))
-
-
-@pytest.mark.parametrize(
-    'text, words',
-    [
-        ('[]', ['obstacles and ramps']),
-        ('walls: []', ['obstacles and ramps']),
-        ('obstacles: 3', ['list']),
-        ('obstacles: [3]', ['entry 1']),
-        ('obstacles: [{name: a}]', ['either radius', 'either at']),
-        ('obstacles: [{radius: .2, at: [1, 2], yaw_deg: x}]', ['yaw_deg']),
-        (
-            'obstacles: [{radius: -1, path: [[1, 1], [1, 1]], speed: 0, loop: never}]',
-            ['radius is', 'path is', 'speed is', 'loop is'],
-        ),
-        ('obstacles: [{radius: .2, at: [1, 2], colour: red}]', ['colour']),
-        ('obstacles: [{size: [1], at: [1, .nan]}]', ['size is', 'at is']),
-        ('ramps: [{x: 0, y: 0, length: 1, width: 1, yaw: 0, slope_deg: 45}]', ['slope is']),
-        ('obstacles: [', ['cannot be read']),
-    ],
-)
-def test_bad_files_are_named(tmp_path, text, words):
-    path = tmp_path / 'bad.yaml'
-    path.write_text(text)
-    with pytest.raises(ObstacleError) as error:
-        obstacles.load(path)
-    assert all(word in str(error.value) for word in words)
-
-
-def test_a_file_that_is_not_there_is_named():
-    with pytest.raises(ObstacleError, match='nowhere'):
-        obstacles.load('/nowhere/people.yaml')

@@ -91,6 +91,8 @@ class Guard:
         """Whether the chair feels an impact came at t."""
         self._bus = t
         self._impact = bool(impact)
+        if impact:
+            self.zones.caution.on_contact(t)
 
     def on_localization(self, stamp: float, *pose: float) -> bool:
         """A pose measured at stamp; False if it holds anything that is not finite."""

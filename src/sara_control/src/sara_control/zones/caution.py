@@ -6,6 +6,8 @@ part of the body moves in the direction of a sensor faster than it could stop fo
 the nearest echo that this sensor has measured lately. Where that leaves no speed the chair creeps, so slowly that it is
 the pedestrian who walks into it.
 
+Who gives way is soon gone; who does not hits the chair, and is remembered for longer.
+
 Two things count as a detection: approach_detector.py confirms an approach twice; or a standing chair, which measures
 better than a driving one, measures an echo at another distance than before, nearer or farther.
 
@@ -41,7 +43,8 @@ PACE = 0.08  # m of path after which an echo counts as passed
 
 @dataclass(frozen=True)
 class CautionConfig:
-    """memory: s that the limit holds after a detection, 0: no caution at all. near: m; after a detection within it the
+    """memory: s that the limit holds after a detection, 0: no caution at all. after_contact: s that it holds after the
+    chair was hit: somebody about does not give way. near: m; after a detection within it the
     whole body creeps for near_memory (s). way: m of path for which the nearest echo is remembered: jambs leave the
     cones before the body's corners have passed them. walk: m/s, of a pedestrian who comes out. reaction: s from their
     first echo to the wheels' answer. braking: m/s2. creep: m/s, of any part of the body. patience: s of standing for
@@ -50,6 +53,7 @@ class CautionConfig:
     """
 
     memory: float = 0.0
+    after_contact: float = 0.0
     near: float = 1.2
     near_memory: float = 3.0
     way: float = 0.6
@@ -64,7 +68,7 @@ class CautionConfig:
         faults = number_faults(
             self,
             above_0=('near', 'walk', 'reaction', 'braking', 'creep'),
-            from_0=('memory', 'near_memory', 'way', 'patience'),
+            from_0=('memory', 'after_contact', 'near_memory', 'way', 'patience'),
         )
         if not isinstance(self.expected, bool):
             faults.append(f'expected is {self.expected!r}, allowed are true and false')
@@ -148,7 +152,7 @@ class Caution:
         self._detected = {}  # {name: stamp} of a sensor's last detection,
         self._detected_near = {}  # and of its last one nearby
         self._noisy = {}  # {name: (stamp, stamp)} since when and until when it has been too noisy
-        self._moved_at = self._approach_at = self._until = self._near_until = -math.inf
+        self._moved_at = self._approach_at = self._until = self._near_until = self._hit_until = -math.inf
         for history in self._history.values():
             history.clear()
         self._nearest.clear()
@@ -161,7 +165,7 @@ class Caution:
         if not self.config.memory:
             return
         self._drive(stamp, motion)
-        if distance == -math.inf and stamp < self._until:
+        if distance == -math.inf and self.pedestrians_nearby(stamp):
             self._detected_near[name] = stamp
             self._renew()
         if distance < TOUCHING:
@@ -198,9 +202,14 @@ class Caution:
         """
         if not self.config.memory:
             return
-        if stamp < self._until or 0.0 <= stamp - self._approach_at <= TWICE:
+        if self.pedestrians_nearby(stamp) or 0.0 <= stamp - self._approach_at <= TWICE:
             self._detect(name, stamp, distance)
         self._approach_at = stamp
+
+    def on_contact(self, stamp: float) -> None:
+        """The chair was hit at stamp (s)."""
+        if self.config.memory:
+            self._hit_until = stamp + self.config.after_contact
 
     def on_noise(self, name: str, stamp: float) -> None:
         """A sensor's readings at stamp (s) are too noisy for a detection. If that goes on, its detections in the
@@ -226,8 +235,8 @@ class Caution:
         self._near_until = max(self._detected_near.values(), default=-math.inf) + self.config.near_memory
 
     def pedestrians_nearby(self, now: float) -> bool:
-        """Whether a pedestrian was detected within `memory` before now (s)."""
-        return now < self._until
+        """Whether one was detected within `memory`, or hit the chair within `after_contact`, before now (s)."""
+        return now < max(self._until, self._hit_until)
 
     def scale(self, v: float, w: float, now: float) -> float:
         """The factor 0..1 on the command (v m/s, w rad/s) at now (s)."""

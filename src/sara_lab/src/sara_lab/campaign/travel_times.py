@@ -32,13 +32,13 @@ def time_lines(figures: Figures) -> list[str]:
     """The table of all groups that have such figures: the split in multiples of the ideal time, which add up to time /
     ideal.
     """
-    head = f'{"mode":8} {"map":8} {"time s":>8} {"ideal s":>8} {"ratio":>6} {f"< {QUICK:g}":>6} {"m/s":>6}'
+    head = f'{"mode":11} {"map":8} {"time s":>8} {"ideal s":>8} {"ratio":>6} {f"< {QUICK:g}":>6} {"m/s":>6}'
     lines = [head + ''.join(f' {kind:>10}' for kind in KINDS)]
     for group, row in figures.items():
         if 'time_s' in row:
             mode, name = group.split('_')
             lines.append(
-                f'{mode:8} {name:8} {row["time_s"]:8.0f} {row["ideal_s"]:8.0f} {row["time_ratio"]:6.2f} '
+                f'{mode:11} {name:8} {row["time_s"]:8.0f} {row["ideal_s"]:8.0f} {row["time_ratio"]:6.2f} '
                 f'{row["quick"]:6.0%} {row["total_speed"]:6.3f}'
                 + ''.join(f' {row["split_s"][kind] / row["ideal_s"]:10.3f}' for kind in KINDS)
             )

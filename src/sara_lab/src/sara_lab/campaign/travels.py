@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sara_lab.campaign.comfort import calm_faults, calm_figures
+from sara_lab.campaign.meetings import longer_than_alone, meeting_faults, meeting_figures
 from sara_lab.campaign.part import Part, lines_of, mean, spread
 from sara_lab.campaign.travel_times import time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
@@ -20,11 +21,17 @@ from sara_lab.journeys.ideal_times import TIMED, ideal_time
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 
 SHORT_M = 10.0
-REACHED = {'true': 0.98, 'fused': 0.95, 'boxes': 0.90}  # share of journeys; fused: of those of SHORT_M at most
+REACHED = {
+    'true': 0.98,
+    'fused': 0.95,
+    'boxes': 0.90,
+    'pedestrians': 0.95,
+}  # share of journeys; fused: of those of SHORT_M at most
 FALSE_STOPS = 1.0  # in ten minutes, for pedestrians where none is
 COMFORT = ('reversals_per_m', 'last_metre_s', 'last_metre_and_turn_s', 'acceleration_rms')
+MEETING = ('yields', 'nearest_m', 'pressed', 'pressed_too_fast', 'longer_than_alone')
 TRAVEL_LINE = (
-    '{:8} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} '
+    '{:11} {:8} {reached:4}/{cases:<4} {short_reached:4}/{short:<4} {contacts:8} {to_blame:8} '
     '{gap_min_m:9.3f} {detour:10.2f} {speed:5.2f} {discomfort_per_m:14.2f} {false_stops_in_10_min:11.2f}'
 )
 
@@ -137,18 +144,18 @@ def _false_stop_faults(mode, row):
 
 def _in_10_min(judgements):
     """False stops in ten minutes with a goal, of the drives that were watched for them; NaN where there is none."""
-    watched = [found for found in judgements if found.get('false_stops') is not None]
+    watched = [found for found in judgements if found.get('meetings')]
     seconds = sum(found['seconds'] for found in watched)
-    return 600.0 * sum(found['false_stops'] for found in watched) / seconds if seconds else math.nan
+    return 600.0 * sum(found['meetings']['false_stops'] for found in watched) / seconds if seconds else math.nan
 
 
 def travel(_seeds: int, folder: Path) -> Part:
     """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown
-    boxes, with people, with people who are expected.
+    boxes, with pedestrians, with people who stop for nobody, with those who are expected.
     """
 
     def case(name, mode, number):
-        outcome = travels.drive(name, mode, number, gain_of(number, folder) if mode == 'fused' else None)
+        outcome = travels.drive(name, mode, number, gain_of(number, folder) if mode in travels.FUSED else None)
         if mode in TIMED:
             outcome = outcome.with_ideal(ideal_time(name, number, folder))
         return outcome.to_json()
@@ -167,16 +174,22 @@ def travel(_seeds: int, folder: Path) -> Part:
 
 def _travel_summary(results):
     lines = [
-        f'{"mode":8} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
+        f'{"mode":11} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
         f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14} {"false/10min":>11}'
     ]
     figures = {}
     for mode in travels.MODES:
         for name in (*MAPS, 'all'):
-            row = _travel_row([r for r in results if r['mode'] == mode and name in (r['map'], 'all')], name == 'all')
+            of = [r for r in results if r['mode'] == mode and name in (r['map'], 'all')]
+            row = _travel_row(of, name == 'all')
+            if mode in travels.AMONG_PEOPLE:
+                alone = [r for r in results if r['mode'] == 'fused']
+                row |= meeting_figures(of) | {'longer_than_alone': longer_than_alone(of, alone)}
             figures[f'{mode}_{name}'] = row
             lines.append(TRAVEL_LINE.format(mode, name, **row))
         comfort = {key: figures[f'{mode}_all'][key] for key in COMFORT}
+        if mode in travels.AMONG_PEOPLE:
+            comfort |= {key: figures[f'{mode}_all'][key] for key in MEETING}
         lines += [f'{mode}: ' + line for line in lines_of(comfort)]
     lines += time_lines(figures)
     lines += [
@@ -220,6 +233,7 @@ def _travel_verdict(figures):
         if reached < share * cases:
             found.append(f'{mode}: {reached} of {cases} reached{which}, {share:.0%} are asked for')
         found += _false_stop_faults(mode, row)
+    found += meeting_faults(figures['pedestrians_all'])
     return found + [f'true: {sentence}' for sentence in calm_faults(figures['true_all'], '')]
 
 

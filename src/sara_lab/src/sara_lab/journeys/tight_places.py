@@ -86,7 +86,7 @@ class Visit(Judged):
         return found
 
 
-def _grid(size: tuple[float, float], hollows: Iterable[Rectangle], things: Iterable[Rectangle] = ()) -> map_io.GridMap:
+def block(size: tuple[float, float], hollows: Iterable[Rectangle], things: Iterable[Rectangle] = ()) -> map_io.GridMap:
     """A block (m) with hollows cut out of it, and things put into them; 0.5 m of wall about it."""
     data = np.full([round(side / CELL) + 20 for side in reversed(size)], map_io.OCCUPIED, np.int8)
     for value, rectangles in ((map_io.FREE, hollows), (map_io.OCCUPIED, things)):
@@ -101,26 +101,26 @@ def _junction(width: float, beyond: float) -> Place:
     """A corridor with an arm to the left, which goes on for so far (m) beyond it."""
     corridor, arm = (0.0, 0.0, 4.0 + width + beyond, width), (4.0, 0.0, 4.0 + width, width + 4.0)
     middle, half = 4.0 + 0.5 * width, 0.5 * width
-    grid = _grid((corridor[2], arm[3]), (corridor, arm))
+    grid = block((corridor[2], arm[3]), (corridor, arm))
     return Place(grid, (1.5, half, 0.0), (middle, width + 2.0, 0.5 * math.pi), False)
 
 
 def _lift() -> Place:
     """A cabin of 1.1 x 1.4 m behind a door of 0.90 m."""
-    grid = _grid((5.6, 4.0), ((0.0, 0.0, 4.0, 4.0), (4.0, 1.55, 4.2, 2.45), (4.2, 1.45, 5.6, 2.55)))
+    grid = block((5.6, 4.0), ((0.0, 0.0, 4.0, 4.0), (4.0, 1.55, 4.2, 2.45), (4.2, 1.45, 5.6, 2.55)))
     return Place(grid, (1.5, 2.0, 0.0), (4.9, 2.0, 0.0), True)
 
 
 def _dead_end() -> Place:
     """A corridor of 0.95 m that ends after 4 m."""
-    grid = _grid((7.0, 4.0), ((0.0, 0.0, 3.0, 4.0), (3.0, 1.5, 7.0, 2.45)))
+    grid = block((7.0, 4.0), ((0.0, 0.0, 3.0, 4.0), (3.0, 1.5, 7.0, 2.45)))
     return Place(grid, (1.5, 2.0, 0.0), (6.1, 1.975, 0.0), True)
 
 
 def _table(yaw: float) -> Place:
     """A table with 0.75 m between the neighbours who sit at it, 0.8 m deep."""
     things = (3.6, 1.0, 4.6, 4.0), (2.8, 1.3, 3.6, 2.1), (2.8, 2.85, 3.6, 3.65)
-    grid = _grid((5.0, 5.0), ((0.0, 0.0, 5.0, 5.0),), things)
+    grid = block((5.0, 5.0), ((0.0, 0.0, 5.0, 5.0),), things)
     return Place(grid, (1.2, 2.5, 0.0), (2.85, 2.475, yaw), True)
 
 

@@ -1,8 +1,9 @@
 """Travel: SARA as it is set up by default drives from random poses to random poses on three maps, in lockstep, sensors
 and safety gate as on the chair.
 
-Ways of making it harder (MODES): the pose is the true one, or fused; five boxes that the map does not know; two people
-who walk about and stop for nobody; the same people, whom the safety gate was told to expect. What came of a journey is
+Ways of making it harder (MODES): the pose is the true one, or fused; five boxes that the map does not know; pedestrians
+who see the chair (crowd.py; fused pose); two people who walk about and stop for nobody; the same people, whom the
+safety gate was told to expect. What came of a journey is
 judged by `judge`; who touched whom is told by contact_watch.py.
 """
 
@@ -17,10 +18,11 @@ import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
 from sara_common.planar import Pose2D, wrap
+from sara_lab.journeys.crowd import crowd
 from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel_cases import boxes, map_file, pairs, people
 from sara_lab.judge.contact_watch import ContactWatch
-from sara_lab.judge.false_stops import FalseStops
+from sara_lab.judge.encounters import Encounters
 from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
 from sara_lab.judge.time_split import StepRecorder, split
@@ -28,7 +30,9 @@ from sara_nav.goals.move_base_config import ACTIVE, SUCCEEDED
 from sara_sim.chair import STEP_S
 from sara_sim.world.world import World
 
-AMONG_PEOPLE = ('people', 'expected')
+WALKERS = ('people', 'expected')  # who stop for nobody
+AMONG_PEOPLE = ('pedestrians', *WALKERS)
+FUSED = ('fused', 'pedestrians')
 MODES = ('true', 'fused', 'boxes', *AMONG_PEOPLE)
 PACE, PATIENCE_S = 0.10, 120.0  # a journey may take its way at so many m/s, and so long besides;
 SLOW_PACE, MUCH_PATIENCE_S = (
@@ -91,11 +95,11 @@ class Outcome(Judged):
 
 class Recorder:
     """Keeps of a Lockstep what a Track needs. `watch`: called with the Lockstep after each step; `touched`: the
-    ContactWatch; `stops`: the FalseStops.
+    ContactWatch; `encounters`: the Encounters.
     """
 
     def __init__(self, lockstep: Lockstep, watch: Callable[[Lockstep], None] | None = None) -> None:
-        self.lockstep, self.touched, self.stops, self._watch = lockstep, ContactWatch(), FalseStops(), watch
+        self.lockstep, self.touched, self.encounters, self._watch = lockstep, ContactWatch(), Encounters(), watch
         self.steps = StepRecorder()  # with a goal
         self.t, self.pose, self.commanded, self.plans, self.recoveries = [], [], [], [], 0
         self._known = None
@@ -106,7 +110,7 @@ class Recorder:
         self.touched.before(chair)
         lockstep.step()
         self.touched.after(chair)
-        self.stops.after(lockstep)
+        self.encounters.after(lockstep)
         if self._watch is not None:
             self._watch(lockstep)
         newest = lockstep.newest
@@ -133,7 +137,7 @@ class Recorder:
             np.array(self.commanded, float),
             len(self.touched.contacts),
             split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.comfort.profile),
-            self.stops.count,
+            self.encounters.meetings,
         )
 
 
@@ -175,11 +179,11 @@ def drive(
         pair.start,
         number,
         gain=gain,
-        localization='ekf' if mode == 'fused' else 'fake',
+        localization='ekf' if mode in FUSED else 'fake',
         navigation=navigation,
     )
     world = World.from_yaml(map_file(name))
-    for obstacle in boxes(name) if mode == 'boxes' else people(name, number) if mode in AMONG_PEOPLE else ():
+    for obstacle in _about(name, mode, number):
         lockstep.chair.world.obstacles.add(obstacle)
         world.obstacles.add(obstacle)
     lockstep.wheels.guard.zones.caution.expect(mode == 'expected')
@@ -194,6 +198,15 @@ def drive(
     return _outcome(name, mode, number, recorder, (goal, late), judge(recorder.track([goal]), world))
 
 
+def _about(name, mode, number):
+    """What the map does not show."""
+    if mode == 'boxes':
+        return boxes(name)
+    if mode == 'pedestrians':
+        return crowd(name, number)
+    return people(name, number) if mode in WALKERS else ()
+
+
 def _not_started(name, mode, number, why):
     """The Outcome of a chair that did not come up."""
     pair = pairs(name)[number]
@@ -205,7 +218,7 @@ def _outcome(name, mode, number, recorder, end, judgement):
     """The Outcome; `end`: the Goal, and whether it was late."""
     pair, (goal, late), last = pairs(name)[number], end, recorder.lockstep.chair.pose
     off, turned = math.dist(last[:2], pair.goal[:2]), math.degrees(wrap(last[2] - pair.goal[2]))
-    kind = 'fused' if mode == 'fused' else 'true'
+    kind = 'fused' if mode in FUSED else 'true'
     there = off <= POSITION_M[kind] and abs(turned) <= YAW_DEG[kind]
     text = goal.text if there or not goal.reached else f'{goal.text} But it is {off:.3f} m and {turned:+.1f} deg off.'
     return Outcome(

@@ -86,7 +86,7 @@ class ContactWatch:
         touched = {
             obstacle.name: (
                 towards(pose, velocity, obstacle.pose(world.obstacles.time)[:2], (config.length, config.width)),
-                bool(obstacle.path),
+                obstacle.walks,
             )
             for obstacle, near in zip(there, met)
             if near

@@ -8,6 +8,7 @@ corners' distances to the other shape. Overlap is a gap of 0.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from sara_sim.world.world import World
 
 REACH = 1.0  # m: what is farther is not looked for
+NOWHERE = np.zeros((0, 0), bool)  # a map without cells
 
 
 def at(world: World, pose: tuple[float, float, float], body: tuple[float, float], obstacles: bool = True) -> float:
@@ -29,6 +31,12 @@ def at(world: World, pose: tuple[float, float, float], body: tuple[float, float]
     return float(
         _gaps(world.occupied, world.resolution, *world.origin, row, 0.5 * body[0], 0.5 * body[1], shapes, REACH)[0]
     )
+
+
+def to_shape(pose: tuple[float, float, float], body: tuple[float, float], shape: Sequence[float]) -> float:
+    """m between the rectangle `body` at a pose, as in `at`, and a row of `Obstacles.shapes`."""
+    row, shapes = np.array([pose], float), np.array([shape], float)
+    return float(_gaps(NOWHERE, 1.0, 0.0, 0.0, row, 0.5 * body[0], 0.5 * body[1], shapes, math.inf)[0])
 
 
 def along(world: World, t: np.ndarray, pose: np.ndarray, body: tuple[float, float], step: float) -> np.ndarray:

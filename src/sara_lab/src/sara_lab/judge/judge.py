@@ -82,7 +82,7 @@ def judge(
         ideal=ideal,
         time_ratio=time_ratio,
         split=track.split,
-        false_stops=track.false_stops,
+        meetings=track.meetings,
     )
 
 

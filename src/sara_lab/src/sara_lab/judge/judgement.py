@@ -34,11 +34,25 @@ class Goal:
 
 
 @dataclass(frozen=True)
+class Meetings:
+    """What came of meetings with those who walk about. `false_stops`: how often the safety gate slowed or held the
+    chair for a pedestrian where none walks, `yields`: where one does. `nearest`: m, the least gap between body and
+    pedestrian, NaN where nobody came near. `pressed`: m/s at most at which the body moved towards one nearer than
+    0.30 m whom a sensor could hear.
+    """
+
+    false_stops: int = 0
+    yields: int = 0
+    nearest: float = math.nan
+    pressed: float = 0.0
+
+
+@dataclass(frozen=True)
 class Track:
     """A drive as it happened. `t`: (n,) s, growing. `pose`: (n, 3) x, y, yaw in the map frame, m, rad. `source`: whose
     pose it is, true or fused. `goals`: tuple of Goal, in order. `plans`: ((t, (k, 3) plan), ...), each good from t on.
     `commanded`: (n, 2) v, w of the navigation, NaN where nothing was commanded, or None. `contacts`: how many; None:
-    not known. `split`: s with a goal by time_split.KINDS, or None. `false_stops`: how many, or None.
+    not known. `split`: s with a goal by time_split.KINDS, or None. `meetings`: Meetings, or None.
     """
 
     t: np.ndarray
@@ -49,7 +63,7 @@ class Track:
     commanded: np.ndarray | None = None
     contacts: int | None = None
     split: dict[str, float] | None = None
-    false_stops: int | None = None
+    meetings: Meetings | None = None
 
     def __post_init__(self) -> None:
         faults = []
@@ -104,7 +118,7 @@ class Judgement:
     goal reached: from 1 m before its end until it ended, final turn included; `last_way`: the same until the last
     centimetre was driven. `acceleration_*`, `jerk_*`: r.m.s. while it moves, m/s2, m/s3. `discomfort`: s, of the
     module's formula. `ideal`: s, ideal time of the goals whose is known; `time_ratio`: time taken for those over it.
-    `split`: where the time went, s by time_split.KINDS. `false_stops`: see FalseStops.
+    `split`: where the time went, s by time_split.KINDS. `meetings`: Meetings, or None.
     """
 
     source: str
@@ -134,7 +148,7 @@ class Judgement:
     ideal: float = math.nan
     time_ratio: float = math.nan
     split: dict[str, float] | None = None
-    false_stops: int | None = None
+    meetings: Meetings | None = None
 
     @property
     def beyond_shortest(self) -> float:
@@ -189,10 +203,13 @@ ROWS = (
     ('', 'deg', lambda j: max((abs(corner.yaw) for corner in j.corners), default=math.nan)),
 )
 
-TIME_ROWS = (
+MORE_ROWS = (
     ('ideal time', 's', lambda j: j.ideal),
     ('time / ideal time', '', lambda j: j.time_ratio),
     *((f'  {name}', 's', lambda j, kind=kind: (j.split or {}).get(kind)) for kind, name in SPLIT_NAMES.items()),
+    ('pedestrians: false stops', '', lambda j: j.meetings and j.meetings.false_stops),
+    ('  yields', '', lambda j: j.meetings and j.meetings.yields),
+    ('  nearest', 'm', lambda j: j.meetings and j.meetings.nearest),
 )  # shown where any drive has them
 
 
@@ -211,6 +228,6 @@ def table(columns: Sequence[tuple[str, Judgement]]) -> str:
         + [
             f'{name:24} {unit:5}' + ''.join(f'{shown(value(j)):>{width}}' for _, j in columns)
             for name, unit, value in ROWS
-            + tuple(row for row in TIME_ROWS if any(shown(row[2](j)) != '-' for _, j in columns))
+            + tuple(row for row in MORE_ROWS if any(shown(row[2](j)) != '-' for _, j in columns))
         ]
     )

@@ -48,6 +48,12 @@ class CostmapPair:
             new = around(old, new)
         self._changed[name] = new if new is not None else old
 
+    def let_pass(self, t: float) -> None:
+        """Tell all layers that somebody who moves passes the robot at t (s)."""
+        for costmap in (self.world, self.local):
+            for layer in costmap.layers.values():
+                layer.let_pass(t)
+
     def take_changed(self) -> dict[str, Window | None]:
         """Return the windows (x0, y0, xn, yn) of cells that changed since the last call, by 'global' and 'local'.
 

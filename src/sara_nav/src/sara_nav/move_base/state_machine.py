@@ -61,6 +61,7 @@ class MoveBase:
         self._plans = PlanMaker(global_planner, self.costmaps, self.counters)
         self._goal = None
         self._ended = None
+        self._lets_pass = False
         self._state = RobotState(self.counters)
         self._command = ZERO
         self._track = Track()
@@ -127,7 +128,10 @@ class MoveBase:
             self._end(ABORTED, text)
 
     def excuse_standing(self) -> None:
-        """Who stops the robot lets somebody pass now: until here it has not been stuck."""
+        """Who stops the robot lets somebody pass now: until here it has not been stuck. The costmaps hear of it in the
+        next step.
+        """
+        self._lets_pass = True
         if self._goal is not None:
             self._goal.excuse_standing()
 
@@ -190,6 +194,9 @@ class MoveBase:
         velocity: measured (v m/s, w rad/s), or None: then it is reckoned from the commands. local_pose: the pose in the
         local costmap's frame, where that is another.
         """
+        if self._lets_pass:
+            self._lets_pass = False
+            self.costmaps.let_pass(t)
         dt = self._state.elapsed(t, 1.0 / self.config.controller_frequency)
         if dt is None:
             self.abort('Goal aborted: time jumped back.')

@@ -22,6 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from canserial.dbc.bus import BusDescription, BusError
 from sara_common.ros.node import start_node
 from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
+from sara_sim import course
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
@@ -31,7 +32,7 @@ from sara_sim.ros import messages
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
-from sara_sim.world import obstacles
+from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
 
 GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
@@ -229,10 +230,7 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
     """The chair and its world. Raises WorldError, ObstacleError, BusError, OSError."""
     world = World.from_yaml(settings.map) if settings.map else World.empty()
     if settings.obstacles:
-        things, ramps = obstacles.load(settings.obstacles)
-        for thing in things:
-            world.obstacles.add(thing)
-        world.ramps.extend(ramps)
+        course.load(settings.obstacles).put_on(world)
     sensors = SensorConfig(
         imu_period=FAST_IMU if settings.fast else SLOW_IMU, calibrate=settings.calibrate, madgwick=settings.madgwick
     )
@@ -258,7 +256,7 @@ def main() -> None:
         settings = SimulatorSettings.from_params(rospy.get_param('~', {}))
         chair = make_chair(settings)
         node = SimulatorNode(chair, Terminal(settings.port), settings)
-    except (SettingsError, WorldError, obstacles.ObstacleError, BusError, OSError) as error:
+    except (SettingsError, WorldError, ObstacleError, BusError, OSError) as error:
         rospy.logfatal('the simulator cannot start: %s', error)
         sys.exit(1)
     for name, (value, default) in {**chair.config.changes(), **chair.options.changes()}.items():

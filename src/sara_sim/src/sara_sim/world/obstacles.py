@@ -1,30 +1,86 @@
-"""What the map does not show: discs and boxes that stand, appear, or walk along paths. Where they are is a function of
-time alone.
+"""What the map does not show: discs and boxes that stand, appear, or walk along paths, where these are a function of
+time alone; and whatever else is a Thing, such as pedestrians who see the chair.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, cos, hypot, sin
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-import yaml
 
 from sara_common.config import is_number
-from sara_sim.world.terrain import Ramp, TerrainError
 
 LOOPS = ('once', 'around', 'back')
+LATELY = 0.05  # s over which a velocity is taken
 
 
 class ObstacleError(ValueError):
     """Obstacles that cannot be; one sentence for each fault."""
 
 
+class Body(NamedTuple):
+    """Where the chair is and how it moves: x, y (m), yaw (rad), map frame; half its length and width, m; v (m/s), turn
+    (rad/s).
+    """
+
+    x: float
+    y: float
+    yaw: float
+    half_length: float
+    half_width: float
+    v: float
+    turn: float
+
+    @property
+    def shape(self) -> np.ndarray:
+        """(6,) as a row of `Obstacles.shapes`."""
+        return np.array((self.x, self.y, cos(self.yaw), sin(self.yaw), self.half_length, self.half_width))
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """(x, y) m/s of its middle."""
+        return self.v * cos(self.yaw), self.v * sin(self.yaw)
+
+
+class Thing:
+    """Base of what stands or walks about. `radius` (m): it is a disc; else `size` (length, width; m): a box."""
+
+    name: str
+    radius: float | None = None
+    size: tuple | None = None
+    walks = False
+    lasting = True  # whether it stands where it is from the beginning to the end
+
+    def pose(self, t: float) -> tuple[float, float, float] | None:
+        """(x, y, yaw) at `t` s: m, rad; None when it is not there."""
+        raise NotImplementedError
+
+    def step(self, t: float, chair: Body, others: Obstacles) -> None:
+        """Go on to `t` s, in sight of the chair and of all `others` (this one too)."""
+
+    def shape(self, t: float) -> tuple[float, ...] | None:
+        """A row of `Obstacles.shapes` at `t` s, None when it is not there."""
+        pose = self.pose(t)
+        if pose is None:
+            return None
+        half = (self.size[0] / 2, self.size[1] / 2) if self.size else (self.radius, -1.0)
+        return pose[0], pose[1], cos(pose[2]), sin(pose[2]), *half
+
+    def velocity(self, t: float) -> tuple[float, float]:
+        """(x, y) m/s at `t` s."""
+        before, now = self.pose(t - LATELY), self.pose(t)
+        if before is None or now is None:
+            return 0.0, 0.0
+        return (now[0] - before[0]) / LATELY, (now[1] - before[1]) / LATELY
+
+
 @dataclass(frozen=True)
-class Obstacle:
+class Obstacle(Thing):
     """A disc (`radius`, m) or a box (`size`: length, width in m), in the map frame.
 
     It stands at `at` (x, y; m) turned by `yaw` (rad), or walks along `path` (two points or more) with `speed` (m/s)
@@ -101,6 +157,16 @@ class Obstacle:
         ]
         return faults
 
+    @property
+    def walks(self) -> bool:
+        """Whether it has a path."""
+        return bool(self.path)
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it stands where it is from the beginning to the end."""
+        return not self.path and self.appears == -math.inf and self.disappears == math.inf
+
     def pose(self, t: float) -> tuple[float, float, float] | None:
         """(x, y, yaw) at `t` s: m, rad; None when it is not there."""
         if not self.appears <= t < self.disappears:
@@ -123,8 +189,8 @@ class Obstacles:
     that radius); m.
     """
 
-    def __init__(self, obstacles=()):
-        self.all: list[Obstacle] = []
+    def __init__(self, obstacles: Iterable[Thing] = ()) -> None:
+        self.all: list[Thing] = []
         self.time = 0.0
         self.shapes = np.empty((0, 6))
         self._still = True
@@ -134,9 +200,9 @@ class Obstacles:
     def __len__(self) -> int:
         return len(self.all)
 
-    def add(self, obstacle: Obstacle) -> None:
+    def add(self, obstacle: Thing) -> None:
         """One more. Raises ObstacleError where it is none."""
-        if not isinstance(obstacle, Obstacle):
+        if not isinstance(obstacle, Thing):
             raise ObstacleError(f'{obstacle!r} is no Obstacle.')
         self.all.append(obstacle)
         self._place()
@@ -149,66 +215,22 @@ class Obstacles:
         self.all = left
         self._place()
 
+    def step(self, t: float, chair: Body) -> None:
+        """Let everybody go on to `t` (s), in sight of the chair."""
+        for obstacle in self.all:
+            obstacle.step(t, chair, self)
+        self.move_to(t)
+
     def move_to(self, t: float) -> None:
-        """Put every obstacle where it is at `t` (s)."""
+        """Put every obstacle where it is, or was, at `t` (s)."""
         self.time = t
         if not self._still:
             self._place()
 
     def _place(self) -> None:
-        self._still = all(
-            not obstacle.path and obstacle.appears == -math.inf and obstacle.disappears == math.inf
-            for obstacle in self.all
-        )
-        rows = []
-        for obstacle in self.all:
-            pose = obstacle.pose(self.time)
-            if pose is not None:
-                length, width = (
-                    (obstacle.size[0] / 2, obstacle.size[1] / 2) if obstacle.size else (obstacle.radius, -1.0)
-                )
-                rows.append((pose[0], pose[1], cos(pose[2]), sin(pose[2]), length, width))
+        self._still = all(obstacle.lasting for obstacle in self.all)
+        rows = [row for obstacle in self.all if (row := obstacle.shape(self.time)) is not None]
         self.shapes = np.array(rows) if rows else np.empty((0, 6))
-
-
-def load(path: str | Path) -> tuple[list[Obstacle], list[Ramp]]:
-    """The obstacles and ramps of a YAML file: {obstacles: [{...}], ramps: [{...}]}, fields as above; angles also as
-    `yaw_deg`, `slope_deg`.
-
-    Raises ObstacleError that names every fault.
-    """
-    try:
-        text = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ObstacleError(f'the obstacles {path} cannot be read: {error}.') from error
-    if not isinstance(text, dict) or not set(text) <= {'obstacles', 'ramps'}:
-        raise ObstacleError(f'the obstacles {path} must be a file with the lists obstacles and ramps.')
-    faults, made = [], {'obstacles': [], 'ramps': []}
-    for kind, build in (('obstacles', Obstacle), ('ramps', Ramp)):
-        entries = text.get(kind) or []
-        if not isinstance(entries, list):
-            faults.append(f'{kind} in {path} must be a list')
-            continue
-        for number, entry in enumerate(entries, 1):
-            try:
-                made[kind].append(build(**_in_radians(entry)))
-            except (TypeError, ObstacleError, TerrainError) as error:
-                faults.append(f'{kind} entry {number} of {path}: {error}')
-    if faults:
-        raise ObstacleError('; '.join(faults))
-    return made['obstacles'], made['ramps']
-
-
-def _in_radians(entry: dict) -> dict:
-    if not isinstance(entry, dict):
-        raise ObstacleError(f'{entry!r} must be a set of fields.')
-    values = dict(entry)
-    for name in [name for name in values if isinstance(name, str) and name.endswith('_deg')]:
-        value = values.pop(name)
-        if not is_number(value):
-            raise ObstacleError(f'{name} is {value!r}, allowed is a finite number')
-        values[name[:-4]] = math.radians(value)
-    return values
 
 
 def _point(value) -> bool:

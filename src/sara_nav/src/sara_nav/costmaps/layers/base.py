@@ -104,6 +104,9 @@ class Layer:
     def time_went_back(self, t: float) -> None:
         """The clock was set back to ``t`` (s): stamps from before mean nothing."""
 
+    def let_pass(self, t: float) -> None:
+        """Whoever stops the robot says at t (s) that somebody who moves passes it."""
+
     def stale(self, t: float) -> str:
         """Return '' or a sentence on what this layer waits for."""
         return ''

@@ -52,6 +52,7 @@ class RangeSensorLayer(Layer):
         self._stamps = {}
         self._heard = {}
         self._started = None
+        self._passing_until = -math.inf
         self._kind = self.config.input_sensor_type.upper()
         super().attach(parent)
 
@@ -99,7 +100,7 @@ class RangeSensorLayer(Layer):
         self._waiting.clear()
         self._stamps.clear()
         self._heard.clear()
-        self._started = t
+        self._started, self._passing_until = t, -math.inf
         np.minimum(self._seen_at, t, out=self._seen_at)
         self._free_at[:] = -math.inf
 
@@ -119,6 +120,18 @@ class RangeSensorLayer(Layer):
         if len(self._waiting) == self._waiting.maxlen:
             self.drop('overflow', f'more than {MOST_WAITING} readings between two updates')
         self._waiting.append(reading)
+
+    def let_pass(self, t: float) -> None:
+        """Somebody who moves passes at t (s): for `passing_memory` echoes mark nothing, and what was marked so long
+        before is forgotten. The cones up to the echoes are free all the same.
+        """
+        memory = self.config.passing_memory
+        if memory > 0.0 and self.enabled:
+            if t > self._passing_until:
+                lately = (self._seen_at > t - memory) & (self._grid > self.config.mark_threshold)
+                self._grid[lately] = 0.5
+                self.parent.touch_all()
+            self._passing_until = t + memory
 
     def _fault(self, r):
         source, stamp, x, y, yaw, distance, least, most, field_of_view = r
@@ -164,11 +177,12 @@ class RangeSensorLayer(Layer):
         waiting, self._waiting = self._waiting, deque(maxlen=MOST_WAITING)
         readings, near = [], []
         for r in waiting:
-            source, _, x, y, yaw, distance, _, _, field_of_view = r
+            source, stamp, x, y, yaw, distance, _, _, field_of_view = r
             self._heard[source] = t
             meaning = self._meaning(r)
             if meaning is not None:
-                readings.append((x, y, yaw, meaning[0], 0.5 * field_of_view, meaning[1]))
+                empty = meaning[1] or stamp <= self._passing_until
+                readings.append((x, y, yaw, meaning[0], 0.5 * field_of_view, empty))
                 near.append(distance == -math.inf)
         if readings:
             readings = np.array(readings, dtype=np.float64)

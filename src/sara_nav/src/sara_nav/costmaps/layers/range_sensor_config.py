@@ -18,7 +18,9 @@ class RangeSensorConfig:
     Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance
     (m) marks nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this
     from the sensor's axis are not expected to echo. free_memory: s, cells that were seen free no longer ago are not
-    what echoes, as long as others on the arc may be; 0: nobody remembers.
+    what echoes, as long as others on the arc may be; 0: nobody remembers. passing_memory: s for which
+    echoes mark nothing after move_base was told that somebody moves past the robot (`~wait`); what they marked so long
+    before is forgotten; 0: they mark.
     """
 
     topics: tuple = ('/sonar',)
@@ -37,6 +39,7 @@ class RangeSensorConfig:
     mapped_tolerance: float = 0.2
     mapped_steepest: float = 0.5 * math.pi
     free_memory: float = 0.0
+    passing_memory: float = 0.0
     enabled: bool = True
 
     def faults(self) -> list[str]:
@@ -60,6 +63,7 @@ class RangeSensorConfig:
                 'mark_threshold': (0.0, 1.0),
                 'mapped_tolerance': (0.0, 10.0),
                 'free_memory': (0.0, 1e6),
+                'passing_memory': (0.0, 1e6),
                 'mapped_steepest': (0.0, 0.5 * math.pi),
             },
         )
