@@ -59,6 +59,14 @@ def test_a_stop_for_somebody_who_walks_there_is_a_yield():
         assert (found.false_stops, found.yields) == (1, 0)
 
 
+def test_the_end_of_a_stop_for_somebody_who_has_left_is_not_false():
+    somebody = walker(3.0, 0.0, disappears=2.0)
+    found = watched([(1.0, True), (1.9, True), (2.5, True), (3.4, True)], [somebody])
+    assert (found.false_stops, found.yields) == (0, 1)
+    found = watched([(1.0, True), (3.4, True)], [somebody])
+    assert (found.false_stops, found.yields) == (1, 1)
+
+
 def test_the_nearest_is_measured_from_edge_to_edge():
     assert watched([(1.0, False)], [walker(1.54, 0.0)]).nearest == pytest.approx(1.54 - 0.54 - 0.25)
     assert watched([(1.0, False)], [walker(0.0, -0.79)]).nearest == pytest.approx(0.25)

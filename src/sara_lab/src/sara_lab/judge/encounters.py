@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sara_sim.chair import SimulatedChair
 
 REACH = 3.5  # m from base_link: ranges are 2.5 m at most, from the edge of the body
-APART = 1.0  # s: what follows sooner belongs to the same stop
+APART = 1.0  # s: what follows sooner belongs to the same stop, false or not as it began
 NEAR = 0.30  # m between body and pedestrian: near
 
 
@@ -31,14 +31,16 @@ class Encounters:
     """Watches a Lockstep: call `after` with it after each step. `meetings`: the Meetings so far."""
 
     def __init__(self) -> None:
-        self._stops, self._yields = _Episodes(), _Episodes()
+        self._false_stops = self._yields = 0
         self._nearest, self._pressed = math.inf, 0.0
+        self._last = -math.inf  # s, when the gate last took something for a pedestrian
+        self._counted = self._met = False  # this stop; whether somebody was near in it
 
     @property
     def meetings(self) -> Meetings:
         """The Meetings so far."""
         nearest = self._nearest if self._nearest < math.inf else math.nan
-        return Meetings(self._stops.count, self._yields.count, nearest, self._pressed)
+        return Meetings(self._false_stops, self._yields, nearest, self._pressed)
 
     def after(self, lockstep: Lockstep) -> None:
         """See who walks near, and whether the gate slows or holds the chair now, and takes something for a
@@ -50,7 +52,14 @@ class Encounters:
             self._meet(chair, shape)
         if not wheels.guard.zones.pedestrian_moving:
             return
-        (self._yields if there else self._stops).see(lockstep.time, wheels.decision.state in SLOWING)
+        if lockstep.time - self._last > APART:
+            self._counted = self._met = False
+        self._last = lockstep.time
+        self._met |= bool(there)
+        if not self._counted and wheels.decision.state in SLOWING:
+            self._counted = True
+            self._yields += self._met
+            self._false_stops += not self._met
 
     def _meet(self, chair, shape):
         gap = gaps.to_shape(chair.pose, BODY, shape)
@@ -59,21 +68,6 @@ class Encounters:
             speed = towards(chair.pose, chair.velocity, shape[:2])
             if speed > self._pressed and _heard(chair, shape):
                 self._pressed = speed
-
-
-class _Episodes:
-    """Counts what happens, with pauses shorter than APART, once; and only where it `counts` at some time."""
-
-    def __init__(self):
-        self.count, self._last, self._counted = 0, -math.inf, False
-
-    def see(self, now, counts):
-        if now - self._last > APART:
-            self._counted = False
-        self._last = now
-        if counts and not self._counted:
-            self.count += 1
-            self._counted = True
 
 
 def _near(chair: SimulatedChair) -> list[tuple[float, ...]]:
