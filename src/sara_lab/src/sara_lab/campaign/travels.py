@@ -21,12 +21,8 @@ from sara_lab.journeys.ideal_times import TIMED, ideal_time
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 
 SHORT_M = 10.0
-REACHED = {
-    'true': 0.98,
-    'fused': 0.95,
-    'boxes': 0.90,
-    'pedestrians': 0.95,
-}  # share of journeys; fused: of those of SHORT_M at most
+# Share of journeys; fused: of those of SHORT_M at most.
+REACHED = {'true': 0.98, 'fused': 0.95, 'boxes': 0.90, 'pedestrians': 0.95}
 FALSE_STOPS = 1.0  # in ten minutes, for pedestrians where none is
 COMFORT = ('reversals_per_m', 'last_metre_s', 'last_metre_and_turn_s', 'acceleration_rms')
 MEETING = ('yields', 'nearest_m', 'pressed', 'pressed_too_fast', 'longer_than_alone')

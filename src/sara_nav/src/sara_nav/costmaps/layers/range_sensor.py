@@ -129,8 +129,9 @@ class RangeSensorLayer(Layer):
         if memory > 0.0 and self.enabled:
             if t > self._passing_until:
                 lately = (self._seen_at > t - memory) & (self._grid > self.config.mark_threshold)
-                self._grid[lately] = 0.5
-                self.parent.touch_all()
+                if lately.any():
+                    self._grid[lately] = 0.5
+                    self.parent.touch_all()
             self._passing_until = t + memory
 
     def _fault(self, r):
