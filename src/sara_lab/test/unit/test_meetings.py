@@ -5,10 +5,25 @@ import math
 import numpy as np
 import pytest
 
+from sara_bringup.paths import share
 from sara_lab.campaign.meetings import longer_than_alone, meeting_faults, meeting_figures
 from sara_lab.journeys import crowd, travel_cases
+from sara_sim import course
+from sara_sim.pedestrians.pedestrian import Pedestrian
 from sara_sim.pedestrians.routes import Routes
+from sara_sim.world.obstacles import Body
 from sara_sim.world.world import World
+
+
+def test_the_simulators_example_has_its_people_walk_in_the_flat():
+    world = World.from_yaml(travel_cases.map_file('flat'))
+    course.load(share('sara_sim') / 'config' / 'people.yaml').put_on(world)
+    pedestrians = [thing for thing in world.obstacles.all if isinstance(thing, Pedestrian)]
+    away = Body(-50.0, -50.0, 0.0, 0.54, 0.29, 0.0, 0.0)
+    for k in range(1, 1501):
+        world.obstacles.step(0.01 * k, away)
+    assert len(pedestrians) == 2
+    assert all(math.dist(one.pose(15.0)[:2], one.config.places[0]) > 2.0 for one in pedestrians)
 
 
 @pytest.mark.parametrize('name', ('flat', 'school', 'hall'))

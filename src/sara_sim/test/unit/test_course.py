@@ -24,7 +24,7 @@ def test_the_example_loads():
 
 
 def test_a_course_is_put_on_a_world():
-    world = World(np.zeros((160, 160), bool))
+    world = World(np.zeros((200, 240), bool))
     course.load(EXAMPLE).put_on(world)
     assert [thing.name for thing in world.obstacles.all] == ['table', 'suitcase', 'ann', 'eva', 'max']
     assert len(world.ramps) == 1 and isinstance(world.obstacles.all[3], Pedestrian)
