@@ -31,7 +31,7 @@ class Course(NamedTuple):
             world.obstacles.add(obstacle)
         world.ramps.extend(self.ramps)
         if self.pedestrians:
-            routes = Routes(world)
+            routes = Routes(world, [place for config in self.pedestrians for place in config.places])
             for config in self.pedestrians:
                 world.obstacles.add(Pedestrian(config, world, routes))
 

@@ -130,7 +130,7 @@ def test_the_way_leads_through_the_door_and_off_the_walls():
 
 def test_a_place_in_a_wall_is_refused_and_a_closed_door_has_no_way():
     routes = Routes(rooms(door=0.2))
-    for place in ((3.1, 1.0), (0.1, 0.1), (50.0, 1.0)):
+    for place in ((3.1, 1.0), (0.1, 0.1), (50.0, 1.0)):  # the last is off the map
         with pytest.raises(RouteError, match='nobody can stand'):
             routes.to(place)
     assert routes.left(routes.to((5.0, 0.5)), 0.5, 2.5) == math.inf
@@ -138,6 +138,13 @@ def test_a_place_in_a_wall_is_refused_and_a_closed_door_has_no_way():
     for places, why in ((((0.5, 2.5), (5.0, 0.5)), 'no way'), (((0.5, 2.5), (3.1, 1.0)), 'nobody can stand')):
         with pytest.raises(ObstacleError, match=why):
             Pedestrian(PedestrianConfig('ann', places), rooms(door=0.2))
+
+
+def test_on_a_floor_without_a_map_they_walk_wherever_their_places_are():
+    world = World.empty()
+    somebody = Pedestrian(PedestrianConfig('ann', ((-4.0, 3.0), (5.0, -2.0)), speed=1.2), world)
+    poses = walk(world, [somebody], 12.0)
+    assert math.dist(poses[-1, 0, :2], (5.0, -2.0)) < 0.6
 
 
 # --- walking ----------------------------------------------------------------------------------------------------------

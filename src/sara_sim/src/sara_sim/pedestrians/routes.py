@@ -4,7 +4,8 @@ there is room.
 
 from __future__ import annotations
 
-from math import ceil, hypot, inf
+from collections.abc import Iterable
+from math import ceil, floor, hypot, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from sara_sim.world.world import World
 CELL = 0.1  # m: finer maps are looked at in steps of this
 BODY = 0.2  # m: half as wide as somebody who squeezes through
 ROOM = 0.6  # m from walls from which on more room is no better
+BESIDE = 3.0  # m of floor about places off the map
 DEAR = 3.0  # times as long: a way along a wall
 
 
@@ -31,20 +33,25 @@ class Route(NamedTuple):
 
 
 class Routes:
-    """The ways through a World's map. What the map does not show is not looked at."""
+    """The ways through a World's map, and round about `places` (x, y; m) off it. What the map does not show is not
+    looked at.
+    """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, places: Iterable[tuple[float, float]] = ()) -> None:
         from scipy import ndimage, sparse  # few chairs meet anybody, and it takes a tenth of a second
 
         stride = max(round(CELL / world.resolution), 1)
-        self._size, self._origin = stride * world.resolution, world.origin
-        rows, columns = (ceil(n / stride) * stride for n in world.occupied.shape)
-        grown = np.zeros((rows, columns), bool)
+        self._size = stride * world.resolution
+        rows, columns = (ceil(n / stride) for n in world.occupied.shape)
+        grown = np.zeros((rows * stride, columns * stride), bool)
         grown[: world.occupied.shape[0], : world.occupied.shape[1]] = world.occupied
-        # Beyond the map nobody walks.
-        walls = np.pad(
-            grown.reshape(rows // stride, stride, columns // stride, stride).any((1, 3)), 1, constant_values=True
+        walls = grown.reshape(rows, stride, columns, stride).any((1, 3))
+        (left, right), (low, high) = (
+            self._beyond([place[k] for place in places], world.origin[k], n) for k, n in ((0, columns), (1, rows))
         )
+        walls = np.pad(walls, ((low, high), (left, right)))
+        self._origin = world.origin[0] - left * self._size, world.origin[1] - low * self._size
+        walls = np.pad(walls, 1, constant_values=True)  # beyond that nobody walks
         room = self._size * ndimage.distance_transform_edt(~walls)[1:-1, 1:-1]
         self._shape = room.shape
         self._free = room > BODY
@@ -61,6 +68,14 @@ class Routes:
         edges = np.concatenate(costs), (np.concatenate(starts), np.concatenate(ends))
         self._graph = sparse.coo_array(edges, (room.size, room.size)).tocsr()
         self._known: dict = {}
+
+    def _beyond(self, at, origin, cells):
+        """Cells that are added before and behind the map, for places at these coordinates."""
+        if not at:
+            return 0, 0
+        first, last = ((value - origin) / self._size for value in (min(at), max(at)))
+        room = ceil(BESIDE / self._size)
+        return max(room - floor(first), 0) if first < 0 else 0, max(ceil(last) + room - cells, 0) if last > cells else 0
 
     def to(self, place: tuple[float, float]) -> Route:
         """The ways to a place (x, y), m. Raises RouteError where nobody can stand there."""
