@@ -95,7 +95,7 @@ def test_a_wall_pushes_off_by_its_distance():
 
 def test_nobody_sees_through_a_wall():
     world = rooms()
-    ground = social_force.Floor(world.occupied, world.resolution, *world.origin)
+    ground = social_force.Floor.of(world)
     other = np.array([[3.6, 0.5, 1.0, 0.0, 0.25, -1.0, -1.0, 0.0, 0.0]])
     alone = social_force.acceleration((2.6, 0.5, 1.0, 0.0), (1.0, 0.0), np.empty((0, 9)), ground)
     assert social_force.acceleration((2.6, 0.5, 1.0, 0.0), (1.0, 0.0), other, ground) == alone

@@ -44,8 +44,8 @@ PACE = 0.08  # m of path after which an echo counts as passed
 @dataclass(frozen=True)
 class CautionConfig:
     """memory: s that the limit holds after a detection, 0: no caution at all. after_contact: s that it holds after the
-    chair was hit: somebody about does not give way. near: m; after a detection within it the
-    whole body creeps for near_memory (s). way: m of path for which the nearest echo is remembered: jambs leave the
+    chair was hit: somebody about does not give way. near: m; after a detection within it the whole body creeps for
+    near_memory (s). way: m of path for which the nearest echo is remembered: jambs leave the
     cones before the body's corners have passed them. walk: m/s, of a pedestrian who comes out. reaction: s from their
     first echo to the wheels' answer. braking: m/s2. creep: m/s, of any part of the body. patience: s of standing for
     pedestrians until goals are given up, 0: never. expected: whether the limit holds from the start, without a

@@ -173,13 +173,12 @@ def _travel_summary(results):
         f'{"mode":11} {"map":8} {"reached":>9} {"to 10 m":>9} {"contacts":>8} {"to blame":>8} {"gap min m":>9} '
         f'{"driven/way":>10} {"m/s":>5} {"discomfort s/m":>14} {"false/10min":>11}'
     ]
-    figures = {}
+    figures, alone = {}, [r for r in results if r['mode'] == 'fused']
     for mode in travels.MODES:
         for name in (*MAPS, 'all'):
             of = [r for r in results if r['mode'] == mode and name in (r['map'], 'all')]
             row = _travel_row(of, name == 'all')
             if mode in travels.AMONG_PEOPLE:
-                alone = [r for r in results if r['mode'] == 'fused']
                 row |= meeting_figures(of) | {'longer_than_alone': longer_than_alone(of, alone)}
             figures[f'{mode}_{name}'] = row
             lines.append(TRAVEL_LINE.format(mode, name, **row))

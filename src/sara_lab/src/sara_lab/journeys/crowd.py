@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from sara_lab.journeys.travel_cases import PERSON_AWAY, STROLL, map_file, pairs
+from sara_lab.journeys.travel_cases import PERSON_AWAY, STROLL, grid_of, map_file, pairs, random_of
 from sara_lab.judge.contact_watch import PERSON
 from sara_nav.maps import map_io
 from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
@@ -24,15 +24,13 @@ BLIND = 0.05  # share of those who stop for nobody
 
 def crowd(name: str, number: int) -> list[Pedestrian]:
     """The pedestrians of journey `number` on a map: each walks between STROLL random places."""
-    world = World.from_yaml(map_file(name))
-    random, routes = np.random.default_rng([sum(name.encode()), sum(b'crowd'), number]), Routes(world)
-    free = np.argwhere(map_io.load_map(str(map_file(name))).data == map_io.FREE)
-    found = []
+    world, random, found = World.from_yaml(map_file(name)), random_of(name, 'crowd', number), []
+    routes, start = Routes(world), pairs(name)[number].start
     while len(found) < CROWD[name]:
         luck = random.random()
         config = PedestrianConfig(
             f'{PERSON} {len(found) + 1}',
-            _places(world, routes, free, random, pairs(name)[number].start),
+            _places(grid_of(name), routes, random, start),
             seed=int(random.integers(2**31)),
             notices=0.0 if luck < BLIND else NOTICES if luck < BLIND + DISTRACTED else math.inf,
         )
@@ -40,12 +38,12 @@ def crowd(name: str, number: int) -> list[Pedestrian]:
     return found
 
 
-def _places(world, routes, free, random, start):
+def _places(grid, routes, random, start):
     """Places that are joined by ways; the first is PERSON_AWAY from the chair's start."""
-    places = []
+    free, places = np.argwhere(grid.data == map_io.FREE), []
     while len(places) < STROLL:
         row, column = free[random.integers(len(free))]
-        place = tuple(float(o + world.resolution * (k + 0.5)) for o, k in zip(world.origin, (column, row)))
+        place = tuple(map(float, grid.geometry.to_world(int(column), int(row))))
         if not places and math.dist(place, start[:2]) < PERSON_AWAY:
             continue
         try:

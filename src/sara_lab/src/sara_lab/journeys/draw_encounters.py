@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.patches import Circle
 
-from sara_bringup.lockstep.lockstep import Lockstep
+from sara_bringup.lockstep.lockstep import Lockstep, world_of
 from sara_bringup.paths import share
 from sara_lab.experiments.plotting import figure
+from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.journeys.tight_places import block
 from sara_lab.journeys.travel import Recorder, reach
 from sara_lab.judge import gaps
@@ -26,6 +28,7 @@ from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
 PATIENCE_S = 120.0
 FRAMES, APART_S, BEFORE = 8, 2.0, 4  # so many pictures, s between them; the nearest approach comes after so many
 WIDTH = 16  # inches
+CHAIR, PEDESTRIAN = 'tab:blue', 'tab:orange'
 SPEED = 1.0  # m/s at which the pedestrian walks
 
 
@@ -94,28 +97,14 @@ def chosen(frames: Sequence[Frame]) -> list[Frame]:
     return [min(frames, key=lambda frame, t=t: abs(frame.t - t)) for t in times]
 
 
-def _draw(axis, scene, frames, now):
+def _draw(axis, world, frames, now):
     """A frame on its map, with the ways until then."""
-    geometry = scene.grid.geometry
-    right, top = (
-        geometry.origin_x + geometry.width * geometry.resolution,
-        geometry.origin_y + geometry.height * geometry.resolution,
-    )
-    extent = (geometry.origin_x, right, geometry.origin_y, top)
-    axis.imshow(scene.grid.data != map_io.FREE, cmap='Greys', origin='lower', extent=extent)
+    draw_map(axis, world)
     past = [frame for frame in frames if frame.t <= now.t]
-    axis.plot([f.chair[0] for f in past], [f.chair[1] for f in past], color='tab:blue', lw=0.8)
-    axis.plot([f.pedestrian[0] for f in past], [f.pedestrian[1] for f in past], color='tab:orange', lw=0.8)
-    c, s = math.cos(now.chair[2]), math.sin(now.chair[2])
-    half, side = 0.5 * BODY[0], 0.5 * BODY[1]
-    outline = [(half, side), (-half, side), (-half, -side), (half, -side), (half, side)]
-    axis.fill(
-        [now.chair[0] + c * u - s * v for u, v in outline],
-        [now.chair[1] + s * u + c * v for u, v in outline],
-        color='tab:blue',
-    )
-    angles = np.linspace(0.0, 2.0 * math.pi, 40)
-    axis.fill(now.pedestrian[0] + 0.25 * np.cos(angles), now.pedestrian[1] + 0.25 * np.sin(angles), color='tab:orange')
+    for places, colour in (([f.chair[:2] for f in past], CHAIR), ([f.pedestrian for f in past], PEDESTRIAN)):
+        axis.plot(*np.transpose(places), color=colour, lw=0.8)
+    axis.add_patch(body_at(now.chair, color=CHAIR))
+    axis.add_patch(Circle(now.pedestrian, PedestrianConfig.radius, color=PEDESTRIAN))
     axis.set_title(f'{now.t:.0f} s   {now.speed:.2f} m/s   {now.gap:.2f} m', fontsize=8)
     axis.set_xticks([])
     axis.set_yticks([])
@@ -128,8 +117,9 @@ def picture(driven: dict[str, tuple[Scene, Sequence[Frame]]], path: Path) -> Non
     ratios = {'height_ratios': heights}
     with figure(path, len(driven), FRAMES, size, squeeze=False, gridspec_kw=ratios) as (canvas, axes):
         for row, (name, (scene, frames)) in zip(axes, driven.items()):
+            world = world_of(scene.grid)
             for axis, frame in zip(row, chosen(frames)):
-                _draw(axis, scene, frames, frame)
+                _draw(axis, world, frames, frame)
             row[0].set_ylabel(name)
         canvas.suptitle('the chair (blue) meets a pedestrian of the model: time, speed of the chair, gap', fontsize=10)
 

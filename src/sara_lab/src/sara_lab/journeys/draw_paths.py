@@ -14,8 +14,8 @@ import numpy as np
 
 from sara_bringup.paths import share
 from sara_lab.journeys import journeys
+from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.journeys.journeys import Planner
-from sara_lab.judge.judge import BODY
 from sara_lab.judge.motion import Motion
 from sara_sim.world.world import World
 
@@ -92,16 +92,7 @@ def _seen(world):
 
 def _panel(axis, world, planners, of):
     """One planner's drives on the map."""
-    size, (x0, y0) = world.resolution, world.origin
-    axis.imshow(
-        world.occupied,
-        origin='lower',
-        cmap='Greys',
-        vmin=0,
-        vmax=1.6,
-        interpolation='nearest',
-        extent=(x0, x0 + size * world.occupied.shape[1], y0, y0 + size * world.occupied.shape[0]),
-    )
+    draw_map(axis, world)
     for (outcome, motion), colour in zip(of, COLOURS):
         _draw(axis, outcome, motion, colour)
     times = ', '.join(f'{outcome.seconds:.0f} s' if outcome.reached else 'not reached' for outcome, _ in of)
@@ -134,8 +125,6 @@ def _legend(of):
 
 
 def _draw(axis, outcome, motion, colour):
-    from matplotlib.patches import Polygon
-
     backwards = motion.v < -0.03
     edges = np.flatnonzero(np.diff(backwards.astype(int))) + 1
     for a, b in zip(np.concatenate([[0], edges]), np.concatenate([edges, [len(motion.t)]])):
@@ -146,19 +135,7 @@ def _draw(axis, outcome, motion, colour):
     for k in [*range(len(motion.t)), -1]:
         x, y, yaw = motion.pose[k]
         if last is None or k == -1 or math.dist((x, y), last[:2]) > OUTLINE_M or abs(yaw - last[2]) > OUTLINE_RAD:
-            corners = np.array(
-                [(sx * BODY[0] / 2, sy * BODY[1] / 2) for sx, sy in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
-            )
-            c, s = math.cos(yaw), math.sin(yaw)
-            axis.add_patch(
-                Polygon(
-                    corners @ np.array([[c, s], [-s, c]]) + (x, y),
-                    edgecolor=colour,
-                    facecolor='none',
-                    linewidth=0.7,
-                    alpha=0.55,
-                )
-            )
+            axis.add_patch(body_at((x, y, yaw), edgecolor=colour, facecolor='none', linewidth=0.7, alpha=0.55))
             last = x, y, yaw
     for (x, y, yaw), mark, far in ((outcome.start, 'o', 7), (outcome.goal, '*', 13)):
         axis.plot(x, y, mark, color=colour, markersize=far, markeredgecolor='black', markeredgewidth=0.6, zorder=5)

@@ -3,8 +3,8 @@ and safety gate as on the chair.
 
 Ways of making it harder (MODES): the pose is the true one, or fused; five boxes that the map does not know; pedestrians
 who see the chair (crowd.py; fused pose); two people who walk about and stop for nobody; the same people, whom the
-safety gate was told to expect. What came of a journey is
-judged by `judge`; who touched whom is told by contact_watch.py.
+safety gate was told to expect. What came of a journey is judged by `judge`; who touched whom is told by
+contact_watch.py.
 """
 
 from __future__ import annotations

@@ -55,11 +55,13 @@ def map_file(name: str) -> Path:
 
 
 @cache
-def _grid(name):
+def grid_of(name: str) -> map_io.GridMap:
+    """A map."""
     return map_io.load_map(str(map_file(name)))
 
 
-def _random(name, purpose, *numbers):
+def random_of(name: str, purpose: str, *numbers: int) -> np.random.Generator:
+    """The stream of luck of a purpose on a map."""
     return np.random.default_rng([sum(name.encode()), sum(purpose.encode()), *numbers])
 
 
@@ -79,11 +81,11 @@ def shortest_way(
 
 @cache
 def _disc_costmap(name, radius):
-    return build(_grid(name), radius, inflation=InflationConfig(radius, 10.0))
+    return build(grid_of(name), radius, inflation=InflationConfig(radius, 10.0))
 
 
 def _space(name, boxes=()):
-    grid = _grid(name)
+    grid = grid_of(name)
     size, origin = grid.geometry.resolution, (grid.geometry.origin_x, grid.geometry.origin_y)
     apart = (_covered(grid, boxes), BOX_MARGIN) if boxes else None
     return BodySpace(grid.data != map_io.FREE, size, origin, BODY, WAY_MARGIN, apart)
@@ -110,7 +112,7 @@ def _covered(grid, boxes):
 @cache
 def pairs(name: str) -> list[Pair]:
     """The PAIRS of a map."""
-    grid, world, space, random = _grid(name), World.from_yaml(map_file(name)), _space(name), _random(name, 'pairs')
+    grid, world, space, random = grid_of(name), World.from_yaml(map_file(name)), _space(name), random_of(name, 'pairs')
     found = []
     while len(found) < PAIRS:
         start, goal = _pose(grid, world, random), _pose(grid, world, random)
@@ -135,7 +137,7 @@ def boxes(name: str) -> list[Obstacle]:
     """The BOXES of a map, as Obstacles: placed at random, but so that every pair keeps PAIR_GAP at start and goal, and
     a way with BOX_MARGIN to the boxes.
     """
-    grid, world, random, found = _grid(name), World.from_yaml(map_file(name)), _random(name, 'boxes'), []
+    grid, world, random, found = grid_of(name), World.from_yaml(map_file(name)), random_of(name, 'boxes'), []
     free = np.argwhere(grid.data == map_io.FREE)
     while len(found) < BOXES:
         row, column = free[random.integers(len(free))]
@@ -165,7 +167,7 @@ def people(name: str, number: int) -> list[Obstacle]:
     """The PEOPLE who walk about on journey `number`, as Obstacles: to STROLL random places and back, never through a
     wall, whatever the chair does.
     """
-    random, found, grid = _random(name, 'people', number), [], _grid(name)
+    random, found, grid = random_of(name, 'people', number), [], grid_of(name)
     start = pairs(name)[number].start
     while len(found) < PEOPLE:
         places, path = [], []

@@ -83,8 +83,7 @@ def _heard(chair, shape):
     x, y, yaw = chair.pose
     c, s = math.cos(yaw), math.sin(yaw)
     half = math.radians(chair.config.sonar_cone / 2)
-    world = chair.world
-    ground = social_force.Floor(world.occupied, world.resolution, *world.origin)
+    ground = social_force.Floor.of(chair.world)
     for mount in SONARS.values():
         sx, sy = x + c * mount.x - s * mount.y, y + s * mount.x + c * mount.y
         far = math.dist((sx, sy), place)

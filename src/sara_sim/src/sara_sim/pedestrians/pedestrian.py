@@ -96,7 +96,7 @@ class Pedestrian(Thing):
         social_force.warm()  # here and not in the middle of a drive
         self.config, self.name, self.radius = config, config.name, float(config.radius)
         self._routes = Routes(world, config.places) if routes is None else routes
-        self._floor = Floor(world.occupied, world.resolution, *world.origin)
+        self._floor = Floor.of(world)
         try:
             self._ways = [self._routes.to(place) for place in config.places]
         except RouteError as error:

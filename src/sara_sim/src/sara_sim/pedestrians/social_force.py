@@ -20,6 +20,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_sim.world.rays import cast
+from sara_sim.world.world import World
 
 RELAXATION = 0.54  # s, tau
 SPEED = 1.29, 0.19  # m/s, mean and standard deviation of the speeds that people like to walk at
@@ -43,6 +44,11 @@ class Floor(NamedTuple):
     resolution: float
     x: float
     y: float
+
+    @classmethod
+    def of(cls, world: World) -> Floor:
+        """That of a World."""
+        return cls(world.occupied, world.resolution, *world.origin)
 
 
 @kernel

@@ -18,9 +18,9 @@ class RangeSensorConfig:
     Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance
     (m) marks nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this
     from the sensor's axis are not expected to echo. free_memory: s, cells that were seen free no longer ago are not
-    what echoes, as long as others on the arc may be; 0: nobody remembers. passing_memory: s for which
-    echoes mark nothing after move_base was told that somebody moves past the robot (`~wait`); what they marked so long
-    before is forgotten; 0: they mark.
+    what echoes, as long as others on the arc may be; 0: nobody remembers. passing_memory: s for which echoes mark
+    nothing after move_base was told that somebody moves past the robot (`~wait`); what they marked so long before is
+    forgotten; 0: they mark.
     """
 
     topics: tuple = ('/sonar',)
