@@ -8,7 +8,7 @@ target is never overshot.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import NamedTuple
 
@@ -23,7 +23,9 @@ ARRIVED = 1e-9  # m/s or rad/s: closer than this is there
 
 @dataclass(frozen=True)
 class Profile:
-    """A rider's limits: m/s, rad/s, m/s2, rad/s2, m/s3, rad/s3; max_lateral is v w, m/s2."""
+    """A rider's limits: m/s, rad/s, m/s2, rad/s2, m/s3, rad/s3; max_lateral is v w, m/s2. They are those of the chair's
+    own motion, unless they come from `commanded`.
+    """
 
     max_forward: float = 0.8
     max_reverse: float = 0.4
@@ -39,6 +41,16 @@ class Profile:
         faults = number_faults(self, above_0=[field.name for field in fields(self)])
         if faults:
             raise ConfigError(faults)
+
+    def commanded(self, turn_slip: float) -> 'Profile':
+        """The limits of commands to a chair that turns slower than it is told to by this factor (1 or more)."""
+        return replace(
+            self,
+            max_turn=self.max_turn * turn_slip,
+            max_lateral=self.max_lateral * turn_slip,
+            turn_acceleration=self.turn_acceleration * turn_slip,
+            turn_jerk=self.turn_jerk * turn_slip,
+        )
 
     def shape(self, v: float, w: float) -> tuple[float, float]:
         """The command (m/s, rad/s) within the limits of speed, on the same curve."""

@@ -106,7 +106,7 @@ class PlausibilityConfig:
 class SafetyConfig:
     """All that the safety gate's YAML holds. rate: Hz. profiles: {name: Profile}; profile: the one in use at start.
 
-    handshake: whether the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
+    turn_slip: turn rate commanded over turn rate driven, 1 for a base that turns as it is told to. handshake: whether the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
     """
 
     gate: GateConfig
@@ -118,12 +118,13 @@ class SafetyConfig:
     rate: float = 50.0
     handshake: bool = True
     cancel_topics: tuple = ()
+    turn_slip: float = 1.0
 
     @classmethod
     def from_params(cls, params: dict) -> 'SafetyConfig':
         """From the dictionary of config/safety.yaml. Raises ConfigError with every fault."""
         faults, parts = [], {}
-        own = ('rate', 'profile', 'handshake', 'cancel_topics')
+        own = ('rate', 'profile', 'handshake', 'cancel_topics', 'turn_slip')
         for name, read in (
             ('gate', lambda values: _fields(GateConfig, values)),
             ('zones', ZoneConfig.from_params),
@@ -142,17 +143,27 @@ class SafetyConfig:
         ]
         profile, rate = params.get('profile', 'standard'), params.get('rate', cls.rate)
         handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])
+        turn_slip = params.get('turn_slip', cls.turn_slip)
         if profile not in parts.get('profiles', {profile: None}):
             faults.append(f'profile is {profile!r}, allowed are {", ".join(parts["profiles"])}')
         if not (is_number(rate) and 10 <= rate <= 200):
             faults.append(f'rate is {rate!r}, allowed are numbers from 10 to 200')
+        if not (is_number(turn_slip) and 1.0 <= turn_slip <= 2.0):
+            faults.append(f'turn_slip is {turn_slip!r}, allowed are numbers from 1 to 2')
         if not isinstance(handshake, bool):
             faults.append(f'handshake is {handshake!r}, allowed are true and false')
         if not isinstance(cancel, (list, tuple)) or not all(isinstance(topic, str) and topic for topic in cancel):
             faults.append(f'cancel_topics is {cancel!r}, allowed is a list of names of topics')
         if faults:
             raise ConfigError(faults)
-        return cls(**parts, profile=profile, rate=float(rate), handshake=handshake, cancel_topics=tuple(cancel))
+        return cls(
+            **parts,
+            profile=profile,
+            rate=float(rate),
+            handshake=handshake,
+            cancel_topics=tuple(cancel),
+            turn_slip=float(turn_slip),
+        )
 
 
 def _fields(config, values):

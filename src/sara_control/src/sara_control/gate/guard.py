@@ -7,7 +7,7 @@ node and a simulation in lockstep use this same object.
 import math
 from collections.abc import Sequence
 
-from sara_control.gate.comfort import Comfort
+from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.plausibility import Plausibility
 from sara_control.gate.safety import AHEAD, Command, Decision, Inputs, SafetyGate
@@ -21,7 +21,7 @@ class Guard:
 
     def __init__(self, config: SafetyConfig) -> None:
         self.config = config
-        self.comfort = Comfort(config.profiles[config.profile])
+        self.comfort = Comfort(config.profiles[config.profile].commanded(config.turn_slip))
         self.zones = Zones(config.zones, config.caution)
         self.gate = SafetyGate(config.gate, self.comfort, self.zones)
         self.plausibility = Plausibility(config.plausibility)
@@ -33,6 +33,11 @@ class Guard:
         self._pc_drives = None if config.handshake else True
         self._source = ''
         self._command = None
+
+    @property
+    def rider(self) -> Profile:
+        """The rider's limits, of the chair's own motion, asked for last."""
+        return self.config.profiles[self.profile]
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -113,7 +118,7 @@ class Guard:
         """Another rider, from the next rest on. False if there is no such profile."""
         if name not in self.config.profiles:
             return False
-        self.comfort.change(self.config.profiles[name])
+        self.comfort.change(self.config.profiles[name].commanded(self.config.turn_slip))
         self.profile = name
         return True
 

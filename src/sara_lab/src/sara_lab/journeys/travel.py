@@ -136,7 +136,7 @@ class Recorder:
             tuple(self.plans),
             np.array(self.commanded, float),
             len(self.touched.contacts),
-            split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.comfort.profile),
+            split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.rider),
             self.encounters.meetings,
         )
 

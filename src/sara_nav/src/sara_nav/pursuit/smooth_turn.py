@@ -17,7 +17,9 @@ from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits, next_speed
 SLOWEST = 0.02
 """The slowest rate (rad/s) of the end of a turn, which would else be neared for ever."""
 REACHED = 0.004
-"""A heading nearer than this (rad) is reached."""
+"""A heading nearer than this (rad) is reached,"""
+SHARE = 0.2
+"""and one nearer than this share of ``enough``: what follows a turn takes up more, too."""
 
 
 def planned_way(error: float, angle: float) -> float:
@@ -35,6 +37,7 @@ class SmoothTurn:
 
     def __init__(self, left: float, enough: float = 0.0):
         self.left, self.enough = left, enough
+        self._reached = max(REACHED, SHARE * enough)
         self.acceleration = 0.0
         self._sense = math.copysign(1.0, left)
 
@@ -49,14 +52,14 @@ class SmoothTurn:
         self.left += wrap(error - self.left)  # the same way round, whatever the wrap
         sense = math.copysign(1.0, last if last else self.left)
         left = sense * self.left / turn_gain
-        if not last and (left < REACHED or -self.enough <= self._sense * self.left < 0.0):
+        if not last and (left < self._reached or -self.enough <= self._sense * self.left < 0.0):
             return 0.0
         limits = SpeedLimits(config.acc_lim_theta, config.comfort_dec_theta, config.jerk_lim_theta)
         now, end = Motion(abs(last), self.acceleration), Caps([left], [0.0])
         rate, self.acceleration, _ = next_speed(now, highest, end, limits, dt)
-        if left <= REACHED and rate <= SLOWEST:
+        if left <= self._reached and rate <= SLOWEST:
             rate = self.acceleration = 0.0
-        elif left > REACHED and self.acceleration <= 0.0:
+        elif left > self._reached and self.acceleration <= 0.0:
             rate = max(rate, min(SLOWEST, abs(last) + config.acc_lim_theta * dt))
         return sense * rate
 
