@@ -119,6 +119,18 @@ def test_shape_keeps_the_curve_and_the_limits(v, w):
         assert (shaped_v, shaped_w) == (v, w)
 
 
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(1.0, 2.0))
+def test_a_chair_that_slips_keeps_the_profile_itself(v, w, slip):
+    """What it drives, its turn rate being the commanded one through the slip, is what the profile makes of that."""
+    profile = Profile()
+    commanded = profile.commanded(slip)
+    shaped_v, shaped_w = commanded.shape(v, w * slip)
+    assert (shaped_v, shaped_w / slip) == pytest.approx(profile.shape(v, w), abs=1e-9)
+    assert commanded.turn_acceleration == pytest.approx(slip * profile.turn_acceleration)
+    assert commanded.turn_jerk == pytest.approx(slip * profile.turn_jerk)
+    assert commanded.acceleration == profile.acceleration and profile.commanded(1.0) == profile
+
+
 @given(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.005, 0.1))
 def test_braking_is_linear_and_on_the_curve(v, w, dt):
     comfort = Comfort(Profile())

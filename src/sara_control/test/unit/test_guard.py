@@ -292,6 +292,22 @@ def test_the_packaged_configuration_is_the_chairs():
     assert config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig()
 
 
+def test_a_slipping_base_is_told_more_than_the_profile_which_is_the_chairs_own():
+    fastest = {}
+    for slip in (1.0, 1.27):
+        chair = Chair(params={**PARAMS, 'turn_slip': slip}).run(2.0)
+        assert chair.guard.rider.max_turn == 0.8
+        chair.command = (0.0, 3.0)
+        chair.run(4.0)
+        fastest[slip] = chair.guard.comfort.w
+        assert chair.guard.set_profile('gentle') and chair.guard.rider.max_turn == 0.5
+        chair.command = (0.0, 0.0)
+        chair.run(3.0).command = (0.0, 3.0)
+        chair.run(4.0)
+        assert chair.guard.comfort.w == pytest.approx(0.5 * slip)
+    assert fastest == {1.0: pytest.approx(0.8), 1.27: pytest.approx(0.8 * 1.27)}
+
+
 def test_config_names_every_fault():
     with pytest.raises(ConfigError) as error:
         SafetyConfig.from_params(
@@ -303,6 +319,7 @@ def test_config_names_every_fault():
                 'rate': 5,
                 'handshake': 'yes',
                 'cancel_topics': '/x',
+                'turn_slip': 0.9,
                 'tempo': 1,
             }
         )
@@ -318,6 +335,7 @@ def test_config_names_every_fault():
         'rate is 5',
         "handshake is 'yes'",
         "cancel_topics is '/x'",
+        'turn_slip is 0.9',
         'tempo is 1',
     ):
         assert part in text, part

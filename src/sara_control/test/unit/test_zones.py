@@ -227,6 +227,23 @@ def test_what_is_no_reading():
     assert one.on_range('SDI', 0.0) and one.scale(0.8, 0.0)[0] == 0.0
 
 
+@given(st.floats(0.25, 2.4), st.floats(-30, 30), st.floats(0.05, 0.8), st.floats(-0.4, 0.4), st.booleans())
+def test_what_the_sensor_inside_the_outline_allows_ends_before_contact(distance, angle, v, w, gentle):
+    """By the hard brake; and where it aims for less, the gentle limit is below the hard one."""
+    sensor = SENSORS[8]
+    bearing = sensor.yaw + math.radians(angle)
+    x, y = sensor.x + distance * math.cos(bearing), sensor.y + distance * math.sin(bearing)
+    assume(abs(x) > 0.54 or abs(y) > 0.31)
+    slowed = zones(SJO=distance)
+    factor, _ = slowed.scale(v, w, gentle)
+    u = factor * math.hypot(v - w * y, w * x)
+    if u > 1.25 * CONFIG.creep_speed + 1e-9:  # what passes always
+        to_rest = u * CONFIG.reaction_time + u * u / (2.0 * CONFIG.hard_braking)
+        assert drive_until_contact(factor * v, factor * w, x, y, to_rest + 0.2) > to_rest - 0.02
+    if gentle:
+        assert factor <= slowed.scale(v, w, False)[0] + 1e-12
+
+
 def test_the_sensor_inside_the_outline_slows_but_does_not_stop():
     factor, sensor = zones(SJO=0.26).scale(0.5, 0.0)
     assert sensor == 'SJO' and 0.5 * factor == pytest.approx(0.1)

@@ -55,6 +55,8 @@ def test_one_that_went_too_far_is_turned_back_unless_that_is_near_enough(angle, 
     )
 
 
-def test_one_that_stops_short_goes_on():
-    headings, _ = turned(1.0, -0.05, enough=0.08)
-    assert headings[-1] == pytest.approx(1.0, abs=2.0 * REACHED)
+@pytest.mark.parametrize('enough, near', ((0.0, REACHED), (0.0175, REACHED), (0.08, 0.016)))
+def test_one_that_stops_short_goes_on(enough, near):
+    """To the heading, and where what follows takes up more, to a fifth of that."""
+    headings, _ = turned(1.0, -0.05, enough=enough)
+    assert headings[-1] == pytest.approx(1.0, abs=near + REACHED)
