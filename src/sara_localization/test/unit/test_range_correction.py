@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
-from sara_localization.ranges import map_echo
+from sara_localization.ranges import map_echo, turn_scale
 from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData, RangeMap
 from sara_localization.ranges.range_status import Heard, status
+from sara_localization.ranges.turn_scale import TurnScale
 
 CELL, HALF = 0.05, math.radians(30.0)
 SIZE_X, SIZE_Y = 3.0, 2.6  # m, free inside of the walls of a room that begins at (0, 0)
@@ -105,6 +106,64 @@ def test_what_is_right_stays_right():
     correction = RangeCorrection(CONFIG, room())
     true = ride(correction, (0.0, 0.0, 0.0))
     assert off(correction.pose, true)[0] < 0.01
+
+
+def turning_ride(correction, scale, seconds=60.0):
+    """On the spot, mostly to the left, by a dead reckoning whose turns are `scale` times shorter than the true ones;
+    returns the true pose.
+    """
+    for k in range(round(seconds * 50)):
+        t = 10.0 + k * 0.02
+        yaw = 0.4 * (t - 10.0) + 0.3 * math.sin(0.7 * t)
+        true = (1.5 + 0.2 * math.sin(0.5 * t), 1.3, yaw)
+        correction.on_pose(t, (true[0], true[1], math.remainder(yaw / scale, math.tau)))
+        if k % 10 == 9:
+            for name, mount in MOUNTS.items():
+                correction.on_range(data(name, t, heard(true, mount)))
+    return true
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0.985, 1.015))
+def test_the_scale_of_turns_is_learned(scale):
+    config = replace(CONFIG, turn_scale_sigma=0.01)
+    learning, plain = RangeCorrection(config, room()), RangeCorrection(CONFIG, room())
+    true = turning_ride(learning, scale)
+    learned = learning.turn_scale
+    assert learned.scale == pytest.approx(scale, abs=0.002) and 0.0 < learned.sigma < 0.003
+    turning_ride(plain, scale)
+    assert off(learning.pose, true)[1] < 0.5 * off(plain.pose, true)[1] + 0.1
+    assert plain.turn_scale == (1.0, 0.0)
+    learning.forget()  # another place: of turns as much is known as before
+    assert learning.turn_scale == learned and learning.P[2, 2] == pytest.approx(CONFIG.initial_cov_aa)
+    again = RangeCorrection(config, room(), learned)
+    assert again.turn_scale == learned
+
+
+def test_turns_that_no_wall_tells_of_teach_nothing():
+    correction = RangeCorrection(replace(CONFIG, turn_scale_sigma=0.01), None)
+    turning_ride(correction, 1.01, 5.0)
+    assert correction.turn_scale == (1.0, pytest.approx(0.01))
+
+
+def test_what_was_learned_is_kept(tmp_path):
+    path = tmp_path / 'below' / 'scale.yaml'
+    assert turn_scale.load(path, 0.01) is None
+    turn_scale.save(path, TurnScale(1.0042, 0.001))
+    assert turn_scale.load(path, 0.01) == (1.0042, 0.005)  # the gyroscope may have been calibrated since
+    assert turn_scale.load(path, 0.001) is None  # which knows as much without
+    turn_scale.save(path, TurnScale(0.99, 0.007))
+    assert turn_scale.load(path, 0.01) == (0.99, 0.007) and list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    'text',
+    ('', '{', 'turn_scale: 1.0', 'turn_scale: 1.2\nsigma: 0.001', 'turn_scale: .nan\nsigma: 0.001', '[1, 2]', '\0'),
+)
+def test_a_damaged_file_is_told(tmp_path, text):
+    (tmp_path / 'scale.yaml').write_text(text)
+    with pytest.raises(ValueError, match='scale.yaml'):
+        turn_scale.load(tmp_path / 'scale.yaml', 0.01)
 
 
 def test_what_no_wall_tells_is_not_changed():
@@ -304,6 +363,8 @@ def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
         ({'range_topics': ['/a'], 'range_min_range': 3.0}, 'range_min_range'),
         ({'range_topics': ['/a'], 'odom_alpha1': -1.0}, 'odom_alpha1'),
         ({'range_topics': ['/a'], 'update_min_d': 'far'}, 'update_min_d'),
+        ({'range_topics': ['/a'], 'turn_scale_sigma': -0.1}, 'turn_scale_sigma'),
+        ({'range_topics': ['/a'], 'turn_scale_file': 3}, 'turn_scale_file'),
         ({'range_topics': ['/a'], 'base_frame_id': 'map'}, 'must differ'),
         ({'range_topics': ['/a'], 'map_occupied_above': 100.0}, 'map_occupied_above'),
     ],

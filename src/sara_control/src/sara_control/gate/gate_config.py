@@ -106,7 +106,8 @@ class PlausibilityConfig:
 class SafetyConfig:
     """All that the safety gate's YAML holds. rate: Hz. profiles: {name: Profile}; profile: the one in use at start.
 
-    turn_slip: turn rate commanded over turn rate driven, 1 for a base that turns as it is told to. handshake: whether the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
+    turn_slip: turn rate commanded over turn rate driven, 1 for a base that turns as it is told to. handshake: whether
+    the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
     """
 
     gate: GateConfig

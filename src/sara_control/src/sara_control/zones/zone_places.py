@@ -133,8 +133,8 @@ def allowed_speed(room: float, stopping: Stopping) -> float:
 def limit(places: Places, v: float, w: float, body: Body, stopping: Stopping, inner: Stopping) -> tuple[float, int]:
     """`inner`: how the chair stops for places that only slow it.
 
-    Returns (factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks for
-    it, -1 if none).
+    Returns (factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks
+    for it, -1 if none).
     """
     worst, at = math.inf, -1
     for i in range(len(places.x)):

@@ -54,6 +54,10 @@ class RangeConfig:
     """m2 per m driven: place from driving."""
     odom_alpha4: float = 1e-4
     """m2 per rad turned: place from turning."""
+    turn_scale_sigma: float = 0.0
+    """Standard deviation of the scale of the dead reckoning's turns, which is learned; 0: it is 1."""
+    turn_scale_file: str = ''
+    """Where the scale is kept from one drive to the next, absolute or below ROS_HOME; empty: nowhere."""
 
     range_min_range: float = 0.2
     range_max_range: float = 2.4
@@ -126,6 +130,9 @@ class RangeConfig:
                 values[f.name] = reader.boolean(f.name, f.default)
             elif isinstance(f.default, float):
                 values[f.name] = reader.number(f.name, f.default)
+        values['turn_scale_file'] = reader.take('turn_scale_file', cls.turn_scale_file)
+        if not isinstance(values['turn_scale_file'], str):
+            reader.faults.append(f'turn_scale_file is {values["turn_scale_file"]!r}, allowed is the name of a file')
         topics = reader.take('range_topics', [])
         if (
             not isinstance(topics, (list, tuple))

@@ -7,6 +7,8 @@ measurement of an extended Kalman filter:
     y = z - h(x),  S = H P H' + R,  K = P H' / S,  x <- x + K y,  P <- (I - K H) P (I - K H)' + K R K'
 
 H is the plane's normal, and the lever of the sensor about the robot: what lies along a wall is not corrected by it.
+With `turn_scale_sigma` there is a fourth state, the scale of the dead reckoning's turns. It is constant; each turn
+correlates it with the heading, so that ranges correct it, too.
 Method: J. Leonard, H. Durrant-Whyte, "Mobile robot localization by tracking geometric beacons", 1991 (validation gate,
 normal incidence); S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005, ch. 7. What the map does not hold (a
 box, a person) fails the gate; what passes it must do so twice running, and what is given out follows the estimate no
@@ -25,6 +27,7 @@ from sara_localization.ranges import map_echo
 from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.turn_scale import MOST, TurnScale
 
 FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map')
 """What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
@@ -34,26 +37,41 @@ JUMP_M, JUMP_RAD = 0.05, 0.05
 """By which a step of the dead reckoning may be longer than the robot is fast: a filter corrects itself."""
 MEMORY_S = 1.5
 """Of dead reckoning that is kept for readings that come late."""
+SURE_SCALE = 0.001
+"""Standard deviation of that scale below which it does not fall: readings of the same wall err together."""
 
 
 class RangeCorrection:
     """`offset`: (x, y, yaw) of the dead reckoning's frame in the map as it is given out; `counts`: Counter of what
-    became of the readings.
+    became of the readings; `scale`: turns of the robot over those of the dead reckoning, as learned so far.
     """
 
-    def __init__(self, config: RangeConfig, map_: RangeMap | None = None):
+    def __init__(self, config: RangeConfig, map_: RangeMap | None = None, turn_scale: TurnScale | None = None):
+        """turn_scale: what is known of it from before; else 1, give or take the configuration's turn_scale_sigma."""
         map_echo.warm()
         self.config, self.map = config, map_
         self.counts = Counter()
+        self.scale, sigma = turn_scale or TurnScale(1.0, config.turn_scale_sigma)
+        self._P = np.diag([0.0, 0.0, 0.0, sigma**2])
         self.forget()
 
     def forget(self) -> None:
-        """As at the start: the dead reckoning is believed, within the initial variances."""
+        """As at the start: the dead reckoning is believed, within the initial variances; the scale of turns stays."""
         c = self.config
         self.offset = self._wanted = (0.0, 0.0, 0.0)
-        self.P = np.diag([c.initial_cov_xx, c.initial_cov_yy, c.initial_cov_aa])
+        self._P = np.diag([c.initial_cov_xx, c.initial_cov_yy, c.initial_cov_aa, self._P[3, 3]])
         self._trail = deque()  # (stamp, (x, y, yaw)) by dead reckoning
         self._passed, self._used = {}, {}
+
+    @property
+    def P(self) -> np.ndarray:
+        """(3, 3): the covariance of the pose estimated."""
+        return self._P[:3, :3]
+
+    @property
+    def turn_scale(self) -> TurnScale:
+        """`scale` and its standard deviation, 0 where it is not learned."""
+        return TurnScale(self.scale, math.sqrt(self._P[3, 3]))
 
     @property
     def pose(self) -> tuple[float, float, float] | None:
@@ -104,13 +122,18 @@ class RangeCorrection:
         dx, dy = math.cos(yaw) * dx - math.sin(yaw) * dy, math.sin(yaw) * dx + math.cos(yaw) * dy
         if way == 0.0 and turn == 0.0:
             return
-        F = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-        P = F @ self.P @ F.T
+        turned = wrap_exact(pose[2] - before[2])
+        if self.scale != 1.0:
+            x, y, yaw = compose(self._wanted, pose)
+            self._wanted = _offset((x, y, wrap_exact(yaw + (self.scale - 1.0) * turned)), pose)
+        F = np.eye(4)
+        F[0, 2], F[1, 2], F[2, 3] = -dy, dx, turned
+        P = F @ self._P @ F.T
         plane = c.odom_alpha3 * way + c.odom_alpha4 * turn
         P[0, 0] += plane
         P[1, 1] += plane
         P[2, 2] += c.odom_alpha1 * turn + c.odom_alpha2 * way
-        self.P = P
+        self._P = P
 
     def _slew(self, dt):
         """Let what is given out follow the estimate: the robot's own place by so many m, its heading by so many rad per
@@ -232,10 +255,14 @@ class RangeCorrection:
         return distance, np.array([back[0] * hx - back[1] * hy, back[1] * hx + back[0] * hy, hyaw])
 
     def _correct(self, H, y, S):
-        K = self.P @ H / S
-        G = np.eye(3) - np.outer(K, H)
-        P = G @ self.P @ G.T + self.config.range_sigma_hit**2 * np.outer(K, K)
-        self.P = 0.5 * (P + P.T)
+        H = np.append(H, 0.0)
+        K = self._P @ H / S
+        G = np.eye(4) - np.outer(K, H)
+        P = G @ self._P @ G.T + self.config.range_sigma_hit**2 * np.outer(K, K)
+        self._P = 0.5 * (P + P.T)
+        if self.config.turn_scale_sigma > 0.0:
+            self._P[3, 3] = max(self._P[3, 3], SURE_SCALE**2)
+            self.scale = min(max(self.scale + float(K[3]) * y, 1.0 - MOST), 1.0 + MOST)
         here = self._trail[-1][1]
         x, y_, yaw = compose(self._wanted, here)
         moved = K * y

@@ -49,5 +49,6 @@ def status(
         ('sigma (m)', f'{place:.3f}'),
         ('sigma (deg)', f'{math.degrees(yaw):.2f}'),
         ('correction (m, m, deg)', f'{x:.3f} {y:.3f} {math.degrees(turn):.2f}'),
+        ('scale of turns', f'{correction.scale:.4f} +- {correction.turn_scale.sigma:.4f}'),
     )
     return Status(name, level, message, values)

@@ -8,8 +8,10 @@ odometry/corrected, amcl_pose, /diagnostics.
 from __future__ import annotations
 
 import threading
+from pathlib import Path
 
 import numpy as np
+import rospkg
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -24,6 +26,7 @@ from sara_localization.filters import state_pose
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import StampedTransform
+from sara_localization.ranges import turn_scale
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData, RangeMap
@@ -43,7 +46,7 @@ class RangeNode:
     """Callbacks and the timer share one lock."""
 
     def __init__(self, config: RangeConfig):
-        self.config, self.correction = config, RangeCorrection(config)
+        self.config, self.correction = config, RangeCorrection(config, turn_scale=_kept(config))
         self.lock, self.transforms = threading.Lock(), Tf2Transforms()
         self.mounts, self.missing, self.told, self.counted = {}, '', set(), {}
         self.last_pose = self.last_range = None
@@ -60,6 +63,7 @@ class RangeNode:
             rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=QUEUE, tcp_nodelay=True)
             for topic in config.range_topics
         ]
+        rospy.on_shutdown(self.keep_turn_scale)
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
     def on_map(self, msg: OccupancyGrid) -> None:
@@ -81,6 +85,17 @@ class RangeNode:
             return
         with self.lock:
             self.correction.map = map_
+
+    def keep_turn_scale(self) -> None:
+        """Save what was learned of the scale of turns, where that is asked for and more is known than at the start."""
+        c = self.config
+        with self.lock:
+            learned = self.correction.turn_scale
+        if c.turn_scale_file and 0.0 < learned.sigma < c.turn_scale_sigma:
+            try:
+                turn_scale.save(_path(c), learned)
+            except OSError as error:
+                rospy.logwarn('the scale of turns is not saved: %s', error)
 
     def on_set_pose(self, _msg: PoseWithCovarianceStamped) -> None:
         """Whoever dead-reckons begins there: it is believed anew."""
@@ -189,6 +204,21 @@ class RangeNode:
         if told.level:
             rospy.logwarn_throttle(PATIENCE, told.message)
         publish(self.diagnostics_pub, diagnostic_array(now, [told]))
+
+
+def _path(config):
+    return Path(rospkg.get_ros_home()) / config.turn_scale_file
+
+
+def _kept(config):
+    """The scale of turns that an earlier drive left, None where there is none."""
+    if not config.turn_scale_file:
+        return None
+    try:
+        return turn_scale.load(_path(config), config.turn_scale_sigma)
+    except ValueError as error:
+        rospy.logwarn('the scale of turns is learned anew: %s', error)
+        return None
 
 
 def main() -> None:
