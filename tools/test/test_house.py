@@ -13,6 +13,7 @@ BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_
 MAY_KNOW = {
     'sara_lab': {*BELOW_BRINGUP, 'sara_bringup'},
     'sara_bringup': BELOW_BRINGUP,
+    'sara_hmi': {'sara_common', 'sara_control', 'sara_nav'},
     'sara_sim': BELOW_SIM,
     'sara_nav': {'ahead_of_time', 'sara_common'},
     'sara_localization': {'ahead_of_time', 'sara_common'},

@@ -25,7 +25,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from sara_bringup.lockstep.localization import RVIZ_COVARIANCE
-from sara_bringup.missions.places import pose as place
+from sara_nav.maps.places import pose as place
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of

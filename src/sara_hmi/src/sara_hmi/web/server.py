@@ -1,0 +1,288 @@
+"""The web server: carries out what the hub wants, and shows the robot to everybody who may look.
+
+One thread, one asyncio loop. Other threads speak to it by `post`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import ssl
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+
+from sara_hmi.config.config import HmiConfig
+from sara_hmi.hub.actions import Action, Close, Everyone, Motion, Order, Send, Show, Store, error
+from sara_hmi.hub.hub import Hub
+from sara_hmi.protocol.frames import NONE
+from sara_hmi.protocol.outbox import ORDER
+from sara_hmi.view import frames
+from sara_hmi.view.history import History
+from sara_hmi.web import access, qr
+from sara_hmi.web.client import Client
+from sara_hmi.web.robot import Robot
+
+log = logging.getLogger('sara_hmi')
+
+
+def dumps(frame: dict[str, Any]) -> str:
+    """A frame as text."""
+    return json.dumps(frame, separators=(',', ':'), allow_nan=False)
+
+
+class Server:
+    """hub: the rules. robot: what carries them out. www: the page's folder. store(text): keeps the paired devices.
+    url: of the page in the network, for QR codes.
+    """
+
+    def __init__(self, config: HmiConfig, hub: Hub, www: Path, store: Callable[[str], None], url: str) -> None:
+        self._config, self.hub, self._www, self._store, self._url = config, hub, www, store, url
+        self.robot: Robot | None = None
+        self.history = History(config.robot.history)
+        self._clients: dict[int, Client] = {}
+        self._newest: dict[str, Any] = {}
+        self._timer: asyncio.TimerHandle | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._plan: Any = None
+        self._gate: tuple[str, str, str] | None = None
+        self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
+
+    # From other threads
+
+    def post(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function in the server's thread; nothing after the server has ended."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    # What the robot tells, in the server's thread
+
+    def on_places(self, places: dict[str, frames.Pose]) -> None:
+        """The named places are these."""
+        self.hub.tasks.places = places
+        self.show(frames.places_frame(places))
+
+    def on_profiles(self, profiles: Mapping[str, Mapping[str, float]], profile: str) -> None:
+        """The robot has these speed profiles, and uses one."""
+        if profile in profiles:
+            self.apply(self.hub.tasks.use_profiles(profiles, profile))
+
+    def on_profile(self, profile: str) -> None:
+        """Somebody, perhaps a page, has asked the robot for another profile."""
+        self.on_profiles(self.hub.tasks.profiles, profile)
+
+    def on_map(self, frame: dict[str, Any], image: bytes) -> None:
+        """There is another map."""
+        self._show('map', (dumps(frame), image))
+
+    def on_end(self, number: int, key: str, why: str) -> None:
+        """A goal has ended. why: a key, or ""."""
+        goal = self.hub.tasks.mission.ended(number)
+        if goal is None:
+            return
+        values = {'place': goal.place or 'goal.unnamed', **({'reason': why} if why else {})}
+        self.everyone(dumps({'op': 'ended', 'key': key, 'values': values}))
+        if key != 'goal.succeeded':
+            self.note(key, values)
+
+    def on_reset(self, client: int, why: str) -> None:
+        """The emergency stop is released, or why it is not, as a key."""
+        if why:
+            self.apply([error(client, why, 'reset')])
+            return
+        self.hub.driving.stopped = False
+        self.note('event.reset', {})
+
+    def on_refusal(self, client: int, key: str, of: str, values: dict[str, Any]) -> None:
+        """An order cannot be carried out."""
+        self.apply([error(client, key, of, values)])
+
+    def on_gate(self, gate: tuple[str, str, str]) -> None:
+        """The safety gate speaks."""
+        self._gate = gate
+        if gate[0] and self.history.on_gate(time.time(), *gate[:2]):
+            self.show(self.history.frame())
+
+    def note(self, key: str, values: dict[str, Any]) -> None:
+        """Something for the history."""
+        self.history.add(time.time(), key, values)
+        self.show(self.history.frame())
+
+    # Sending
+
+    def show(self, frame: dict[str, Any]) -> None:
+        """The newest of its kind, to everybody and to who comes later."""
+        self._show(frame['op'], dumps(frame))
+
+    def _show(self, kind, frame):
+        self._newest[kind] = frame
+        for number, client in self._clients.items():
+            if self._may_look(number):
+                client.put(kind, frame)
+
+    def everyone(self, text: str) -> None:
+        """A frame that must arrive, to everybody."""
+        for number, client in self._clients.items():
+            if self._may_look(number):
+                client.answer(text)
+
+    def _may_look(self, number):
+        known = self.hub.clients.get(number)
+        return known is not None and known.role != NONE
+
+    def apply(self, actions: list[Action]) -> None:
+        """Do what the hub wants."""
+        for action in actions:
+            if isinstance(action, Motion):
+                self.robot.drive(*self.hub.tasks.speed(action.v, action.w))
+            elif isinstance(action, Send):
+                if action.client in self._clients:
+                    self._clients[action.client].answer(dumps(action.frame))
+            elif isinstance(action, Everyone):
+                if action.frame['op'] in ORDER:
+                    self.show(action.frame)
+                else:
+                    self.everyone(dumps(action.frame))
+            elif isinstance(action, Order):
+                self._order(action)
+            elif isinstance(action, Close):
+                if action.client in self._clients:
+                    self._clients[action.client].close()
+            elif isinstance(action, Store):
+                self._store(action.text)
+            else:
+                self._invited(action)
+        if self._loop is not None:
+            self._step_when_due()
+
+    def _order(self, order):
+        if order.op == 'catch_up':
+            for kind, frame in self._newest.items():
+                self._clients[order.client].put(kind, frame)
+            return
+        if order.op == 'stop':
+            self.note('event.stop', {})
+        self.robot.order(order)
+
+    def _invited(self, show: Show):
+        url = f'{self._url}/#code={show.code}'
+        invited = {'op': 'invited', 'code': show.code, 'role': show.role, 'until_s': show.seconds, 'url': url}
+        self.apply([Send(show.client, {**invited, 'svg': qr.svg(url)})])
+
+    def _step_when_due(self):
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._loop.call_at(self.hub.due(self._loop.time()), self._step)
+
+    def _step(self):
+        self.apply(self.hub.step(self._loop.time()))
+
+    async def _watch(self, hertz, tick):
+        while True:
+            tick()
+            await asyncio.sleep(1.0 / hertz)
+
+    def _show_state(self):
+        view = self.robot.view()
+        view.gate, view.stopped = self._gate, self.hub.driving.stopped
+        self.hub.tasks.pose = view.pose
+        mission = self.hub.tasks.mission
+        left = frames.left_of(self.robot.plan(), view.pose) if mission.state == 'going' else None
+        goal = frames.goal_field(mission, left)
+        self.show(frames.state_frame(time.time(), view, self.hub.driving.driver, goal))
+
+    def _show_plan(self):
+        plan = self.robot.plan()
+        if plan is not self._plan:
+            self._plan = plan
+            self.show(frames.plan_frame(plan))
+
+    # Connections
+
+    async def page(self, request: web.Request) -> web.StreamResponse:
+        """A file of the page."""
+        name = request.match_info.get('name') or 'index.html'
+        path = (self._www / name).resolve()
+        if not (path.is_relative_to(self._www.resolve()) and path.is_file()):
+            raise web.HTTPNotFound()
+        return web.FileResponse(path)
+
+    async def websocket(self, request: web.Request) -> web.StreamResponse:
+        """A page's connection."""
+        network, limits = self._config.network, self._config.limits
+        if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
+            raise web.HTTPForbidden(text='This page belongs to another computer.')
+        peers = [held for held in self._clients.values() if held.peer == request.remote]
+        if len(self._clients) >= network.connections or len(peers) >= network.connections_per_address:
+            raise web.HTTPServiceUnavailable(text='Too many pages are open.')
+        socket = web.WebSocketResponse(
+            max_msg_size=limits.frame_bytes, heartbeat=network.heartbeat_s, compress=False, timeout=1.0
+        )
+        await socket.prepare(request)
+        known = self.hub.connect(self._loop.time(), access.is_local(request.remote) and request.scheme == 'http')
+        client = self._clients[known.number] = Client(socket, request.transport, limits, request.remote)
+        pump = asyncio.create_task(client.pump())
+        try:
+            async for message in socket:
+                now = self._loop.time()
+                if message.type == WSMsgType.TEXT:
+                    self.apply(self.hub.receive(now, known.number, message.data))
+                else:
+                    self.apply(self.hub.refuse(now, known.number, 'error.no_frame'))
+        finally:
+            self.apply(self.hub.disconnect(known.number))
+            del self._clients[known.number]
+            pump.cancel()
+        return socket
+
+    @web.middleware
+    async def _guard(self, request, handler):
+        if not access.may_call(request.host, self._names):
+            raise web.HTTPMisdirectedRequest(text='This computer has another name.')
+        return await handler(request)
+
+    def application(self) -> web.Application:
+        """The routes."""
+        app = web.Application(middlewares=[self._guard], client_max_size=1024)
+        app.on_response_prepare.append(_add_headers)
+        app.router.add_get('/ws', self.websocket)
+        app.router.add_get('/', self.page)
+        app.router.add_get('/{name:[A-Za-z0-9_][A-Za-z0-9_./-]*}', self.page)
+        return app
+
+    async def run(self, end: asyncio.Event, tls: ssl.SSLContext | None, ready: Callable[[], None]) -> None:
+        """Serve until `end`. tls: for the network; None: this computer alone is served. Raises OSError where a port is
+        taken.
+        """
+        self._loop = asyncio.get_running_loop()
+        network, robot = self._config.network, self._config.robot
+        runner = web.AppRunner(self.application(), access_log=None, shutdown_timeout=1.0)
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, '127.0.0.1', network.port).start()
+            if tls is not None:
+                await web.TCPSite(runner, network.address, network.tls_port, ssl_context=tls).start()
+            watches = (
+                (robot.state_hz, self._show_state),
+                (robot.ranges_hz, lambda: self.show(frames.ranges_frame(self.robot.ranges()))),
+                (robot.plan_hz, self._show_plan),
+            )
+            tasks = [asyncio.create_task(self._watch(*watch)) for watch in watches]
+            self._step()
+            ready()
+            await end.wait()
+            for task in tasks:
+                task.cancel()
+        finally:
+            self.apply(self.hub.end())
+            for client in list(self._clients.values()):
+                client.cut()
+            await runner.cleanup()
+
+
+async def _add_headers(_request, response):
+    response.headers.update(access.HEADERS)
