@@ -48,7 +48,7 @@ def start_browser(profile):
     arguments = 'headless=new no-sandbox disable-dev-shm-usage no-first-run disable-background-networking mute-audio'
     for argument in [*arguments.split(), f'user-data-dir={profile}', 'window-size=1024,768', 'disable-gpu']:
         options.add_argument(f'--{argument}')
-    options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+    options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
     return webdriver.Chrome(service=Service(shutil.which('chromedriver'), log_output=os.devnull), options=options)
 
 
@@ -75,18 +75,21 @@ def page(browser, chair):
 class Page:
     """What tests do with the page. Points are in CSS pixels of the window."""
 
+    loads = 0
+
     def __init__(self, driver, chair):
         self.driver, self.chair = driver, chair
         self.down = None
 
-    def load(self, screen='go', **settings):
+    def load(self, screen='go', role='rider', **settings):
         """Load the page with these settings and wait until it is connected."""
         self.chair.reset()
-        self.driver.get('about:blank')
+        self.chair.role = role
         self.cdp('Storage.clearDataForOrigin', origin=self.url, storageTypes='local_storage')
         script = f'if (location.host) localStorage.setItem("sara.settings", {json.dumps(json.dumps({"language": "en", **settings}))})'
         added = self.cdp('Page.addScriptToEvaluateOnNewDocument', source=script)
-        self.driver.get(f'{self.url}/#{screen}')
+        Page.loads += 1
+        self.driver.get(f'{self.url}/?{Page.loads}#{screen}')  # another address, so that it is loaded anew
         self.cdp('Page.removeScriptToEvaluateOnNewDocument', identifier=added['identifier'])
         self.until('window.sara && sara.chair.welcome && (sara.chair.state || sara.chair.role === "none")')
         return self
@@ -149,7 +152,7 @@ class Page:
     def round_trip(self):
         """Wait until the page's timers have run a few times and all that it sent before has come."""
         count = len(self.chair.frames('echo'))
-        done = self.driver.execute_async_script('const done = arguments[0]; let k = 6; const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();')
+        done = self.driver.execute_async_script('const done = arguments[0]; let k = 4; const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();')
         assert done
         self.driver.execute_script('sara.connection.askedAt = null; sara.connection.ask()')
         self.chair.wait(lambda: len(self.chair.frames('echo')) > count)

@@ -63,7 +63,7 @@ export function ask(title, answers, body = []) {
     fill(place,
       el('h2', { id: 'question-title', tabindex: -1 }, title),
       ...body,
-      el('div', { class: 'answers', 'data-scan': 'row' },
+      el('div', { class: 'answers', 'data-scan': 'items' },
         answers.map(({ text, value, kind }) => button(text, () => close(value), { class: kind ?? '', 'data-answer': value }))));
     showQuestion(place, true);
     (place.querySelector('input') ?? place.querySelector('.answers button')).focus();

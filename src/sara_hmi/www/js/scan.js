@@ -1,17 +1,23 @@
 // One or two switches: rows light up in turn, then what is in the chosen row. Auto: by time; step: by the first switch.
 
-const DEBOUNCE_MS = 150;
+const DEBOUNCE_MS = 300; // a hand that trembles presses once
 const FIRST = 1.5; // the first of a round stays so much longer
 const ROUNDS = 2; // within a row, then back to the rows
 
 const isShown = (node) => node.getClientRects().length > 0;
 
-/** Rows that can be scanned, as [row, items]; lower `data-scan-order` first. */
+/**
+ * What can be scanned, as [row, items]: each `data-scan="row"`, and each button of a `data-scan="items"` as a row of its own.
+ * Lower `data-scan-order` first.
+ */
 export function rows(root = document) {
-  return [...root.querySelectorAll('[data-scan]')]
-    .map((row) => [row, [...row.querySelectorAll('button:not([disabled]), [data-item]')].filter((item) => isShown(item) && !item.closest('[inert]'))])
-    .filter(([, items]) => items.length > 0)
-    .sort(([a], [b]) => Number(a.dataset.scanOrder ?? 5) - Number(b.dataset.scanOrder ?? 5));
+  const found = [...root.querySelectorAll('[data-scan]')].flatMap((row) => {
+    const items = [...row.querySelectorAll('button:not([disabled])')].filter((item) => isShown(item) && !item.closest('[inert]'));
+    const order = Number(row.dataset.scanOrder ?? 5);
+    if (row.dataset.scan === 'items') return items.map((item) => ({ order, row: item, items: [item] }));
+    return items.length > 0 ? [{ order, row, items }] : [];
+  });
+  return found.sort((a, b) => a.order - b.order).map(({ row, items }) => [row, items]);
 }
 
 export class Scanner {
@@ -87,8 +93,8 @@ export class Scanner {
   /** A press of a switch: stops a chair that moves, whatever lights up. */
   press(step) {
     const t = performance.now();
+    if (t - this.pressedAt < DEBOUNCE_MS) return;
     if (this.moving()) this.stop();
-    else if (t - this.pressedAt < DEBOUNCE_MS) return;
     else if (step && this.mode === 'step') this.next();
     else this.choose();
     this.pressedAt = t;
@@ -130,11 +136,11 @@ export class Scanner {
     const lit = this.item ?? this.row;
     if (this.mode === 'off' || !lit) return;
     lit.classList.add('scanned');
-    (this.item ?? lit.querySelector('button') ?? lit).scrollIntoView({ block: 'nearest' });
-    this.tell(this.item ? this.item.textContent : lit.getAttribute('aria-label') ?? lit.textContent);
+    (lit.querySelector('button') ?? lit).scrollIntoView({ block: 'nearest' });
+    this.tell(lit.getAttribute('aria-label') ?? lit.textContent);
   }
 }
 
 function isText(node) {
-  return node instanceof HTMLInputElement && node.type === 'text' && !node.dataset.scan;
+  return node instanceof HTMLInputElement && node.type === 'text';
 }

@@ -18,13 +18,13 @@ export function makeStick(pump, label) {
   const base = el('div', { id: 'stick', role: 'img', 'aria-label': label }, el('div', { class: 'cross' }), knob);
   let pointer = null;
   let token = null;
+  let box = null; // where the stick was when it was taken: a page that shifts under the finger changes no command
 
   const place = (x, y) => {
     const size = Math.max(1, Math.hypot(x, y));
     knob.style.transform = `translate(${(x / size) * 100}%, ${(y / size) * 100}%)`;
   };
   const read = (event) => {
-    const box = base.getBoundingClientRect();
     const radius = box.width / 3; // the knob is a third of the base wide, its centre moves so far
     const x = (event.clientX - box.left - box.width / 2) / radius;
     const y = (event.clientY - box.top - box.height / 2) / radius;
@@ -40,6 +40,7 @@ export function makeStick(pump, label) {
     if (pointer !== null || event.button !== 0) return;
     event.preventDefault();
     pointer = event.pointerId;
+    box = base.getBoundingClientRect();
     base.setPointerCapture(pointer);
     base.classList.add('held');
     const { v, w } = read(event);

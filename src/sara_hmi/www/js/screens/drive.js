@@ -14,10 +14,10 @@ export function show(app, screen) {
   const profiles = el('div', { class: 'row profiles', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.profile') });
   fill(screen,
     el('h1', {}, say('ui.tab.drive')),
-    banner, ask,
+    banner,
     el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
     speed,
-    el('h2', {}, say('ui.profile')), profiles,
+    el('h2', {}, say('ui.profile')), profiles, ask,
   );
   const leaveKeys = driveByKeys(pump);
   const rested = ({ detail }) => {
