@@ -35,7 +35,7 @@ class Freshness:
         self._beat_due: float | None = None
         self._seq = -1
         self._command: Command | None = None
-        self._published: float | None = None
+        self._repeat_due = 0.0
         self._silent_since: float | None = None
 
     @property
@@ -52,11 +52,11 @@ class Freshness:
         """The number to send at t (s), or None where none is due."""
         if self._beat_due is not None and t < self._beat_due:
             return None
-        late = self._beat_due is None or t - self._beat_due >= self._config.beat_s
+        late = self._beat_due is None or t >= self._beat_due + self._config.beat_s
         self._beat_due = (t if late else self._beat_due) + self._config.beat_s
         number, self._next = self._next, self._next + 1
         self._sent[number] = t
-        while self._sent and t - next(iter(self._sent.values())) > self._config.oldest_s:
+        while next(iter(self._sent.values())) + self._config.oldest_s < t:
             self._sent.popitem(last=False)
         return number
 
@@ -74,13 +74,13 @@ class Freshness:
         if motion == ZERO:
             return self.stop(), ''
         sent = self._sent.get(beat)
-        if sent is None or not 0.0 <= t - sent <= self._config.oldest_s:
+        if sent is None or not sent <= t <= sent + self._config.oldest_s:
             return None, LATE
         if self._silent_since is not None and t - self._silent_since > self._config.lift_s:
             return None, LIFT
         self._silent_since = None
         self._command = Command(*motion, t, min(t + self._config.hold_s, sent + self._config.oldest_s))
-        self._published = t
+        self._repeat_due = t + self._config.repeat_s
         return motion, ''
 
     def halt(self, seq: int) -> tuple[float, float] | None:
@@ -105,14 +105,14 @@ class Freshness:
         if not command.came <= t < command.void:
             self._command, self._silent_since = None, t
             return ZERO
-        if t - self._published < self._config.repeat_s:
+        if t < self._repeat_due:
             return None
-        self._published = t
+        self._repeat_due = t + self._config.repeat_s
         return command.v, command.w
 
     def due(self, t: float) -> float:
         """When `beat` or `step` has something to do next (s), t at the earliest."""
         times = [t if self._beat_due is None else self._beat_due]
         if self._command is not None:
-            times += [self._command.void, self._published + self._config.repeat_s]
+            times += [self._command.void, self._repeat_due]
         return max(t, min(times))

@@ -182,9 +182,11 @@ class Server:
         self.apply(self.hub.step(self._loop.time()))
 
     async def _watch(self, hertz, tick):
+        due = self._loop.time()
         while True:
             tick()
-            await asyncio.sleep(1.0 / hertz)
+            due = max(due + 1.0 / hertz, self._loop.time())
+            await asyncio.sleep(due - self._loop.time())
 
     def _show_state(self):
         view = self.robot.view()
@@ -260,12 +262,14 @@ class Server:
         """
         self._loop = asyncio.get_running_loop()
         network, robot = self._config.network, self._config.robot
-        runner = web.AppRunner(self.application(), access_log=None, shutdown_timeout=1.0)
+        runner = web.AppRunner(self.application(), access_log=None)
         await runner.setup()
         try:
-            await web.TCPSite(runner, '127.0.0.1', network.port).start()
+            await web.TCPSite(runner, '127.0.0.1', network.port, shutdown_timeout=1.0).start()
             if tls is not None:
-                await web.TCPSite(runner, network.address, network.tls_port, ssl_context=tls).start()
+                await web.TCPSite(
+                    runner, network.address, network.tls_port, shutdown_timeout=1.0, ssl_context=tls
+                ).start()
             watches = (
                 (robot.state_hz, self._show_state),
                 (robot.ranges_hz, lambda: self.show(frames.ranges_frame(self.robot.ranges()))),
