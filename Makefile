@@ -26,6 +26,7 @@ bench: build ## how fast it is, against a yardstick timed in the same run; out/b
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_lab campaign --out out/campaign --json docs/campaign.json
 	@$(ENV) rosrun sara_lab fuzz_bus --count 1000000 --seed 0
+	@$(ENV) rosrun sara_lab fuzz_hmi --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_navigation --count 100000 --seed 0
 	@tools/run_tests.sh random
 

@@ -121,7 +121,11 @@ class RosRobot(RobotInputs):
             self._stop.publish(Bool(False))
             self._server.post(self._server.on_reset, client, '')
             return
-        rospy.wait_for_service('emergency_stop/reset', SERVICE_S)
+        try:
+            rospy.wait_for_service('emergency_stop/reset', SERVICE_S)
+        except rospy.ROSException:
+            self._refuse(client, 'error.no_gate', 'reset')
+            return
         release = rospy.ServiceProxy('emergency_stop/reset', Trigger)
         for _ in range(RELEASE_TRIES):
             self._stop.publish(Bool(False))

@@ -54,10 +54,7 @@ ERRORS = tuple(
         'version',
         'hello_first',
         'hello_twice',
-        'too_long',
         'faults',
-        'full',
-        'slow',
         # roles and pairing
         'may_not',
         'pair_first',
