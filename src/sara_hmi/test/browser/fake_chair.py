@@ -20,7 +20,7 @@ from PIL import Image, ImageDraw
 WWW = Path(__file__).resolve().parents[2] / 'www'
 CSP = "default-src 'self'; img-src 'self' data: blob:; connect-src 'self'"
 BEAT_S, STATE_S = 0.05, 0.1
-NAMES = 'bathroom bedroom childs_room corridor entrance garden kitchen library living_room'.split()
+NAMES = ['bathroom', 'bedroom', 'childs_room', 'corridor', 'entrance', 'garden', 'kitchen', 'library', 'living_room']
 PLACES = {name: [1.0 + k, 2.0 + 0.5 * k, 0.0] for k, name in enumerate(NAMES)}
 LIMITS = {'max_forward': 0.8, 'max_reverse': 0.4, 'max_turn': 0.8}
 SESSION = 7
@@ -47,7 +47,7 @@ def idle():
         'goal': None,
         'asked': None,
         'battery': {'share': 0.82, 'volts': 25.1},
-        'connected': {'encoders': True, 'imu/data': True, 'ranges': True, 'odometry/filtered': False},
+        'connected': {'odom': True, 'battery': True, 'SDI_range': True, 'SDD_range': False, 'safety_gate/status': True},
         'stopped': False,
     }
 
@@ -289,6 +289,4 @@ class FakeChair:
     def _on_invite(self, frame):
         svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M0 0h5v5H0z"/></svg>'
         url = 'https://192.0.2.1:8443/'
-        return [
-            {'op': 'invited', 'code': 'ABCD-2345', 'url': url, 'svg': svg, 'until_s': 300.0, 'role': frame['role']}
-        ]
+        return [{'op': 'invited', 'code': 'ABCD-2345', 'url': url, 'svg': svg, 'until_s': 300.0, 'role': frame['role']}]

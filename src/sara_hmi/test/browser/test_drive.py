@@ -236,7 +236,10 @@ def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
     page.chair.wait_for('take')
     page.chair.send({'op': 'asked', 'session': 9, 'name': 'Ana', 'seconds': 15})
     page.until('!document.getElementById("question").hidden')
-    assert page.js('document.getElementById("question-title").textContent') == 'Ana wants to drive. Hand over the controls?'
+    assert (
+        page.js('document.getElementById("question-title").textContent')
+        == 'Ana wants to drive. Hand over the controls?'
+    )
     page.click('[data-answer=refuse]')
     assert page.chair.wait_for('refuse') == [{'op': 'refuse', 'session': 9}]
 

@@ -34,9 +34,15 @@ def test_one_switch_starts_the_way_to_the_kitchen(page, record_property):
 def test_every_place_takes_three_presses_and_at_most_20_s(page):
     """By the order and the times of the scan alone: rows, then items, then the answer; the first of each 1.5 periods."""
     page.load('go', scan='step')
-    order = page.js('[...document.querySelectorAll(".tilerow")].map((row) => [...row.children].map((n) => n.dataset.place))')
+    order = page.js(
+        '[...document.querySelectorAll(".tilerow")].map((row) => [...row.children].map((n) => n.dataset.place))'
+    )
     assert sum(map(len, order)) == 9
-    waits = [row + column + 0.5 * (row > 0) + 0.5 * (column > 0) for row in range(len(order)) for column in range(len(order[row]))]
+    waits = [
+        row + column + 0.5 * (row > 0) + 0.5 * (column > 0)
+        for row in range(len(order))
+        for column in range(len(order[row]))
+    ]
     assert max(waits) + 2 * 0.3 + 1.5 <= 20.0
 
 
@@ -102,7 +108,9 @@ def test_the_screen_as_the_switch(page):
     page.until('document.querySelector(".scanned")?.dataset.value === "es"')
     time.sleep(0.3)
     page.click('h1')
-    page.until('document.querySelector("h1").textContent === "Ajustes" || document.querySelector(".scanned")?.dataset.value')
+    page.until(
+        'document.querySelector("h1").textContent === "Ajustes" || document.querySelector(".scanned")?.dataset.value'
+    )
 
 
 def test_one_switch_drives_a_step_and_a_press_ends_it(page):

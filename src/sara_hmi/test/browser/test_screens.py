@@ -139,8 +139,10 @@ def test_the_end_of_a_goal_is_told_with_its_reason(page):
     page.load('why')
     ended = {'op': 'ended', 'key': 'goal.aborted', 'values': {'place': '', 'reason': 'why.blocked'}}
     page.chair.send(ended)
-    page.until('document.getElementById("notice").textContent'
-               ' === "The chair gave up the way to the marked point because the way stayed blocked."')
+    page.until(
+        'document.getElementById("notice").textContent'
+        ' === "The chair gave up the way to the marked point because the way stayed blocked."'
+    )
 
 
 def test_a_goal_is_marked_by_a_tap_turned_and_confirmed(page):
@@ -219,7 +221,9 @@ def test_places_are_added_renamed_and_deleted(page):
 def test_why_says_what_happens_what_helps_and_what_was(page):
     page.load('why')
     page.chair.state['gate'] = {'state': 'HELD', 'reasons': ['LOCALIZATION']}
-    page.until('document.querySelector(".big").textContent === "The chair stands still because the chair does not know where it is."')
+    page.until(
+        'document.querySelector(".big").textContent === "The chair stands still because the chair does not know where it is."'
+    )
     assert 'The chair is here' in text(page, '.help')
     assert text(page, '.history li span') == 'The chair stands still because the chair was hit by something.'
     silent = page.js('[...document.querySelectorAll("[data-alive=false]")].map((n) => n.textContent)')
@@ -245,7 +249,9 @@ def test_times_have_their_limits(page, name, least, most):
     page.load('settings')
     for value, limit in (('less', least), ('more', most)):
         page.driver.execute_script(
-            'for (let k = 0; k < 60; k++) document.querySelector(`[data-set=${arguments[0]}][data-value=${arguments[1]}]`).click()', name, value
+            'for (let k = 0; k < 60; k++) document.querySelector(`[data-set=${arguments[0]}][data-value=${arguments[1]}]`).click()',
+            name,
+            value,
         )
         assert page.js(f'sara.settings.get("{name}")') == limit
 

@@ -66,20 +66,28 @@ function drawRanges(brush, chair, view) {
   }
 }
 
+/** A dot and a name for each place; the name above or below it, or not at all where others are. */
 function drawPlaces(brush, places, view) {
-  brush.font = '600 15px system-ui, sans-serif';
+  brush.font = '600 15px system-ui, "DejaVu Sans", sans-serif';
   brush.textAlign = 'center';
+  brush.lineJoin = 'round';
+  const taken = [];
   for (const [name, [x, y]] of Object.entries(places)) {
     const [px, py] = view.toPixel(x, y);
     brush.fillStyle = COLOURS.ink;
     brush.beginPath();
     brush.arc(px, py, 6, 0, 2 * Math.PI);
     brush.fill();
+    const text = placeName(name);
+    const half = brush.measureText(text).width / 2 + 3;
+    const boxes = [py - 11, py + 24].map((bottom) => ({ left: px - half, right: px + half, top: bottom - 15, bottom }));
+    const free = boxes.find((box) => !taken.some((other) => box.left < other.right && box.right > other.left && box.top < other.bottom && box.bottom > other.top));
+    if (!free) continue;
+    taken.push(free);
     brush.lineWidth = 4;
     brush.strokeStyle = COLOURS.halo;
-    brush.lineJoin = 'round';
-    brush.strokeText(placeName(name), px, py - 11);
-    brush.fillText(placeName(name), px, py - 11);
+    brush.strokeText(text, px, free.bottom);
+    brush.fillText(text, px, free.bottom);
   }
 }
 

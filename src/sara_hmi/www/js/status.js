@@ -108,14 +108,16 @@ function deviationText({ asked, driven }) {
   return say('ui.otherwise', { asked: `ui.way.${wanted}`, driven: `ui.does.${done}` });
 }
 
-/** Two arrows from one point: asked (outline) and driven (filled); a dot where the chair stands. */
+/** Two arrows from one point, the longer one of full length: asked (outline) and driven (filled); a dot where the chair stands. */
 function arrows({ asked, driven }) {
-  const draw = ({ v, w }, name) => {
+  const longest = Math.max(Math.hypot(asked.v, asked.w), Math.hypot(driven.v, driven.w));
+  const draw = ({ v, w }, name, wide) => {
     const size = Math.hypot(v, w);
-    if (size < 0.1) return el('circle', { cx: 0, cy: 0, r: 6, class: name });
+    if (size < 0.1) return el('circle', { cx: 0, cy: 0, r: 8, class: name });
     const degrees = (Math.atan2(-w, v) * 180) / Math.PI;
-    const long = 14 + 26 * Math.min(1, size);
-    return el('path', { d: `M-5 0V${-long + 14}H-12L0 ${-long}L12 ${-long + 14}H5V0z`, transform: `rotate(${degrees})`, class: name });
+    const long = 16 + 26 * (size / longest);
+    const [shaft, head] = [wide, 2 * wide + 3];
+    return el('path', { d: `M${-shaft} 0V${-long + 16}H${-head}L0 ${-long}L${head} ${-long + 16}H${shaft}V0z`, transform: `rotate(${degrees})`, class: name });
   };
-  return el('svg', { viewBox: '-44 -44 88 88', 'aria-hidden': 'true' }, draw(asked, 'asked'), draw(driven, 'driven'));
+  return el('svg', { viewBox: '-44 -44 88 88', 'aria-hidden': 'true' }, draw(asked, 'asked', 8), draw(driven, 'driven', 4));
 }

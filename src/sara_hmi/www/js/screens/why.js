@@ -13,7 +13,7 @@ export function show(app, screen) {
   const sensors = el('ul', { class: 'sensors' });
   const history = el('ol', { class: 'history' });
   fill(screen,
-    el('h1', {}, say('ui.tab.why')), now,
+    el('h1', {}, say('ui.why.title')), now,
     el('section', { class: 'card' }, el('h2', {}, say('ui.why.history')), history),
     el('section', { class: 'card' }, el('h2', {}, say('ui.why.sensors')), battery, sensors),
   );
@@ -65,16 +65,23 @@ function batteryText(chair) {
 function drawSensors(chair, list) {
   const connected = Object.entries(chair.state?.connected ?? {});
   fill(list, connected.length === 0 ? el('li', {}, say('ui.why.no_sensors')) : connected.map(([topic, alive]) => {
-    const name = topic.replace(/^\//, '');
     return el('li', { 'data-alive': String(alive) },
-      el('span', {}, has(`ui.topic.${name}`) ? say(`ui.topic.${name}`) : name.replaceAll(/[_/]/g, ' ')),
+      el('span', {}, topicName(topic)),
       el('strong', {}, say(alive ? 'ui.alive' : 'ui.silent')));
   }));
 }
 
 function drawHistory(chair, list) {
-  const time = new Intl.DateTimeFormat(currentLanguage(), { hour: '2-digit', minute: '2-digit', second: '2-digit' });
+  const time = new Intl.DateTimeFormat(currentLanguage(), { hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23' });
   const entries = [...(chair.history ?? [])].sort((a, b) => b.t - a.t);
   fill(list, entries.length === 0 ? el('li', {}, say('ui.why.no_history')) : entries.map(({ t, key, values }) =>
     el('li', {}, el('time', { datetime: new Date(t).toISOString() }, time.format(t)), el('span', {}, say(key, values)))));
+}
+
+/** A topic in words: those that are known, any sensor NAME_range, else its name. */
+function topicName(topic) {
+  const name = topic.replace(/^\//, '');
+  if (has(`ui.topic.${name}`)) return say(`ui.topic.${name}`);
+  if (name.endsWith('_range')) return say('ui.topic.range', { name: name.slice(0, -'_range'.length) });
+  return name.replaceAll(/[_/]/g, ' ');
 }
