@@ -93,7 +93,7 @@ class LimitsConfig(Group):
     }
     frame_bytes: int = 4096
     frames_per_s: float = 60.0
-    frames_burst: int = 120
+    frames_burst: int = 300
     faults: int = 40
     faults_per_s: float = 0.2
     urgent_frames: int = 256

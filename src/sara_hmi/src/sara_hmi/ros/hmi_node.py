@@ -84,16 +84,17 @@ class HmiNode:
             now = datetime.datetime.now(datetime.UTC)
             tls, print_ = certificate.kept(folder(), dict.fromkeys(names), now)
         try:
-            await self.server.run(end, tls, lambda: self._announce(loop.time(), print_))
+            await self.server.run(end, tls, lambda port: self._announce(loop.time(), port, print_))
         except OSError as error:
             rospy.logfatal('the touch screen cannot be served: %s', error)
             rospy.signal_shutdown(str(error))
         finally:
             done.set()
 
-    def _announce(self, t, print_):
+    def _announce(self, t, port, print_):
         """Say where the page is, to whoever started this."""
-        lines = [f'The touch screen: http://localhost:{self._config.network.port} on this computer.']
+        rospy.set_param('~url', f'http://localhost:{port}')
+        lines = [f'The touch screen: http://localhost:{port} on this computer.']
         if print_:
             role = self._config.pairing.first_role
             code = self._pairing.invite(t, role)

@@ -256,9 +256,9 @@ class Server:
         app.router.add_get('/{name:[A-Za-z0-9_][A-Za-z0-9_./-]*}', self.page)
         return app
 
-    async def run(self, end: asyncio.Event, tls: ssl.SSLContext | None, ready: Callable[[], None]) -> None:
-        """Serve until `end`. tls: for the network; None: this computer alone is served. Raises OSError where a port is
-        taken.
+    async def run(self, end: asyncio.Event, tls: ssl.SSLContext | None, ready: Callable[[int], None]) -> None:
+        """Serve until `end`. tls: for the network; None: this computer alone is served. ready(port): it can be reached.
+        Raises OSError where a port is taken.
         """
         self._loop = asyncio.get_running_loop()
         network, robot = self._config.network, self._config.robot
@@ -277,7 +277,7 @@ class Server:
             )
             tasks = [asyncio.create_task(self._watch(*watch)) for watch in watches]
             self._step()
-            ready()
+            ready(runner.addresses[0][1])
             await end.wait()
             for task in tasks:
                 task.cancel()
