@@ -194,6 +194,38 @@ class RobotConfig(Group):
         return faults
 
 
+@dataclass(frozen=True)
+class RosbridgeConfig(Group):
+    """The rosbridge endpoint and its allow-lists: names, in which * stands for anything."""
+
+    RANGES = {
+        'frame_bytes': (256, 100_000_000),
+        'queue': (1, 1000),
+        'subscriptions': (1, 1000),
+        'service_s': (0.1, 600.0),
+    }
+    enabled: bool = False
+    publish: tuple = ()
+    subscribe: tuple = ()
+    call: tuple = ()
+    params: tuple = ()
+    frame_bytes: int = 1_000_000
+    queue: int = 10
+    subscriptions: int = 50
+    service_s: float = 10.0
+
+    def more_faults(self) -> list[str]:
+        """Lists that hold no names."""
+        faults = [
+            f'{name} is {getattr(self, name)!r}, allowed is a list of names'
+            for name in ('publish', 'subscribe', 'call', 'params')
+            if not all(isinstance(held, str) and held for held in getattr(self, name))
+        ]
+        if not isinstance(self.enabled, bool):
+            faults.append(f'enabled is {self.enabled!r}, allowed are true and false')
+        return faults
+
+
 def profile_faults(profiles: object) -> list[str]:
     """One sentence for each speed profile that has no three limits above 0."""
     names = ('max_forward', 'max_reverse', 'max_turn')
@@ -218,6 +250,7 @@ class HmiConfig:
     sessions: SessionsConfig = SessionsConfig()
     pairing: PairingConfig = PairingConfig()
     robot: RobotConfig = RobotConfig()
+    rosbridge: RosbridgeConfig = RosbridgeConfig()
 
     @classmethod
     def from_params(cls, params: Mapping) -> HmiConfig:

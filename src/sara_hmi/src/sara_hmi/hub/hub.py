@@ -126,6 +126,13 @@ class Hub:
             'reset': lambda: [Order(number, 'reset')],
         }[op]()
 
+    def role_of(self, local: bool, token: str) -> str:
+        """The role of a connection that shows a token, or ""."""
+        if local:
+            return self._config.sessions.local_role
+        known = self._pairing.known(self._date(), token) if token else None
+        return known.role if known else NONE
+
     def _hello(self, t, client, frame):
         if client.greeted:
             return self._fault(t, client, 'error.hello_twice', 'hello')
@@ -133,11 +140,7 @@ class Hub:
             return [*self._fault(t, client, 'error.version', 'hello', {'version': VERSION}), Close(client.number)]
         client.greeted = True
         client.name, client.language = frame.get('name', ''), frame.get('language', 'en')
-        if client.local:
-            client.role = self._config.sessions.local_role
-        elif 'token' in frame.fields:
-            token = self._pairing.known(self._date(), frame.get('token'))
-            client.role = token.role if token else NONE
+        client.role = self.role_of(client.local, frame.get('token', ''))
         return self._admit(client)
 
     def _pair(self, t, client, frame):

@@ -18,6 +18,7 @@ from sara_common.ros.node import on_shutdown, start_node
 from sara_hmi.config.config import HmiConfig, NetworkConfig
 from sara_hmi.hub.hub import Hub
 from sara_hmi.pairing.pairing import Pairing, StoreError, loads
+from sara_hmi.ros.bridge_side import BridgeSide
 from sara_hmi.ros.robot import RosRobot
 from sara_hmi.web import certificate, qr
 from sara_hmi.web.server import Server
@@ -67,6 +68,8 @@ class HmiNode:
         )
         hub = Hub(config, self._pairing, time.time)
         self.server = Server(config, hub, www, lambda text: certificate.write_secret(tokens, text.encode()), self._url)
+        if config.rosbridge.enabled:
+            self.server.ros_side = BridgeSide(config.rosbridge, self.server.post)
         self.server.robot = RosRobot(config.robot, self.server, www / 'words')
 
     async def run(self) -> None:

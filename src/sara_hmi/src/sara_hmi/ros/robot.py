@@ -172,7 +172,7 @@ class RosRobot(RobotInputs):
         except places.PlacesError as error:
             rospy.logwarn('%s', error)
             return
-        self._server.post(self._server.on_places, {name: (p.x, p.y, p.yaw) for name, p in found.items()})
+        self._server.post(self._server.screen.on_places, {name: (p.x, p.y, p.yaw) for name, p in found.items()})
 
     def _change_places(self, client, of, change):
         if not self._places_file:
@@ -221,7 +221,7 @@ class RosRobot(RobotInputs):
         if topic == 'profile':
             post(server.on_profile, text)
             return
-        post(server.on_gate, (*gate(text), text))
+        post(server.screen.on_gate, (*gate(text), text))
 
     def _on_map(self, message: OccupancyGrid):
         info = message.info
@@ -231,4 +231,4 @@ class RosRobot(RobotInputs):
             return
         image = png(message.data, info.width, info.height)
         frame = map_frame(image, (info.width, info.height), info.resolution, origin)
-        self._server.post(self._server.on_map, frame, image)
+        self._server.post(self._server.screen.show, frame, image)

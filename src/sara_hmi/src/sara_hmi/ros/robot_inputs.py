@@ -12,6 +12,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import BatteryState, Range
 from std_msgs.msg import String
 
@@ -49,7 +50,7 @@ class RobotInputs:
         self._listen('odom', Odometry, lambda m: setattr(self, '_odometry', m))
         self._listen('cmd_vel_asked', Twist, lambda m: setattr(self, '_asked', m), shown=False)
         self._listen('battery', BatteryState, lambda m: setattr(self, '_battery', m))
-        self._listen('map', OccupancyGrid, on_map, latched=True)
+        self._listen('map', numpy_msg(OccupancyGrid), on_map, latched=True)
         self._listen('safety_gate/status', String, lambda m: on_said('status', m.data), latched=True)
         self._listen('safety_gate/give_up', String, lambda m: on_said('give_up', m.data), shown=False)
         self._listen('safety_gate/profile', String, lambda m: on_said('profile', m.data), shown=False)

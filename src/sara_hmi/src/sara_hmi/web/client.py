@@ -17,14 +17,19 @@ LOOK_S = 0.02  # how often a full socket is looked at
 
 
 class Client:
-    """A WebSocket and its Outbox. Frames are texts, or for the map a pair (text, bytes). peer: its address."""
+    """A WebSocket and its Outbox. Frames are texts, bytes, or for the map a pair of both. peer: its address."""
 
     def __init__(
-        self, socket_: web.WebSocketResponse, transport: asyncio.Transport, limits: LimitsConfig, peer: str | None
+        self,
+        socket_: web.WebSocketResponse,
+        transport: asyncio.Transport,
+        limits: LimitsConfig,
+        peer: str | None,
+        outbox: Outbox | None = None,
     ) -> None:
         self._socket, self._transport, self._unsent, self.peer = socket_, transport, limits.unsent_bytes, peer
-        self.outbox = Outbox(limits.urgent_frames)
-        self._wake = asyncio.Event()
+        self.outbox = Outbox(limits.urgent_frames) if outbox is None else outbox
+        self._news = asyncio.Event()
         self._closing = False
         held = transport.get_extra_info('socket')
         if held is not None:
@@ -36,17 +41,21 @@ class Client:
         """A frame that must arrive. A client that takes none of so many is cut off."""
         if not self.outbox.answer(text):
             self.cut()
-        self._wake.set()
+        self._news.set()
 
     def put(self, kind: str, frame: Any) -> None:
         """A frame that replaces an older one of its kind."""
         self.outbox.put(kind, frame)
-        self._wake.set()
+        self._news.set()
+
+    def wake(self) -> None:
+        """Something new may wait in the outbox."""
+        self._news.set()
 
     def close(self) -> None:
         """End the connection once the answers that wait have gone."""
         self._closing = True
-        self._wake.set()
+        self._news.set()
 
     def cut(self) -> None:
         """End the connection now, whatever waits."""
@@ -61,16 +70,18 @@ class Client:
                 await self._send(frame)
             elif self._closing:
                 await self._socket.close(code=1008)
-            elif full and len(self.outbox):
+            elif full:
                 await asyncio.sleep(LOOK_S)
             else:
-                self._wake.clear()
-                await self._wake.wait()
+                self._news.clear()
+                await self._news.wait()
 
     async def _send(self, frame):
         with contextlib.suppress(ConnectionError, RuntimeError):  # it ends just now; the reading side sees that, too
             if isinstance(frame, str):
                 await self._socket.send_str(frame)
+            elif isinstance(frame, bytes):
+                await self._socket.send_bytes(frame)
             else:
                 await self._socket.send_str(frame[0])
                 await self._socket.send_bytes(frame[1])

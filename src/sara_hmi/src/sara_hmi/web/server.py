@@ -6,11 +6,9 @@ One thread, one asyncio loop. Other threads speak to it by `post`.
 from __future__ import annotations
 
 import asyncio
-import json
-import logging
 import ssl
-import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +19,12 @@ from sara_hmi.hub.actions import Action, Close, Everyone, Motion, Order, Send, S
 from sara_hmi.hub.hub import Hub
 from sara_hmi.protocol.frames import NONE
 from sara_hmi.protocol.outbox import ORDER
-from sara_hmi.view import frames
-from sara_hmi.view.history import History
+from sara_hmi.rosbridge.bridge import RosSide
 from sara_hmi.web import access, qr
+from sara_hmi.web.bridge_socket import BridgeConnection
 from sara_hmi.web.client import Client
 from sara_hmi.web.robot import Robot
-
-log = logging.getLogger('sara_hmi')
-
-
-def dumps(frame: dict[str, Any]) -> str:
-    """A frame as text."""
-    return json.dumps(frame, separators=(',', ':'), allow_nan=False)
+from sara_hmi.web.screen import Screen, dumps
 
 
 class Server:
@@ -43,13 +35,12 @@ class Server:
     def __init__(self, config: HmiConfig, hub: Hub, www: Path, store: Callable[[str], None], url: str) -> None:
         self._config, self.hub, self._www, self._store, self._url = config, hub, www, store, url
         self.robot: Robot | None = None
-        self.history = History(config.robot.history)
+        self.screen = Screen(config.robot, hub, self._put)
         self._clients: dict[int, Client] = {}
-        self._newest: dict[str, Any] = {}
+        self.ros_side: RosSide | None = None
+        self._bridges: set[BridgeConnection] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._plan: Any = None
-        self._gate: tuple[str, str, str] | None = None
         self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
 
     # From other threads
@@ -61,11 +52,6 @@ class Server:
 
     # What the robot tells, in the server's thread
 
-    def on_places(self, places: dict[str, frames.Pose]) -> None:
-        """The named places are these."""
-        self.hub.tasks.places = places
-        self.show(frames.places_frame(places))
-
     def on_profiles(self, profiles: Mapping[str, Mapping[str, float]], profile: str) -> None:
         """The robot has these speed profiles, and uses one."""
         if profile in profiles:
@@ -75,10 +61,6 @@ class Server:
         """Somebody, perhaps a page, has asked the robot for another profile."""
         self.on_profiles(self.hub.tasks.profiles, profile)
 
-    def on_map(self, frame: dict[str, Any], image: bytes) -> None:
-        """There is another map."""
-        self._show('map', (dumps(frame), image))
-
     def on_end(self, number: int, key: str, why: str) -> None:
         """A goal has ended. why: a key, or ""."""
         goal = self.hub.tasks.mission.ended(number)
@@ -87,7 +69,7 @@ class Server:
         values = {'place': goal.place or 'goal.unnamed', **({'reason': why} if why else {})}
         self.everyone(dumps({'op': 'ended', 'key': key, 'values': values}))
         if key != 'goal.succeeded':
-            self.note(key, values)
+            self.screen.note(key, values)
 
     def on_reset(self, client: int, why: str) -> None:
         """The emergency stop is released, or why it is not, as a key."""
@@ -95,31 +77,15 @@ class Server:
             self.apply([error(client, why, 'reset')])
             return
         self.hub.driving.stopped = False
-        self.note('event.reset', {})
+        self.screen.note('event.reset', {})
 
     def on_refusal(self, client: int, key: str, of: str, values: dict[str, Any]) -> None:
         """An order cannot be carried out."""
         self.apply([error(client, key, of, values)])
 
-    def on_gate(self, gate: tuple[str, str, str]) -> None:
-        """The safety gate speaks."""
-        self._gate = gate
-        if gate[0] and self.history.on_gate(time.time(), *gate[:2]):
-            self.show(self.history.frame())
-
-    def note(self, key: str, values: dict[str, Any]) -> None:
-        """Something for the history."""
-        self.history.add(time.time(), key, values)
-        self.show(self.history.frame())
-
     # Sending
 
-    def show(self, frame: dict[str, Any]) -> None:
-        """The newest of its kind, to everybody and to who comes later."""
-        self._show(frame['op'], dumps(frame))
-
-    def _show(self, kind, frame):
-        self._newest[kind] = frame
+    def _put(self, kind, frame):
         for number, client in self._clients.items():
             if self._may_look(number):
                 client.put(kind, frame)
@@ -144,7 +110,7 @@ class Server:
                     self._clients[action.client].answer(dumps(action.frame))
             elif isinstance(action, Everyone):
                 if action.frame['op'] in ORDER:
-                    self.show(action.frame)
+                    self.screen.show(action.frame)
                 else:
                     self.everyone(dumps(action.frame))
             elif isinstance(action, Order):
@@ -161,11 +127,11 @@ class Server:
 
     def _order(self, order):
         if order.op == 'catch_up':
-            for kind, frame in self._newest.items():
+            for kind, frame in self.screen.newest.items():
                 self._clients[order.client].put(kind, frame)
             return
         if order.op == 'stop':
-            self.note('event.stop', {})
+            self.screen.note('event.stop', {})
         self.robot.order(order)
 
     def _invited(self, show: Show):
@@ -184,24 +150,9 @@ class Server:
     async def _watch(self, hertz, tick):
         due = self._loop.time()
         while True:
-            tick()
+            tick(self.robot)
             due = max(due + 1.0 / hertz, self._loop.time())
             await asyncio.sleep(due - self._loop.time())
-
-    def _show_state(self):
-        view = self.robot.view()
-        view.gate, view.stopped = self._gate, self.hub.driving.stopped
-        self.hub.tasks.pose = view.pose
-        mission = self.hub.tasks.mission
-        left = frames.left_of(self.robot.plan(), view.pose) if mission.state == 'going' else None
-        goal = frames.goal_field(mission, left)
-        self.show(frames.state_frame(time.time(), view, self.hub.driving.driver, goal))
-
-    def _show_plan(self):
-        plan = self.robot.plan()
-        if plan is not self._plan:
-            self._plan = plan
-            self.show(frames.plan_frame(plan))
 
     # Connections
 
@@ -216,16 +167,12 @@ class Server:
     async def websocket(self, request: web.Request) -> web.StreamResponse:
         """A page's connection."""
         network, limits = self._config.network, self._config.limits
-        if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
-            raise web.HTTPForbidden(text='This page belongs to another computer.')
-        peers = [held for held in self._clients.values() if held.peer == request.remote]
-        if len(self._clients) >= network.connections or len(peers) >= network.connections_per_address:
-            raise web.HTTPServiceUnavailable(text='Too many pages are open.')
+        self._make_room(request)
         socket = web.WebSocketResponse(
             max_msg_size=limits.frame_bytes, heartbeat=network.heartbeat_s, compress=False, timeout=1.0
         )
         await socket.prepare(request)
-        known = self.hub.connect(self._loop.time(), access.is_local(request.remote) and request.scheme == 'http')
+        known = self.hub.connect(self._loop.time(), self._is_local(request))
         client = self._clients[known.number] = Client(socket, request.transport, limits, request.remote)
         pump = asyncio.create_task(client.pump())
         try:
@@ -241,6 +188,39 @@ class Server:
             pump.cancel()
         return socket
 
+    def _make_room(self, request):
+        """Refuses pages of foreign hosts, and more connections than there may be."""
+        network = self._config.network
+        if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
+            raise web.HTTPForbidden(text='This page belongs to another computer.')
+        held = [client.peer for client in self._clients.values()] + [one.client.peer for one in self._bridges]
+        if len(held) >= network.connections or held.count(request.remote) >= network.connections_per_address:
+            raise web.HTTPServiceUnavailable(text='Too many pages are open.')
+
+    async def rosbridge(self, request: web.Request) -> web.StreamResponse:
+        """A connection of roslibjs or roslibpy; from the network with ?token=."""
+        config = self._config
+        self._make_room(request)
+        role = self.hub.role_of(self._is_local(request), request.query.get('token', ''))
+        if role == NONE:
+            raise web.HTTPForbidden(text='This device is not paired: pair it, then show its token as ?token=...')
+        socket = web.WebSocketResponse(
+            max_msg_size=config.rosbridge.frame_bytes, heartbeat=config.network.heartbeat_s, compress=False, timeout=1.0
+        )
+        await socket.prepare(request)
+        make = partial(Client, socket, request.transport, config.limits, request.remote)
+        one = BridgeConnection(config, role, self.ros_side, lambda outbox: make(outbox=outbox))
+        self._bridges.add(one)
+        try:
+            await one.serve(socket)
+        finally:
+            self._bridges.discard(one)
+        return socket
+
+    @staticmethod
+    def _is_local(request):
+        return access.is_local(request.remote) and request.scheme == 'http'
+
     @web.middleware
     async def _guard(self, request, handler):
         if not access.may_call(request.host, self._names):
@@ -252,6 +232,8 @@ class Server:
         app = web.Application(middlewares=[self._guard], client_max_size=1024)
         app.on_response_prepare.append(_add_headers)
         app.router.add_get('/ws', self.websocket)
+        if self.ros_side is not None:
+            app.router.add_get('/rosbridge', self.rosbridge)
         app.router.add_get('/', self.page)
         app.router.add_get('/{name:[A-Za-z0-9_][A-Za-z0-9_./-]*}', self.page)
         return app
@@ -271,9 +253,9 @@ class Server:
                     runner, network.address, network.tls_port, shutdown_timeout=1.0, ssl_context=tls
                 ).start()
             watches = (
-                (robot.state_hz, self._show_state),
-                (robot.ranges_hz, lambda: self.show(frames.ranges_frame(self.robot.ranges()))),
-                (robot.plan_hz, self._show_plan),
+                (robot.state_hz, self.screen.show_state),
+                (robot.ranges_hz, self.screen.show_ranges),
+                (robot.plan_hz, self.screen.show_plan),
             )
             tasks = [asyncio.create_task(self._watch(*watch)) for watch in watches]
             self._step()
@@ -283,7 +265,7 @@ class Server:
                 task.cancel()
         finally:
             self.apply(self.hub.end())
-            for client in list(self._clients.values()):
+            for client in [*self._clients.values(), *(one.client for one in self._bridges)]:
                 client.cut()
             await runner.cleanup()
 
