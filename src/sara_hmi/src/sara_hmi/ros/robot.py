@@ -47,7 +47,8 @@ class RosRobot(RobotInputs):
         self._cancel = rospy.Publisher('move_base/cancel', GoalID, queue_size=1, tcp_nodelay=True)
         self._set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1, tcp_nodelay=True)
         self._profile = rospy.Publisher('safety_gate/profile', String, queue_size=1, tcp_nodelay=True)
-        self._goals = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+        self._goals = actionlib.ActionClient('move_base', MoveBaseAction)
+        self._goal: actionlib.ClientGoalHandle | None = None
         self._places_file = config.places or rospy.get_param('/places_file', '')
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
         threading.Thread(target=self._work, name='orders', daemon=True).start()
@@ -68,7 +69,7 @@ class RosRobot(RobotInputs):
             if not self.has_gate:
                 self._cancel.publish(GoalID())
         elif order.op == 'cancel':
-            self._goals.cancel_goal()
+            self._later(self._cancel_goal)
         else:
             self._later(getattr(self, f'_do_{order.op}'), order.client, *order.values)
 
@@ -105,14 +106,20 @@ class RosRobot(RobotInputs):
         goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
         goal.target_pose.pose.orientation = Quaternion(*quaternion_from_yaw(pose[2]))
 
-        def done(status: int, _result: object) -> None:
-            text = self._goals.get_goal_status_text()
+        def heard(handle: actionlib.ClientGoalHandle) -> None:
+            if handle.get_comm_state() != actionlib.CommState.DONE:
+                return
+            status, text = handle.get_goal_status(), handle.get_goal_status_text()
             rospy.loginfo('the goal of the page has ended: %s', text)
             unreached = endings.ending(status) in ('goal.aborted', 'goal.rejected')
             why = endings.why(text) if unreached else ''
             self._server.post(self._server.on_end, number, endings.ending(status), why)
 
-        self._goals.send_goal(goal, done_cb=done)
+        self._goal = self._goals.send_goal(goal, heard)
+
+    def _cancel_goal(self):
+        if self._goal is not None:
+            self._goal.cancel()
 
     # The emergency stop
 

@@ -157,7 +157,13 @@ class Server:
     # Connections
 
     async def page(self, request: web.Request) -> web.StreamResponse:
-        """A file of the page."""
+        """A file of the page; at its root also rosbridge, where roslib looks for it unless it is told a path."""
+        if (
+            request.path == '/'
+            and self.ros_side is not None
+            and 'websocket' in request.headers.get('Upgrade', '').lower()
+        ):
+            return await self.rosbridge(request)
         name = request.match_info.get('name') or 'index.html'
         path = (self._www / name).resolve()
         if not (path.is_relative_to(self._www.resolve()) and path.is_file()):
