@@ -27,6 +27,8 @@ from browser_page import Page, start_browser  # noqa: E402
 
 SIZES = {'tablet': (1024, 768), 'phone': (390, 844)}
 LANGUAGES = ('en', 'es')
+TOP = 'document.getElementById("screen").scrollTop = 0'
+MARK = 'document.querySelector("[data-mark=middle]")?.click()'
 COLOURS = 64  # of a picture's palette
 
 
@@ -38,7 +40,7 @@ def free_port():
 
 
 def start_chair(folder, port):
-    """The whole of SARA, simulated in the flat; its page on `port`. Returns the process, which leads a group of its own."""
+    """The whole of SARA, simulated in the flat, its page on `port`. Returns the process, the leader of a group."""
     master = free_port()
     places = {'ROS_HOME': folder, 'XDG_RUNTIME_DIR': folder, 'ROS_LOG_DIR': f'{folder}/log'}
     flat = PACKAGE.parent / 'sara_bringup' / 'maps' / 'flat.yaml'
@@ -71,6 +73,7 @@ class Camera:
                 )
                 self.page.until('document.documentElement.lang === arguments[0]', language)
                 self.page.until('sara.shown === arguments[0]', screen)
+                time.sleep(0.5)  # the window's new size ends a hold
                 pose()
                 time.sleep(0.5)  # a few frames of the chair's state, and of the screen
                 data = base64.b64decode(self.page.cdp('Page.captureScreenshot', format='png')['data'])
@@ -80,7 +83,7 @@ class Camera:
 
 
 def story(page, camera):
-    """A chair that is ready, on its way, too near a wall, and stopped."""
+    """A chair that is ready, is on its way, does not back into a wall, and is stopped."""
     page.resize(1024, 768)
     page.load('settings')
     page.until('sara.chair.state.gate.state === "IDLE"', timeout=120.0)
@@ -88,15 +91,16 @@ def story(page, camera):
     page.driver.execute_script('sara.command({op: "go", place: "bedroom"})')
     page.until('sara.chair.isGoing && sara.chair.state.goal.left < 7', timeout=60.0)
     camera.take('go')
-    camera.take('map', pose=lambda: page.js('document.querySelector("[data-mark=middle]")?.click()'))
+    camera.take('map', pose=lambda: page.driver.execute_script(f'{MARK}; {TOP}'))
     page.driver.execute_script('sara.command({op: "cancel"})')
     page.until('!sara.chair.isMoving', timeout=30.0)
 
-    def push():
-        page.mouse('Pressed', *page.middle('.arrow-right'), held=True)
+    def back_up():
+        page.mouse('Pressed', *page.middle('.arrow-down'), held=True)
         page.until('!document.getElementById("deviation").hidden', timeout=60.0)
+        page.driver.execute_script(TOP)
 
-    camera.take('drive', pose=push, after=page.let_go)
+    camera.take('drive', pose=back_up, after=page.let_go)
     page.driver.execute_script('sara.stopper.press()')
     page.until('sara.chair.isStopped && !sara.chair.isMoving', timeout=30.0)
     page.until('!document.getElementById("reset").hidden')

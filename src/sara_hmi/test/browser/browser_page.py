@@ -32,7 +32,7 @@ def start_browser(profile):
 
 
 class Page:
-    """What one does with the page. Points are in CSS pixels of the window. chair: the FakeChair behind it, if it is one."""
+    """What one does with the page. Points: CSS pixels of the window. chair: the FakeChair behind it, if it is one."""
 
     loads = 0
 
@@ -53,7 +53,25 @@ class Page:
         self.driver.get(f'{self.url}/?{Page.loads}#{screen}')  # another address, so that it is loaded anew
         self.cdp('Page.removeScriptToEvaluateOnNewDocument', identifier=added['identifier'])
         self.until('window.sara && sara.chair.welcome && (sara.chair.state || sara.chair.role === "none")')
+        if self.chair:
+            self.limits(20_000, 20_000, 20_000)
         return self
+
+    def limits(self, stale_beat_ms=200, slow_ms=180, frozen_ms=300):
+        """What the page takes for a lost or a slow connection. A fake chair's page is patient until a test wants the
+        real limits, so that a busy machine is not taken for a slow network.
+        """
+        self.driver.execute_script(
+            'Object.assign(sara.connection.limits, {staleBeatMs: arguments[0], slowMs: arguments[1]});'
+            'sara.pump.frozenMs = arguments[2]',
+            stale_beat_ms,
+            slow_ms,
+            frozen_ms,
+        )
+
+    def debounced(self):
+        """Wait until another press of a switch counts as another one."""
+        self.until('performance.now() - sara.scanner.pressedAt > 310')
 
     def cdp(self, command, **arguments):
         """A command of Chromium's own protocol."""
@@ -119,7 +137,7 @@ class Page:
         """Wait until the page's timers have run a few times and all that it sent before has come to the fake chair."""
         count = len(self.chair.frames('echo'))
         self.driver.execute_async_script(
-            'const done = arguments[0]; let k = 4; const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();'
+            'const done = arguments[0]; let k = 4;const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();'
         )
         self.driver.execute_script('sara.connection.askedAt = null; sara.connection.ask()')
         self.chair.wait(lambda: len(self.chair.frames('echo')) > count)

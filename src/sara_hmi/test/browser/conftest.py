@@ -1,4 +1,4 @@
-"""One headless Chromium for all browser tests, one fake chair; each test loads the page anew with settings of its own."""
+"""One headless Chromium and one fake chair for all browser tests; each loads the page anew with its own settings."""
 
 import importlib.util
 import shutil

@@ -113,6 +113,7 @@ def test_a_cut_connection_begins_at_rest(page):
 def test_frames_that_were_held_on_their_way_carry_old_beats(page):
     page.load('drive')
     take_stick(page)
+    page.limits()
     page.chair.hold()
     page.until('!sara.pump.isHeld')  # no echo and no answer: the page itself gives up
     page.until('performance.now() - sara.connection.beatAt < 40')  # beats still come
@@ -134,6 +135,7 @@ def newest_sent(page):
 def test_without_beats_nothing_drives(page):
     page.load('drive')
     x, y = take_stick(page)
+    page.limits()
     page.chair.state['driver'] = None  # no beat any more, and another state
     assert_at_rest(page)
     page.mouse('Released', x, y)
@@ -142,6 +144,7 @@ def test_without_beats_nothing_drives(page):
 def test_a_page_that_stood_still_begins_at_rest(page):
     page.load('drive')
     take_stick(page)
+    page.limits(frozen_ms=300, stale_beat_ms=20_000, slow_ms=20_000)
     page.driver.execute_script('const end = performance.now() + 500; while (performance.now() < end);')
     assert_at_rest(page)
     assert 'left' in page.js('document.getElementById("notice").textContent')
@@ -149,6 +152,7 @@ def test_a_page_that_stood_still_begins_at_rest(page):
 
 def test_a_slow_connection_is_said_and_does_not_drive(page):
     page.load('drive')
+    page.limits()
     page.chair.answers_echo = False
     page.until('document.querySelector(".banner").textContent.startsWith("The connection is too slow")')
     x, y = page.middle('#stick')
@@ -160,9 +164,10 @@ def test_a_slow_connection_is_said_and_does_not_drive(page):
     assert page.chair.frames('drive') == []
 
 
-def test_a_refused_late_command_counts_as_slow(page):
+@pytest.mark.parametrize('why', ['error.drive_late', 'error.drive_lift', 'error.drive_stopped'])
+def test_a_refused_command_ends_the_hold(page, why):
     page.load('drive')
-    page.chair.refuses = 'error.drive_late'
+    page.chair.refuses = why
     x, y = page.middle('#stick')
     page.mouse('Pressed', x, y, held=True)
     page.mouse('Moved', x, y - UP, held=True)
@@ -187,7 +192,7 @@ def test_a_tapped_arrow_drives_one_step(page):
     assert_at_rest(page)
     assert {(frame['v'], frame['w']) for frame in page.chair.frames('drive')} == {(0.7, 0.0)}
     first = page.chair.frames('drive')[0]['t']
-    assert page.chair.frames('drive')[-1]['t'] - first < 1000.0
+    assert page.chair.frames('drive')[-1]['t'] - first < 3000.0
 
 
 def test_arrow_keys_drive_while_they_are_held_and_add_up(page):

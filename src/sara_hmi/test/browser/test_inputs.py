@@ -11,28 +11,25 @@ ROW = 'document.querySelector(".scanned.tilerow")'
 
 def switch_when(page, what):
     """Press the switch as soon as `what` (an expression) is true, as a rider does who waits for it."""
+    page.debounced()
     page.until(what)
     page.key(' ')
 
 
-def test_one_switch_starts_the_way_to_the_kitchen(page, record_property):
+def test_one_switch_starts_the_way_to_the_kitchen_by_three_presses(page):
     page.load('go', scan='auto', scan_period=1.0)
     began = time.monotonic()
     switch_when(page, f'{ROW}?.querySelector("[data-place=kitchen]")')
-    time.sleep(0.3)  # as long as two presses count as one
     switch_when(page, 'document.querySelector(".scanned")?.dataset.place === "kitchen"')
     page.until('!document.getElementById("question").hidden')
-    time.sleep(0.3)
     switch_when(page, 'document.querySelector(".scanned")?.dataset.answer === "go"')
     assert page.chair.wait_for('go') == [{'op': 'go', 'place': 'kitchen'}]
     took = time.monotonic() - began
-    record_property('seconds', took)
     print(f'one switch, kitchen among nine places: 3 presses, {took:.1f} s')
-    assert took <= 20.0
 
 
 def test_every_place_takes_three_presses_and_at_most_20_s(page):
-    """By the order and the times of the scan alone: rows, then items, then the answer; the first of each 1.5 periods."""
+    """By the order and times of the scan alone: rows, items, the answer; the first of each is lit for 1.5 periods."""
     page.load('go', scan='step')
     order = page.js(
         '[...document.querySelectorAll(".tilerow")].map((row) => [...row.children].map((n) => n.dataset.place))'
@@ -63,9 +60,7 @@ def test_a_press_on_the_way_to_a_place_pauses_it(page, press):
     page.chair.wait_for('pause')
     page.chair.state |= {'v': 0.0}
     page.until('sara.chair.isPaused && !sara.chair.isMoving')
-    time.sleep(0.3)
     switch_when(page, f'{LIT}.startsWith("The way to Kitchen")')
-    time.sleep(0.3)
     switch_when(page, 'document.querySelector(".scanned")?.dataset.do === "resume"')
     page.chair.wait_for('resume')
     assert page.chair.frames('stop') == []
@@ -88,15 +83,16 @@ def test_two_switches_step_and_choose(page):
     page.load('why', scan='step')
     assert page.js('document.querySelector(".scanned")') is None
     for _ in range(20):
+        page.debounced()
         page.key(' ')
-        time.sleep(0.3)
         if page.js('document.querySelector(".scanned")?.id === "tabs"'):
             break
+    page.debounced()
     page.key('Enter')
-    time.sleep(0.3)
     assert page.js('document.querySelector(".scanned").dataset.tab') == 'go'
+    page.debounced()
     page.key(' ')
-    time.sleep(0.3)
+    page.debounced()
     page.key('Enter')
     page.until('location.hash === "#drive"')
 
@@ -106,7 +102,6 @@ def test_the_screen_as_the_switch(page):
     page.until('!!document.querySelector(".scanned [data-set=language]")')
     page.click('h1')
     page.until('document.querySelector(".scanned")?.dataset.value === "es"')
-    time.sleep(0.3)
     page.click('h1')
     page.until(
         'document.querySelector("h1").textContent === "Ajustes" || document.querySelector(".scanned")?.dataset.value'
@@ -116,10 +111,9 @@ def test_the_screen_as_the_switch(page):
 def test_one_switch_drives_a_step_and_a_press_ends_it(page):
     page.load('drive', scan='auto', scan_period=0.5, step=3.0)
     switch_when(page, 'document.querySelector(".scanned")?.classList.contains("arrows")')
-    time.sleep(0.3)
     switch_when(page, 'document.querySelector(".scanned")?.dataset.way === "up"')
     page.chair.wait_for('drive', count=2)
-    time.sleep(0.3)
+    page.debounced()
     page.key(' ')
     page.chair.wait_for('halt')
     page.round_trip()
@@ -171,8 +165,9 @@ FOCUS = """
   const at = document.elementFromPoint(Math.min(innerWidth - 1, Math.max(0, b.x + b.width / 2)), b.y + b.height / 2);
   window.order ??= [];
   if (!window.order.includes(n)) window.order.push(n);
-  return {name: n.textContent || n.id, index: window.order.indexOf(n), outline: s.outlineStyle !== 'none' && parseFloat(s.outlineWidth) >= 3,
-          shown: at !== null && (n.contains(at) || at.contains(n)), main: n.id === 'screen'};
+  const outline = s.outlineStyle !== 'none' && parseFloat(s.outlineWidth) >= 3;
+  const shown = at !== null && (n.contains(at) || at.contains(n));
+  return {name: n.textContent || n.id, index: window.order.indexOf(n), outline, shown, main: n.id === 'screen'};
 })()
 """
 ALL = (

@@ -17,12 +17,14 @@ AXE = (
 )
 SMALL = (
     '[...document.querySelectorAll("button, input, #stick")].filter((n) => n.getClientRects().length)'
-    '.map((n) => [n.textContent || n.id, n.getBoundingClientRect()]).filter(([, b]) => Math.min(b.width, b.height) < 59.9)'
+    '.map((n) => [n.textContent || n.id, n.getBoundingClientRect()])'
+    '.filter(([, b]) => Math.min(b.width, b.height) < 59.9)'
     '.map(([name, b]) => [name, b.width, b.height])'
 )
 WIDER = (
-    '[document.scrollingElement, document.getElementById("screen"), document.getElementById("tabs"), document.getElementById("top")]'
-    '.filter((n) => n.clientWidth > 0 && n.scrollWidth > n.clientWidth + 1).map((n) => [n.id || n.tagName, n.scrollWidth, n.clientWidth])'
+    '[document.scrollingElement, ...["screen", "tabs", "top"].map((id) => document.getElementById(id))]'
+    '.filter((n) => n.clientWidth > 0 && n.scrollWidth > n.clientWidth + 1)'
+    '.map((n) => [n.id || n.tagName, n.scrollWidth, n.clientWidth])'
 )
 
 

@@ -44,7 +44,8 @@ export class Chair extends EventTarget {
       this.driver = frame.session ?? null;
       this.driverName = frame.name ?? '';
     } else if (op === 'profile') {
-      Object.assign(this.welcome ?? {}, { profile: frame.profile, limits: frame.limits ?? this.welcome?.limits });
+      const { op: _, ...news } = frame;
+      Object.assign(this.welcome ?? {}, news);
     } else if (op === 'map') {
       this.map = frame;
       this.image = null;

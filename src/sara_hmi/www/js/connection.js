@@ -1,8 +1,10 @@
 // The WebSocket to the chair: hello, beats, round trip. Nothing is ever queued: what cannot leave now is dropped.
 
 export const VERSION = 1;
-const STALE_BEAT_MS = 200; // older than this, the newest beat no longer proves that a command is fresh
-const SLOW_ROUND_TRIP_MS = 180; // the server refuses commands older than 200 ms
+const LIMITS = {
+  staleBeatMs: 200, // older than this, the newest beat no longer proves that a command is fresh
+  slowMs: 180, // a longer round trip is too slow: the server refuses commands older than 200 ms
+};
 const FULL_BUFFER = 2048; // bytes that wait in the browser: the network does not take them
 const ECHO_PERIOD_MS = 500;
 const RETRY_MS = [300, 600, 1200, 2000];
@@ -12,9 +14,10 @@ const RETRY_MS = [300, 600, 1200, 2000];
  * Events: one per `op` that the server sends (detail: the frame), `map-image` (detail: Blob), `open`, `closed`, `speed`.
  */
 export class Connection extends EventTarget {
-  /** @param {{url: string, hello: () => object, now?: () => number}} options `hello` gives the fields of each hello. */
-  constructor({ url, hello, now = () => performance.now() }) {
+  /** @param {{url: string, hello: () => object, now?: () => number, limits?: object}} options `hello` gives the fields of each hello. */
+  constructor({ url, hello, now = () => performance.now(), limits = {} }) {
     super();
+    this.limits = { ...LIMITS, ...limits };
     this.url = url;
     this.hello = hello;
     this.now = now;
@@ -39,13 +42,13 @@ export class Connection extends EventTarget {
 
   /** Whether the newest beat proves that a command of now would be fresh. */
   get hasBeat() {
-    return this.beat !== null && this.now() - this.beatAt <= STALE_BEAT_MS;
+    return this.beat !== null && this.now() - this.beatAt <= this.limits.staleBeatMs;
   }
 
   /** Whether commands would come too late to be followed. */
   get isSlow() {
     const waiting = this.askedAt === null ? 0 : this.now() - this.askedAt;
-    return this.isOpen && (this.late || Math.max(this.roundTrip ?? 0, waiting) > SLOW_ROUND_TRIP_MS);
+    return this.isOpen && (this.late || Math.max(this.roundTrip ?? 0, waiting) > this.limits.slowMs);
   }
 
   open() {

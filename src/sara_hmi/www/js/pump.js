@@ -9,10 +9,10 @@ const FROZEN_MS = 300; // the page's own clock stood still for longer: whatever 
  * with that token; `rest` takes it away from whoever holds it, and only a new press begins anew.
  */
 export class Pump extends EventTarget {
-  /** @param {{drive: Function, halt: Function, ready: () => boolean, take: Function, now?: () => number}} options */
-  constructor({ drive, halt, ready, take, now = () => performance.now() }) {
+  /** @param {{drive: Function, halt: Function, ready: () => boolean, take: Function, now?: () => number, frozenMs?: number}} options */
+  constructor({ drive, halt, ready, take, now = () => performance.now(), frozenMs = FROZEN_MS }) {
     super();
-    Object.assign(this, { drive, halt, ready, take, now });
+    Object.assign(this, { drive, halt, ready, take, now, frozenMs });
     this.holder = null;
     this.v = this.w = 0;
   }
@@ -65,7 +65,7 @@ export class Pump extends EventTarget {
 
   isAwake() {
     const t = this.now();
-    const slept = t - this.tickedAt > FROZEN_MS;
+    const slept = t - this.tickedAt > this.frozenMs;
     this.tickedAt = t;
     if (slept) this.rest('frozen');
     return !slept;
@@ -113,6 +113,7 @@ export function restWhenLeft(pump, connection) {
   connection.addEventListener('closed', rest('offline'));
   connection.addEventListener('ack', (event) => {
     const { ok, why } = event.detail;
-    if (!ok && why !== 'error.drive_used' && why !== 'error.drive_lift') pump.rest(why === 'error.drive_late' ? 'slow' : 'refused');
+    const isSlow = why === 'error.drive_late' || why === 'error.drive_lift';
+    if (!ok && why !== 'error.drive_used') pump.rest(isSlow ? 'slow' : 'refused');
   });
 }

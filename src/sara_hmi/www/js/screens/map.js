@@ -75,10 +75,9 @@ function looks({ view: seen, chair }, draw) {
   };
   const look = (text, name, change, shape = null) => button(text, act(change), { 'aria-label': say(`ui.map.${name}`), 'data-look': name, class: 'small' }, shape);
   return el('div', { class: 'row looks', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.map.looks') },
-    look('+', 'closer', () => seen.zoom(1.5)), look('−', 'farther', () => seen.zoom(1 / 1.5)),
-    look('←', 'west', () => seen.pan(-0.25, 0)), look('↑', 'north', () => seen.pan(0, 0.25)),
-    look('↓', 'south', () => seen.pan(0, -0.25)), look('→', 'east', () => seen.pan(0.25, 0)),
+    look('+', 'closer', () => seen.zoom(1.5)), look('↑', 'north', () => seen.pan(0, 0.25)), look('−', 'farther', () => seen.zoom(1 / 1.5)),
     look('', 'chair', () => chair.state?.pose && ([seen.x, seen.y] = chair.state.pose), 'target'),
+    look('←', 'west', () => seen.pan(-0.25, 0)), look('↓', 'south', () => seen.pan(0, -0.25)), look('→', 'east', () => seen.pan(0.25, 0)),
     look('', 'whole', () => {
       seen.fitted = false;
     }, 'whole'));
@@ -112,9 +111,9 @@ function moves(scene, mark) {
   }, { 'aria-label': say(`ui.move.${name}`), 'data-move': name, class: 'small' });
   return [
     el('p', { class: 'marker', role: 'status' }),
-    el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1, role: 'group', 'aria-label': say('ui.move') },
-      move('↺', 'left', 0, 0, TURN), move('↻', 'right', 0, 0, -TURN),
-      move('←', 'west', -STEP, 0, 0), move('↑', 'north', 0, STEP, 0), move('↓', 'south', 0, -STEP, 0), move('→', 'east', STEP, 0, 0)),
+    el('div', { class: 'row moves', 'data-scan': 'row', 'data-scan-order': 1, role: 'group', 'aria-label': say('ui.move') },
+      move('↺', 'left', 0, 0, TURN), move('↑', 'north', 0, STEP, 0), move('↻', 'right', 0, 0, -TURN),
+      move('←', 'west', -STEP, 0, 0), move('↓', 'south', 0, -STEP, 0), move('→', 'east', STEP, 0, 0)),
   ];
 }
 
