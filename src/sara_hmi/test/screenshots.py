@@ -40,7 +40,8 @@ def free_port():
 
 
 def start_chair(folder, port):
-    """The whole of SARA, simulated in the flat, its page on `port`. Returns the process, the leader of a group."""
+    """The whole of SARA, simulated in the flat, its page on `port`. Returns the process, a
+    group's leader, with its `environment`."""
     master = free_port()
     places = {'ROS_HOME': folder, 'XDG_RUNTIME_DIR': folder, 'ROS_LOG_DIR': f'{folder}/log'}
     flat = PACKAGE.parent / 'sara_bringup' / 'maps' / 'flat.yaml'
@@ -48,13 +49,37 @@ def start_chair(folder, port):
     for file in flat.parent.glob('flat.*'):
         Path(folder, file.name).write_bytes(file.read_bytes())
     arguments = ['hmi:=true', f'hmi_port:={port}', f'map:={folder}/flat.yaml', 'x:=2.0', 'y:=4.9']
-    return subprocess.Popen(
+    environment = {**os.environ, **places, 'ROS_MASTER_URI': f'http://localhost:{master}'}
+    chair = subprocess.Popen(
         ['roslaunch', '-p', str(master), 'sara_bringup', 'sara.launch', *arguments],
-        env={**os.environ, **places, 'ROS_MASTER_URI': f'http://localhost:{master}'},
+        env=environment,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.STDOUT,
         start_new_session=True,
     )
+    chair.environment = environment
+    return chair
+
+
+def wait_for_page(port, timeout=60.0):
+    """Wait until somebody listens on that port."""
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        with socket.socket() as trial:
+            if trial.connect_ex(('127.0.0.1', port)) == 0:
+                return
+        time.sleep(0.2)
+    raise TimeoutError(f'nobody listens on port {port} after {timeout} s')
+
+
+def end_chair(chair):
+    """End roslaunch and what it started."""
+    os.killpg(chair.pid, signal.SIGINT)
+    try:
+        chair.wait(20.0)
+    except subprocess.TimeoutExpired:
+        os.killpg(chair.pid, signal.SIGKILL)
+        chair.wait()
 
 
 class Camera:
@@ -118,22 +143,12 @@ def main():
         chair = start_chair(folder, port)
         browser = start_browser(f'{folder}/browser')
         try:
-            end = time.monotonic() + 60.0
-            while time.monotonic() < end:
-                with socket.socket() as trial:
-                    if trial.connect_ex(('127.0.0.1', port)) == 0:
-                        break
-                time.sleep(0.5)
+            wait_for_page(port)
             page = Page(browser, None, f'http://127.0.0.1:{port}')
             story(page, Camera(page, out))
         finally:
             browser.quit()
-            os.killpg(chair.pid, signal.SIGINT)
-            try:
-                chair.wait(20.0)
-            except subprocess.TimeoutExpired:
-                os.killpg(chair.pid, signal.SIGKILL)
-                chair.wait()
+            end_chair(chair)
     total = sum(path.stat().st_size for path in out.glob('*.png'))
     print(f'{len(list(out.glob("*.png")))} pictures, {total // 1024} kB, in {out}')
 

@@ -16,8 +16,7 @@ export function show(app, screen) {
     el('h1', {}, say('ui.tab.drive')),
     banner,
     el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
-    speed,
-    el('h2', {}, say('ui.profile')), profiles, ask,
+    el('div', { class: 'speedrow' }, speed, ask), profiles,
   );
   const leaveKeys = driveByKeys(pump);
   const rested = ({ detail }) => {

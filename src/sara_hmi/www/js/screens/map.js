@@ -55,6 +55,7 @@ export function show(app, screen) {
   };
   update();
   return {
+    view,
     update,
     leave() {
       sized.disconnect();
@@ -137,5 +138,5 @@ function uses(app, node, scene, mark) {
 function tellMarker(node, marker) {
   const line = node.querySelector('.marker');
   if (!line || !marker) return;
-  line.textContent = say('ui.map.marker', { x: number(marker[0], 2), y: number(marker[1], 2), degrees: number((marker[2] * 180) / Math.PI, 0) });
+  line.textContent = say('ui.map.marker', { x: number(marker[0], 2), y: number(marker[1], 2), degrees: number(Math.round((marker[2] * 180) / Math.PI) || 0, 0) });
 }
