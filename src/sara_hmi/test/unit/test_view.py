@@ -66,11 +66,12 @@ def test_one_stop_is_one_entry():
     history = History(3)
     told = [('BRAKING', 'IMPACT'), ('HELD', 'IMPACT'), ('WAITING', 'IMPACT'), ('HELD', 'IMPACT'), ('IDLE', '')]
     assert [history.on_gate(1.5, *one) for one in told] == [True, False, False, False, False]
-    assert history.on_gate(2.0, 'HELD', 'IMPACT') and history.on_gate(2.0, 'HELD', 'IMU')
+    assert not history.on_gate(31.0, 'HELD', 'IMPACT') and not history.on_gate(60.9, 'BRAKING', 'IMPACT')
+    assert history.on_gate(91.0, 'HELD', 'IMPACT') and history.on_gate(91.0, 'HELD', 'IMU')
     assert not history.on_gate(3.0, 'DRIVING', '') and not history.on_gate(3.0, 'SLOWED', 'FRONT')
     history.add(4.0, 'event.stop', {})
     assert [entry['key'] for entry in history.frame()['list']] == ['state.HELD', 'state.HELD', 'event.stop']
-    assert history.frame()['list'][0] == {'t': 2000, 'key': 'state.HELD', 'values': {'reason': 'reason.IMPACT'}}
+    assert history.frame()['list'][0] == {'t': 91000, 'key': 'state.HELD', 'values': {'reason': 'reason.IMPACT'}}
 
 
 def test_a_map_is_grey_as_map_server_has_it():

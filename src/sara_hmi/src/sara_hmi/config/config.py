@@ -162,7 +162,13 @@ class PairingConfig(Group):
 class RobotConfig(Group):
     """The robot: places file, frames, and the limits (m/s, rad/s) that are taken where no safety gate has its own."""
 
-    RANGES = {'state_hz': (1.0, 50.0), 'ranges_hz': (0.5, 50.0), 'plan_hz': (0.1, 50.0), 'history': (1, 1000)}
+    RANGES = {
+        'settle_s': (0.0, 10.0),
+        'state_hz': (1.0, 50.0),
+        'ranges_hz': (0.5, 50.0),
+        'plan_hz': (0.1, 50.0),
+        'history': (1, 1000),
+    }
     places: str = ''
     base_frame: str = 'base_link'
     map_frame: str = 'map'
@@ -171,6 +177,7 @@ class RobotConfig(Group):
     )
     profile: str = 'standard'
     range_topics: tuple = ()
+    settle_s: float = 0.7
     state_hz: float = 10.0
     ranges_hz: float = 5.0
     plan_hz: float = 2.0

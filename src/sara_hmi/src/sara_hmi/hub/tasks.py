@@ -37,7 +37,7 @@ class Tasks:
         if (profiles, profile) == (self.profiles, self.profile):
             return []
         self.profiles, self.profile = profiles, profile
-        return [Everyone({'op': 'profile', **self.profile_fields()})]
+        return [Everyone({'op': 'profile', **self.profile_fields(), 'profiles': self.profile_names()})]
 
     def speed(self, v: float, w: float) -> tuple[float, float]:
         """(m/s, rad/s) of shares of the profile's limits."""

@@ -6,6 +6,7 @@ import math
 import queue
 import subprocess
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -42,6 +43,7 @@ class RosRobot(RobotInputs):
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(maxsize=64)
         self._speaking: subprocess.Popen | None = None
         self._has_profiles = False
+        self._driven = -math.inf
         self._out = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._stop = rospy.Publisher('emergency_stop', Bool, queue_size=1, latch=True, tcp_nodelay=True)
         self._cancel = rospy.Publisher('move_base/cancel', GoalID, queue_size=1, tcp_nodelay=True)
@@ -60,6 +62,7 @@ class RosRobot(RobotInputs):
         """Publish a command, m/s and rad/s, at once."""
         message = Twist()
         message.linear.x, message.angular.z = v, w
+        self._driven = time.monotonic()
         self._out.publish(message)
 
     def order(self, order: Order) -> None:
@@ -101,6 +104,8 @@ class RosRobot(RobotInputs):
             self._refuse(client, 'error.no_navigation', 'go')
             self._server.post(self._server.on_end, number, 'goal.rejected', 'error.no_navigation')
             return
+        while not rospy.is_shutdown() and (rest := self._driven + self._config.settle_s - time.monotonic()) > 0.0:
+            rospy.rostime.wallsleep(rest)  # else cmd_vel_mux takes the page to drive still, and cancels the goal
         goal = MoveBaseGoal()
         goal.target_pose.header.frame_id, goal.target_pose.header.stamp = self._config.map_frame, rospy.Time.now()
         goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]

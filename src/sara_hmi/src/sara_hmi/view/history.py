@@ -6,6 +6,7 @@ from collections import deque
 from typing import Any
 
 GRAVE = ('BRAKING', 'HELD', 'BLOCKED', 'MANUAL', 'FADING')
+AGAIN_S = 30.0  # for which the same reason is the same stop
 
 
 class History:
@@ -13,19 +14,18 @@ class History:
 
     def __init__(self, most: int) -> None:
         self._entries: deque[dict[str, Any]] = deque(maxlen=most)
-        self._reason = ''
+        self._reason, self._at = '', 0.0
 
     def on_gate(self, t: float, state: str, reason: str) -> bool:
         """The safety gate's state at t (s since 1970); True where that is a new entry. One stop that is told in several
-        states, as braking and then held, is one entry.
+        states, as braking and then held, is one entry, and so is the same reason again within AGAIN_S.
         """
         if state not in GRAVE:
-            if state != 'WAITING':
-                self._reason = ''
             return False
-        if reason == self._reason:
+        again = reason == self._reason and 0.0 <= t - self._at < AGAIN_S
+        self._reason, self._at = reason, t
+        if again:
             return False
-        self._reason = reason
         self.add(t, f'state.{state}', {'reason': f'reason.{reason}'})
         return True
 
