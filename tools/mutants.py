@@ -168,7 +168,8 @@ def judge(target):
     for operator, before, after, outcome in new:
         print(f'{outcome}: {operator}\n  - {before}\n  + {after}')
     print(
-        f'{target.path}: {len(rows)} mutants: {len(rows) - len(alive) - hints} killed, {hints} in type hints, {len(alive) - len(new)} known to change '
+        f'{target.path}: {len(rows)} mutants: {len(rows) - len(alive) - hints} killed, {hints} in type hints, '
+        f'{len(alive) - len(new)} known to change '
         f'nothing, {len(new)} survived'
     )
     return bool(rows) and not new

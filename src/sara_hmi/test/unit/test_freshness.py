@@ -36,6 +36,29 @@ def test_a_fresh_command_is_passed_on_at_once_and_repeated_until_one_zero(fresh)
     assert fresh.step(0.25) is None and fresh.step(9.0) is None
 
 
+def test_a_look_at_the_very_moment_and_one_that_is_late(fresh):
+    assert ZERO == (0.0, 0.0)
+    fresh.drive(0.0, 1, 1, AHEAD)
+    assert fresh.step(0.0) is None and fresh.moving
+    assert fresh.step(0.09375) == AHEAD
+    assert fresh.step(0.125) == ZERO
+
+
+def test_old_beats_are_forgotten_and_none_too_early(fresh):
+    fresh.beat(0.25)
+    assert fresh.drive(0.25, 1, 1, AHEAD) == (AHEAD, '')
+    for k in range(5, 500):
+        fresh.beat(k * 0.0625)
+    assert len(fresh._sent) <= 5
+
+
+def test_a_silence_of_many_times_its_beginning(fresh):
+    fresh.drive(0.0, 1, 1, AHEAD)
+    fresh.step(1.0)
+    number = fresh.beat(3.0)
+    assert fresh.drive(3.0, 2, number, AHEAD) == (None, LIFT)
+
+
 def test_a_new_command_postpones_repetition_and_end(fresh):
     fresh.drive(0.0, 1, 1, AHEAD)
     assert fresh.drive(0.03125, 2, 1, (0.25, 0.0)) == ((0.25, 0.0), '')

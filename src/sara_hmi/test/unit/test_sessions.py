@@ -61,6 +61,30 @@ def test_the_driver_is_asked_and_grants(people):
     assert people.driver == 2 and people.asking is None
 
 
+def test_numbers_are_compared_by_value_and_order_does_not_matter():
+    people = Sessions(CONFIG)
+    for number in (1001, 1002, 1003):
+        people.join(Session(number, RIDER))
+    people.take(0.0, 1001)
+    people.take(0.0, int('1003'))
+    assert people.take(0.0, int('1003')) == [] and people.take(0.0, 1002) == [Refused(1002, TAKE_PENDING)]
+    assert people.refuse(int('1001'), int('1003')) == [Refused(1003, TAKE_REFUSED)]
+    people.take(0.0, int('1003'))
+    assert people.release(int('1003')) == [] and people.asking is None
+    people.take(0.0, int('1003'))
+    assert people.leave(int('1003')) == [] and people.asking is None
+    people.take(0.0, 1002)
+    assert people.release(int('1001')) == [DriverChanged(1001, 1002)]
+    assert people.leave(int('1002')) == [DriverChanged(1002, None)]
+
+
+def test_a_question_that_is_looked_at_late_is_over(people):
+    people.take(1.0, 2)
+    assert people.step(99.0) == [DriverChanged(1, 2)]
+    with pytest.raises(AttributeError):
+        people.members[1].role = LOOK
+
+
 def test_the_driver_refuses(people):
     people.take(1.0, 2)
     assert people.refuse(1, 2) == [Refused(2, TAKE_REFUSED)]

@@ -142,5 +142,5 @@ class Sessions:
         return self._drive(asking)
 
     def _drive(self, number):
-        old, self.driver, self._drove = self.driver, number, False
+        old, self.driver = self.driver, number
         return [DriverChanged(old, number)]
