@@ -66,6 +66,7 @@ def test_numbers_are_compared_by_value_and_order_does_not_matter():
     for number in (1001, 1002, 1003):
         people.join(Session(number, RIDER))
     people.take(0.0, 1001)
+    assert people.take(0.0, int('1001')) == [] and people.asking is None
     people.take(0.0, int('1003'))
     assert people.take(0.0, int('1003')) == [] and people.take(0.0, 1002) == [Refused(1002, TAKE_PENDING)]
     assert people.refuse(int('1001'), int('1003')) == [Refused(1003, TAKE_REFUSED)]
