@@ -111,7 +111,7 @@ def story(page, camera):
     """A chair that is ready, is on its way, does not back into a wall, and is stopped."""
     page.resize(1024, 768)
     page.load('settings')
-    page.until('sara.chair.state.gate.state === "IDLE"', timeout=120.0)
+    page.until('sara.chair.state?.gate?.state === "IDLE"', timeout=120.0)
     camera.take('settings')
     page.driver.execute_script('sara.command({op: "go", place: "bedroom"})')
     page.until('sara.chair.isGoing && sara.chair.state.goal.left < 7', timeout=60.0)
