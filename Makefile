@@ -26,13 +26,14 @@ bench: build ## how fast it is, against a yardstick timed in the same run; out/b
 campaign: build ## everything judged over many chairs, and a million random inputs; resumable; docs/campaign.json
 	@$(ENV) rosrun sara_lab campaign --out out/campaign --json docs/campaign.json
 	@$(ENV) rosrun sara_lab fuzz_bus --count 1000000 --seed 0
+	@$(ENV) rosrun sara_lab fuzz_hmi --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_navigation --count 100000 --seed 0
 	@tools/run_tests.sh random
 
 experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=50: those of docs/experiments, an hour; resumable)
 	@$(ENV) rosrun sara_lab experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)
 
-mutants: build ## mutation testing of the safety gate
+mutants: build ## mutation testing of the safety gate, and of who may move the chair by the touch screen and when
 	@tools/mutants.sh
 
 lint: venv ## manifests, CMake files and Python sources

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Mutation testing of the safety gate (tools/mutants.py), in an environment of its own below build/. Not part of `make test`.
+# Mutation testing (tools/mutants.py), in an environment of its own below build/. Not part of `make test`.
 set -eo pipefail
 cd "$(dirname "$0")/.."
 list=tools/mutation-packages.txt venv=build/mutation_venv

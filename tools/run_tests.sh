@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs every test: the pure modules' units where ROS cannot be imported and, beside them, the rostests, which mostly wait.
+# Runs every test: the pure modules' units and the page's browser tests where ROS cannot be imported and, beside them, the
+# rostests, which mostly wait.
 # Ends with the count. `run_tests.sh random`: the units alone, with new random examples in the property tests.
 set -o pipefail
 cd "$(dirname "$0")/.."
@@ -11,7 +12,7 @@ status=0
 units() {
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONPATH="$PWD/tools:$PYTHONPATH" .venv/bin/python3 -m pytest -p hide_ros -p steady \
         --import-mode=importlib -q -p no:cacheprovider -n "$(nproc)" --dist loadfile --durations=15 \
-        --junit-xml="$results/units/units.xml" src/*/test/unit tools/test
+        --junit-xml="$results/units/units.xml" src/*/test/unit src/*/test/browser tools/test
 }
 if [ "${1:-}" = random ]; then
     echo "== test: units, with new random examples"

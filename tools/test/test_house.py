@@ -11,8 +11,9 @@ SRC = Path(__file__).resolve().parents[2] / 'src'
 BELOW_SIM = {'sara_common', 'canserial', 'sara_lowlevel', 'ahead_of_time'}
 BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_control'}
 MAY_KNOW = {
-    'sara_lab': {*BELOW_BRINGUP, 'sara_bringup'},
+    'sara_lab': {*BELOW_BRINGUP, 'sara_bringup', 'sara_hmi'},
     'sara_bringup': BELOW_BRINGUP,
+    'sara_hmi': {'sara_common', 'sara_control', 'sara_nav'},
     'sara_sim': BELOW_SIM,
     'sara_nav': {'ahead_of_time', 'sara_common'},
     'sara_localization': {'ahead_of_time', 'sara_common'},

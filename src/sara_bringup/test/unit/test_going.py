@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sara_bringup.missions.patrol import Patrol, Progress, ended
-from sara_bringup.missions.places import Place
+from sara_nav.maps.places import Place
 
 A, B, C = (Place(name, float(k), 0.0, 0.0) for k, name in enumerate('abc'))
 

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from sara_bringup.missions import places
-from sara_bringup.missions.places import Place, PlacesError
 from sara_bringup.paths import share
-from sara_nav.maps import map_io
+from sara_nav.maps import map_io, places
+from sara_nav.maps.places import Place, PlacesError
 
 TURNING_RADIUS = 0.76
 """m; nearer to a wall the safety gate does not let the chair turn in place."""

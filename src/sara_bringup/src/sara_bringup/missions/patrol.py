@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from sara_common.planar import wrap
 
 if TYPE_CHECKING:
-    from sara_bringup.missions.places import Place
+    from sara_nav.maps.places import Place
 
 NEAR_M = 0.10  # nearer than this, what is left is the turn
 STANDS_M, STANDS_RAD = 0.02, 0.03  # less than this since the last report is standing

@@ -6,8 +6,8 @@ import argparse
 
 import rospy
 
-from sara_bringup.missions import places
 from sara_bringup.ros import goals
+from sara_nav.maps import places
 
 
 def parse(argv: list[str] | None) -> argparse.Namespace:

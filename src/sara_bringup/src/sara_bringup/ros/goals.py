@@ -21,13 +21,13 @@ from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import String
 
-from sara_bringup.missions import places
 from sara_bringup.missions.patrol import Progress, ended
 from sara_common.planar import yaw_of
 from sara_control.gate.reasons import Reason, State, sentence
+from sara_nav.maps import places
 
 if TYPE_CHECKING:
-    from sara_bringup.missions.places import Place
+    from sara_nav.maps.places import Place
 
 REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock

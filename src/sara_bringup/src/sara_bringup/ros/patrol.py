@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import rospy
 
-from sara_bringup.missions import places
 from sara_bringup.missions.patrol import Patrol
 from sara_bringup.ros import goals
+from sara_nav.maps import places
 
 if TYPE_CHECKING:
-    from sara_bringup.missions.places import Place
+    from sara_nav.maps.places import Place
 
 
 def parse(argv: list[str] | None) -> argparse.Namespace:

@@ -91,4 +91,5 @@ def main() -> None:
     for fault in faults:
         print(f'NOT MET: {fault}')
     print('the square: ' + ('failed' if faults else 'driven'))
+    print('drive it on a touch screen: roslaunch sara_bringup sara.launch hmi:=true, then open http://localhost:8080')
     sys.exit(1 if faults else 0)

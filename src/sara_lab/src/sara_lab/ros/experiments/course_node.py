@@ -25,13 +25,13 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from sara_bringup.lockstep.localization import RVIZ_COVARIANCE
-from sara_bringup.missions.places import pose as place
 from sara_bringup.ros import goals
 from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of
 from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS
 from sara_lab.experiments.drives import CLICK_TICKS, CLICKS, SHOWN_M
 from sara_lab.judge.judgement import Goal
+from sara_nav.maps.places import pose as place
 from sara_sim.chair import STEP_S
 
 if TYPE_CHECKING:

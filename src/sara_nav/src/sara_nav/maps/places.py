@@ -6,6 +6,7 @@ People write these files by hand: comments and order survive when a place is add
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import math
 import os
@@ -137,19 +138,60 @@ def write(path: Path | str, place: Place) -> bool:
         )
     )
     before = _read(yaml.safe_load(text), path) if path.exists() else {}
-    line = f'  {place.name}: [{place.x:.3f}, {place.y:.3f}, {math.degrees(place.yaw):.1f}]'
-    changed = _with_line(text, place.name, line)
+    line = f'  {_line(place)}'
+    _change(
+        path, _with_line(text, place.name, line), {**before, **_read(yaml.safe_load('places:\n' + line), path)}, line
+    )
+    return place.name in before
+
+
+def rename(path: Path | str, name: str, to: str) -> None:
+    """Give a place of a file another name; its line stays where it is. Raises PlacesError as `write` does, and where
+    there is no such place or the new name is taken.
+    """
+    path = Path(path)
+    before = load(path)
+    find({held: before[held] for held in before if held == name}, name, path)
+    if not NAME.fullmatch(to):
+        raise PlacesError(f'{to!r} is no name: a letter first, then letters, digits, _ and -')
+    if to in before:
+        raise PlacesError(f'there is a place {to} already, in {path}')
+    changed = re.sub(
+        rf'(?m)^(\s+){re.escape(name)}(\s*:)', rf'\g<1>{to}\g<2>', path.read_text(encoding='utf-8'), count=1
+    )
+    after = {to if held == name else held: place for held, place in before.items()}
+    after[to] = dataclasses.replace(after[to], name=to)
+    _change(path, changed, after, f'  {_line(after[to])}')
+
+
+def remove(path: Path | str, name: str) -> None:
+    """Take a place and its line's comment out of a file. Raises PlacesError as `write` does, and where there is no such
+    place.
+    """
+    path = Path(path)
+    before = load(path)
+    find({held: before[held] for held in before if held == name}, name, path)
+    changed = re.sub(rf'(?m)^\s+{re.escape(name)}\s*:.*\n?', '', path.read_text(encoding='utf-8'), count=1)
+    after = {held: place for held, place in before.items() if held != name}
+    _change(path, changed, after, f'  without {name}')
+
+
+def _line(place):
+    return f'{place.name}: [{place.x:.3f}, {place.y:.3f}, {math.degrees(place.yaw):.1f}]'
+
+
+def _change(path, changed, wanted, line):
+    """Write the changed text if it holds what is wanted and nothing else; `line`: what to write by hand if not."""
     try:
         after = _read(yaml.safe_load(changed), path)
     except (yaml.YAMLError, PlacesError):
         after = None
-    if after is None or after != {**before, **_read(yaml.safe_load('places:\n' + line), path)}:
+    if after != wanted:
         raise PlacesError(
             f'{path} is not written as one NAME: [x m, y m, yaw deg] a line below `places:`; put this into it '
             f'by hand:\n{line}'
         )
     _replace(path, changed)
-    return place.name in before
 
 
 def _with_line(text, name, line):

@@ -1,0 +1,1 @@
+"""How fresh a command must be to move the chair, judged by the server's clock alone."""

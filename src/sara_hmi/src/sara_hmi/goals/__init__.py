@@ -1,0 +1,1 @@
+"""The page's goal: going, paused, and how it ended."""

@@ -1,0 +1,1 @@
+"""The server without sockets and without a robot: frames in, actions out."""

@@ -1,0 +1,1 @@
+"""Which devices of a network are let in: codes shown on the chair, and tokens."""

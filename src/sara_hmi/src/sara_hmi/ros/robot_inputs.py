@@ -1,0 +1,151 @@
+"""What is known of the robot: the newest message of each topic."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import genpy
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import BatteryState, Range
+from std_msgs.msg import String
+
+from sara_common.planar import yaw_of
+from sara_hmi.config.config import RobotConfig
+from sara_hmi.view.frames import Pose, Seen, View, finite_pairs
+
+LATELY_S = 2.0  # of wall time: what came within is connected
+ASKED_S = 0.5  # of wall time for which a command counts as asked
+OLDEST_POSE_S = 2.0  # of ROS time
+
+
+class RobotInputs:
+    """Subscribes to all that the page shows. on_map and on_said are called from ROS's threads, on_said with a topic's
+    name and its text.
+    """
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        on_map: Callable[[OccupancyGrid], None],
+        on_said: Callable[[str, str], None],
+    ) -> None:
+        self._config = config
+        self._heard: dict[str, float] = {}
+        self._shown: dict[str, bool] = {}
+        self._odometry: Odometry | None = None
+        self._asked: Twist | None = None
+        self._battery: BatteryState | None = None
+        self._ranges: dict[str, Range] = {}
+        self._sensors: dict[str, Pose] = {}
+        self._plan: Sequence[tuple[float, float]] = ()
+        self._buffer = tf2_ros.Buffer(rospy.Duration(10.0))
+        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._listen('odom', Odometry, lambda m: setattr(self, '_odometry', m))
+        self._listen('cmd_vel_asked', Twist, lambda m: setattr(self, '_asked', m), shown=False)
+        self._listen('battery', BatteryState, lambda m: setattr(self, '_battery', m))
+        self._listen('map', numpy_msg(OccupancyGrid), on_map, latched=True)
+        self._listen('safety_gate/status', String, lambda m: on_said('status', m.data), latched=True)
+        self._listen('safety_gate/give_up', String, lambda m: on_said('give_up', m.data), shown=False)
+        self._listen('safety_gate/profile', String, lambda m: on_said('profile', m.data), shown=False)
+        for topic in config.range_topics:
+            self._listen(
+                topic, Range, partial(self._ranges.__setitem__, topic.rsplit('/', 1)[-1].removesuffix('_range'))
+            )
+        self._plan_subscriber: rospy.Subscriber | None = None
+
+    def _listen(
+        self, topic: str, kind: type, handle: Callable, shown: bool = True, latched: bool = False
+    ) -> rospy.Subscriber:
+        self._heard[topic] = -math.inf
+        if shown:
+            self._shown[topic] = latched
+
+        def heard(message: genpy.Message) -> None:
+            self._heard[topic] = time.monotonic()
+            handle(message)
+
+        return rospy.Subscriber(topic, kind, heard, queue_size=1, tcp_nodelay=True)
+
+    def follow_plan(self, planner: str) -> None:
+        """Listen to the plan of move_base's global planner."""
+        topic = f'move_base/{planner.split("/")[-1]}/plan'
+        self._plan_subscriber = rospy.Subscriber(topic, Path, self._on_plan, queue_size=1, tcp_nodelay=True)
+
+    @property
+    def follows_plan(self) -> bool:
+        """Whether the planner's name is known."""
+        return self._plan_subscriber is not None
+
+    @property
+    def has_gate(self) -> bool:
+        """Whether a safety gate has spoken."""
+        return self._heard['safety_gate/status'] > -math.inf
+
+    def _on_plan(self, message):
+        self._plan = finite_pairs((held.pose.position.x, held.pose.position.y) for held in message.poses)
+
+    def plan(self) -> Sequence[tuple[float, float]]:
+        """The newest plan's points."""
+        return self._plan
+
+    def pose(self) -> Pose | None:
+        """Where the robot is in the map, None where that is not known, or too old."""
+        try:
+            found = self._buffer.lookup_transform(self._config.map_frame, self._config.base_frame, rospy.Time(0))
+        except tf2_ros.TransformException:
+            return None
+        if abs((rospy.Time.now() - found.header.stamp).to_sec()) > OLDEST_POSE_S:
+            return None
+        return _finite(found.transform)
+
+    def view(self) -> View:
+        """The newest of everything."""
+        now = time.monotonic()
+        view = View(pose=self.pose())
+        if self._odometry is not None and now - self._heard['odom'] < LATELY_S:
+            twist = self._odometry.twist.twist
+            view.v, view.w = twist.linear.x, twist.angular.z
+        if self._asked is not None and now - self._heard['cmd_vel_asked'] < ASKED_S:
+            view.asked = (self._asked.linear.x, self._asked.angular.z)
+        if self._battery is not None:
+            view.battery = (self._battery.percentage, self._battery.voltage)
+        view.connected = {
+            topic: now - self._heard[topic] < (math.inf if latched else LATELY_S)
+            for topic, latched in self._shown.items()
+        }
+        return view
+
+    def ranges(self) -> dict[str, Seen]:
+        """The newest readings of the sensors whose place is known."""
+        seen = {}
+        for name, message in list(self._ranges.items()):
+            pose = self._place(message.header.frame_id)
+            if pose is not None and not math.isnan(message.range):
+                seen[name] = Seen(pose, message.range, message.min_range, message.max_range, message.field_of_view)
+        return seen
+
+    def _place(self, frame):
+        """Where a sensor sits on the robot; it stays there."""
+        if frame not in self._sensors:
+            try:
+                found = self._buffer.lookup_transform(self._config.base_frame, frame, rospy.Time(0))
+            except tf2_ros.TransformException:
+                return None
+            pose = _finite(found.transform)
+            if pose is None:
+                return None
+            self._sensors[frame] = pose
+        return self._sensors[frame]
+
+
+def _finite(transform):
+    """The pose of a transform, None where it holds no numbers."""
+    pose = (transform.translation.x, transform.translation.y, yaw_of(transform.rotation))
+    return pose if all(map(math.isfinite, pose)) else None

@@ -1,0 +1,1 @@
+"""Who is connected, in which role, and which one of them drives."""

@@ -1,0 +1,1 @@
+"""What the page is shown, as frames: state, ranges, plan, map, history."""

@@ -1,0 +1,1 @@
+"""The web server: page, WebSocket, certificate, QR code."""

@@ -1,0 +1,1 @@
+"""Keys of the catalogue of sentences: the server speaks in keys, the page in the rider's language."""

@@ -1,0 +1,273 @@
+"""Driving by stick, arrows and keys: what leaves the page while something is held, and that nothing does afterwards."""
+
+import pytest
+
+UP = 70  # px above the middle of the stick
+
+
+def take_stick(page):
+    """Press the stick, push it forward and wait until it drives; returns where the pointer is."""
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    page.chair.wait_for('drive', count=3)
+    return x, y - UP
+
+
+def assert_at_rest(page):
+    """The newest of what drives or halts is a halt, and stays it."""
+    page.chair.wait_for('halt')
+    page.round_trip()
+    assert [frame['op'] for frame in page.chair.frames('drive', 'halt')][-1] == 'halt'
+    assert page.js('sara.pump.isHeld') is False
+
+
+def test_the_stick_drives_with_the_newest_beat(page):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.chair.wait_for('drive', count=8)
+    page.mouse('Released', x, y)
+    assert_at_rest(page)
+    frames = page.chair.frames('drive', 'halt')
+    assert [frame['seq'] for frame in frames] == list(range(1, len(frames) + 1))
+    drives = [received for received in page.chair.received if received.frame['op'] == 'drive']
+    assert all(0 < received.frame['n'] <= received.beat for received in drives)
+    assert drives[-1].frame['n'] > drives[0].frame['n']
+    first, last = drives[2].frame, drives[-1].frame
+    assert (first['v'], first['w']) == (last['v'], last['w']) and 0.5 < first['v'] <= 1.0 and abs(first['w']) < 0.02
+    assert page.chair.frames('take') and page.chair.frames('halt') == [{'op': 'halt', 'seq': frames[-1]['seq']}]
+
+
+HIDDEN = (
+    'Object.defineProperty(document, "visibilityState", {value: "hidden", configurable: true});'
+    'document.dispatchEvent(new Event("visibilitychange")); delete document.visibilityState'
+)
+POINTER = 'document.getElementById("stick").dispatchEvent(new PointerEvent("{}", {{pointerId: 1, bubbles: true}}))'
+LEAVING = {
+    'pointerup': POINTER.format('pointerup'),
+    'pointercancel': POINTER.format('pointercancel'),
+    'lostpointercapture': POINTER.format('lostpointercapture'),
+    'blur': 'window.dispatchEvent(new Event("blur"))',
+    'visibilitychange': HIDDEN,
+    'pagehide': 'window.dispatchEvent(new PageTransitionEvent("pagehide"))',
+    'freeze': 'document.dispatchEvent(new Event("freeze"))',
+    'resize': 'window.dispatchEvent(new Event("resize"))',
+    'another screen': 'location.hash = "why"',
+    'the controls are asked for': 'sara.connection.emit("asked", {session: 9, name: "Ana"})',
+    'a command was refused': 'sara.connection.emit("ack", {ok: false, why: "error.drive_not_driver"})',
+}
+
+
+@pytest.mark.parametrize('way', LEAVING)
+def test_whatever_ends_the_hold_halts_at_once(page, way):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.driver.execute_script(LEAVING[way])
+    assert_at_rest(page)
+    page.mouse('Moved', x, y + 20, held=True)  # the button is still down: nothing drives until it is pressed anew
+    page.mouse('Moved', x, y + 30, held=True)
+    assert_at_rest(page)
+    assert len(page.chair.frames('halt')) == 1
+
+
+def test_after_a_rest_the_stick_has_to_be_taken_again(page):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.driver.execute_script(LEAVING['blur'])
+    assert_at_rest(page)
+    page.mouse('Released', x, y)
+    count = len(page.chair.frames('drive'))
+    take_stick(page)
+    page.chair.wait_for('drive', count=count + 3)
+    page.let_go()
+
+
+def test_offline_halts_and_a_new_connection_begins_at_rest(page):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.cdp('Network.enable')
+    page.cdp('Network.emulateNetworkConditions', offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.until('!sara.pump.isHeld')
+    page.cdp('Network.emulateNetworkConditions', offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.until('sara.connection.isOpen && sara.chair.welcome')
+    page.mouse('Moved', x, y + 20, held=True)
+    page.round_trip()
+    after = max(k for k, received in enumerate(page.chair.received) if received.frame['op'] == 'hello')
+    assert [r.frame for r in page.chair.received[after:] if r.frame['op'] in ('drive', 'take')] == []
+
+
+def test_a_cut_connection_begins_at_rest(page):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.chair.cut()
+    page.until('!sara.pump.isHeld')
+    page.chair.wait_for('hello', count=2)
+    page.until('sara.connection.isOpen && sara.chair.welcome')
+    page.mouse('Moved', x, y + 20, held=True)
+    page.round_trip()
+    after = max(k for k, received in enumerate(page.chair.received) if received.frame['op'] == 'hello')
+    assert [r.frame for r in page.chair.received[after:] if r.frame['op'] in ('drive', 'take')] == []
+    assert page.js('sara.connection.beat') is None
+
+
+def test_frames_that_were_held_on_their_way_carry_old_beats(page):
+    page.load('drive')
+    take_stick(page)
+    page.limits()
+    page.chair.hold()
+    page.until('!sara.pump.isHeld')  # no echo and no answer: the page itself gives up
+    page.until('performance.now() - sara.connection.beatAt < 40')  # beats still come
+    held_until = page.chair.wait(lambda: page.chair.beat > newest_sent(page) + 8 and page.chair.beat)
+    page.chair.let_through()
+    page.chair.wait_for('halt')
+    burst = [r for r in page.chair.received if r.frame['op'] == 'drive' and r.beat >= held_until]
+    assert burst
+    for received in burst:
+        assert received.t - page.chair.beat_sent[received.frame['n']] > 0.2
+    assert_at_rest(page)
+
+
+def newest_sent(page):
+    """The beat of the newest command that the page may have sent: none after it rested."""
+    return page.js('sara.restedAt ??= sara.connection.beat')
+
+
+def test_without_beats_nothing_drives(page):
+    page.load('drive')
+    x, y = take_stick(page)
+    page.limits()
+    page.chair.state['driver'] = None  # no beat any more, and another state
+    assert_at_rest(page)
+    page.mouse('Released', x, y)
+
+
+def test_a_page_that_stood_still_begins_at_rest(page):
+    page.load('drive')
+    take_stick(page)
+    page.limits(frozen_ms=300, stale_beat_ms=20_000, slow_ms=20_000)
+    page.driver.execute_script('const end = performance.now() + 500; while (performance.now() < end);')
+    assert_at_rest(page)
+    assert 'left' in page.js('document.getElementById("notice").textContent')
+
+
+def test_a_slow_connection_is_said_and_does_not_drive(page):
+    page.load('drive')
+    page.limits()
+    page.chair.answers_echo = False
+    page.until('document.querySelector(".banner").textContent.startsWith("The connection is too slow")')
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    page.chair.answers_echo = True
+    page.driver.execute_script('sara.connection.askedAt = performance.now() - 999')
+    page.mouse('Released', x, y - UP)
+    assert page.chair.frames('drive') == []
+
+
+@pytest.mark.parametrize('why', ['error.drive_late', 'error.drive_lift', 'error.drive_stopped'])
+def test_a_refused_command_ends_the_hold(page, why):
+    page.load('drive')
+    page.chair.refuses = why
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    assert_at_rest(page)
+
+
+@pytest.mark.parametrize('way, v, w', [('up', 0.7, 0.0), ('down', -0.7, 0.0), ('left', 0.0, 0.7), ('right', 0.0, -0.7)])
+def test_a_held_arrow_drives_until_it_is_let_go(page, way, v, w):
+    page.load('drive')
+    x, y = page.middle(f'.arrow-{way}')
+    page.mouse('Pressed', x, y, held=True)
+    drives = page.chair.wait_for('drive', count=3)
+    page.mouse('Moved', x + 400, y, held=True)
+    page.mouse('Released', x + 400, y)
+    assert_at_rest(page)
+    assert {(frame['v'], frame['w']) for frame in drives} == {(v, w)}
+
+
+def test_a_tapped_arrow_drives_one_step(page):
+    page.load('drive', arrows='step', step=0.5)
+    page.click('.arrow-up')
+    assert_at_rest(page)
+    assert {(frame['v'], frame['w']) for frame in page.chair.frames('drive')} == {(0.7, 0.0)}
+    first = page.chair.frames('drive')[0]['t']
+    assert page.chair.frames('drive')[-1]['t'] - first < 3000.0
+
+
+def test_arrow_keys_drive_while_they_are_held_and_add_up(page):
+    page.load('drive')
+    page.key('ArrowUp', 'Down')
+    page.chair.wait_for('drive', count=2)
+    page.key('ArrowLeft', 'Down')
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['w'] == 0.7)
+    page.key('ArrowUp', 'Down', repeat=True)
+    page.key('ArrowUp', 'Up')
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['v'] == 0.0)
+    page.key('ArrowLeft', 'Up')
+    assert_at_rest(page)
+
+
+def test_keys_that_repeat_after_the_focus_was_lost_drive_nothing(page):
+    page.load('drive')
+    page.key('ArrowUp', 'Down')
+    page.chair.wait_for('drive', count=2)
+    page.driver.execute_script(LEAVING['blur'])
+    page.key('ArrowUp', 'Down', repeat=True)
+    page.key('ArrowUp', 'Down', repeat=True)
+    assert_at_rest(page)
+    page.key('ArrowUp', 'Up')
+
+
+def test_arrow_buttons_by_keyboard_drive_while_enter_is_held(page):
+    page.load('drive')
+    page.driver.execute_script('document.querySelector(".arrow-left").focus()')
+    page.key('Enter', 'Down')
+    page.chair.wait_for('drive', count=2)
+    page.key('Enter', 'Up')
+    assert_at_rest(page)
+
+
+def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
+    page.load('drive')
+    page.chair.state['driver'] = 3
+    page.until('!!document.querySelector("[data-offer=take]")')
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    page.mouse('Released', x, y - UP)
+    assert page.chair.frames('take', 'drive') == []
+    page.click('[data-offer=take]')
+    page.chair.wait_for('take')
+    page.chair.send({'op': 'asked', 'session': 9, 'name': 'Ana', 'seconds': 15})
+    page.until('!document.getElementById("question").hidden')
+    assert (
+        page.js('document.getElementById("question-title").textContent')
+        == 'Ana wants to drive. Hand over the controls?'
+    )
+    page.click('[data-answer=refuse]')
+    assert page.chair.wait_for('refuse') == [{'op': 'refuse', 'session': 9}]
+
+
+def test_the_profile_is_chosen_and_shown(page):
+    page.load('drive')
+    page.click('[data-profile=gentle]')
+    assert page.chair.wait_for('profile') == [{'op': 'profile', 'name': 'gentle'}]
+    page.until('document.querySelector("[data-profile=gentle]").getAttribute("aria-pressed") === "true"')
+
+
+def test_where_the_chair_does_otherwise_an_arrow_and_a_sentence_say_so(page):
+    page.load('drive')
+    page.chair.state |= {'asked': {'v': 0.8, 'w': 0.0}, 'v': 0.1, 'gate': {'state': 'SLOWED', 'reasons': ['FRONT']}}
+    page.until('!document.getElementById("deviation").hidden')
+    assert page.js('document.getElementById("deviation").textContent') == (
+        'You ask for forward; the chair goes that way, but more slowly.'
+    )
+    assert page.js('document.querySelectorAll("#deviation .asked, #deviation .driven").length') == 2
+    assert page.js('document.getElementById("sentence").textContent') == (
+        'The chair goes slowly because something is close in front.'
+    )
+    page.chair.state |= {'v': 0.0, 'gate': {'state': 'BLOCKED', 'reasons': ['FRONT']}}
+    page.until('document.getElementById("deviation").textContent === "You ask for forward; the chair stands."')
+    page.chair.state |= {'asked': None}
+    page.until('document.getElementById("deviation").hidden')

@@ -1,0 +1,468 @@
+#!/usr/bin/env python3
+"""The touch screen's server as pages and a robot see it: driving, held frames, a killed page, two drivers, stop, goals,
+places, map.
+"""
+
+import asyncio
+import contextlib
+import io
+import json
+import pathlib
+import threading
+import time
+import unittest
+
+import actionlib
+import aiohttp
+import numpy as np
+import rosnode
+import rospy
+import rostest
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
+from move_base_msgs.msg import MoveBaseAction
+from nav_msgs.msg import OccupancyGrid, Odometry
+from PIL import Image
+from sensor_msgs.msg import Range
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger, TriggerResponse
+from tf2_msgs.msg import TFMessage
+
+PATIENCE_S = 30.0
+
+
+class Page:
+    """A page: sends frames, keeps what comes."""
+
+    def __init__(self, session, url):
+        self._session, self._url = session, url
+        self.got, self.seq, self.beat, self.images = [], 0, 0, []
+
+    async def __aenter__(self):
+        self.socket = await self._session.ws_connect(f'{self._url}/ws', max_msg_size=0)
+        self._reader = asyncio.create_task(self._read())
+        await self.send('hello', version=1)
+        self.welcome = await self.until('welcome')
+        return self
+
+    async def __aexit__(self, *_):
+        self._reader.cancel()
+        await self.socket.close()
+
+    async def _read(self):
+        async for message in self.socket:
+            if message.type == aiohttp.WSMsgType.BINARY:
+                self.images.append(message.data)
+                continue
+            frame = json.loads(message.data)
+            if frame['op'] == 'beat':
+                self.beat = frame['n']
+            self.got.append(frame)
+
+    async def send(self, op, **fields):
+        await self.socket.send_json({'op': op, **fields})
+
+    async def drive(self, v, w=0.0, beat=None):
+        self.seq += 1
+        await self.send('drive', seq=self.seq, t=1, n=self.beat if beat is None else beat, v=v, w=w)
+        return self.seq
+
+    async def until(self, op, condition=lambda frame: True, since=0):
+        """The first frame of that op for which the condition holds."""
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            found = [frame for frame in self.got[since:] if frame['op'] == op and condition(frame)]
+            if found:
+                return found[0]
+            assert time.monotonic() < end, (
+                f'no {op}; came: {[frame for frame in self.got if frame["op"] != "state"][-9:]}'
+            )
+            await asyncio.sleep(0.01)
+
+    async def take(self):
+        await self.send('take')
+        while not self.beat:
+            await asyncio.sleep(0.01)
+
+
+class Robot:
+    """The other side: gate, move_base, tf, odometry, map."""
+
+    def __init__(self):
+        self.touched, self.stops, self.poses, self.profiles = [], [], [], []
+        self.goal = None
+        rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
+        rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
+        rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
+        rospy.Subscriber('/safety_gate/profile', String, lambda m: self.profiles.append(m.data), tcp_nodelay=True)
+        self.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
+        self.map = rospy.Publisher('/map', OccupancyGrid, queue_size=1, latch=True)
+        self.tf = rospy.Publisher('/tf', TFMessage, queue_size=10)
+        self.odometry = rospy.Publisher('/odometry/filtered', Odometry, queue_size=1)
+        self.range = rospy.Publisher('/SDI_range', Range, queue_size=1)
+        self.refusal = ''
+        rospy.Service('/emergency_stop/reset', Trigger, self._on_reset)
+        self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, self._go, auto_start=False)
+        self.server.start()
+        self.end = threading.Event()
+        threading.Thread(target=self._speak, daemon=True).start()
+
+    def _on_touch(self, message):
+        self.touched.append((time.monotonic(), message.linear.x, message.angular.z))
+
+    def _on_reset(self, _request):
+        return TriggerResponse(success=not self.refusal, message=self.refusal)
+
+    def _go(self, goal):
+        self.goal, self.ending = goal.target_pose.pose, None
+        while not self.server.is_preempt_requested() and self.ending is None and not rospy.is_shutdown():
+            time.sleep(0.01)
+        if self.ending is None:
+            self.server.set_preempted(text='Goal cancelled.')
+        elif self.ending:
+            self.server.set_aborted(text=self.ending)
+        else:
+            self.server.set_succeeded(text='Goal reached.')
+
+    def _speak(self):
+        while not self.end.wait(0.05):
+            message = TransformStamped()
+            message.header.frame_id, message.child_frame_id, message.header.stamp = 'map', 'base_link', rospy.Time.now()
+            message.transform.translation.x, message.transform.rotation.w = 3.0, 1.0
+            sensor = TransformStamped()
+            sensor.header.frame_id, sensor.child_frame_id = 'base_link', 'SDI_frame'
+            sensor.header.stamp, sensor.transform.translation.x = rospy.Time.now(), 0.5
+            sensor.transform.rotation.w = 1.0
+            self.tf.publish(TFMessage([message, sensor]))
+            odometry = Odometry()
+            odometry.twist.twist.linear.x = 0.25
+            self.odometry.publish(odometry)
+            reading = Range(min_range=0.16, max_range=6.0, field_of_view=1.0, range=1.5)
+            reading.header.frame_id = 'SDI_frame'
+            self.range.publish(reading)
+
+
+class HmiTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.robot = Robot()
+        cls.places = rospy.get_param('/places_file')
+        cls.robot.status.publish('The chair is ready.')
+        end = time.monotonic() + PATIENCE_S
+        while not rospy.has_param('/hmi/url'):
+            assert time.monotonic() < end, 'the server does not start'
+            time.sleep(0.05)
+        cls.url = rospy.get_param('/hmi/url')
+
+    def run_it(self, test):
+        """An async test with two pages; afterwards nobody drives."""
+
+        async def whole():
+            async with (
+                aiohttp.ClientSession() as session,
+                Page(session, self.url) as one,
+                Page(session, self.url) as two,
+            ):
+                if one.welcome['profile'] != 'brisk':
+                    await one.until('profile')  # the server has found the gate's
+                await test(one, two)
+
+        self.robot.touched.clear()
+        asyncio.run(whole())
+
+    def wait(self, condition, what):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            self.assertLess(time.monotonic(), end, what)
+            time.sleep(0.01)
+
+    def ends_with_one_zero(self):
+        """After each motion one zero, and none after another; a machine that pauses may put one in between."""
+        self.wait(lambda: self.robot.touched and self.robot.touched[-1][1:] == (0.0, 0.0), 'no zero at the end')
+        time.sleep(0.4)
+        still = [motion[1:] == (0.0, 0.0) for motion in self.robot.touched]
+        self.assertTrue(still[-1] and not still[0], self.robot.touched)
+        self.assertFalse(any(a and b for a, b in zip(still, still[1:])), self.robot.touched)
+
+    def test_a_page_drives_and_lifts_the_finger(self):
+        async def test(page, _):
+            self.assertEqual(page.welcome['role'], 'rider')
+            await page.take()
+            for _ in range(10):
+                await page.drive(0.5, -0.25)
+                await asyncio.sleep(0.03)
+            page.seq += 1
+            await page.send('halt', seq=page.seq)
+            await page.until('ack', lambda f: f['seq'] == page.seq and f['ok'])
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+        self.assertIn((0.5, -0.5), [motion[1:] for motion in self.robot.touched])
+
+    def test_a_command_is_repeated_and_ends_by_itself(self):
+        async def test(page, _):
+            await page.take()
+            await page.drive(1.0)
+            await asyncio.sleep(0.5)
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+        self.assertLessEqual(len(self.robot.touched), 4)
+
+    def test_frames_that_were_held_move_nothing(self):
+        async def test(page, _):
+            await page.take()
+            await page.drive(1.0)
+            await asyncio.sleep(0.3)
+            old = page.beat
+            await asyncio.sleep(1.0)
+            before = len(self.robot.touched)
+            numbers = [await page.drive(1.0, beat=max(1, old - k % 9)) for k in range(40)]
+            await page.until('ack', lambda f: f['seq'] == numbers[-1])
+            acks = [f for f in page.got if f['op'] == 'ack' and f['seq'] in numbers]
+            self.assertEqual({(f['ok'], f.get('why')) for f in acks}, {(False, 'error.drive_late')})
+            self.assertEqual(len(self.robot.touched), before)
+            await page.drive(1.0)
+            refused = await page.until('ack', lambda f: f['seq'] == page.seq)
+            self.assertEqual(refused.get('why'), 'error.drive_lift')
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+
+    def test_a_page_that_is_cut_off_stops(self):
+        async def test(page, other):
+            await page.take()
+            await page.drive(1.0)
+            page.socket._response.connection.transport.abort()  # as kill -9 does
+            await other.until('driver', lambda f: f['session'] is None)
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+
+    def test_two_drivers(self):
+        async def test(one, two):
+            await one.take()
+            await two.send('take')
+            asked = await one.until('asked')
+            self.assertEqual(asked['session'], two.welcome['session'])
+            await two.drive(1.0, beat=one.beat)
+            refused = await two.until('ack')
+            self.assertEqual(refused['why'], 'error.drive_not_driver')
+            await one.send('grant', session=asked['session'])
+            await two.until('driver', lambda f: f['session'] == two.welcome['session'])
+            await two.until('beat')
+            await two.drive(-1.0)
+            await two.until('ack', lambda f: f['ok'])
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+        self.assertEqual(self.robot.touched[0][1], -0.5)
+
+    def test_stop_and_reset(self):
+        async def test(page, other):
+            await page.take()
+            await page.drive(1.0)
+            await other.send('stop')
+            await page.until('state', lambda f: f['stopped'])
+            self.wait(lambda: self.robot.stops[-1:] == [True], 'no emergency stop')
+            await page.drive(1.0)
+            refused = await page.until('ack', lambda f: not f['ok'])
+            self.assertEqual(refused['why'], 'error.drive_stopped')
+            self.robot.refusal = 'The emergency stop is released only when the chair stands still.'
+            await page.send('reset')
+            error = await page.until('error')
+            self.assertEqual((error['key'], error['of']), ('error.reset_moving', 'reset'))
+            self.robot.refusal = ''
+            since = len(page.got)
+            await page.send('reset')
+            await page.until('state', lambda f: not f['stopped'], since)
+            self.assertEqual(self.robot.stops[-1], False)
+            history = await page.until('history', lambda f: f['list'][-1]['key'] == 'event.reset')
+            self.assertIn('event.stop', [entry['key'] for entry in history['list']])
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+
+    def test_a_goal(self):
+        async def test(page, other):
+            await page.send('place', name='table', pose=[1.0, 2.0, 0.0])
+            await page.until('places', lambda f: f['places'].get('table') == [1.0, 2.0, 0.0])
+            await page.send('go', place='table')
+            await page.until('state', lambda f: f['goal'] and f['goal']['state'] == 'going')
+            self.wait(lambda: self.robot.goal is not None, 'no goal comes')
+            self.assertEqual((self.robot.goal.position.x, self.robot.goal.position.y), (1.0, 2.0))
+            await page.send('pause')
+            await page.until('state', lambda f: f['goal'] and f['goal']['state'] == 'paused')
+            self.wait(lambda: not self.robot.server.is_active(), 'it goes on')
+            await page.send('resume')
+            self.wait(lambda: self.robot.server.is_active(), 'it does not go on')
+            self.robot.ending = ''
+            ended = await other.until('ended')
+            self.assertEqual(ended, {'op': 'ended', 'key': 'goal.succeeded', 'values': {'place': 'table'}})
+            await page.send('go', pose=[0.0, 0.0, 1.0])
+            self.wait(lambda: self.robot.server.is_active(), 'no second goal')
+            self.robot.ending = 'Goal aborted: The chair is stopping because the chair was hit by something.'
+            ended = await page.until('ended', lambda f: f['key'] == 'goal.aborted')
+            self.assertEqual(ended['values'], {'place': 'goal.unnamed', 'reason': 'reason.IMPACT'})
+
+        self.run_it(test)
+
+    def test_places(self):
+        async def test(page, _):
+            await page.send('place', name='chair')
+            await page.until('places', lambda f: f['places'].get('chair') == [3.0, 0.0, 0.0])
+            await page.send('rename', name='chair', to='sofa')
+            await page.until('places', lambda f: 'sofa' in f['places'] and 'chair' not in f['places'])
+            await page.send('delete', name='sofa')
+            await page.until('places', lambda f: 'sofa' not in f['places'], len(page.got))
+            self.assertNotIn('sofa', pathlib.Path(self.places).read_text(encoding='utf-8'))
+
+        async def begun(page, _):
+            await page.until('state', lambda f: f['pose'] == [3.0, 0.0, 0.0])
+
+        self.run_it(begun)
+        self.run_it(test)
+
+    def test_what_is_seen(self):
+        cells = np.full((3, 4), -1, np.int8)
+        cells[0, 0], cells[2, 3], cells[1, 1] = 100, 0, 50
+        message = OccupancyGrid(data=cells.ravel().tolist())
+        message.info.width, message.info.height, message.info.resolution = 4, 3, 0.5
+        message.info.origin.orientation.w = 1.0
+        self.robot.map.publish(message)
+        self.robot.status.publish('The chair stands still because the chair was hit by something.')
+
+        async def test(page, _):
+            frame = await page.until('map')
+            self.assertEqual((frame['width'], frame['height'], frame['resolution']), (4, 3, 0.5))
+            picture = np.asarray(Image.open(io.BytesIO(page.images[-1])))
+            self.assertEqual(picture.tolist(), [[205, 205, 205, 254], [205, 127, 205, 205], [0, 205, 205, 205]])
+            state = await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'HELD')
+            self.assertEqual(state['gate']['reasons'], ['IMPACT'])
+            state = await page.until('state', lambda f: f['v'] == 0.25 and f['pose'] == [3.0, 0.0, 0.0])
+            self.assertTrue(state['connected']['odom'])
+            self.assertFalse(state['connected']['SDD_range'])
+            seen = await page.until('ranges', lambda f: 'SDI' in f)
+            self.assertEqual((seen['SDI']['range'], seen['SDI']['pose']), (1.5, [0.5, 0.0, 0.0]))
+            await page.until('history', lambda f: f['list'][-1]['values'] == {'reason': 'reason.IMPACT'})
+
+        self.run_it(test)
+        self.robot.status.publish('The chair is ready.')
+
+    def test_profile_and_pose(self):
+        async def test(page, other):
+            await page.send('profile', name='gentle')
+            told = await other.until('profile')
+            self.assertEqual(told['limits'], {'max_forward': 0.5, 'max_reverse': 0.25, 'max_turn': 0.5})
+            self.wait(lambda: self.robot.profiles[-1:] == ['gentle'], 'the gate hears nothing')
+            await page.send('profile', name='brisk')
+            await other.until('profile', lambda f: f['profile'] == 'brisk')
+            await page.send('pose', pose=[1.0, -1.0, 0.5])
+            self.wait(lambda: self.robot.poses, 'no pose')
+            self.assertEqual(self.robot.poses[-1].pose.pose.position.y, -1.0)
+
+        self.run_it(test)
+
+    def test_foreign_pages_and_names_are_refused(self):
+        async def test(_page, _other):
+            async with aiohttp.ClientSession() as session:
+                for headers, status in (
+                    ({'Origin': 'http://evil.example'}, 403),
+                    ({'Origin': 'null'}, 403),
+                    ({'Host': 'evil.example'}, 421),
+                ):
+                    with self.assertRaises(aiohttp.WSServerHandshakeError) as refused:
+                        await session.ws_connect(f'{self.url}/ws', headers=headers)
+                    self.assertEqual(refused.exception.status, status)
+                async with session.get(f'{self.url}/') as answer:
+                    self.assertEqual(answer.status, 200)
+                    self.assertIn("default-src 'self'", answer.headers['Content-Security-Policy'])
+                for path in ('/../package.xml', '/%2e%2e/package.xml', '/words', '/nothing'):
+                    async with session.get(aiohttp.client.URL(f'{self.url}{path}', encoded=True)) as answer:
+                        self.assertEqual(answer.status, 404, path)
+
+        self.run_it(test)
+
+    def test_what_is_no_frame_or_too_long(self):
+        async def test(page, other):
+            await page.socket.send_str('[' * 3000)
+            self.assertEqual((await page.until('error'))['key'], 'error.no_frame')
+            await page.socket.send_bytes(b'x')
+            await page.until('error', since=len(page.got))
+            await page.socket.send_str('x' * 5000)
+            end = time.monotonic() + PATIENCE_S
+            while not page.socket.closed:
+                self.assertLess(time.monotonic(), end, 'a long frame does not end the connection')
+                await asyncio.sleep(0.01)
+            await other.until('state', since=len(other.got))
+
+        self.run_it(test)
+
+    def test_rosbridge(self):
+        """The frames of roslibpy: parameters, a service, a topic each way, and what is not on the list."""
+
+        async def test(_page, _other):
+            async with aiohttp.ClientSession() as session, session.ws_connect(f'{self.url}/', max_msg_size=0) as bridge:
+
+                async def ask(**frame):
+                    await bridge.send_json(frame)
+                    return await asyncio.wait_for(bridge.receive(), PATIENCE_S)
+
+                async def call(service, **args):
+                    answer = await ask(op='call_service', id='c', service=service, args=args)
+                    return json.loads(answer.data)
+
+                answer = await call('/rosapi/get_param', name='/safety_gate/profile')
+                self.assertEqual((answer['result'], json.loads(answer['values']['value'])), (True, 'brisk'))
+                self.assertIn('no parameter', (await call('/rosapi/get_param', name='/nothing'))['values'])
+                self.assertEqual(
+                    (await call('/rosapi/topic_type', topic='/map'))['values'], {'type': 'nav_msgs/OccupancyGrid'}
+                )
+                self.assertIn('/hmi', (await call('/rosapi/nodes'))['values']['nodes'])
+                self.robot.refusal = ''
+                answer = await call('/emergency_stop/reset')
+                self.assertEqual(answer['values'], {'success': True, 'message': ''})
+                self.assertIn('no field', (await call('/emergency_stop/reset', now=True))['values'])
+                self.assertIn('not on the list', (await call('/hmi/set_logger_level'))['values'])
+                answer = await ask(op='subscribe', topic='/odometry/filtered', throttle_rate=50, compression='none')
+                frame = json.loads(answer.data)
+                self.assertEqual(frame['msg']['twist']['twist']['linear']['x'], 0.25)
+                await bridge.send_json({'op': 'unsubscribe', 'topic': '/odometry/filtered'})
+                message = OccupancyGrid(data=[100, -1])
+                message.info.width, message.info.height, message.info.origin.orientation.w = 2, 1, 1.0
+                self.robot.map.publish(message)
+                await bridge.send_json({'op': 'subscribe', 'topic': '/map', 'compression': 'cbor'})
+                while (came := await asyncio.wait_for(bridge.receive(), PATIENCE_S)).type != aiohttp.WSMsgType.BINARY:
+                    self.assertEqual(came.type, aiohttp.WSMsgType.TEXT)
+                self.assertTrue(came.data.endswith(b'ddata\xd8\x48\x42\x64\xff'), came.data)
+                stops = len(self.robot.stops)
+                await bridge.send_json({'op': 'advertise', 'topic': '/emergency_stop', 'type': 'std_msgs/Bool'})
+                while len(self.robot.stops) == stops:
+                    await bridge.send_json({'op': 'publish', 'topic': '/emergency_stop', 'msg': {'data': False}})
+                    await asyncio.sleep(0.05)
+                self.assertIs(self.robot.stops[-1], False)
+                refused = await ask(op='advertise', topic='/cmd_vel/touch', type='geometry_msgs/Twist')
+                self.assertIn('not on the list', json.loads(refused.data)['msg'])
+
+        self.run_it(test)
+        self.assertEqual(self.robot.touched, [])
+
+    def test_z_the_last_word_is_zero(self):
+        async def test(page, _):
+            await page.take()
+            await page.drive(1.0)
+            while not self.robot.touched:
+                await page.drive(1.0)
+                await asyncio.sleep(0.02)
+            rosnode.kill_nodes(['/hmi'])
+            for _ in range(100):
+                with contextlib.suppress(ConnectionError):
+                    await page.drive(1.0)
+                await asyncio.sleep(0.01)
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+
+
+if __name__ == '__main__':
+    rospy.init_node('hmi_test')
+    rostest.rosrun('sara_hmi', 'hmi', HmiTest)

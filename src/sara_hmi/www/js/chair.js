@@ -1,0 +1,130 @@
+// What the page knows of the chair: the newest frame of each kind.
+
+const REST_V = 0.02; // m/s, slower than this is rest
+const REST_W = 0.03; // rad/s
+const GOING = new Set(['going', 'pending']);
+
+/** Collects the server's frames. Events: `change` (detail: the frame's op) after each. */
+export class Chair extends EventTarget {
+  constructor(connection) {
+    super();
+    this.connection = connection;
+    this.forget();
+    for (const op of ['welcome', 'state', 'ranges', 'plan', 'places', 'map', 'history', 'driver', 'profile']) {
+      connection.addEventListener(op, (event) => this.take(op, event.detail));
+    }
+    connection.addEventListener('map-image', (event) => this.takeImage(event.detail));
+    connection.addEventListener('closed', () => {
+      this.forget();
+      this.emit('closed');
+    });
+  }
+
+  forget() {
+    this.welcome = null;
+    this.state = null;
+    this.ranges = {};
+    this.plan = [];
+    this.history = [];
+    this.driver = null;
+    this.driverName = '';
+    this.places ??= {};
+    this.map ??= null;
+    this.image ??= null;
+  }
+
+  take(op, frame) {
+    if (op === 'welcome') {
+      this.welcome = frame;
+      this.driver = frame.driver ?? null;
+    } else if (op === 'state') {
+      this.state = frame;
+      if (frame.driver !== undefined) this.driver = frame.driver;
+    } else if (op === 'driver') {
+      this.driver = frame.session ?? null;
+      this.driverName = frame.name ?? '';
+    } else if (op === 'profile') {
+      const { op: _, ...news } = frame;
+      Object.assign(this.welcome ?? {}, news);
+    } else if (op === 'map') {
+      this.map = frame;
+      this.image = null;
+    } else if (op === 'ranges') {
+      const { op: _, ...ranges } = frame;
+      this.ranges = ranges;
+    } else {
+      this[op] = frame.places ?? frame.points ?? frame.list;
+    }
+    this.emit(op);
+  }
+
+  async takeImage(blob) {
+    const map = this.map;
+    try {
+      const image = await createImageBitmap(blob);
+      if (map === this.map) this.image = image;
+    } catch {
+      this.image = null; // damaged on its way: the map stays empty
+    }
+    this.emit('map');
+  }
+
+  get session() {
+    return this.welcome?.session ?? null;
+  }
+
+  get role() {
+    return this.welcome?.role ?? null;
+  }
+
+  get mayDrive() {
+    return this.role === 'rider' || this.role === 'carer';
+  }
+
+  get isDriver() {
+    return this.session !== null && this.driver === this.session;
+  }
+
+  get isMoving() {
+    return this.state !== null && (Math.abs(this.state.v) > REST_V || Math.abs(this.state.w) > REST_W);
+  }
+
+  get isGoing() {
+    return GOING.has(this.state?.goal?.state);
+  }
+
+  get isPaused() {
+    return this.state?.goal?.state === 'paused';
+  }
+
+  get isStopped() {
+    return this.state?.stopped === true || (this.state?.gate?.reasons ?? []).includes('EMERGENCY_STOP');
+  }
+
+  /** The key and values of the sentence that says what the chair does. */
+  get sentence() {
+    const gate = this.state?.gate;
+    if (!gate?.state) return { key: 'ui.no_gate', values: {} };
+    const reason = gate.reasons?.[0];
+    if (!reason && !['IDLE', 'DRIVING'].includes(gate.state)) return { key: `ui.state_alone.${gate.state}`, values: {} };
+    return { key: `state.${gate.state}`, values: { reason: reason ? `reason.${reason}` : '' } };
+  }
+
+  /** {asked, driven: {v, w}} where the chair does otherwise than asked, else null. Shares of the limits, -1 to 1. */
+  get deviation() {
+    const { asked, v, w } = this.state ?? {};
+    const limits = this.welcome?.limits ?? {};
+    if (!asked) return null;
+    const share = (value, most) => Math.max(-1, Math.min(1, value / (most || 1)));
+    const shares = (v, w) => ({
+      v: share(v, v < 0 ? limits.max_reverse ?? 0.4 : limits.max_forward ?? 0.8), w: share(w, limits.max_turn ?? 0.8),
+    });
+    const wanted = shares(asked.v, asked.w);
+    const driven = shares(v, w);
+    return Math.hypot(wanted.v - driven.v, wanted.w - driven.w) > 0.25 ? { asked: wanted, driven } : null;
+  }
+
+  emit(op) {
+    this.dispatchEvent(new CustomEvent('change', { detail: op }));
+  }
+}

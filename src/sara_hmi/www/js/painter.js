@@ -1,0 +1,121 @@
+// Draws map, plan, ranges, places, chair and marker.
+
+import { BODY } from './view.js';
+import { placeName } from './words.js';
+
+const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', ink: '#10202e', halo: '#ffffff' };
+
+/** `scene`: {chair, view, marker: [x, y, yaw] or null}. */
+export function paint(canvas, { chair, view, marker }) {
+  const ratio = window.devicePixelRatio || 1;
+  view.width = canvas.clientWidth;
+  view.height = canvas.clientHeight;
+  if (canvas.width !== Math.round(view.width * ratio) || canvas.height !== Math.round(view.height * ratio)) {
+    canvas.width = Math.round(view.width * ratio);
+    canvas.height = Math.round(view.height * ratio);
+  }
+  view.fit(chair.map);
+  const brush = canvas.getContext('2d');
+  brush.setTransform(ratio, 0, 0, ratio, 0, 0);
+  brush.fillStyle = COLOURS.beyond;
+  brush.fillRect(0, 0, view.width, view.height);
+  drawMap(brush, chair, view);
+  drawPlan(brush, chair.plan, view);
+  drawRanges(brush, chair, view);
+  drawPlaces(brush, chair.places, view);
+  if (chair.state?.pose) drawBody(brush, chair.state.pose, view, COLOURS.chair, true);
+  if (marker) drawBody(brush, marker, view, COLOURS.marker, false);
+}
+
+function drawMap(brush, { map, image }, view) {
+  if (!map || !image) return;
+  const [ox, oy, yaw] = map.origin;
+  const [px, py] = view.toPixel(ox, oy);
+  const size = map.resolution * view.scale;
+  brush.save();
+  brush.translate(px, py);
+  brush.rotate(-yaw);
+  brush.imageSmoothingEnabled = size < 1;
+  brush.drawImage(image, 0, -map.height * size, map.width * size, map.height * size);
+  brush.restore();
+}
+
+function drawPlan(brush, plan, view) {
+  if (plan.length < 2) return;
+  brush.beginPath();
+  for (const [x, y] of plan) brush.lineTo(...view.toPixel(x, y));
+  brush.strokeStyle = COLOURS.plan;
+  brush.lineWidth = 5;
+  brush.lineJoin = brush.lineCap = 'round';
+  brush.stroke();
+}
+
+/** Each range as an arc over its cone: an echo may come from anywhere on it. */
+function drawRanges(brush, chair, view) {
+  const pose = chair.state?.pose;
+  if (!pose) return;
+  brush.strokeStyle = COLOURS.range;
+  brush.lineWidth = 4;
+  for (const { pose: at, range, fov } of Object.values(chair.ranges)) {
+    if (typeof range !== 'number') continue;
+    const [x, y, yaw] = compose(pose, at);
+    const [px, py] = view.toPixel(x, y);
+    brush.beginPath();
+    brush.arc(px, py, Math.max(2, range * view.scale), -yaw - fov / 2, -yaw + fov / 2);
+    brush.stroke();
+  }
+}
+
+/** A dot and a name for each place; the name above or below it, or not at all where others are. */
+function drawPlaces(brush, places, view) {
+  brush.font = '600 15px system-ui, "DejaVu Sans", sans-serif';
+  brush.textAlign = 'center';
+  brush.lineJoin = 'round';
+  const taken = [];
+  for (const [name, [x, y]] of Object.entries(places)) {
+    const [px, py] = view.toPixel(x, y);
+    brush.fillStyle = COLOURS.ink;
+    brush.beginPath();
+    brush.arc(px, py, 6, 0, 2 * Math.PI);
+    brush.fill();
+    const text = placeName(name);
+    const half = brush.measureText(text).width / 2 + 3;
+    const boxes = [py - 11, py + 24].map((bottom) => ({ left: px - half, right: px + half, top: bottom - 15, bottom }));
+    const free = boxes.find((box) => !taken.some((other) => box.left < other.right && box.right > other.left && box.top < other.bottom && box.bottom > other.top));
+    if (!free) continue;
+    taken.push(free);
+    brush.lineWidth = 4;
+    brush.strokeStyle = COLOURS.halo;
+    brush.strokeText(text, px, free.bottom);
+    brush.fillText(text, px, free.bottom);
+  }
+}
+
+/** The chair's outline with an arrow forward; at least as large as a fingertip. */
+function drawBody(brush, [x, y, yaw], view, colour, filled) {
+  const [px, py] = view.toPixel(x, y);
+  const scale = Math.max(view.scale, 26 / BODY.length);
+  const [l, w] = [(BODY.length * scale) / 2, (BODY.width * scale) / 2];
+  brush.save();
+  brush.translate(px, py);
+  brush.rotate(-yaw);
+  brush.lineWidth = 3;
+  brush.strokeStyle = filled ? COLOURS.halo : colour;
+  brush.fillStyle = filled ? colour : COLOURS.halo;
+  brush.beginPath();
+  brush.rect(-l, -w, 2 * l, 2 * w);
+  brush.fill();
+  brush.stroke();
+  brush.beginPath();
+  brush.moveTo(0.75 * l, 0);
+  brush.lineTo(-0.2 * l, 0.75 * w);
+  brush.lineTo(-0.2 * l, -0.75 * w);
+  brush.closePath();
+  brush.fillStyle = filled ? COLOURS.halo : colour;
+  brush.fill();
+  brush.restore();
+}
+
+export function compose([x, y, yaw], [dx, dy, turn]) {
+  return [x + Math.cos(yaw) * dx - Math.sin(yaw) * dy, y + Math.sin(yaw) * dx + Math.cos(yaw) * dy, yaw + turn];
+}

@@ -1,0 +1,91 @@
+// Drive by hand: joystick, arrows, keys; the speed profile; who has the controls.
+
+import { driveByKeys, makeArrows } from '../arrows.js';
+import { button, el, fill } from '../dom.js';
+import { makeStick } from '../stick.js';
+import { number, say } from '../words.js';
+
+export function show(app, screen) {
+  const { chair, pump, connection, settings } = app;
+  const stick = makeStick(pump, say('ui.stick'));
+  const banner = el('p', { class: 'banner', role: 'status' });
+  const ask = el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0 });
+  const speed = el('p', { class: 'speed' });
+  const profiles = el('div', { class: 'row profiles', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.profile') });
+  fill(screen,
+    el('h1', {}, say('ui.tab.drive')),
+    banner,
+    el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
+    el('div', { class: 'speedrow' }, speed, ask), profiles,
+  );
+  const leaveKeys = driveByKeys(pump);
+  const rested = ({ detail }) => {
+    const key = { slow: 'ui.rest.slow', offline: 'ui.rest.offline', frozen: 'ui.rest.left', left: 'ui.rest.left', turned: 'ui.rest.left' }[detail];
+    if (key) app.notice(key);
+  };
+  const held = () => app.notice(null);
+  pump.addEventListener('rest', rested);
+  pump.addEventListener('held', held);
+  const told = {};
+  const update = () => {
+    tellState(app, banner, told);
+    offer(app, ask, told);
+    offerProfiles(app, profiles, told);
+    const text = say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) });
+    if (speed.textContent !== text) speed.textContent = text;
+    stick.node.classList.toggle('off', !canDrive(app));
+  };
+  connection.addEventListener('speed', update);
+  update();
+  return {
+    update,
+    leave() {
+      pump.removeEventListener('rest', rested);
+      pump.removeEventListener('held', held);
+      connection.removeEventListener('speed', update);
+      stick.leave();
+      leaveKeys();
+      if (chair.isDriver) connection.send({ op: 'release' });
+    },
+  };
+}
+
+function canDrive({ chair, connection }) {
+  return connection.isOpen && chair.mayDrive && !connection.isSlow && !chair.isStopped && (chair.driver === null || chair.isDriver);
+}
+
+function tellState(app, banner, told) {
+  const { chair, connection } = app;
+  let key = app.settings.get('arrows') === 'hold' ? 'ui.drive.ready' : 'ui.drive.ready_step';
+  if (!connection.isOpen) key = 'ui.offline';
+  else if (chair.welcome && !chair.mayDrive) key = 'ui.drive.look';
+  else if (connection.isSlow) key = 'ui.drive.slow';
+  else if (chair.isStopped) key = 'ui.drive.stopped';
+  else if (chair.driver !== null && !chair.isDriver) key = 'ui.drive.other';
+  const text = say(key, { name: chair.driverName || say('ui.somebody') });
+  if (told.banner === text) return;
+  told.banner = text;
+  banner.textContent = text;
+  banner.dataset.kind = key.startsWith('ui.drive.ready') ? 'good' : 'mind';
+}
+
+/** The button that asks for the controls, or gives them back. */
+function offer(app, row, told) {
+  const { chair } = app;
+  const wanted = !chair.mayDrive ? 'none' : chair.isDriver ? 'release' : chair.driver === null ? 'none' : 'take';
+  if (told.offer === wanted) return;
+  told.offer = wanted;
+  fill(row, wanted === 'none' ? [] : button(say(`ui.${wanted}`), () => app.command({ op: wanted }), { 'data-offer': wanted }));
+  document.dispatchEvent(new CustomEvent('screen-changed'));
+}
+
+function offerProfiles(app, row, told) {
+  const { profiles = [], profile } = app.chair.welcome ?? {};
+  const wanted = JSON.stringify([profiles, profile]);
+  if (told.profiles === wanted) return;
+  told.profiles = wanted;
+  const focused = document.activeElement?.dataset?.profile;
+  fill(row, profiles.map((name) => button(say(`ui.profile.${name}`, {}, name), () => app.command({ op: 'profile', name }),
+    { 'data-profile': name, 'aria-pressed': String(name === profile), disabled: !app.chair.mayDrive })));
+  row.querySelector(`[data-profile="${focused}"]`)?.focus();
+}

@@ -1,0 +1,142 @@
+// The map: where the chair is, its plan, what its sensors see. A tap marks a point; buttons move and turn it.
+
+import { button, el, fill } from '../dom.js';
+import { paint } from '../painter.js';
+import { number, say } from '../words.js';
+import { View } from '../view.js';
+import { askName, placesRow } from './places.js';
+
+const STEP = 0.25; // m
+const TURN = Math.PI / 12;
+const view = new View(); // stays while other screens are shown
+
+export function show(app, screen) {
+  const { chair } = app;
+  const scene = { chair, view, marker: null };
+  const canvas = el('canvas', { id: 'map', role: 'img', 'data-dwell': true });
+  const marking = el('div', { class: 'marking' });
+  let frame = null;
+  const draw = () => {
+    frame ??= requestAnimationFrame(() => {
+      frame = null;
+      paint(canvas, scene);
+    });
+  };
+  const mark = (pose) => {
+    const was = scene.marker !== null;
+    scene.marker = pose && [pose[0], pose[1], wrap(pose[2])];
+    if (was !== (scene.marker !== null)) drawMarking(app, marking, scene, mark);
+    tellMarker(marking, scene.marker);
+    draw();
+  };
+  const tap = (x, y) => {
+    const box = canvas.getBoundingClientRect();
+    mark([...view.toMap(x - box.left, y - box.top), scene.marker?.[2] ?? chair.state?.pose?.[2] ?? 0]);
+  };
+  canvas.addEventListener('click', (event) => tap(event.clientX, event.clientY));
+  canvas.addEventListener('dwell', (event) => tap(event.detail.x, event.detail.y));
+  const sized = new ResizeObserver(draw);
+  sized.observe(canvas);
+  const places = placesRow(app);
+  fill(screen,
+    el('h1', {}, say('ui.tab.map')),
+    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, looks(scene, draw))),
+    places.node,
+  );
+  drawMarking(app, marking, scene, mark);
+  const told = {};
+  const update = (op) => {
+    const pose = chair.state?.pose;
+    const text = pose ? say('ui.map.label', { x: number(pose[0]), y: number(pose[1]) }) : say('ui.map.nowhere');
+    if (told.label !== text) canvas.setAttribute('aria-label', (told.label = text));
+    if (op === 'welcome') drawMarking(app, marking, scene, mark);
+    places.update(op);
+    draw();
+  };
+  update();
+  return {
+    view,
+    update,
+    leave() {
+      sized.disconnect();
+      cancelAnimationFrame(frame);
+    },
+  };
+}
+
+function wrap(angle) {
+  return Math.atan2(Math.sin(angle), Math.cos(angle));
+}
+
+/** Zoom and pan. */
+function looks({ view: seen, chair }, draw) {
+  const act = (change) => () => {
+    change();
+    draw();
+  };
+  const look = (text, name, change, shape = null) => button(text, act(change), { 'aria-label': say(`ui.map.${name}`), 'data-look': name, class: 'small' }, shape);
+  return el('div', { class: 'row looks', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.map.looks') },
+    look('+', 'closer', () => seen.zoom(1.5)), look('↑', 'north', () => seen.pan(0, 0.25)), look('−', 'farther', () => seen.zoom(1 / 1.5)),
+    look('', 'chair', () => chair.state?.pose && ([seen.x, seen.y] = chair.state.pose), 'target'),
+    look('←', 'west', () => seen.pan(-0.25, 0)), look('↓', 'south', () => seen.pan(0, -0.25)), look('→', 'east', () => seen.pan(0.25, 0)),
+    look('', 'whole', () => {
+      seen.fitted = false;
+    }, 'whole'));
+}
+
+/** Without a marker: how to set one. With one: move, turn, and what to do with it. */
+function drawMarking(app, node, scene, mark) {
+  const changed = () => document.dispatchEvent(new CustomEvent('screen-changed'));
+  if (!app.chair.mayDrive) {
+    fill(node);
+  } else if (!scene.marker) {
+    fill(node, el('p', {}, say('ui.map.tap')), el('div', { class: 'row', 'data-scan': 'row' },
+      button(say('ui.map.mark_middle'), () => {
+        mark([scene.view.x, scene.view.y, app.chair.state?.pose?.[2] ?? 0]);
+        node.querySelector('[data-move]').focus();
+      }, { 'data-mark': 'middle' }),
+      button(say('ui.map.mark_chair'), () => {
+        mark(app.chair.state?.pose ?? [scene.view.x, scene.view.y, 0]);
+        node.querySelector('[data-move]').focus();
+      }, { 'data-mark': 'chair' })));
+  } else {
+    fill(node, moves(scene, mark), uses(app, node, scene, mark));
+  }
+  changed();
+}
+
+function moves(scene, mark) {
+  const move = (text, name, dx, dy, turn) => button(text, () => {
+    const [x, y, yaw] = scene.marker;
+    mark([x + dx, y + dy, yaw + turn]);
+  }, { 'aria-label': say(`ui.move.${name}`), 'data-move': name, class: 'small' });
+  return [
+    el('p', { class: 'marker', role: 'status' }),
+    el('div', { class: 'row moves', 'data-scan': 'row', 'data-scan-order': 1, role: 'group', 'aria-label': say('ui.move') },
+      move('↺', 'left', 0, 0, TURN), move('↑', 'north', 0, STEP, 0), move('↻', 'right', 0, 0, -TURN),
+      move('←', 'west', -STEP, 0, 0), move('↓', 'south', 0, -STEP, 0), move('→', 'east', STEP, 0, 0)),
+  ];
+}
+
+function uses(app, node, scene, mark) {
+  const use = (name, frame) => button(say(`ui.map.${name}`), () => {
+    if (app.command({ op: frame, pose: scene.marker })) mark(null);
+    node.querySelector('button')?.focus();
+  }, { 'data-use': name, class: name === 'go_here' ? 'primary' : '' });
+  return el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0, role: 'group', 'aria-label': say('ui.map.uses') },
+    use('go_here', 'go'), use('am_here', 'pose'),
+    button(say('ui.place.save'), async () => {
+      const name = await askName(app, say('ui.place.save'), '');
+      if (name && app.command({ op: 'place', name, pose: scene.marker })) mark(null);
+    }, { 'data-use': 'save' }),
+    button(say('ui.map.unmark'), () => {
+      mark(null);
+      node.querySelector('button')?.focus();
+    }, { 'data-use': 'unmark' }));
+}
+
+function tellMarker(node, marker) {
+  const line = node.querySelector('.marker');
+  if (!line || !marker) return;
+  line.textContent = say('ui.map.marker', { x: number(marker[0], 2), y: number(marker[1], 2), degrees: number(Math.round((marker[2] * 180) / Math.PI) || 0, 0) });
+}

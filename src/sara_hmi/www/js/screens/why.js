@@ -1,0 +1,87 @@
+// Why the chair does what it does, and what would help; battery, sensors, the last stops.
+
+import { button, el, fill } from '../dom.js';
+import { currentLanguage, has, number, say } from '../words.js';
+
+export function show(app, screen) {
+  const now = el('section', { class: 'card' });
+  const help = el('p', { class: 'help' });
+  const sentence = el('p', { class: 'big' });
+  fill(now, sentence, help, el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1 },
+    button(say('ui.say_it'), () => sayAll(app), { 'data-do': 'say' })));
+  const battery = el('p', {});
+  const sensors = el('ul', { class: 'sensors' });
+  const history = el('ol', { class: 'history' });
+  fill(screen,
+    el('h1', {}, say('ui.why.title')), now,
+    el('section', { class: 'card' }, el('h2', {}, say('ui.why.history')), history),
+    el('section', { class: 'card' }, el('h2', {}, say('ui.why.sensors')), battery, sensors),
+  );
+  const told = {};
+  const update = () => {
+    const { chair } = app;
+    put(told, 'sentence', say(chair.sentence.key, chair.sentence.values), (text) => { sentence.textContent = text; });
+    put(told, 'help', helpText(chair), (text) => { help.textContent = text; });
+    put(told, 'battery', batteryText(chair), (text) => { battery.textContent = text; });
+    put(told, 'sensors', JSON.stringify(chair.state?.connected ?? {}), () => drawSensors(chair, sensors));
+    put(told, 'history', JSON.stringify(chair.history), () => drawHistory(chair, history));
+  };
+  update();
+  return { update };
+}
+
+function put(told, name, value, act) {
+  if (told[name] === value) return;
+  told[name] = value;
+  act(value);
+}
+
+function helpKey(chair) {
+  const reason = chair.state?.gate?.reasons?.[0];
+  return reason ? `help.${reason}` : 'ui.why.nothing';
+}
+
+function helpText(chair) {
+  return say(helpKey(chair));
+}
+
+function sayAll(app) {
+  const { key, values } = app.chair.sentence;
+  if (app.settings.get('speech') === 'chair') {
+    app.speech.say(key, values, true);
+    app.speech.say(helpKey(app.chair), {}, true);
+  } else {
+    app.speech.sayText(`${say(key, values)} ${helpText(app.chair)}`);
+  }
+}
+
+function batteryText(chair) {
+  const battery = chair.state?.battery;
+  if (!battery) return say('ui.battery_unknown');
+  if (typeof battery.share === 'number') return say('ui.battery', { percent: number(battery.share * 100, 0) });
+  return typeof battery.volts === 'number' ? say('ui.battery_volts', { volts: number(battery.volts, 1) }) : say('ui.battery_unknown');
+}
+
+function drawSensors(chair, list) {
+  const connected = Object.entries(chair.state?.connected ?? {});
+  fill(list, connected.length === 0 ? el('li', {}, say('ui.why.no_sensors')) : connected.map(([topic, alive]) => {
+    return el('li', { 'data-alive': String(alive) },
+      el('span', {}, topicName(topic)),
+      el('strong', {}, say(alive ? 'ui.alive' : 'ui.silent')));
+  }));
+}
+
+function drawHistory(chair, list) {
+  const time = new Intl.DateTimeFormat(currentLanguage(), { hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23' });
+  const entries = [...(chair.history ?? [])].sort((a, b) => b.t - a.t);
+  fill(list, entries.length === 0 ? el('li', {}, say('ui.why.no_history')) : entries.map(({ t, key, values }) =>
+    el('li', {}, el('time', { datetime: new Date(t).toISOString() }, time.format(t)), el('span', {}, say(key, values)))));
+}
+
+/** A topic in words: those that are known, any sensor NAME_range, else its name. */
+function topicName(topic) {
+  const name = topic.replace(/^\//, '');
+  if (has(`ui.topic.${name}`)) return say(`ui.topic.${name}`);
+  if (name.endsWith('_range')) return say('ui.topic.range', { name: name.slice(0, -'_range'.length) });
+  return name.replaceAll(/[_/]/g, ' ');
+}

@@ -1,0 +1,123 @@
+// What every screen shows at its top: what the chair does, whether it is heard, who drives; and where it does otherwise than asked.
+
+import { el, fill } from './dom.js';
+import { currentLanguage, number, say } from './words.js';
+
+// So long a deviation must last until it is shown: a chair that follows needs a moment to get going, and to come to rest.
+const LASTS_MS = 400;
+const FOLLOWING_MS = 2500;
+
+export class Status {
+  constructor(app) {
+    this.app = app;
+    this.since = null;
+  }
+
+  begin() {
+    this.told = null;
+    this.update();
+  }
+
+  update() {
+    this.tell();
+    this.facts();
+    this.deviation();
+  }
+
+  /** The sentence for everybody, and for screen readers. */
+  tell() {
+    const { chair, connection } = this.app;
+    let told = { key: 'ui.offline', values: {} };
+    if (chair.role === 'none') told = { key: 'ui.not_paired', values: {} };
+    else if (connection.isOpen && chair.state) told = this.sentence();
+    else if (connection.isOpen) told = { key: 'ui.connecting', values: {} };
+    const text = say(told.key, told.values);
+    if (text === this.told) return;
+    this.told = text;
+    const node = document.getElementById('sentence');
+    node.textContent = text;
+    node.dataset.kind = this.kind(told.key);
+    this.app.speech.say(told.key, told.values);
+  }
+
+  sentence() {
+    const { chair } = this.app;
+    const goal = chair.state.goal;
+    const gate = chair.sentence;
+    if (goal && (gate.key === 'state.DRIVING' || gate.key === 'state.IDLE') && ['going', 'paused', 'pending'].includes(goal.state)) {
+      return { key: `goal.${goal.state}`, values: { place: goal.place } };
+    }
+    return gate;
+  }
+
+  kind(key) {
+    if (key.startsWith('ui.')) return 'grave';
+    return { DRIVING: 'good', IDLE: 'good', SLOWED: 'mind', BLOCKED: 'mind', FADING: 'mind' }[key.split('.')[1]] ?? (key.startsWith('goal.') ? 'good' : 'grave');
+  }
+
+  facts() {
+    const { chair, connection } = this.app;
+    const texts = [];
+    const battery = chair.state?.battery;
+    if (battery && battery.share !== null && battery.share !== undefined) texts.push(say('ui.battery', { percent: number(battery.share * 100, 0) }));
+    else if (battery?.volts) texts.push(say('ui.battery_volts', { volts: number(battery.volts, 1) }));
+    if (chair.isDriver) texts.push(say('ui.you_drive'));
+    else if (chair.driver !== null) texts.push(say('ui.other_drives', { name: chair.driverName || say('ui.somebody') }));
+    if (connection.isSlow) texts.push(say('ui.slow_short'));
+    const text = texts.join(' · ');
+    const node = document.getElementById('facts');
+    if (node.textContent !== text) node.textContent = text;
+  }
+
+  deviation() {
+    const node = document.getElementById('deviation');
+    const found = this.app.chair.deviation;
+    const now = performance.now();
+    this.since = found ? this.since ?? now : null;
+    if (!found || now - this.since < this.patience()) {
+      if (!found && !node.hidden) {
+        node.hidden = true;
+        this.deviating = null;
+      }
+      return;
+    }
+    const text = deviationText(found) + currentLanguage() + way(found.asked) + way(found.driven);
+    if (text === this.deviating) return;
+    this.deviating = text;
+    fill(node, arrows(found), el('p', {}, deviationText(found)));
+    node.hidden = false;
+  }
+
+  patience() {
+    return ['DRIVING', 'IDLE'].includes(this.app.chair.state.gate?.state) ? FOLLOWING_MS : LASTS_MS;
+  }
+}
+
+/** forward, left, ... of a command in shares; `still` below a tenth. */
+export function way({ v, w }) {
+  if (Math.hypot(v, w) < 0.1) return 'still';
+  const along = v > 0.1 ? 'forward' : v < -0.1 ? 'back' : '';
+  const turn = w > 0.15 ? 'left' : w < -0.15 ? 'right' : '';
+  return [along, turn].filter(Boolean).join('_') || 'still';
+}
+
+function deviationText({ asked, driven }) {
+  const [wanted, done] = [way(asked), way(driven)];
+  if (wanted === 'still') return say('ui.coasting');
+  if (wanted === done) return say('ui.slower', { way: `ui.way.${wanted}` });
+  return say('ui.otherwise', { asked: `ui.way.${wanted}`, driven: `ui.does.${done}` });
+}
+
+/** Two arrows from one point, the longer one of full length: asked (outline) and driven (filled); a dot where the chair stands. */
+function arrows({ asked, driven }) {
+  const longest = Math.max(Math.hypot(asked.v, asked.w), Math.hypot(driven.v, driven.w));
+  const draw = ({ v, w }, name, wide) => {
+    const size = Math.hypot(v, w);
+    if (size < 0.1) return el('circle', { cx: 0, cy: 0, r: 8, class: name });
+    const degrees = (Math.atan2(-w, v) * 180) / Math.PI;
+    const long = 16 + 26 * (size / longest);
+    const [shaft, head] = [wide, 2 * wide + 3];
+    return el('path', { d: `M${-shaft} 0V${-long + 16}H${-head}L0 ${-long}L${head} ${-long + 16}H${shaft}V0z`, transform: `rotate(${degrees})`, class: name });
+  };
+  return el('svg', { viewBox: '-44 -44 88 88', 'aria-hidden': 'true' }, draw(asked, 'asked', 8), draw(driven, 'driven', 4));
+}

@@ -1,0 +1,1 @@
+"""Random frames against the touch screen's server."""
