@@ -1,5 +1,5 @@
-"""CBOR (RFC 8949) as rosbridge sends it: numpy arrays are typed arrays (RFC 8746) in little-endian order, those of bytes
-are bytes. Writing only.
+"""CBOR (RFC 8949) as rosbridge sends it: numpy arrays are typed arrays (RFC 8746) in little-endian order, bytes are
+bytes. Writing only.
 """
 
 from __future__ import annotations
