@@ -96,7 +96,8 @@ async def map_going_out(session: aiohttp.ClientSession, url: str, robot: StandIn
         for t, frame in page.states:
             came.setdefault(frame['pose'][0], t)
         times = np.array(list(came.values()))
-    return float((len(times) - 1) / (times[-1] - times[0])), 1e3 * np.diff(times)
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    return round(float(rate), 1), 1e3 * np.diff(times)
 
 
 async def slow_viewer(session: aiohttp.ClientSession, url: str, told: dict[str, int]) -> None:
