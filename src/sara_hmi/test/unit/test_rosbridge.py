@@ -5,6 +5,7 @@ import json
 import math
 import struct
 
+import cbor2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -76,6 +77,18 @@ def test_bytes_and_truth_values_in_arrays():
     assert cbor.dumps(np.array([True, False])).hex() == '82f5f4'
     with pytest.raises(TypeError):
         cbor.dumps(object())
+
+
+def test_cbor_of_a_message_is_read_again():
+    message = {
+        'header': {'seq': np.uint32(7)},
+        'ok': np.True_,
+        'x': np.float64(0.1),
+        'data': np.array([-1, 100], np.int8),
+    }
+    read = cbor2.loads(cbor.dumps({'op': 'publish', 'msg': message}))['msg']
+    assert (read['header'], read['ok'], read['x']) == ({'seq': 7}, True, 0.1)
+    assert (read['data'].tag, np.frombuffer(read['data'].value, np.int8).tolist()) == (72, [-1, 100])
 
 
 @given(

@@ -14,6 +14,17 @@ from sara_hmi.protocol.outbox import Outbox
 
 BUFFER_BYTES = 32768  # that the kernel keeps for a slow client
 LOOK_S = 0.02  # how often a full socket is looked at
+SEGMENT_BYTES = 1448  # as in an Ethernet
+
+
+def local_socket(port: int) -> socket.socket:
+    """Where this computer's own pages connect. Segments are small, as loopback's own of 64 kB do not fit twice into the
+    buffer: each would wait 40 ms for its acknowledgement, and a large map would hold up the states. Raises OSError
+    where the port is taken.
+    """
+    made = socket.create_server(('127.0.0.1', port))
+    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, SEGMENT_BYTES)
+    return made
 
 
 class Client:

@@ -22,7 +22,7 @@ from sara_hmi.protocol.outbox import ORDER
 from sara_hmi.rosbridge.bridge import RosSide
 from sara_hmi.web import access, qr
 from sara_hmi.web.bridge_socket import BridgeConnection
-from sara_hmi.web.client import Client
+from sara_hmi.web.client import Client, local_socket
 from sara_hmi.web.robot import Robot
 from sara_hmi.web.screen import Screen, dumps
 
@@ -253,7 +253,7 @@ class Server:
         runner = web.AppRunner(self.application(), access_log=None)
         await runner.setup()
         try:
-            await web.TCPSite(runner, '127.0.0.1', network.port, shutdown_timeout=1.0).start()
+            await web.SockSite(runner, local_socket(network.port), shutdown_timeout=1.0).start()
             if tls is not None:
                 await web.TCPSite(
                     runner, network.address, network.tls_port, shutdown_timeout=1.0, ssl_context=tls

@@ -39,12 +39,13 @@ BENCHES = {
     'move_base': 'sara_lab.ros.benches.bench_live:move_base',
     'lockstep': 'sara_lab.benches.lockstep:square',
     'stack': 'sara_lab.ros.benches.bench_stack:stack',
+    'hmi': 'sara_lab.ros.benches.bench_hmi:touch_screen',
     'planning_growth': 'sara_lab.benches.growth:planning',
     'filtering_growth': 'sara_lab.benches.growth:filtering',
     'costmap_growth': 'sara_lab.benches.growth:windows',
 }
 """Where each generator of Timed is, or of lists of Timed that were measured at the same time."""
-OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack')
+OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack', 'hmi')
 """Benches of other processes: how much memory this one holds says nothing."""
 
 

@@ -1,0 +1,1 @@
+"""The touch screen's server as a node, a stand-in for the robot, and pages that fail while they drive."""

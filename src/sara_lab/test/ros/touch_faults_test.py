@@ -1,0 +1,33 @@
+#!/usr/bin/env python3
+"""Pages that fail while they drive: one zero, and nothing after it. How soon, `touch_faults` measures: here the machine
+may be slow, so ages and delays have wide limits.
+"""
+
+import asyncio
+import unittest
+
+import rospy
+import rostest
+
+from sara_lab.fuzz.touch.verdict import Limits
+from sara_lab.ros.touch.faults import FAULTS, Times, repeat
+from sara_lab.ros.touch.stand_in import StandIn, url
+
+SHORT = Times(freeze=1.0, hold=1.0)
+WIDE = Limits(age=10.0, zero=10.0)
+TWICE = 2
+
+
+class TouchFaultsTest(unittest.TestCase):
+    def test_each_fault_ends_in_one_zero(self):
+        robot = StandIn()
+        self.addCleanup(robot.close)
+        for fault in FAULTS:
+            with self.subTest(fault):
+                result = asyncio.run(repeat((url(), robot), fault, TWICE, SHORT, WIDE, lambda: None))
+                self.assertEqual((len(result.trials), result.wrong), (TWICE, []))
+
+
+if __name__ == '__main__':
+    rospy.init_node('touch_faults_test')
+    rostest.rosrun('sara_lab', 'touch_faults', TouchFaultsTest)
