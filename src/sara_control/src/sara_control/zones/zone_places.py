@@ -130,11 +130,9 @@ def allowed_speed(room: float, stopping: Stopping) -> float:
 
 
 @kernel
-def limit(places: Places, v: float, w: float, body: Body, stopping: Stopping, inner: Stopping) -> tuple[float, int]:
-    """`inner`: how the chair stops for places that only slow it.
-
-    Returns (factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks
-    for it, -1 if none).
+def limit(places: Places, v: float, w: float, body: Body, stopping: Stopping) -> tuple[float, int]:
+    """(factor that the places allow on the command (v, w), +Inf if none limits it; index of the place that asks for
+    it, -1 if none).
     """
     worst, at = math.inf, -1
     for i in range(len(places.x)):
@@ -142,12 +140,11 @@ def limit(places: Places, v: float, w: float, body: Body, stopping: Stopping, in
         if places.outside[i] == math.inf or not is_swept((x, y, places.radius[i]), v, w, body):
             continue
         u = math.hypot(v - w * y, w * x)
-        how = stopping if places.stops[i] else inner
-        to_rest = how.stop_distance + u * how.reaction + u * u / (2.0 * how.braking)
+        to_rest = stopping.stop_distance + u * stopping.reaction + u * u / (2.0 * stopping.braking)
         if u <= RESTING or places.outside[i] >= to_rest:
             continue
-        room = free_distance((x, y), v, w, to_rest, body) - how.stop_distance
-        allowed = allowed_speed(room, how) if room > 0.0 else 0.0
+        room = free_distance((x, y), v, w, to_rest, body) - stopping.stop_distance
+        allowed = allowed_speed(room, stopping) if room > 0.0 else 0.0
         if places.approach[i] == 0.0 and (room > 0.0 or not places.stops[i] or stopping.creeps_everywhere):
             allowed = max(allowed, stopping.creep)
         if allowed / u < worst:
@@ -162,6 +159,6 @@ def warm() -> None:
     places = Places(x, y, outside, radius, to_body, approach, np.ones(3, bool), np.ones((2, 3)), inside)
     put(places, (0, 3), (0.0, 0.0), 1.0, body)
     bounds(places)
-    limit(places, 0.1, 0.1, body, *(Stopping(0.1, 0.2, 0.5, 0.1, False),) * 2)
+    limit(places, 0.1, 0.1, body, Stopping(0.1, 0.2, 0.5, 0.1, False))
     outside_of(x, y, body)
     outside_of(1.0, 1.0, body)

@@ -28,7 +28,6 @@ from sara_control.zones.zone_config import SLACK, ZoneConfig
 from sara_control.zones.zone_places import Body, Places, Stopping
 
 RAYS = 13  # places in a cone
-INNER_STOP = 0.05  # m before contact, for sensors that only slow the chair
 CRAWL = 0.04  # m/s: no faster towards a pedestrian who approaches,
 CAREFUL = 4.0  # s: and no faster than that up to the stop distance for so long afterwards
 
@@ -175,7 +174,7 @@ class Zones:
         to_rest = stopping.stop_distance + fastest * stopping.reaction + fastest * fastest / (2.0 * stopping.braking)
         if nearest >= to_rest:
             return 1.0, ''
-        factor, at = zone_places.limit(places, float(v), float(w), self._body, stopping, self._inner_stopping(stopping))
+        factor, at = zone_places.limit(places, float(v), float(w), self._body, stopping)
         return (factor, self._names[at]) if factor < 1.0 else (1.0, '')
 
     def _stopping(self, gentle):
@@ -191,12 +190,6 @@ class Zones:
             float(creep),
             not gentle,
         )
-
-    def _inner_stopping(self, stopping):
-        """How the chair is to stop for what a sensor measures that only slows it: by the hard brake, and nearer, since
-        such a sensor looks past the body's edge and mostly measures what stands beside the way.
-        """
-        return stopping._replace(stop_distance=INNER_STOP, braking=float(self.config.hard_braking))
 
     def caution_factor(self, v: float, w: float) -> float:
         """The factor 0..1 on the command (v m/s, w rad/s) while pedestrians are nearby or expected, 1 if not."""
