@@ -8,7 +8,6 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from canserial.calibration import calibration_file
 from canserial.calibration.calibration_file import Calibration, CalibrationFileError, load, load_offset, save
 
 OFFSETS = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
@@ -100,7 +99,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, 'No space left on device')
 
-    monkeypatch.setattr(calibration_file.os, 'fsync', full)
+    monkeypatch.setattr('os.fsync', full)
     with pytest.raises(CalibrationFileError, match='cannot be written: .*No space left'):
         save(path, Calibration(gain=1.2))
     assert load(path).gain == 1.1

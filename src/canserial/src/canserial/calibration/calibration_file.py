@@ -8,8 +8,6 @@ It is read with suspicion: a file that is damaged or that no MPU6050 could have 
 
 from __future__ import annotations
 
-import os
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +15,7 @@ import yaml
 
 from canserial.calibration.calibration import MAX_OFFSET
 from sara_common.config import is_number
+from sara_common.files import write_whole
 
 GAIN_LIMITS = 0.5, 2.0  # beyond: no scale error of a gyroscope but a wrong measurement
 HEAD = """\
@@ -120,18 +119,7 @@ def save(path: str | Path, calibration: Calibration) -> None:
         for name, value in vars(calibration).items()
         if value is not None
     }
-    path = Path(path)
-    temporary = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
-        with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
-            file.write(HEAD + yaml.safe_dump(fields, sort_keys=False, default_flow_style=None))
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
+        write_whole(path, HEAD + yaml.safe_dump(fields, sort_keys=False, default_flow_style=None))
     except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
         raise CalibrationFileError(f'the calibration file {path} cannot be written: {error}') from error

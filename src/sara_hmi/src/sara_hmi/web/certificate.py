@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import hashlib
 import ipaddress
-import os
 import ssl
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +13,8 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
+
+from sara_common.files import write_whole
 
 VALID = datetime.timedelta(days=3650)
 
@@ -67,9 +68,4 @@ def fingerprint(pem: bytes) -> str:
 def write_secret(path: Path, data: bytes) -> None:
     """Write a file that its owner alone may read, in one go."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    temporary = path.with_suffix('.new')
-    temporary.unlink(missing_ok=True)
-    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, 'wb') as stream:
-        stream.write(data)
-    os.replace(temporary, path)
+    write_whole(path, data, 0o600)

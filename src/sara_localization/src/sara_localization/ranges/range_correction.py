@@ -96,33 +96,32 @@ class RangeCorrection:
             return
         if self._trail:
             last, before = self._trail[-1]
-            dt, way, turn = stamp - last, math.dist(pose[:2], before[:2]), abs(wrap_exact(pose[2] - before[2]))
+            dt, way, turned = stamp - last, math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
             if dt <= 0.0 and dt > -1.0:
                 return
             if (
                 dt < 0.0
                 or dt > LONGEST_GAP
                 or way > c.max_vel_x * dt + JUMP_M
-                or turn > c.max_vel_theta * dt + JUMP_RAD
+                or abs(turned) > c.max_vel_theta * dt + JUMP_RAD
             ):
                 self.counts['jumped'] += 1
                 self.forget()
             else:
-                self._grow(before, pose, way, turn)
+                self._grow(before, pose, way, turned)
         self._trail.append((stamp, tuple(pose)))
         if len(self._trail) > 1:
             self._slew(stamp - self._trail[-2][0])
         while self._trail[0][0] < stamp - MEMORY_S:
             self._trail.popleft()
 
-    def _grow(self, before, pose, way, turn):
-        c = self.config
+    def _grow(self, before, pose, way, turned):
+        c, turn = self.config, abs(turned)
         yaw = self._wanted[2]
         dx, dy = pose[0] - before[0], pose[1] - before[1]
         dx, dy = math.cos(yaw) * dx - math.sin(yaw) * dy, math.sin(yaw) * dx + math.cos(yaw) * dy
         if way == 0.0 and turn == 0.0:
             return
-        turned = wrap_exact(pose[2] - before[2])
         if self.scale != 1.0:
             x, y, yaw = compose(self._wanted, pose)
             self._wanted = _offset((x, y, wrap_exact(yaw + (self.scale - 1.0) * turned)), pose)

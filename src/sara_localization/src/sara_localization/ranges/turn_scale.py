@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
 from sara_common.config import is_number
+from sara_common.files import write_whole
 
 MOST = 0.1
 """By which turns may be longer or shorter than the dead reckoning's."""
@@ -46,15 +45,4 @@ def load(path: str | Path, sigma: float) -> TurnScale | None:
 
 def save(path: str | Path, learned: TurnScale) -> None:
     """Write the file anew, at once or not at all. Raises OSError."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    try:
-        with os.fdopen(handle, 'w', encoding='utf-8') as file:
-            file.write(f'{HEAD}turn_scale: {learned.scale:.6f}\nsigma: {learned.sigma:.6f}\n')
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_whole(path, f'{HEAD}turn_scale: {learned.scale:.6f}\nsigma: {learned.sigma:.6f}\n', 0o600)

@@ -9,14 +9,13 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-import os
 import re
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
 
+from sara_common.files import write_whole
 from sara_common.planar import wrap
 
 NAME = re.compile(r'[^\W\d][\w-]*')  # a letter first, so that no name is taken for a number or an option
@@ -216,12 +215,7 @@ def _with_line(text, name, line):
 
 def _replace(path, text):
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix='.new')
-        with os.fdopen(handle, 'w', encoding='utf-8') as stream:
-            stream.write(text)
-        os.chmod(temporary, path.stat().st_mode & 0o777 if path.exists() else 0o644)
-        os.replace(temporary, path)
+        write_whole(path, text, path.stat().st_mode & 0o777 if path.exists() else 0o644)
     except OSError as error:
         raise PlacesError(f'{path} cannot be written: {error.strerror}; --places FILE names another one') from error
 

@@ -2,9 +2,9 @@
 move_base.
 """
 
-import argparse
 import time
 
+from sara_lab.fuzz.blocks import blocks, options_of
 from sara_lab.fuzz.navigation.fuzz import fuzz_move_base
 
 BLOCK = 10000
@@ -12,20 +12,10 @@ BLOCK = 10000
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz; a failure ends with its seed and input."""
-    from tqdm import tqdm
-
-    parser = argparse.ArgumentParser(prog='fuzz', description=__doc__)
-    parser.add_argument('--count', type=int, default=20000, help='inputs (default: %(default)s)')
-    parser.add_argument('--seed', type=int, default=0)
-    options = parser.parse_args(arguments)
-    if options.count < 1:
-        parser.error(f'--count is {options.count} but must be at least 1')
+    options = options_of(arguments, 'fuzz', __doc__, 'inputs')
     began, tally = time.monotonic(), {}
-    with tqdm(total=options.count, desc='inputs to move_base', delay=1.0, disable=None) as progress:
-        for number, first in enumerate(range(0, options.count, BLOCK)):
-            size = min(BLOCK, options.count - first)
-            for what, often in fuzz_move_base(size, options.seed * 1000000 + number).items():
-                tally[what] = tally.get(what, 0) + often
-            progress.update(size)
+    for size, seed in blocks(options, 'inputs to move_base', BLOCK):
+        for what, often in fuzz_move_base(size, seed).items():
+            tally[what] = tally.get(what, 0) + often
     seen = ', '.join(f'{what} {often}' for what, often in sorted(tally.items()))
     print(f'{options.count} inputs to move_base, no failure, {time.monotonic() - began:.1f} s: {seen}')
