@@ -1,0 +1,1 @@
+"""Shared control: the command nearest to the rider's wish that keeps clear of obstacles."""

@@ -1,0 +1,93 @@
+"""Parameters of shared control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from sara_common.config import ConfigError, range_faults
+
+
+@dataclass(frozen=True)
+class AssistConfig:
+    """m, s, m/s, rad/s. Names of the laws: see shared_control.
+
+    sources: whose commands are assisted. length, width: of the body, centred on base_link. horizon: s of driving that
+    is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no nearer to an obstacle. clear:
+    nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what
+    cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of the greatest
+    deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is
+    centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
+    grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate driven. latency: s until a
+    command takes effect.
+    """
+
+    sources: tuple = ('joystick', 'touch', 'keyboard')
+    length: float = 1.08
+    width: float = 0.58
+    horizon: float = 6.0
+    nearest_look: float = 0.8
+    farthest_look: float = 2.1
+    margin: float = 0.04
+    clear: float = 0.3
+    help: float = 0.6
+    braking: float = 0.3
+    steady_time: float = 0.4
+    insist: float = 0.95
+    insist_time: float = 1.0
+    max_linear: float = 0.4
+    max_angular: float = 0.6
+    override_time: float = 20.0
+    grid_timeout: float = 1.0
+    turn_slip: float = 1.0
+    latency: float = 0.2
+
+    def __post_init__(self):
+        faults = range_faults(self, LIMITS)
+        if not isinstance(self.sources, (list, tuple)) or not all(isinstance(name, str) for name in self.sources):
+            faults.append(f'sources is {self.sources!r}, allowed is a list of names of sources')
+        if not faults and self.nearest_look > self.farthest_look:
+            faults.append(
+                f'nearest_look is {self.nearest_look!r}, allowed is at most farthest_look ({self.farthest_look!r})'
+            )
+        if faults:
+            raise ConfigError(faults)
+
+    @classmethod
+    def from_params(cls, params: object) -> AssistConfig:
+        """From a dictionary. Raises ConfigError with every fault."""
+        if not isinstance(params, dict):
+            raise ConfigError(f'{params!r} is given where a mapping of parameters is allowed')
+        known = {field.name for field in fields(cls)}
+        unknown = [
+            f'{name} is {params[name]!r}, but there is no such parameter' for name in params if name not in known
+        ]
+        values = {name: tuple(value) if isinstance(value, list) else value for name, value in params.items()}
+        try:
+            config = cls(**{name: value for name, value in values.items() if name in known})
+        except ConfigError as error:
+            raise ConfigError([*unknown, *error.faults]) from None
+        if unknown:
+            raise ConfigError(unknown)
+        return config
+
+
+LIMITS = {
+    'length': (0.0, 5.0, True),
+    'width': (0.0, 5.0, True),
+    'horizon': (0.5, 10.0),
+    'nearest_look': (0.2, 3.0),
+    'farthest_look': (0.2, 3.0),
+    'margin': (0.0, 0.5),
+    'clear': (0.05, 1.0),
+    'help': (0.0, 1.0),
+    'braking': (0.0, 2.0, True),
+    'steady_time': (0.0, 2.0),
+    'insist': (0.5, 1.0),
+    'insist_time': (0.2, 10.0),
+    'max_linear': (0.0, 5.0, True),
+    'max_angular': (0.0, 5.0, True),
+    'override_time': (0.0, 120.0),
+    'grid_timeout': (0.1, 10.0),
+    'turn_slip': (1.0, 2.0),
+    'latency': (0.0, 1.0),
+}

@@ -1,0 +1,128 @@
+"""A grid of what is blocked about the robot, and how far every place in it is from there."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ahead_of_time import kernel
+
+
+class LocalGrid(NamedTuple):
+    """blocked: (rows, columns) bool, row 0 lowest. resolution: m, edge of a cell. origin_x, origin_y: m, the lower left
+    corner, in a frame that does not move with the robot.
+    """
+
+    blocked: np.ndarray
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+
+class Field(NamedTuple):
+    """distances: (rows, columns) float32, m from the middle of a cell to the edge of the nearest blocked one, `reach` at
+    most. The rest: as of a LocalGrid. Beyond the grid nothing is known and nothing is in the way.
+    """
+
+    distances: np.ndarray
+    resolution: float
+    origin_x: float
+    origin_y: float
+    reach: float
+
+
+class GridError(ValueError):
+    """A grid that makes no sense; the message says why."""
+
+
+def field_of(grid: LocalGrid, reach: float) -> Field:
+    """The Field of a LocalGrid; distances beyond `reach` (m) are not told apart. Raises GridError."""
+    blocked = np.ascontiguousarray(grid.blocked, np.bool_)
+    numbers = tuple(map(float, grid[1:]))
+    if blocked.ndim != 2 or not all(map(math.isfinite, numbers)) or not numbers[0] > 0.0:
+        raise GridError(f'the grid has shape {blocked.shape}, resolution and origin {numbers}')
+    return Field(distances(blocked, numbers[0], float(reach)), *numbers, float(reach))
+
+
+@kernel
+def distances(blocked: np.ndarray, resolution: float, reach: float) -> np.ndarray:
+    """See Field. Every blocked cell that is not surrounded by others lowers the distances about it."""
+    rows, columns = blocked.shape
+    result = np.full((rows, columns), np.float32(reach))
+    cells = int(math.ceil(reach / resolution)) + 1
+    for i in range(rows):
+        for j in range(columns):
+            if not blocked[i, j]:
+                continue
+            result[i, j] = 0.0
+            if (
+                0 < i < rows - 1
+                and 0 < j < columns - 1
+                and blocked[i - 1, j]
+                and blocked[i + 1, j]
+                and blocked[i, j - 1]
+                and blocked[i, j + 1]
+            ):
+                continue
+            for k in range(max(i - cells, 0), min(i + cells + 1, rows)):
+                for m in range(max(j - cells, 0), min(j + cells + 1, columns)):
+                    away = resolution * (math.sqrt((k - i) ** 2 + (m - j) ** 2) - 0.5)
+                    if away < result[k, m]:
+                        result[k, m] = max(away, 0.0)
+    return result
+
+
+class Outline(NamedTuple):
+    """points: (k, 2) on the outline in their order, m in base_link. spacing: m between them at most. radius: m from
+    base_link to the farthest.
+    """
+
+    points: np.ndarray
+    spacing: float
+    radius: float
+
+
+@kernel
+def distance_at(field: Field, x: float, y: float) -> float:
+    """The distance (m) that a Field has at a place (m)."""
+    rows, columns = field.distances.shape
+    u, v = (x - field.origin_x) / field.resolution, (y - field.origin_y) / field.resolution
+    return field.distances[int(v), int(u)] if 0.0 <= u < columns and 0.0 <= v < rows else field.reach
+
+
+@kernel
+def gap(field: Field, outline: Outline, x: float, y: float, yaw: float) -> float:
+    """The least distance (m) of an Outline at a pose to what is blocked.
+
+    A distance changes by no more than the way between two places, so points near one that is far from everything need
+    not be looked at (sphere tracing; Hart 1996).
+    """
+    least = field.reach - outline.radius
+    if distance_at(field, x, y) >= field.reach:
+        return least
+    c, s = math.cos(yaw), math.sin(yaw)
+    k, points = 0, outline.points
+    while k < len(points):
+        a, b = points[k, 0], points[k, 1]
+        here = distance_at(field, x + c * a - s * b, y + s * a + c * b)
+        least = min(least, here)
+        k += max(1, int((here - least - field.resolution) / outline.spacing))
+    return least
+
+
+def outline_of(length: float, width: float, spacing: float) -> Outline:
+    """The Outline of a rectangle centred on base_link, its corners among the points, at most `spacing` (m) apart."""
+    corners = 0.5 * np.array([[length, width], [-length, width], [-length, -width], [length, -width]])
+    sides = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        n = math.ceil(math.hypot(*(b - a)) / spacing)
+        sides.append(a + np.arange(n)[:, None] / n * (b - a))
+    return Outline(np.ascontiguousarray(np.vstack(sides)), float(spacing), 0.5 * math.hypot(length, width))
+
+
+def warm() -> None:
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    field = field_of(LocalGrid(np.ones((3, 3), bool), 0.1, 0.0, 0.0), 0.2)
+    gap(field, outline_of(1.0, 0.5, 0.1), 0.0, 0.0, 0.0)

@@ -1,0 +1,208 @@
+"""Shared control: the rider leads, and the robot helps where room is short.
+
+What the stick asks for is an arc, then straight on. Where that is not free, a short way is searched that leads on where
+it points to (way_search.py), and followed by pure pursuit, slower where room is short. Where no way leads on, the wish
+itself is driven as far as it is free. Nearest to the wish among what is free: Devigne, Narayanan, Pasteau and Babel
+(2016, "Low complex sensor-based shared control for power wheelchair navigation").
+
+It never goes faster than asked nor the other way, stands in the cycle in which the wish is zero, and is the wish where
+nothing is near. What stops the robot is the safety gate behind it.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from sara_common.planar import advanced
+from sara_control.assist import rollouts, way_search
+from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.insistence import Insistence
+from sara_control.assist.local_grid import LocalGrid, field_of, gap, outline_of
+from sara_control.assist.rollouts import Wish
+from sara_control.assist.way_search import Weights
+
+AHEAD = 0.1  # s: a time may be this far in the future
+SPACING = 0.15  # m between points of the outline
+SLOW = 0.04  # m/s; a wish for less is one to turn in place
+SHARPEST = 3.0  # 1/m of curvature; a wish for more turns in place as well
+CALM = 0.15  # 1/m; a curve that bends otherwise by less is the wish's own
+OWN_LOOK = 1.3  # m of the rider's own way that are looked at
+SPARE = 0.03  # m more than the margin that a wish keeps which is left as it is
+TURN_LOOK = 0.7  # rad of a turn in place that are looked at
+LOOKAHEAD = 0.45  # m, of pure pursuit along the way found
+EFFORT, LOST = 0.3, 3.0  # see way_search.Weights
+ROOM = 4.0  # of lacking room, with full help
+NARROW_SPEED = 0.15  # m/s at the margin; what is allowed beside an obstacle grows from there
+PIVOT_RATE, LEAST_WAY = 0.6, 0.3  # of max_angular; m that a way must lead on
+
+
+class Correction(enum.Enum):
+    """What is done otherwise than asked, as a sentence for the rider."""
+
+    LEFT = 'The chair steers to the left to keep clear.'
+    RIGHT = 'The chair steers to the right to keep clear.'
+    SLOWER = 'The chair goes slower because room is short.'
+    STOPS = 'The chair does not go that way because there is no room.'
+    OVERRIDE = 'The chair does not help: the rider wants to go alone.'
+    UNKNOWN = 'The chair does not help: it does not know what is around it.'
+
+
+LEFT, RIGHT = Correction.LEFT, Correction.RIGHT
+AGAINST = (LEFT, RIGHT, Correction.STOPS)  # the rider's will; what is slower only is not
+
+
+class Assisted(NamedTuple):
+    """v (m/s) and w (rad/s) to be driven; correction: what of it the rider did not ask for, or None."""
+
+    v: float
+    w: float
+    correction: Correction | None
+
+
+class SharedControl:
+    """config: AssistConfig. Times in s on one clock; poses (x, y, yaw), m, rad, in the grid's frame."""
+
+    def __init__(self, config: AssistConfig = AssistConfig()) -> None:
+        rollouts.warm()
+        way_search.warm()
+        self.config = config
+        self._outline = outline_of(config.length, config.width, SPACING)
+        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
+        self._field, self._stamp = None, -math.inf
+        self._insistence = Insistence(config)
+        self._last, self._steady, self._then = 0.0, None, None
+
+    def on_grid(self, grid: LocalGrid, stamp: float) -> None:
+        """What is blocked, as of `stamp`. Raises GridError, and keeps what was known, where it makes no sense."""
+        self._field, self._stamp = (
+            field_of(grid, self._outline.radius + max(self.config.clear, self.config.margin)),
+            stamp,
+        )
+
+    def override(self, t: float, on: bool = True) -> None:
+        """The rider's button: no help for override_time from t on, or help again."""
+        self._insistence.override(t, on)
+
+    def step(
+        self, t: float, wish: Sequence[float], pose: Sequence[float] | None, driven: Sequence[float] = (0.0, 0.0)
+    ) -> Assisted:
+        """The Assisted command for a wish (v m/s, w rad/s) at t. pose: of base_link; None: not known. driven: v (m/s) and
+        w (rad/s) as measured.
+        """
+        v, w = wish
+        if not (math.isfinite(v) and math.isfinite(w)) or v == w == 0.0:
+            self._rest()
+            return Assisted(0.0, 0.0, None)
+        if self._insistence.alone(t, v, w):
+            self._rest(keep=True)
+            return Assisted(v, w, Correction.OVERRIDE)
+        if not (pose is not None and all(map(math.isfinite, (*pose, *driven))) and self._knows(t)):
+            self._rest()
+            return Assisted(v, w, Correction.UNKNOWN)
+        pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
+        if abs(v) < SLOW or abs(w) / self.config.turn_slip > SHARPEST * abs(v):
+            self._last, self._steady = 0.0, None
+            result = self._turn(v, w, pose)
+        else:
+            result = self._drive(t, v, w, pose)
+        self._insistence.corrected(result.correction in AGAINST)
+        self._then = t
+        return result
+
+    def let_go(self) -> None:
+        """The rider commands no more, or somebody else does."""
+        self._rest()
+
+    def _rest(self, keep=False):
+        self._last, self._steady, self._then = 0.0, None, None
+        if not keep:
+            self._insistence.let_go()
+
+    def _knows(self, t):
+        return self._field is not None and -AHEAD <= t - self._stamp <= self.config.grid_timeout
+
+    def _turn(self, v, w, pose):
+        """A wish to turn in place, or nearly: less of it where there is no room."""
+        c = self.config
+        free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
+        if free >= TURN_LOOK - 1e-6:
+            return Assisted(v, w, None)
+        share = free / TURN_LOOK
+        if share < 0.05:
+            return Assisted(0.0, 0.0, Correction.STOPS)
+        return Assisted(v * share, w * share, Correction.SLOWER)
+
+    def _drive(self, t, v, w, pose):
+        """A wish to drive: on a way about it that keeps clear."""
+        c, sense = self.config, math.copysign(1.0, v)
+        asked = w / abs(v) / c.turn_slip
+        wish = Wish(sense, self._averaged(t, asked), self._look(v))
+        ahead = wish._replace(look=min(wish.look, OWN_LOOK))
+        own = rollouts.follow(self._field, self._outline, pose, ahead, c.margin)
+        if own.free >= ahead.look - 1e-6 and own.nearest >= c.margin + SPARE:
+            self._last = asked
+            return Assisted(v, w, None)
+        way = way_search.search(self._field, self._outline, pose, wish, self._last, self._weights)
+        if len(way.moves) == 0 or way.progress < LEAST_WAY:
+            return self._slower(v, w, own)
+        if way.moves[0, 0] == 0.0:
+            self._last = 0.0
+            side = math.copysign(1.0, way.moves[0, 1])
+            return Assisted(0.0, side * PIVOT_RATE * c.max_angular, LEFT if side > 0.0 else RIGHT)
+        curvature = self._last = self._pursued(way, sense)
+        speed = min(abs(v), self._allowed(way))
+        turn = curvature * c.turn_slip * speed
+        if abs(turn) > max(c.max_angular, abs(w)):
+            speed *= max(c.max_angular, abs(w)) / abs(turn)
+            turn = curvature * c.turn_slip * speed
+        if abs(curvature - asked) > CALM:
+            return Assisted(sense * speed, turn, LEFT if curvature > asked else RIGHT)
+        return Assisted(sense * speed, turn, Correction.SLOWER if speed < 0.99 * abs(v) else None)
+
+    def _slower(self, v, w, own):
+        """The wish itself, as fast as what is free of it allows."""
+        speed = math.sqrt(2.0 * self.config.braking * max(own.free - SPARE, 0.0))
+        if speed < SLOW:
+            return Assisted(0.0, 0.0, Correction.STOPS)
+        share = min(1.0, speed / abs(v))
+        return Assisted(v * share, w * share, Correction.SLOWER if share < 1.0 else None)
+
+    def _pursued(self, way, sense):
+        """The curvature (1/m) to the point of a Way that is LOOKAHEAD on: pure pursuit (Coulter 1992)."""
+        x, y, yaw = way.poses[0]
+        k, done = 1, abs(way.moves[0, 0])
+        while k < len(way.moves) and way.moves[k, 0] != 0.0 and done < LOOKAHEAD:
+            done += abs(way.moves[k, 0])
+            k += 1
+        dx, dy = way.poses[k, 0] - x, way.poses[k, 1] - y
+        aside = sense * (math.cos(yaw) * dy - math.sin(yaw) * dx)
+        return 2.0 * aside / max(dx * dx + dy * dy, 1e-6)
+
+    def _averaged(self, t, asked):
+        """The curvature wished for (1/m), averaged over steady_time."""
+        if self._steady is None or self._then is None or self.config.steady_time == 0.0:
+            self._steady = asked
+        else:
+            share = 1.0 - math.exp(-max(t - self._then, 0.0) / self.config.steady_time)
+            self._steady += share * (asked - self._steady)
+        return self._steady
+
+    def _look(self, v):
+        c = self.config
+        return min(max(abs(v) * c.horizon, c.nearest_look), c.farthest_look)
+
+    def _allowed(self, way):
+        """m/s, by how far a Way leads on before it ends or turns in place, and by the room about its beginning."""
+        c, free, nearest = self.config, 0.0, math.inf
+        for k, (length, _) in enumerate(way.moves):
+            if length == 0.0:
+                break
+            free += abs(length)
+            if free <= 2.0 * LOOKAHEAD:
+                nearest = min(nearest, gap(self._field, self._outline, *way.poses[k + 1]))
+        share = min(max((nearest - c.margin) / (c.clear - c.margin), 0.0), 1.0)
+        beside = NARROW_SPEED + (c.max_linear - NARROW_SPEED) * min(2.0 * share, 1.0)
+        return min(math.sqrt(2.0 * c.braking * free), beside if share < 0.5 else math.inf)

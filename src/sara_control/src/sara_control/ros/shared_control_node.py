@@ -1,0 +1,163 @@
+"""shared_control: `cmd_vel_in` to `cmd_vel_out`; what a rider asks for by one of `sources`, with help where room is
+short. What other sources command passes unchanged.
+"""
+
+import threading
+
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid, Odometry
+from std_msgs.msg import Bool, String
+
+from canserial.ros.node import stop
+from sara_common.config import ConfigError
+from sara_common.diagnostics import OK, WARN
+from sara_common.planar import yaw_from_quaternion, yaw_of
+from sara_common.ros.diagnostics import Diagnostics
+from sara_common.ros.node import on_shutdown, start_node
+from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.local_grid import GridError, LocalGrid
+from sara_control.assist.shared_control import Correction, SharedControl
+
+OCCUPIED = 100  # of nav_msgs/OccupancyGrid, as costmap_2d publishes obstacles
+FRESH = 0.5  # s: an older pose or velocity is not used
+STATUS_PERIOD = 0.5  # s between two sentences
+HELPS = 'The chair follows the rider.'
+
+
+class SharedControlNode:
+    """The shell around SharedControl."""
+
+    def __init__(self) -> None:
+        params = dict(rospy.get_param('~', {}))
+        self.base_frame = params.pop('robot_base_frame', 'base_link')
+        try:
+            self.config = AssistConfig.from_params(params)
+        except ConfigError as error:
+            stop(f'wrong configuration of {rospy.get_name()}: {error}')
+        self.assist = SharedControl(self.config)
+        self.lock = threading.Lock()
+        self.stopping = threading.Event()
+        self.source, self.frame, self.dropped = '', None, {}
+        self.driven, self.driven_at = (0.0, 0.0), -np.inf
+        self.correction, self.said, self.said_at = None, None, -np.inf
+        self.diagnostics = Diagnostics('shared control', 'rider')
+        self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
+        self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.tf = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(self.tf)
+        for topic, kind, handle in (
+            ('cmd_vel_mux/active', String, self.on_source),
+            ('costmap', OccupancyGrid, self.on_grid),
+            ('odom', Odometry, self.on_odometry),
+            ('~override', Bool, self.on_override),
+            ('cmd_vel_in', Twist, self.on_command),
+        ):
+            rospy.Subscriber(topic, kind, handle, queue_size=1, tcp_nodelay=True)
+        on_shutdown(self.on_shutdown)
+
+    def on_source(self, message: String) -> None:
+        """Who drives from now on."""
+        with self.lock:
+            self.source = message.data
+            self.assist.let_go()
+
+    def on_override(self, message: Bool) -> None:
+        """The rider's button: true, no help for a while; false, help again."""
+        with self.lock:
+            self.assist.override(rospy.get_time(), message.data)
+        rospy.loginfo('the rider goes alone' if message.data else 'the rider is helped again')
+
+    def on_odometry(self, message: Odometry) -> None:
+        """How fast the robot is."""
+        twist = message.twist.twist
+        with self.lock:
+            self.driven, self.driven_at = (twist.linear.x, twist.angular.z), rospy.get_time()
+
+    def on_grid(self, message: OccupancyGrid) -> None:
+        """A costmap, in a frame that does not move with the robot; a turned one is refused."""
+        info = message.info
+        try:
+            if abs(yaw_of(info.origin.orientation)) > 1e-3:
+                raise GridError('the costmap is turned')
+            if len(message.data) != info.width * info.height:
+                raise GridError(f'the costmap of {info.width} x {info.height} cells has {len(message.data)}')
+            blocked = np.array(message.data, np.int8).reshape(info.height, info.width) == OCCUPIED
+            grid = LocalGrid(blocked, info.resolution, info.origin.position.x, info.origin.position.y)
+            with self.lock:
+                self.assist.on_grid(grid, message.header.stamp.to_sec())
+                self.frame = message.header.frame_id.lstrip('/')
+        except GridError as error:
+            self.drop(str(error))
+
+    def drop(self, why: str) -> None:
+        """Counts what could not be used, and says each reason once."""
+        if why not in self.dropped:
+            rospy.logwarn('dropped: %s', why)
+        self.dropped[why] = self.dropped.get(why, 0) + 1
+
+    def pose(self, now: float) -> tuple[float, float, float] | None:
+        """(x, y, yaw) of the robot in the costmap's frame; None where that is not known, or old."""
+        if self.frame is None:
+            return None
+        try:
+            found = self.tf.lookup_transform(self.frame, self.base_frame, rospy.Time())
+            if not abs(now - found.header.stamp.to_sec()) <= FRESH:
+                return None
+            t, q = found.transform.translation, found.transform.rotation
+            return t.x, t.y, yaw_from_quaternion(q.x, q.y, q.z, q.w)
+        except (tf2_ros.TransformException, ValueError):
+            return None
+
+    def on_command(self, message: Twist) -> None:
+        """A command of who drives."""
+        with self.lock:
+            if self.stopping.is_set():
+                return
+            if self.source not in self.config.sources:
+                self.correction = None
+                self.out.publish(message)
+                return
+            now = rospy.get_time()
+            driven = self.driven if 0.0 <= now - self.driven_at <= FRESH else (0.0, 0.0)
+            result = self.assist.step(now, (message.linear.x, message.angular.z), self.pose(now), driven)
+            self.correction = result.correction
+            out = Twist()
+            out.linear.x, out.angular.z = result.v, result.w
+            self.out.publish(out)
+        self.say(now)
+
+    def say(self, now: float) -> None:
+        """Publishes a sentence for the rider where it is another."""
+        text = HELPS if self.correction is None else self.correction.value
+        if text != self.said and not 0.0 <= now - self.said_at < STATUS_PERIOD:
+            self.said, self.said_at = text, now
+            self.status.publish(text)
+            rospy.logdebug(text)
+
+    def on_shutdown(self) -> None:
+        """The last word is stop."""
+        with self.lock:
+            self.stopping.set()
+            self.out.publish(Twist())
+        rospy.rostime.wallsleep(0.1)
+
+    def run(self) -> None:
+        """Diagnostics once a second of wall time until ROS shuts down."""
+        while not self.stopping.wait(1.0):
+            with self.lock:
+                correction, dropped = self.correction, sum(self.dropped.values())
+            values = {'source': self.source, 'dropped': dropped}
+            blind = correction is Correction.UNKNOWN
+            self.diagnostics.publish(
+                WARN if blind or dropped else OK, HELPS if correction is None else correction.value, values
+            )
+
+
+def main() -> None:
+    """Run the node."""
+    start_node('shared_control')
+    SharedControlNode().run()
+    rospy.spin()

@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""The wiring of shared_control: commands, a costmap and tf in; commands and sentences out. The test is the clock."""
+
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import TransformStamped, Twist, Vector3
+from nav_msgs.msg import OccupancyGrid
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool, String
+from tf2_msgs.msg import TFMessage
+
+CELL, SIDE = 0.05, 120
+AHEAD_M = 1.2  # from base_link to the wall
+TRIES = 200
+
+
+class SharedControlTest(unittest.TestCase):
+    def setUp(self):
+        self.commands, self.sentences = [], []
+        self.clock = rospy.Publisher('/clock', Clock, queue_size=1)
+        self.tf = rospy.Publisher('/tf', TFMessage, queue_size=1)
+        self.costmap = rospy.Publisher('costmap', OccupancyGrid, queue_size=1)
+        self.active = rospy.Publisher('cmd_vel_mux/active', String, queue_size=1, latch=True)
+        self.override = rospy.Publisher('shared_control/override', Bool, queue_size=1)
+        self.wish = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
+        rospy.Subscriber('/cmd_vel/assisted', Twist, self.commands.append)
+        rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
+        self.now = 100.0
+
+    def tick(self, v, w=0.0, sees=True, side=SIDE):
+        """0.1 s: the world as it is, and a wish. Returns the command that came of it, None where none did yet."""
+        self.now += 0.1
+        stamp = rospy.Time.from_sec(self.now)
+        self.clock.publish(Clock(clock=stamp))
+        transform = TransformStamped()
+        transform.header.stamp, transform.header.frame_id, transform.child_frame_id = stamp, 'map', 'base_link'
+        transform.transform.translation.x = transform.transform.translation.y = 0.5 * SIDE * CELL
+        transform.transform.rotation.w = 1.0
+        self.tf.publish(TFMessage([transform]))
+        if sees:
+            grid = OccupancyGrid()
+            grid.header.stamp, grid.header.frame_id = stamp, 'map'
+            grid.info.resolution, grid.info.width, grid.info.height = CELL, side, SIDE
+            grid.info.origin.orientation.w = 1.0
+            cells = np.zeros((SIDE, SIDE), np.int8)
+            cells[:, int((0.5 * SIDE * CELL + AHEAD_M) / CELL) :] = 100
+            grid.data = cells.ravel().tolist()
+            self.costmap.publish(grid)
+        rospy.rostime.wallsleep(0.02)
+        del self.commands[:]
+        self.wish.publish(Twist(Vector3(v, 0.0, 0.0), Vector3(0.0, 0.0, w)))
+        for _ in range(50):
+            if self.commands:
+                return self.commands[-1].linear.x, self.commands[-1].angular.z
+            rospy.rostime.wallsleep(0.01)
+        return None
+
+    def until(self, wanted, *wish, **what):
+        """Ticks until a command is as wanted; the test fails where none ever is."""
+        for _ in range(TRIES):
+            command = self.tick(*wish, **what)
+            if command is not None and wanted(*command):
+                return
+        self.fail(f'no such command: the last is {command}, sentences {self.sentences}')
+
+    def test_a_rider_is_helped_and_nobody_else(self):
+        self.active.publish('joystick')
+        self.until(lambda v, w: v < 0.1 or abs(w) > 0.05, 0.35)
+        self.assertTrue(any('keep clear' in text or 'room' in text for text in self.sentences), self.sentences)
+        self.until(lambda v, w: (v, w) == (0.0, 0.0), 0.0)
+        self.override.publish(True)
+        self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35)
+        self.override.publish(False)
+        self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, sees=False)  # it is too old to be used
+        self.assertTrue(any('does not know' in text for text in self.sentences), self.sentences)
+        self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, side=SIDE - 1)  # it has more cells than it says
+        self.active.publish('navigation')
+        self.until(lambda v, w: (v, w) == (0.35, 0.1), 0.35, 0.1)
+
+
+if __name__ == '__main__':
+    rospy.init_node('shared_control_test')
+    rostest.rosrun('sara_control', 'shared_control', SharedControlTest)

@@ -1,0 +1,262 @@
+"""Laws of shared control, for drawn worlds, wishes and poses, and what it does at doors, walls and tables."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sara_common.config import ConfigError
+from sara_common.planar import advanced
+from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, outline_of
+from sara_control.assist.shared_control import Correction, SharedControl
+
+CELL = 0.05
+CONFIG = AssistConfig()
+FINE = outline_of(CONFIG.length, CONFIG.width, 0.02)
+NAN = math.nan
+speeds = st.floats(-0.4, 0.4)
+turns = st.floats(-0.6, 0.6)
+
+
+def world(width, height, *boxes, edge=True):
+    """A LocalGrid of a room (m) with boxes (x0, y0, x1, y1; m)."""
+    blocked = np.zeros((round(height / CELL), round(width / CELL)), bool)
+    if edge:
+        blocked[[0, -1]] = blocked[:, [0, -1]] = True
+    for x0, y0, x1, y1 in boxes:
+        blocked[round(y0 / CELL) : round(y1 / CELL), round(x0 / CELL) : round(x1 / CELL)] = True
+    return LocalGrid(blocked, CELL, 0.0, 0.0)
+
+
+DOOR = world(8.0, 6.0, (4.0, 0.0, 4.1, 2.6), (4.0, 3.4, 4.1, 6.0))  # 0.80 m wide, its middle at (4.05, 3)
+
+
+def knows(grid, config=CONFIG, t=0.0):
+    assist = SharedControl(config)
+    assist.on_grid(grid, t)
+    return assist
+
+
+def drive(grid, pose, rider, seconds=30.0, config=CONFIG):
+    """[(pose, Assisted, wish, gap)] of a robot whose speeds follow within 0.4 m/s2 and 1.2 rad/s2."""
+    assist, field = SharedControl(config), field_of(grid, 1.5)
+    v = w = 0.0
+    rows = []
+    for k in range(round(seconds / 0.05)):
+        t = 0.05 * k
+        if k % 4 == 0:
+            assist.on_grid(grid, t)
+        wish = rider(t, pose)
+        if wish is None:
+            break
+        result = assist.step(t, wish, pose, (v, w))
+        v += min(max(result.v - v, -0.04), 0.02)
+        w += min(max(result.w - w, -0.06), 0.06)
+        pose = advanced(*pose, v, w, 0.05)
+        rows.append((pose, result, wish, gap(field, FINE, *pose)))
+    return rows
+
+
+def heads_for(x, y, until, speed=0.34):
+    """A rider who points the stick at a place (m) until `until` (pose) is true."""
+
+    def rider(_t, pose):
+        if until(pose):
+            return None
+        bearing = math.remainder(math.atan2(y - pose[1], x - pose[0]) - pose[2], math.tau)
+        return speed, min(max(1.2 * bearing, -0.5), 0.5)
+
+    return rider
+
+
+@st.composite
+def places(draw):
+    """A world with up to four boxes, and a pose that is free in it."""
+    boxes = draw(st.lists(st.tuples(st.floats(0.5, 5.0), st.floats(0.5, 5.0), st.floats(0.1, 1.5)), max_size=4))
+    grid = world(6.0, 6.0, *((x, y, x + size, y + size) for x, y, size in boxes))
+    return grid, draw(st.tuples(st.floats(0.0, 6.0), st.floats(0.0, 6.0), st.floats(-math.pi, math.pi)))
+
+
+class TestLaws:
+    @given(places(), speeds, turns, st.tuples(speeds, turns))
+    @settings(max_examples=150, deadline=None)
+    def test_it_is_never_faster_than_asked_and_never_goes_the_other_way(self, place, v, w, driven):
+        grid, pose = place
+        result = knows(grid).step(0.0, (v, w), pose, driven)
+        assert abs(result.v) <= abs(v) + 1e-12 and result.v * v >= 0.0
+        assert abs(result.w) <= max(CONFIG.max_angular, abs(w)) + 1e-12
+        if abs(v) < 0.04:
+            assert result.w * w >= 0.0 and abs(result.w) <= abs(w)
+
+    @given(places(), speeds, turns)
+    @settings(max_examples=50, deadline=None)
+    def test_what_is_not_corrected_is_the_wish(self, place, v, w):
+        grid, pose = place
+        result = knows(grid).step(0.0, (v, w), pose)
+        if result.correction is None and (v, w) != (0.0, 0.0):
+            assert result.v == pytest.approx(v, rel=0.01)
+            assert result.w == pytest.approx(w, abs=0.151 * abs(v) + 0.01 * abs(w))
+
+    @given(places(), st.lists(st.tuples(speeds, turns), min_size=1, max_size=5))
+    @settings(max_examples=30, deadline=None)
+    def test_a_centred_stick_stands_in_that_cycle(self, place, wishes):
+        grid, pose = place
+        assist = knows(grid)
+        for k, wish in enumerate(wishes):
+            assist.step(0.05 * k, wish, pose)
+        result = assist.step(0.3, (0.0, 0.0), pose)
+        assert (result.v, result.w, result.correction) == (0.0, 0.0, None)
+
+    @given(st.floats(-0.4, 0.4), turns, st.floats(-math.pi, math.pi))
+    def test_with_room_all_round_it_is_the_wish(self, v, w, yaw):
+        grid = world(4.6, 4.6)  # 1.5 m from every point of the outline to the walls, and some more ahead
+        result = knows(grid).step(0.0, (v, w), (2.3, 2.3, yaw))
+        if (v, w) != (0.0, 0.0):
+            assert result == (v, w, None)
+
+
+class TestWhatItKnows:
+    @pytest.mark.parametrize('pose', [None, (NAN, 0.0, 0.0), (0.0, math.inf, 0.0)])
+    def test_without_a_pose_it_leaves_the_rider_to_the_gate(self, pose):
+        assert knows(DOOR).step(0.0, (0.3, 0.1), pose) == (0.3, 0.1, Correction.UNKNOWN)
+
+    @pytest.mark.parametrize('t', [-0.2, 1.01, NAN])
+    def test_an_old_grid_is_not_used(self, t):
+        assert knows(DOOR).step(t, (0.3, 0.1), (3.0, 3.0, 1.0)).correction is Correction.UNKNOWN
+
+    def test_before_the_first_grid(self):
+        assert SharedControl().step(0.0, (0.3, 0.1), (3.0, 3.0, 1.0)) == (0.3, 0.1, Correction.UNKNOWN)
+
+    @pytest.mark.parametrize('wish', [(NAN, 0.1), (0.3, math.inf)])
+    def test_a_wish_that_is_no_number_stands(self, wish):
+        assert knows(DOOR).step(0.0, wish, (3.0, 3.0, 1.0)) == (0.0, 0.0, None)
+
+    @pytest.mark.parametrize(
+        'change', [{'resolution': 0.0}, {'resolution': NAN}, {'origin_x': NAN}, {'blocked': [True]}]
+    )
+    def test_a_grid_that_makes_no_sense_is_refused_and_the_last_one_kept(self, change):
+        assist = knows(DOOR)
+        before = assist.step(0.0, (0.34, 0.0), (2.5, 3.4, 0.0))
+        with pytest.raises(GridError):
+            assist.on_grid(DOOR._replace(**change), 0.0)
+        assist.step(0.05, (0.0, 0.0), None)
+        assert assist.step(0.1, (0.34, 0.0), (2.5, 3.4, 0.0)) == before
+
+    def test_off_the_grid_nothing_is_in_the_way(self):
+        assert knows(DOOR).step(0.0, (0.3, 0.1), (50.0, 3.0, 0.0)) == (0.3, 0.1, None)
+
+
+class TestHelp:
+    @pytest.mark.parametrize('degrees', [-45, -30, -15, 0, 15, 30, 45])
+    def test_it_leads_through_a_door(self, degrees):
+        a = math.radians(degrees)
+        start = (4.05 - 2.0 * math.cos(a), 3.0 - 2.0 * math.sin(a), a)
+        rows = drive(DOOR, start, heads_for(5.5, 3.0, lambda pose: pose[0] > 5.0))
+        assert rows[-1][0][0] > 4.99 and min(row[3] for row in rows) > 0.0
+
+    def test_along_a_wall_that_the_rider_steers_into(self):
+        grid = world(8.0, 4.0)
+        rows = drive(grid, (1.0, 1.0, 0.0), lambda t, pose: (0.34, -0.15) if pose[0] < 6.0 else None, 30.0)
+        assert rows[-1][0][0] > 5.9 and min(row[3] for row in rows) > 0.0
+
+    def test_round_a_box_in_the_way(self):
+        grid = world(8.0, 6.0, (4.0, 2.6, 4.5, 3.1))
+        rows = drive(grid, (1.5, 2.9, 0.0), heads_for(7.0, 2.9, lambda pose: pose[0] > 6.0))
+        assert rows[-1][0][0] > 5.9 and min(row[3] for row in rows) > 0.02
+
+    def test_it_stops_before_a_wall(self):
+        rows = drive(world(6.0, 4.0), (3.0, 2.0, 0.0), lambda t, pose: (0.34, 0.0), 20.0)
+        assert rows[-1][1].v == 0.0 and 0.0 < rows[-1][3] < 0.2
+
+    def test_astern_as_ahead(self):
+        grid = world(8.0, 6.0, (4.0, 2.6, 4.5, 3.1))
+        rider = heads_for(7.0, 2.9, lambda pose: pose[0] > 6.0)
+
+        def astern(t, pose):
+            wish = rider(t, (pose[0], pose[1], pose[2] + math.pi))
+            return None if wish is None else (-wish[0], wish[1])
+
+        rows = drive(grid, (1.5, 2.9, math.pi), astern)
+        assert rows[-1][0][0] > 5.9 and min(row[3] for row in rows) > 0.02
+
+    def test_a_turn_beside_a_wall_is_made_as_far_as_there_is_room(self):
+        rows = drive(world(6.0, 4.0), (3.0, 0.45, 0.0), lambda t, pose: (0.0, 0.5), 6.0)
+        assert 0.0 < min(row[3] for row in rows)
+        assert rows[-1][1].correction in (Correction.STOPS, Correction.SLOWER)
+
+    def test_with_no_help_asked_for_room_does_not_count(self):
+        pose, wish = (2.5, 3.25, 0.0), (0.34, 0.0)
+        much, none = (knows(DOOR, AssistConfig(help=share)).step(0.0, wish, pose).w for share in (1.0, 0.0))
+        assert abs(none) <= abs(much)
+
+
+class TestTheRiderWins:
+    def corrected(self, config=CONFIG):
+        return knows(DOOR, config), (3.2, 3.3, 0.0)  # the left jamb is straight ahead
+
+    def test_who_holds_the_stick_fully_against_a_correction_is_left_alone(self):
+        assist, pose = self.corrected()
+        results = []
+        for k in range(30):
+            assist.on_grid(DOOR, 0.05 * k)
+            results.append(assist.step(0.05 * k, (0.4, 0.0), pose))
+        alone = [result.correction is Correction.OVERRIDE for result in results]
+        assert not any(alone[:20]) and all(alone[22:])
+        assert results[-1][:2] == (0.4, 0.0)
+        assist.step(1.6, (0.0, 0.0), pose)
+        assert assist.step(1.65, (0.4, 0.0), pose).correction is not Correction.OVERRIDE
+
+    def test_who_does_not_is_helped_on(self):
+        assist, pose = self.corrected()
+        for k in range(100):
+            assist.on_grid(DOOR, 0.05 * k)
+            assert assist.step(0.05 * k, (0.35, 0.0), pose).correction is not Correction.OVERRIDE
+
+    def test_override_lasts_as_long_as_it_says(self):
+        assist, pose = self.corrected()
+        assist.override(0.0)
+        for t, alone in ((0.1, True), (19.9, True), (20.1, False)):
+            assist.on_grid(DOOR, t)
+            assist.step(t, (0.0, 0.0), pose)
+            assert (assist.step(t, (0.3, 0.0), pose).correction is Correction.OVERRIDE) is alone
+
+    def test_override_is_taken_back(self):
+        assist, pose = self.corrected()
+        assist.override(0.0)
+        assist.override(0.05, on=False)
+        assert assist.step(0.1, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
+
+    def test_a_clock_set_back_ends_an_override(self):
+        assist, pose = self.corrected()
+        assist.override(1000.0)
+        assert assist.step(0.0, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
+
+
+class TestConfig:
+    @pytest.mark.parametrize(
+        'values',
+        [
+            {'margin': -0.1},
+            {'help': 1.1},
+            {'horizon': NAN},
+            {'sources': 'joystick'},
+            {'sources': [1]},
+            {'nearest_look': 2.5},
+            {'braking': 0.0},
+            {'margins': 0.1},
+        ],
+    )
+    def test_faults_are_named(self, values):
+        with pytest.raises(ConfigError, match=next(iter(values))):
+            AssistConfig.from_params(values)
+
+    def test_all_faults_at_once(self):
+        with pytest.raises(ConfigError) as error:
+            AssistConfig.from_params({'help': 2, 'margin': -1, 'nothing': 0})
+        assert len(error.value.faults) == 3
+
+    def test_no_mapping(self):
+        with pytest.raises(ConfigError, match='mapping'):
+            AssistConfig.from_params([])
