@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sara_sim.bus.pacing import MAX_LAG_STEPS, Pacer
 from sara_sim.bus.terminal import PortError, Terminal
-from sara_sim.settings import SettingsError, SimulatorSettings
+from sara_sim.ros.settings import SettingsError, SimulatorSettings
 
 MAX_LAG_S = MAX_LAG_STEPS * 0.01
 

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 
 class CommandChain:
     """Made of the nodes' own configuration. `decision`: the gate's newest; `positions`: the wheels' newest;
-    `controller`, `guard`, `mux`: the parts.
+    `controller`, `guard`, `mux`: the parts. `assist`: None, or what stands between multiplexer and gate (assisted.py):
+    called with a SelectedCommand and the time, gives (v, w).
     """
 
     def __init__(self, bus: BusDescription) -> None:
@@ -47,6 +48,7 @@ class CommandChain:
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux['joystick']))
         self.guard = Guard(SafetyConfig.from_params(parameters('sara_control', 'safety.yaml')))
         self.decision = self.positions = None
+        self.assist = None
         self.abort = self.cancel = ''  # why goals are to be given up; whoever does it empties them
         self._handlers = {
             EncoderReading: self._encoder,
@@ -91,7 +93,8 @@ class CommandChain:
         if self.mux.take_preempted():
             self.cancel = 'The user has taken over.'
         if selected is not None:
-            self.guard.on_command(now, selected.v, selected.w)
+            v, w = (selected.v, selected.w) if self.assist is None else self.assist(selected, now)
+            self.guard.on_command(now, v, w)
 
     def _encoder(self, reading, _now):
         self.guard.on_encoder(reading.stamp, reading.wheel, reading.steps, reading.time_100us)

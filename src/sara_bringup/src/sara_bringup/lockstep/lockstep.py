@@ -109,6 +109,11 @@ class Lockstep:
         return self.localization.pose
 
     @property
+    def local_pose(self) -> tuple[float, float, float] | None:
+        """(x, y, yaw) of base_link in the local costmap's frame, map or odom; None before it is known."""
+        return self.odometry if self.ranges.local_frame == 'odom' else self._map_pose()
+
+    @property
     def time(self) -> float:
         """Seconds since the start."""
         return self.chair.time

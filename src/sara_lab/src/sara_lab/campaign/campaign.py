@@ -12,12 +12,15 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_lab.campaign.assisted import assisted, assisted_doors
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
+from sara_lab.rides.circuits import circuits
+from sara_sim.riders.riders import RIDERS
 
 PARTS = {
     'square': square,
@@ -35,7 +38,12 @@ PARTS = {
     'calm': calm,
     'nees': nees,
     'filter_fuzz': filter_fuzz,
+    'assisted': assisted,
+    'assisted_doors': assisted_doors,
 }
+
+
+CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the part `assisted`
 
 
 def main() -> None:
@@ -44,7 +52,8 @@ def main() -> None:
     arguments.out.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
-        figures, bad = _run(name, arguments.seeds, arguments.out)
+        part = PARTS[name](arguments.seeds, arguments.out, **(_chosen(arguments) if name == 'assisted' else {}))
+        figures, bad = _run(name, part, arguments.out)
         figures_of[name] = {'commit': commit, 'seeds': arguments.seeds, **figures}
         failed += bad
     if arguments.json:
@@ -62,7 +71,13 @@ def _arguments():
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
     )
+    for choice, known in CHOICES.items():
+        parser.add_argument(
+            f'--{choice}', nargs='+', choices=known, metavar='NAME', help=f'of the part assisted: {", ".join(known)}'
+        )
     arguments = parser.parse_args()
+    if _chosen(arguments) and arguments.parts != ['assisted']:
+        parser.error(f'--{" and --".join(_chosen(arguments))} go with the part assisted alone')
     unknown = [name for name in arguments.parts if name not in PARTS]
     if unknown:
         parser.error(f'there is no part {", ".join(unknown)}; there are {", ".join(PARTS)}')
@@ -71,9 +86,13 @@ def _arguments():
     return arguments
 
 
-def _run(name, seeds, folder):
+def _chosen(arguments):
+    """{choice of `assisted`: names} that are given."""
+    return {choice: names for choice in CHOICES if (names := getattr(arguments, choice))}
+
+
+def _run(name, part, folder):
     """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
-    part = PARTS[name](seeds, folder)
     results = [
         _result(folder / f'{case}.json', work) for case, work in tqdm(part.cases.items(), unit='case', desc=name)
     ]

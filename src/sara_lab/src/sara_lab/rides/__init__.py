@@ -1,0 +1,1 @@
+"""Rides: simulated riders steer through circuits, alone, with the safety gate, and with shared control."""

@@ -1,0 +1,166 @@
+"""Rides: the circuits are hard but fair, a ride tells what happened, and steering is counted as it was published."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sara_bringup.lockstep.assisted import Assisted
+from sara_bringup.lockstep.lockstep import Lockstep, world_of
+from sara_control.assist.shared_control import Correction, SharedControl
+from sara_lab.campaign import assisted as part
+from sara_lab.judge import gaps
+from sara_lab.judge.body_space import BodySpace
+from sara_lab.judge.judge import BODY
+from sara_lab.rides import ride as rides
+from sara_lab.rides.circuits import circuits
+from sara_lab.rides.door_rides import APPROACHES, WIDEST, approach, passed
+from sara_lab.rides.steering import reversal_rate, reversals, sign_changes
+from sara_nav.maps import map_io
+
+DT = 0.05
+
+
+def along(points):
+    """Poses (x, y, yaw) on a line through points (n, 2), 5 cm apart or less."""
+    points = np.array(points, float)
+    for a, b in zip(points, points[1:]):
+        yaw = math.atan2(*(b - a)[::-1])
+        for share in np.linspace(0.0, 1.0, max(2, math.ceil(math.dist(a, b) / 0.05))):
+            yield *(a + share * (b - a)), yaw
+
+
+def least_gap(circuit, points):
+    """m between body and walls on a line, the heading along it."""
+    world = world_of(circuit.grid)
+    return min(gaps.at(world, pose, BODY) for pose in along(points))
+
+
+@pytest.mark.parametrize('name', circuits())
+def test_somebody_who_sees_the_way_passes_and_somebody_who_does_not_collides(name):
+    circuit = circuits()[name]
+    assert least_gap(circuit, circuit.task.way) > 0.08
+    assert least_gap(circuit, (circuit.start[:2], *circuit.task.goals)) == 0.0
+    assert all(min(math.dist(place, point) for point in circuit.task.way) < 0.5 for place in circuit.checkpoints)
+    geometry = circuit.grid.geometry
+    space = BodySpace(
+        circuit.grid.data != map_io.FREE, geometry.resolution, (geometry.origin_x, geometry.origin_y), BODY, 0.05
+    )
+    assert space.connected(circuit.start, list(along(circuit.task.way))[-1])
+
+
+def test_a_ride_is_the_same_again_and_tells_what_happened():
+    one, other = (rides.ride('office', 'expert', 'free', 3) for _ in range(2))
+    assert one == other
+    assert one.completed and one.passed == 5 and one.contacts == () and one.corrections == {} and one.changed == 0.0
+    assert 35.0 < one.seconds < 65.0 and 10.0 < one.length < 18.0 and one.gap > 0.05 and one.stops == 0
+
+
+def test_the_blind_collide_alone_and_are_led_past_by_shared_control():
+    alone, helped = (rides.ride('office', 'blind', way, 0) for way in ('free', 'assisted'))
+    assert alone.contacts and not alone.completed
+    assert helped.contacts == () and helped.gap > 0.0 and helped.changed > 0.01
+    assert set(helped.corrections) <= set(Correction.__members__) and helped.corrections
+    assert helped.passed > alone.passed
+
+
+def test_who_gives_up_is_not_taken_for_done(monkeypatch):
+    monkeypatch.setattr(rides, 'GIVES_UP_S', 5.0)
+    made = rides.ride('office', 'blind', 'gate', 0)
+    assert not made.completed and made.passed < 5 and made.seconds < 60.0 and made.to_json()['completed'] is False
+
+
+def test_other_sources_than_the_rider_s_pass_unchanged():
+    circuit = circuits()['slalom']
+    lockstep = Lockstep(circuit.grid, circuit.start, 0, localization='fake')
+    helper = Assisted(lockstep, SharedControl(replace(rides.assist_config(), sources=('joystick',))))
+    lockstep.start_up()
+    lockstep.wheels.on_command('navigation', 0.2, 0.1, lockstep.time)
+    command = lockstep.wheels.guard._command
+    assert helper.command is None and (command.v, command.w) == (0.2, 0.1)
+    lockstep.wheels.on_command('joystick', 0.2, 0.0, lockstep.time)
+    assert helper.command is not None and helper.command.correction is not Correction.UNKNOWN
+
+
+def test_the_grid_is_handed_over_as_often_as_the_costmap_is_updated():
+    circuit, given = circuits()['slalom'], []
+
+    class Noting(SharedControl):
+        def on_grid(self, grid, stamp):
+            given.append((stamp, grid))
+            super().on_grid(grid, stamp)
+
+    lockstep = Lockstep(circuit.grid, circuit.start, 0, localization='fake')
+    Assisted(lockstep, Noting(rides.assist_config()))
+    lockstep.start_up()
+    begin = lockstep.time
+    while lockstep.time < begin + 2.0:
+        lockstep.wheels.on_command('joystick', 0.1, 0.0, lockstep.time)
+        lockstep.step()
+    assert np.diff([stamp for stamp, _ in given]) == pytest.approx(0.2, abs=0.051)
+    grid = given[-1][1]
+    row, column = (int((at - low) / grid.resolution) for at, low in ((1.5, grid.origin_y), (3.1, grid.origin_x)))
+    assert grid.blocked[row, column] and not grid.blocked[row, column - 20]
+
+
+def test_stops_are_counted_between_motions():
+    speeds = np.zeros((1000, 2))
+    speeds[100:300, 0] = speeds[360:500, 1] = speeds[520:700, 0] = 0.3
+    assert rides._stops(speeds) == 1  # at rest before and after do not count, nor a pause of 0.2 s
+
+
+def test_sign_changes_leave_the_dead_band_out():
+    assert sign_changes(np.array([0.5, 0.02, -0.02, 0.3, -0.4, 0.01, -0.2, 0.6])) == 2
+
+
+def test_slow_steering_is_counted_and_tremor_is_not():
+    t = np.arange(0.0, 60.0, DT)
+    slow = 0.3 * np.sin(2.0 * np.pi * 0.2 * t)
+    assert reversals(slow, DT) == pytest.approx(2 * 0.2 * 60.0, abs=2)
+    assert reversals(slow + 0.3 * np.sin(2.0 * np.pi * 4.5 * t), DT) == pytest.approx(reversals(slow, DT), abs=1)
+    assert reversals(0.04 * np.sin(2.0 * np.pi * 0.2 * t), DT) == 0
+    assert reversal_rate(slow, DT) == pytest.approx(24.0, abs=2.0)
+    assert reversals(np.zeros(3), DT) == 0
+
+
+def test_approaches_to_the_door_are_spread_evenly():
+    starts = [approach(number).start for number in range(APPROACHES)]
+    aside = [math.atan2(start[1] - 4.0, abs(start[0] - 6.05)) for start in starts]
+    assert aside[0] == pytest.approx(-WIDEST) and aside[-1] == pytest.approx(WIDEST)
+    assert np.diff(aside) == pytest.approx(2.0 * WIDEST / (APPROACHES - 1))
+
+
+def _ride(**changes):
+    values = dict(
+        circuit='door', rider='late', way='gate', seed=0, completed=True, passed=5, seconds=100.0, length=10.0,
+        reversals_per_m=1.0, reversals_per_min=10.0, changed=0.0, stops=0, gap=0.1, corrections={}, contacts=(),
+    )  # fmt: skip
+    return rides.Ride(**{**values, **changes})
+
+
+def test_a_door_is_passed_only_without_a_stop_and_without_a_contact():
+    assert passed(_ride())
+    assert not any(passed(_ride(**change)) for change in ({'stops': 1}, {'completed': False}, {'contacts': ({},)}))
+
+
+def test_the_campaign_s_verdict_names_what_help_does_not_do():
+    rows = [
+        _ride(way='free', contacts=({},)), _ride(), _ride(way='assisted', seconds=90.0, reversals_per_min=6.0),
+        _ride(rider='blind', way='free'), _ride(rider='blind'),
+        _ride(rider='blind', way='assisted', completed=False),
+        _ride(rider='expert', way='free'), _ride(rider='expert'),
+        _ride(rider='expert', way='assisted', seconds=106.0, changed=0.06),
+    ]  # fmt: skip
+    lines, figures = part._summary([row.to_json() for row in rows])
+    assert len(lines) == 10 and figures['door_blind']['assisted']['seconds'] == rides.LIMIT_S
+    assert part._verdict(figures) == [
+        'door_late: 90 s, with the gate alone 100: at most 0.8 of it',
+        'door_late: 6.0 reversals/min, with the gate alone 10.0: at most 0.5 of it',
+        'door_blind: 300 s, with the gate alone 100: at most 0.8 of it',
+        'door_blind: 0 of 1 completed, at least 98%',
+        'door_blind: 10.0 reversals/min, with the gate alone 10.0: at most 0.5 of it',
+        'door_blind: nobody collides without help: the circuit is too easy',
+        'door_expert: 1.06 of the time without help, at most 1.05',
+        'door_expert: 6.0% of the wish is changed, at most 5%',
+    ]

@@ -1,0 +1,30 @@
+"""What a rider holds, and what every rider is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+
+class Stick(NamedTuple):
+    """How far a stick is deflected, -1..1 each, as the axes of sensor_msgs/Joy: to the left, forward."""
+
+    left: float
+    forward: float
+
+    @classmethod
+    def within(cls, left: float, forward: float) -> Stick:
+        """The Stick that is pushed no further than it goes."""
+        return cls(min(max(left, -1.0), 1.0), min(max(forward, -1.0), 1.0))
+
+
+CENTRED = Stick(0.0, 0.0)
+
+
+class Rider(Protocol):
+    """Steers by what is seen. `arrived`: whether the rider is where they wanted to go."""
+
+    arrived: bool
+
+    def stick(self, t: float, pose: Sequence[float]) -> Stick:
+        """The Stick at t (s, never less than before) while the chair is at pose (x, y, yaw; m, rad, map frame)."""
