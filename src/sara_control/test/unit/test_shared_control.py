@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from sara_common.config import ConfigError
 from sara_common.planar import advanced
 from sara_control.assist.assist_config import AssistConfig
@@ -183,7 +184,7 @@ class TestHelp:
 
     def test_a_turn_beside_a_wall_is_made_as_far_as_there_is_room(self):
         rows = drive(world(6.0, 4.0), (3.0, 0.45, 0.0), lambda t, pose: (0.0, 0.5), 6.0)
-        assert 0.0 < min(row[3] for row in rows)
+        assert min(row[3] for row in rows) > 0.0
         assert rows[-1][1].correction in (Correction.STOPS, Correction.SLOWER)
 
     def test_with_no_help_asked_for_room_does_not_count(self):

@@ -17,8 +17,8 @@ class AssistConfig:
     cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of the greatest
     deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is
     centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
-    grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate driven. latency: s until a
-    command takes effect.
+    grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate driven.
+    latency: s until a command takes effect.
     """
 
     sources: tuple = ('joystick', 'touch', 'keyboard')

@@ -22,8 +22,8 @@ class LocalGrid(NamedTuple):
 
 
 class Field(NamedTuple):
-    """distances: (rows, columns) float32, m from the middle of a cell to the edge of the nearest blocked one, `reach` at
-    most. The rest: as of a LocalGrid. Beyond the grid nothing is known and nothing is in the way.
+    """distances: (rows, columns) float32, m from the middle of a cell to the edge of the nearest blocked one, at most
+    `reach`. The rest: as of a LocalGrid. Beyond the grid nothing is known and nothing is in the way.
     """
 
     distances: np.ndarray

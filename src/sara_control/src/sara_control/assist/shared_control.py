@@ -32,6 +32,7 @@ CALM = 0.15  # 1/m; a curve that bends otherwise by less is the wish's own
 OWN_LOOK = 1.3  # m of the rider's own way that are looked at
 SPARE = 0.03  # m more than the margin that a wish keeps which is left as it is
 TURN_LOOK = 0.7  # rad of a turn in place that are looked at
+TURN_BRAKING, TURN_SPARE = 0.6, 0.03  # rad/s2 before what such a turn would meet, and rad before it
 LOOKAHEAD = 0.45  # m, of pure pursuit along the way found
 EFFORT, LOST = 0.3, 3.0  # see way_search.Weights
 ROOM = 4.0  # of lacking room, with full help
@@ -89,8 +90,8 @@ class SharedControl:
     def step(
         self, t: float, wish: Sequence[float], pose: Sequence[float] | None, driven: Sequence[float] = (0.0, 0.0)
     ) -> Assisted:
-        """The Assisted command for a wish (v m/s, w rad/s) at t. pose: of base_link; None: not known. driven: v (m/s) and
-        w (rad/s) as measured.
+        """The Assisted command for a wish (v m/s, w rad/s) at t. pose: of base_link; None: not known. driven: v (m/s)
+        and w (rad/s) as measured.
         """
         v, w = wish
         if not (math.isfinite(v) and math.isfinite(w)) or v == w == 0.0:
@@ -128,12 +129,12 @@ class SharedControl:
         """A wish to turn in place, or nearly: less of it where there is no room."""
         c = self.config
         free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
-        if free >= TURN_LOOK - 1e-6:
+        rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
+        if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
             return Assisted(v, w, None)
-        share = free / TURN_LOOK
-        if share < 0.05:
+        if rate < SLOW:
             return Assisted(0.0, 0.0, Correction.STOPS)
-        return Assisted(v * share, w * share, Correction.SLOWER)
+        return Assisted(v * rate / abs(w), math.copysign(rate, w), Correction.SLOWER)
 
     def _drive(self, t, v, w, pose):
         """A wish to drive: on a way about it that keeps clear."""

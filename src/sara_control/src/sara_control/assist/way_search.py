@@ -15,7 +15,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_control.assist.local_grid import Field, LocalGrid, Outline, field_of, gap, outline_of
-from sara_control.assist.rollouts import Wish, may_go
+from sara_control.assist.rollouts import BENDS_FOR, Wish, may_go
 
 BENDS = (0.0, 0.7, -0.7, 1.9, -1.9)
 """1/m, of arcs."""
@@ -25,8 +25,8 @@ TURN, TURN_COST = 0.4, 0.5
 """rad of a turn in place; m of way that it costs."""
 STEADY = 0.3
 """How much bending otherwise than before counts, of what bending otherwise than asked does."""
-BENT_ARCS = 3
-"""Arcs for which a stick that is held aside bends the way."""
+LEADS = 0.75
+"""Share of what the stick bends for that counts for where it leads."""
 GREED = 2.0
 """How many times as much as the way behind the way left counts."""
 STATES = 450
@@ -37,8 +37,8 @@ SLOTS = 1 << 13
 
 
 class Weights(NamedTuple):
-    """margin, clear: m, see AssistConfig. room: m of way that lack of room costs per m. effort: m that bending otherwise
-    costs per rad. lost: m that costs a metre of what was asked for and is not reached.
+    """margin, clear: m, see AssistConfig. room: m of way that lack of room costs per m. effort: m that bending
+    otherwise costs per rad. lost: m that a metre costs which was asked for and is not reached.
     """
 
     margin: float
@@ -49,8 +49,8 @@ class Weights(NamedTuple):
 
 
 class Way(NamedTuple):
-    """poses: (n, 3) m, rad from where the body is; moves: (n - 1, 2) m (negative astern) and rad, a turn in place has no
-    length. progress: m towards where the wish leads. nearest: m, least gap on the first part.
+    """poses: (n, 3) m, rad from where the body is. moves: (n - 1, 2) m (negative astern) and rad; a turn in place has
+    no length. progress: m towards where the wish leads.
     """
 
     poses: np.ndarray
@@ -58,11 +58,30 @@ class Way(NamedTuple):
     progress: float
 
 
-@kernel
-def direction_of(pose: tuple[float, float, float], wish: Wish, bends_for: float) -> tuple[float, float]:
-    """Unit vector of where a wish leads."""
-    along = pose[2] + wish.curvature * bends_for * 0.75
-    return wish.sense * math.cos(along), wish.sense * math.sin(along)
+class Tree(NamedTuple):
+    """What was searched, an entry for each state: pose (n, 3); the move (n, 2), m and rad, that led there; the state
+    before; m that the way there costs; the gap there, m; how many moves led there. `seen`, `best`: the cells that
+    states fall into, and the least that a way there costs.
+    """
+
+    pose: np.ndarray
+    move: np.ndarray
+    parent: np.ndarray
+    spent: np.ndarray
+    gap: np.ndarray
+    depth: np.ndarray
+    seen: np.ndarray
+    best: np.ndarray
+
+
+class Aim(NamedTuple):
+    """What is searched for: the wish; a unit vector to where it leads; the curvature (1/m) driven now; the Weights."""
+
+    wish: Wish
+    x: float
+    y: float
+    last: float
+    weights: Weights
 
 
 @kernel
@@ -70,71 +89,95 @@ def search(
     field: Field, outline: Outline, pose: tuple[float, float, float], wish: Wish, last: float, weights: Weights
 ) -> Way:
     """The Way from a pose (m, rad) that leads `wish.look` m on, or as far as any; last: curvature (1/m) driven now."""
-    states, moves = np.empty((STATES, 3)), np.zeros((STATES, 2))
-    parents, spent, gaps, depth = np.full(STATES, -1), np.zeros(STATES), np.empty(STATES), np.zeros(STATES, np.int64)
-    seen, best = np.full(SLOTS, -1, np.int64), np.empty(SLOTS)
-    states[0, 0], states[0, 1], states[0, 2] = pose
-    gaps[0] = gap(field, outline, pose[0], pose[1], pose[2])
-    ux, uy = direction_of(pose, wish, 0.6)
+    along = pose[2] + LEADS * wish.curvature * BENDS_FOR
+    aim = Aim(wish, wish.sense * math.cos(along), wish.sense * math.sin(along), last, weights)
+    tree = Tree(
+        np.empty((STATES, 3)),
+        np.zeros((STATES, 2)),
+        np.full(STATES, -1),
+        np.zeros(STATES),
+        np.empty(STATES),
+        np.zeros(STATES, np.int64),
+        np.full(SLOTS, -1, np.int64),
+        np.empty(SLOTS),
+    )
+    tree.pose[0, 0], tree.pose[0, 1], tree.pose[0, 2] = pose
+    tree.gap[0] = gap(field, outline, pose[0], pose[1], pose[2])
     heap, count = [(GREED * wish.look, 0)], 1
     end, least = 0, weights.lost * wish.look
     while len(heap) > 0 and count < STATES - len(BENDS) - 2:
         _, n = heapq.heappop(heap)
-        x, y, yaw = states[n, 0], states[n, 1], states[n, 2]
-        left = wish.look - ((x - pose[0]) * ux + (y - pose[1]) * uy)
+        left = _left(tree, aim, n)
         if left <= 0.0:
             end = n
             break
-        if spent[n] + weights.lost * left < least - 1e-6:
-            end, least = n, spent[n] + weights.lost * left
-        before = last if n == 0 else moves[n, 1] / ARC if moves[n, 0] != 0.0 else 0.0
-        turned = n > 0 and moves[n, 0] == 0.0
-        asked = wish.curvature if depth[n] < BENT_ARCS else 0.0
-        for option in range(len(BENDS) + 2):
-            length, turn, cost = _option(option, wish.sense, asked, before, weights)
-            if turned and length == 0.0:
-                if moves[n, 1] * turn < 0.0:
-                    continue
-                cost *= 0.5
-            heading, total = yaw + 0.5 * turn, spent[n] + cost
-            to_x, to_y, to_yaw = x + length * math.cos(heading), y + length * math.sin(heading), yaw + turn
-            key = _key(to_x - pose[0], to_y - pose[1], to_yaw)
-            at = _slot(seen, key)
-            if seen[at] == key and best[at] <= total:
-                continue
-            lack, here = _lack(field, outline, states[n], gaps[n], (length, turn), weights)
-            total += weights.room * lack
-            if seen[at] == key and best[at] <= total or lack == np.inf:
-                continue
-            seen[at], best[at] = key, total
-            states[count, 0], states[count, 1], states[count, 2] = to_x, to_y, to_yaw
-            moves[count, 0], moves[count, 1] = length, turn
-            parents[count], spent[count], gaps[count], depth[count] = n, total, here, depth[n] + 1
-            ahead = wish.look - ((to_x - pose[0]) * ux + (to_y - pose[1]) * uy)
-            heapq.heappush(heap, (total + GREED * max(ahead, 0.0), count))
-            count += 1
-    return _traced(states, moves, parents, end, (ux, uy))
+        if tree.spent[n] + weights.lost * left < least - 1e-6:
+            end, least = n, tree.spent[n] + weights.lost * left
+        count = _grow(field, outline, tree, aim, (n, count), heap)
+    return _traced(tree, aim, end)
 
 
 @kernel
-def _option(option, sense, asked, before, weights):
-    """(m, rad, m that it costs in the open) of an arc, or of a turn in place. asked, before: 1/m, what the rider bends
-    and what was bent before.
-    """
+def _left(tree, aim, n):
+    """m that are left of what the wish asks for at a state."""
+    return aim.wish.look - ((tree.pose[n, 0] - tree.pose[0, 0]) * aim.x + (tree.pose[n, 1] - tree.pose[0, 1]) * aim.y)
+
+
+@kernel
+def _grow(field, outline, tree, aim, numbers, heap):
+    """Adds the states that moves from state n lead to; returns how many there are. numbers: n, how many there were."""
+    n, count = numbers
+    turned = n > 0 and tree.move[n, 0] == 0.0
+    for option in range(len(BENDS) + 2):
+        length, turn, cost = _option(tree, aim, n, option)
+        if turned and length == 0.0:
+            if tree.move[n, 1] * turn < 0.0:
+                continue
+            cost *= 0.5
+        total, heading, yaw = tree.spent[n] + cost, tree.pose[n, 2] + 0.5 * turn, tree.pose[n, 2] + turn
+        x, y = tree.pose[n, 0] + length * math.cos(heading), tree.pose[n, 1] + length * math.sin(heading)
+        key = _key(x - tree.pose[0, 0], y - tree.pose[0, 1], yaw)
+        at = _slot(tree.seen, key)
+        if tree.seen[at] == key and tree.best[at] <= total:
+            continue
+        lack, here = _lack(
+            field,
+            outline,
+            (tree.pose[n, 0], tree.pose[n, 1], tree.pose[n, 2], tree.gap[n]),
+            (length, turn),
+            aim.weights,
+        )
+        total += aim.weights.room * lack
+        if lack == np.inf or tree.seen[at] == key and tree.best[at] <= total:
+            continue
+        tree.seen[at], tree.best[at] = key, total
+        tree.pose[count, 0], tree.pose[count, 1], tree.pose[count, 2] = x, y, yaw
+        tree.move[count, 0], tree.move[count, 1] = length, turn
+        tree.parent[count], tree.spent[count], tree.gap[count], tree.depth[count] = n, total, here, tree.depth[n] + 1
+        heapq.heappush(heap, (total + GREED * max(_left(tree, aim, count), 0.0), count))
+        count += 1
+    return count
+
+
+@kernel
+def _option(tree, aim, n, option):
+    """(m, rad, m that it costs in the open) of an arc, or of a turn in place, from state n."""
     if option >= len(BENDS):
         return 0.0, TURN if option == len(BENDS) else -TURN, TURN_COST
     bend = BENDS[option]
-    other = weights.effort * ARC * (abs(bend - asked) + STEADY * abs(bend - before))
-    return sense * ARC, bend * ARC, ARC + other
+    before = aim.last if n == 0 else tree.move[n, 1] / ARC if tree.move[n, 0] != 0.0 else 0.0
+    asked = aim.wish.curvature if tree.depth[n] * ARC < BENDS_FOR - 1e-6 else 0.0
+    other = aim.weights.effort * ARC * (abs(bend - asked) + STEADY * abs(bend - before))
+    return aim.wish.sense * ARC, bend * ARC, ARC + other
 
 
 @kernel
-def _lack(field, outline, state, before, move, weights):
-    """(m, weighed by how much room is lacking, of a move (m, rad) from a state; gap at its end); inf where it is not
-    free.
+def _lack(field, outline, state, move, weights):
+    """(m of a move (m, rad) weighed by how much room is lacking, gap at its end); inf where it is not free. state: the
+    pose it begins at and the gap there.
     """
-    x, y, yaw, lack, here = state[0], state[1], state[2], 0.0, before
-    step, turn = move[0] / LOOKS, move[1] / LOOKS
+    x, y, yaw, here = state
+    lack, step, turn = 0.0, move[0] / LOOKS, move[1] / LOOKS
     for _ in range(LOOKS):
         x, y, yaw = x + step * math.cos(yaw + 0.5 * turn), y + step * math.sin(yaw + 0.5 * turn), yaw + turn
         then = gap(field, outline, x, y, yaw)
@@ -161,19 +204,19 @@ def _slot(seen, key):
 
 
 @kernel
-def _traced(states, moves, parents, end, direction):
+def _traced(tree, aim, end):
+    """The Way to a state."""
     count, at = 1, end
-    while parents[at] >= 0:
-        count, at = count + 1, parents[at]
-    poses, steps = np.empty((count, 3)), np.empty((count - 1, 2))
+    while tree.parent[at] >= 0:
+        count, at = count + 1, tree.parent[at]
+    poses, moves = np.empty((count, 3)), np.empty((count - 1, 2))
     at = end
     for k in range(count - 1, -1, -1):
-        poses[k] = states[at]
+        poses[k] = tree.pose[at]
         if k > 0:
-            steps[k - 1] = moves[at]
-        at = parents[at]
-    dx, dy = poses[count - 1, 0] - poses[0, 0], poses[count - 1, 1] - poses[0, 1]
-    return Way(poses, steps, dx * direction[0] + dy * direction[1])
+            moves[k - 1] = tree.move[at]
+        at = tree.parent[at]
+    return Way(poses, moves, aim.wish.look - _left(tree, aim, end))
 
 
 def warm() -> None:
