@@ -1,6 +1,8 @@
 """Rides: the circuits are hard but fair, a ride tells what happened, and steering is counted as it was published."""
 
+import json
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ from sara_bringup.lockstep.assisted import Assisted
 from sara_bringup.lockstep.lockstep import Lockstep, world_of
 from sara_control.assist.shared_control import Correction, SharedControl
 from sara_lab.campaign import assisted as part
+from sara_lab.campaign import campaign
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import BODY
@@ -52,7 +55,7 @@ def test_somebody_who_sees_the_way_passes_and_somebody_who_does_not_collides(nam
 
 def test_a_ride_is_the_same_again_and_tells_what_happened():
     one, other = (rides.ride('office', 'expert', 'free', 3) for _ in range(2))
-    assert one == other
+    assert one == other and json.loads(json.dumps(one.to_json()))['seconds'] == one.seconds
     assert one.completed and one.passed == 5 and one.contacts == () and one.corrections == {} and one.changed == 0.0
     assert 35.0 < one.seconds < 65.0 and 10.0 < one.length < 18.0 and one.gap > 0.05 and one.stops == 0
 
@@ -164,3 +167,55 @@ def test_the_campaign_s_verdict_names_what_help_does_not_do():
         'door_expert: 1.06 of the time without help, at most 1.05',
         'door_expert: 6.0% of the wish is changed, at most 5%',
     ]
+
+
+def test_the_campaign_drives_the_riders_and_circuits_that_are_named(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(part, 'ride', lambda *names: asked.append(names) or _ride(way=names[2], contacts=({},)))
+    words = ['campaign', 'assisted', '--seeds', '1', '--riders', 'late', '--circuits', 'door', '--out', str(tmp_path)]
+    monkeypatch.setattr(sys, 'argv', words)
+    with pytest.raises(SystemExit) as ended:
+        campaign.main()
+    assert asked == [('door', 'late', way, 0) for way in rides.WAYS] and ended.value.code == 1
+    assert json.loads((tmp_path / 'assisted_door_late_assisted_0.json').read_text())['faults'] == ['1 contacts']
+    assert json.loads((tmp_path / 'assisted_door_late_gate_0.json').read_text())['faults'] == []
+
+
+@pytest.mark.parametrize('words', [['doors', '--riders', 'late'], ['assisted', '--circuits', 'nowhere']])
+def test_what_cannot_be_chosen_is_refused(words, monkeypatch, capsys):
+    monkeypatch.setattr(sys, 'argv', ['campaign', *words])
+    with pytest.raises(SystemExit) as ended:
+        campaign.main()
+    assert ended.value.code == 2 and words[1] in capsys.readouterr().err
+
+
+def test_a_door_counts_as_passed_in_the_table_only_without_a_stop():
+    rows = [
+        {**_ride(rider=rider, way=way, stops=stops).to_json(), 'without_stopping': not stops}
+        for rider in part.DOOR_RIDERS
+        for way in part.DOOR_WAYS
+        for stops in (0, int(rider == 'late'))
+    ]
+    _, figures = part._doors_summary(rows)
+    assert figures['late_assisted'] == {
+        'approaches': 2, 'passed': 2, 'without_stopping': 1, 'contacts': 0, 'seconds': 100.0
+    }  # fmt: skip
+    assert part._doors_verdict(figures) == ['late_assisted: 1 of 2 passed without stopping, at least 95%']
+
+
+def test_without_a_gate_the_profile_alone_limits_a_chair_that_meets_a_wall():
+    circuit = circuits()['door']
+    lockstep = Lockstep(circuit.grid, (4.0, 0.6, 0.0), 0, localization='fake')
+    rides.prepare(lockstep, 'free')
+    lockstep.start_up()
+    seen, begin = [], lockstep.time
+    while lockstep.time < begin + 8.0:
+        if lockstep.time < begin + 4.0:
+            lockstep.wheels.on_command('joystick', 5.0, 0.0, lockstep.time)
+        lockstep.step()
+        seen.append((lockstep.time - begin, lockstep.wheels.decision.v))
+    assert lockstep.chair.contacts
+    speeds = {round(t, 2): v for t, v in seen}
+    assert speeds[3.9] == pytest.approx(lockstep.wheels.guard.rider.max_forward)  # the wall changes nothing
+    assert max(np.diff([v for _, v in seen])) <= lockstep.wheels.guard.rider.acceleration * 0.02 + 1e-9
+    assert seen[-1][1] == 0.0

@@ -36,12 +36,13 @@ def _circuit(grid, yaw, corners, goals, narrow=()):
 
 
 def _slalom():
-    """Three posts in a hall, then a corridor of 1.30 m with a bend of 1.40 m."""
-    hollows = (0.0, 0.0, 11.0, 3.4), (11.0, 1.05, 16.1, 2.35), (14.7, 1.05, 16.1, 6.0)
+    """Three posts in a hall, then a corridor of 1.20 m, a lobby, and another corridor of 1.25 m to the left."""
+    hall, lobby = (0.0, 0.0, 11.0, 3.4), (14.4, 0.75, 16.3, 2.65)
+    corridors = (11.0, 1.1, 14.4, 2.3), (14.7, 2.65, 15.95, 6.2)
     posts = (2.9, 1.3, 3.3, 1.7), (5.5, 1.7, 5.9, 2.1), (8.1, 1.3, 8.5, 1.7)
-    grid = block((16.1, 6.0), hollows, posts)
-    way = (1.0, 1.7), (1.7, 1.9), (3.1, 2.5), (5.7, 0.9), (8.3, 2.5), (10.3, 1.7), (15.4, 1.7), (15.4, 5.0)
-    return _circuit(grid, 0.0, way, ((10.2, 1.7), (15.1, 1.7), (15.4, 5.0)))
+    grid = block((16.3, 6.2), (hall, lobby, *corridors), posts)
+    way = (1.0, 1.7), (1.7, 1.9), (3.1, 2.5), (5.7, 0.9), (8.3, 2.5), (10.1, 1.7), (15.33, 1.7), (15.33, 5.2)
+    return _circuit(grid, 0.0, way, ((10.2, 1.7), (15.4, 1.7), (15.33, 5.2)))
 
 
 def _door():

@@ -28,6 +28,7 @@ from sara_lab.judge.judge import BODY, GAP_STEP_S
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.steering import reversal_rate, sign_changes
 from sara_lab.rides.ungated import Ungated
+from sara_sim.chair import STEP_S
 from sara_sim.riders.riders import Place
 from sara_sim.riders.riders import rider as rider_of
 from sara_sim.riders.stick import Rider
@@ -195,7 +196,7 @@ def _judged(names, course, lockstep, log, end):
         seconds=float(t[-1] - t[0]),
         length=length,
         reversals_per_m=sign_changes(left) / max(length, 1e-9),
-        reversals_per_min=reversal_rate(left, 0.01 * STICK_STEPS),
+        reversals_per_min=reversal_rate(left, STEP_S * STICK_STEPS),
         changed=_changed(readings),
         stops=_stops(speeds),
         gap=float(gaps.along(lockstep.chair.drive.world, t, poses, BODY, GAP_STEP_S).min()),
@@ -224,4 +225,4 @@ def _stops(speeds):
     stands = (np.abs(speeds) < STANDING).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], stands.astype(int), [0]])))
     runs = [(first, last) for first, last in zip(edges[::2], edges[1::2]) if first > 0 and last < len(stands)]
-    return sum((last - first) * 0.01 >= STOP_S for first, last in runs)
+    return sum(int(last - first) >= round(STOP_S / STEP_S) for first, last in runs)

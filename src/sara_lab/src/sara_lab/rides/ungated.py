@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from sara_control.gate.guard import Guard
-from sara_control.gate.reasons import State
+from sara_control.gate.reasons import Reason, State
 from sara_control.gate.safety import LONGEST_STEP, Decision
 
 
 class Ungated(Guard):
     """A Guard that minds no range, no contact and no fault: it is as fast as commanded, within the profile's limits of
-    speed, acceleration and jerk, and stands where commands have ceased.
+    speed, acceleration and jerk, and stands where commands have ceased or the chair obeys somebody else.
     """
 
     _last = None  # s, of the step before
@@ -20,5 +20,8 @@ class Ungated(Guard):
         fresh = command is not None and t - command.stamp <= self.config.gate.command_timeout
         dt = 0.0 if self._last is None else min(max(t - self._last, 0.0), LONGEST_STEP)
         self._last = t
+        if self._pc_drives is not True:
+            comfort.rest()
+            return Decision(0.0, 0.0, State.MANUAL, Reason.UNKNOWN_DRIVER, False)
         comfort.step(*((command.v, command.w) if fresh else (0.0, 0.0)), dt)
         return Decision(comfort.v, comfort.w, State.DRIVING if comfort.moving else State.IDLE, None, False)
