@@ -36,6 +36,7 @@ BENCHES = {
     'costmaps': 'sara_lab.benches.navigation:costmaps',
     'global_planners': 'sara_lab.benches.navigation:global_planners',
     'local_planners': 'sara_lab.benches.navigation:local_planners',
+    'shared_control': 'sara_lab.benches.shared_control:law',
     'move_base': 'sara_lab.ros.benches.bench_live:move_base',
     'lockstep': 'sara_lab.benches.lockstep:square',
     'stack': 'sara_lab.ros.benches.bench_stack:stack',
