@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from sara_bringup.lockstep.assisted import Assisted
 from sara_bringup.lockstep.lockstep import Lockstep, world_of
 from sara_control.assist.shared_control import Correction, SharedControl
 from sara_lab.campaign import assisted as part
-from sara_lab.campaign import campaign
+from sara_lab.campaign import campaign, ride_table
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import BODY
+from sara_lab.rides import draw_rides
 from sara_lab.rides import ride as rides
 from sara_lab.rides.circuits import circuits
 from sara_lab.rides.door_rides import APPROACHES, WIDEST, approach, passed
@@ -219,3 +221,36 @@ def test_without_a_gate_the_profile_alone_limits_a_chair_that_meets_a_wall():
     assert speeds[3.9] == pytest.approx(lockstep.wheels.guard.rider.max_forward)  # the wall changes nothing
     assert max(np.diff([v for _, v in seen])) <= lockstep.wheels.guard.rider.acceleration * 0.02 + 1e-9
     assert seen[-1][1] == 0.0
+
+
+def test_the_table_sets_the_ways_beside_each_other(tmp_path, capsys):
+    rows = [
+        _ride(way=way, seconds=seconds, changed=0.05).to_json()
+        for way, seconds in (('free', 60.0), ('gate', 80.0), ('assisted', 70.0))
+    ]
+    file = tmp_path / 'figures.json'
+    file.write_text(json.dumps({'assisted': {'seeds': 1, **part._summary(rows)[1]}}))
+    ride_table.main([str(file)])
+    cells = [cell.strip() for cell in capsys.readouterr().out.splitlines()[-1].split('|')[1:-1]]
+    assert cells[:5] == ['door', 'late', '1 / 1 / 1', '0 / 0 / 0', '60 / 80 / 70'] and cells[-1] == '5.0%'
+    doors = {
+        f'{rider}_{way}': {'passed': 20, 'without_stopping': stops, 'contacts': 0, 'seconds': 9.0}
+        for rider in part.DOOR_RIDERS
+        for way, stops in (('gate', 3), ('assisted', 19))
+    }
+    assert ride_table.doors_table(doors)[2] == '| tremor | 20 / 20 | 3 / 19 | 0 / 0 | 9 / 9 |'
+
+
+def test_a_table_of_nothing_is_refused(tmp_path):
+    (tmp_path / 'figures.json').write_text('{"doors": {}}')
+    with pytest.raises(SystemExit):
+        ride_table.main([str(tmp_path / 'figures.json')])
+
+
+def test_a_picture_is_drawn_of_a_ride(tmp_path, monkeypatch):
+    monkeypatch.setattr(rides, 'LIMIT_S', 4.0)
+    draw_rides.main(['office', '--riders', 'late', '--ways', 'free', '--out', str(tmp_path)])
+    with Image.open(tmp_path / 'ride_office.png') as picture:
+        width, height = picture.size
+        assert width > 1000 and 0.5 < height / width < 0.8
+        assert len(picture.getcolors()) > 10

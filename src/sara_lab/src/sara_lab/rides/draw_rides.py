@@ -21,11 +21,12 @@ from sara_lab.experiments.plotting import figure
 from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.ride import WAYS, Log, Ride, logged_ride
+from sara_sim.riders.riders import RIDERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHOWN = ('expert', 'late', 'four_directions', 'blind')
+SHOWN = ('late', 'blind')
 WISH_S, WISHES = 1.5, 16  # s that a wish is drawn for; one of so many readings is drawn
 OUTLINE_M = 1.5  # m between two outlines of the body
 SLIP = 1.27  # turn rate commanded over turn rate driven
@@ -57,14 +58,14 @@ def draw_ride(axis: Axes, circuit: Circuit, driven: tuple[Ride, Log]) -> None:
     axis.set_yticks([])
 
 
-def picture(name: str, riders: Sequence[str], path: Path, seed: int = 0) -> None:
-    """A circuit's PNG: its riders on the chair `seed`, in all WAYS."""
+def picture(name: str, riders: Sequence[str], ways: Sequence[str], path: Path, seed: int = 0) -> None:
+    """A circuit's PNG: its riders on the chair `seed`, in some of the WAYS."""
     circuit = circuits()[name]
     geometry = circuit.grid.geometry
-    size = WIDTH, WIDTH / len(WAYS) * geometry.height / geometry.width * len(riders) * 1.15
-    with figure(path, len(riders), len(WAYS), size, squeeze=False) as (_, axes):
+    size = WIDTH, WIDTH / len(ways) * geometry.height / geometry.width * len(riders) * 1.15
+    with figure(path, len(riders), len(ways), size, squeeze=False) as (_, axes):
         for row, rider in zip(axes, riders):
-            for axis, way in zip(row, WAYS):
+            for axis, way in zip(row, ways):
                 draw_ride(axis, circuit, logged_ride(name, rider, way, seed))
 
 
@@ -72,12 +73,17 @@ def main(words: list[str] | None = None) -> None:
     """Entry point of nodes/draw_rides."""
     parser = argparse.ArgumentParser(prog='draw_rides', description=__doc__)
     parser.add_argument('circuits', nargs='*', metavar='CIRCUIT', help=f'of {", ".join(circuits())}; all without it')
-    parser.add_argument('--riders', nargs='+', default=SHOWN, metavar='RIDER', help='(default: %(default)s)')
+    parser.add_argument(
+        '--riders', nargs='+', default=SHOWN, choices=RIDERS, metavar='RIDER', help='(default: %(default)s)'
+    )
+    parser.add_argument(
+        '--ways', nargs='+', default=('gate', 'assisted'), choices=WAYS, metavar='WAY', help='(default: %(default)s)'
+    )
     parser.add_argument('--seed', type=int, default=0, help='which chair, and whose luck')
     parser.add_argument(
-        '--out', type=Path, default=share().parents[1] / 'docs' / 'images', help='folder (default: %(default)s)'
+        '--out', type=Path, default=share('sara_lab') / 'docs' / 'images', help='folder (default: %(default)s)'
     )
     options = parser.parse_args(words)
     options.out.mkdir(parents=True, exist_ok=True)
     for name in options.circuits or circuits():
-        picture(name, options.riders, options.out / f'ride_{name}.png', options.seed)
+        picture(name, options.riders, options.ways, options.out / f'ride_{name}.png', options.seed)
