@@ -70,6 +70,11 @@ def test_the_blind_collide_alone_and_are_led_past_by_shared_control():
     assert helped.passed > alone.passed
 
 
+def test_another_way_to_drive_is_refused():
+    with pytest.raises(ValueError, match='allowed are free, gate, assisted'):
+        rides.ride('office', 'expert', 'fly', 0)
+
+
 def test_who_gives_up_is_not_taken_for_done(monkeypatch):
     monkeypatch.setattr(rides, 'GIVES_UP_S', 5.0)
     made = rides.ride('office', 'blind', 'gate', 0)

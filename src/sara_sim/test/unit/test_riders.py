@@ -86,8 +86,9 @@ def test_who_does_not_get_on_lets_go_backs_off_and_tries_again():
     _, sticks = driven(WayDriver(((0.0, 0.0), (3.0, 0.0))), seconds=12.0, held=lambda pose: pose[0] > 1.0)
     backs = [k for k, stick in enumerate(sticks) if stick.forward < 0.0]
     quiet = [k for k, stick in enumerate(sticks) if stick == CENTRED and k < backs[0]]
-    assert len(quiet) * DT == pytest.approx(1.3, abs=0.1) and max(quiet) < backs[0]
-    assert any(stick.forward > 0.0 for stick in sticks[backs[-1] + 1 :]) or len(backs) * DT > 1.5
+    assert len(quiet) * DT == pytest.approx(1.3, abs=0.1)
+    assert backs == list(range(backs[0], backs[-1] + 1)) and len(backs) * DT == pytest.approx(1.6, abs=0.1)
+    assert sticks[backs[-1] + 1].forward > 0.0
 
 
 def test_the_blind_head_straight_for_one_goal_after_the_other():

@@ -93,7 +93,11 @@ class Log:
 
 
 def prepare(lockstep: Lockstep, way: str, config: AssistConfig | None = None) -> Assisted | None:
-    """Make a Lockstep ready for one of the WAYS; returns what assists it. config: SARA's where none is given."""
+    """Make a Lockstep ready for one of the WAYS; returns what assists it. config: SARA's where none is given. Raises
+    ValueError.
+    """
+    if way not in WAYS:
+        raise ValueError(f'way is {way!r}, allowed are {", ".join(WAYS)}')
     if way == 'free':
         lockstep.wheels.guard = Ungated(SafetyConfig.from_params(parameters('sara_control', 'safety.yaml')))
     if way != 'assisted':

@@ -50,6 +50,8 @@ class Manner:
 
 MOVED = 0.05  # m, or rad: who gets on by less is stuck
 BEND_LOOK = 1.2  # m ahead whose bends slow down
+NEAREST = 0.3  # m: nobody aims at what is nearer
+GENTLE = 0.3  # share of turning with which a turn in place ends
 
 
 class Patience:
@@ -111,9 +113,9 @@ class Driver:
         angle = wrap(math.atan2(dy, dx) - pose[2])
         self._turning = abs(angle) > (manner.facing if self._turning else manner.behind)
         if self._turning:
-            return Stick(math.copysign(manner.turning * min(1.0, 0.3 + abs(angle)), angle), 0.0)
+            return Stick(math.copysign(manner.turning * min(1.0, GENTLE + abs(angle)), angle), 0.0)
         forward = manner.cruise * share
-        curvature = 2.0 * math.sin(angle) / max(math.hypot(dx, dy), 0.3)
+        curvature = 2.0 * math.sin(angle) / max(math.hypot(dx, dy), NEAREST)
         left = curvature * forward * manner.full_speed / manner.full_turn
         if abs(left) > 1.0:  # slower, on the same curve
             left, forward = left / abs(left), forward / abs(left)
