@@ -4,7 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from sara_common.planar import advanced, quaternion_from_yaw
+from sara_common.scans import shares_of, swept
 from sara_sim.chair import SimulatedChair
 from sara_sim.chips import mounting, scanner
 from sara_sim.config import ChairConfig
@@ -97,6 +101,35 @@ def test_each_ray_is_cast_from_where_the_chair_is_at_its_time():
         ]
         errors.append(scan.ranges[SEEN] - own)
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(scanner.SIGMA, rel=0.1)
+
+
+@settings(max_examples=10)
+@given(st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+def test_a_sweep_placed_ray_by_ray_shows_the_walls_as_a_standing_one_does(rate, speed):
+    """The mean error of the wall (scans.swept) is that of a chair at rest; the whole sweep at one pose is off."""
+
+    def wall_error(rate, speed):
+        pose = (3.0, 3.0, 0.4)
+        device, found = scanner.Scanner(room(), np.random.default_rng(0), pose, 0.01), []
+        for tick in range(1, 60):
+            device.step(advanced(*pose, speed, rate, 0.01 * tick))
+            if device.scan is not None:
+                found.append(device.scan)
+        errors = []
+        for scan in found:
+            ends = [advanced(*pose, speed, rate, scan.stamp + after) for after in (0.0, scanner.TIME_INCREMENT * 540)]
+            rays = np.flatnonzero(np.isfinite(scan.ranges))
+            angles, ranges = scanner.ANGLES[rays], scan.ranges[rays]
+            own = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges])
+            places = [
+                ((x + 0.5 * math.cos(yaw), y + 0.5 * math.sin(yaw), 0.25), quaternion_from_yaw(yaw))
+                for x, y, yaw in ends
+            ]
+            seen = swept(own, shares_of(rays, scanner.RAYS), *places)[:, :2]
+            errors.append(np.abs(np.minimum(seen, 6.0 - seen)).min(axis=1))
+        return float(np.concatenate(errors).mean())
+
+    assert wall_error(rate, speed) == pytest.approx(wall_error(0.0, 0.0), abs=0.0012)
 
 
 def test_frames_and_motion_are_those_of_a_chair_without(pilot):

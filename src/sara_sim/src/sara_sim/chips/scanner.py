@@ -2,7 +2,7 @@
 
 It has an interface of its own (USB or Ethernet) and never speaks on the CAN bus. What it sends is what a driver puts
 into a sensor_msgs/LaserScan. Ranges follow REP 117: +Inf where nothing is within RANGE_MAX, -Inf where something is
-nearer than RANGE_MIN. Its bracket sits 0.04 m behind the chair's front edge, and the chair's own frame hides whatever is
+nearer than RANGE_MIN. Its bracket sits 0.04 m behind the chair's front edge. The chair's own frame hides whatever is
 more than VIEW to either side: those rays read -Inf, for the frame is nearer than RANGE_MIN.
 """
 
@@ -35,8 +35,8 @@ class Scan(NamedTuple):
 
 
 class Scanner:
-    """`silent`: it sends nothing. `frozen`: it repeats its last ranges. `scan`: the Scan that ended in the last step, or
-    None.
+    """`silent`: it sends nothing. `frozen`: it repeats its last ranges. `scan`: the Scan that ended in the last step,
+    None if none did.
     """
 
     def __init__(self, world: World, random: np.random.Generator, pose: tuple[float, float, float], step_s: float):
