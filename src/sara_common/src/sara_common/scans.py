@@ -1,15 +1,51 @@
 """Sweeps of a laser scanner that moves: each ray's point is placed by where the scanner was at that ray's own time.
 
-The scanner casts its rays one after the other, `time_increment` apart. The motion in a sweep is interpolated between the
-poses at its first and last ray: straight for the place, evenly for the rotation, as laser_geometry's
+The scanner casts its rays one after the other, `time_increment` apart. The motion in a sweep is interpolated between
+the poses at its first and last ray: straight for the place, evenly for the rotation, as laser_geometry's
 transformLaserScanToPointCloud does with tf. Distances in m, angles in rad, quaternions (x, y, z, w).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+
+
+class Sweep(NamedTuple):
+    """A sensor_msgs/LaserScan: `stamp` (s) of its first ray; angles in rad, `time_increment` (s) from ray to ray, ranges
+    (n,) and their limits in m, as REP 117.
+    """
+
+    stamp: float
+    angle_min: float
+    angle_max: float
+    angle_increment: float
+    time_increment: float
+    range_min: float
+    range_max: float
+    ranges: np.ndarray
+
+    @property
+    def duration(self) -> float:
+        """From the first ray to the last, s."""
+        return self.time_increment * (len(self.ranges) - 1)
+
+    @property
+    def fault(self) -> str:
+        """Why this is no scan, in a few words; empty where it is one."""
+        numbers = self.stamp, self.angle_min, self.angle_max, self.angle_increment, self.time_increment
+        if not all(map(math.isfinite, (*numbers, self.range_min, self.range_max))):
+            return 'scan with numbers that are none'
+        if self.angle_increment == 0.0 or self.time_increment < 0.0 or not 0.0 <= self.range_min < self.range_max:
+            return 'scan without sense'
+        if len(self.ranges) < 2:
+            return 'scan without rays'
+        if abs((self.angle_max - self.angle_min) / self.angle_increment + 1 - len(self.ranges)) > 1.5:
+            return 'scan of a wrong size'
+        return ''
 
 
 class TransformError(ValueError):
