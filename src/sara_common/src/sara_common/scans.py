@@ -15,8 +15,8 @@ import numpy as np
 
 
 class Sweep(NamedTuple):
-    """A sensor_msgs/LaserScan: `stamp` (s) of its first ray; angles in rad, `time_increment` (s) from ray to ray, ranges
-    (n,) and their limits in m, as REP 117.
+    """A sensor_msgs/LaserScan: `stamp` of its first ray, s; angles in rad; `time_increment` from ray to ray, s; ranges
+    (n,) and their limits in m, as REP 117 has them.
     """
 
     stamp: float

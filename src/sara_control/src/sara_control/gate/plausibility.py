@@ -32,8 +32,8 @@ class _Wheel:
 class Plausibility:
     """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: the
     older of the two wheels' newest stamps, s. `imu_frozen`: whether the newest reading of the IMU was no estimate.
-    `speed`: the faster wheel's, m/s, NaN before both are known. `rolled`: (stamp, m that the wheels' mean has rolled), of
-    their newest readings.
+    `speed`: the faster wheel's, m/s, NaN before both are known. `rolled`: (stamp, m that the wheels' mean has rolled)
+    of the newest readings.
     """
 
     def __init__(self, config: PlausibilityConfig) -> None:

@@ -1,4 +1,4 @@
-"""Where the chair was in the last seconds, by its wheels' way and its turn rate: the frame in which scans are remembered.
+"""Where the chair was in the last seconds, by its wheels' way and its turn rate: in this frame scans are remembered.
 
 It begins anywhere and drifts by a per cent of what is driven, which matters little for seconds. Where wheels or turn
 rate were silent for long, nothing is known of the way between, and it says so.

@@ -11,7 +11,7 @@ class ScanConfig:
     """enabled: whether there is one. x, y (m), yaw (rad): its place in the base frame. view: rad to either side of its
     axis beyond which it sees the chair itself.
 
-    timeout: s without a scan until the sonars' limits hold alone. reaction_time: s from what stands there to the wheels'
+    timeout: s without a scan until the sonars' limits hold alone. reaction_time: s from an obstacle to the wheels'
     answer. stop_distance: m before contact. creep_speed: m/s, allowed up to there. memory: s for which what was seen is
     kept. walk: m/s at which somebody may come to where nothing is seen. tolerance: m between an echo and the hit that
     explains it.

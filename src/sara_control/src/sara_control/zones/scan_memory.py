@@ -1,8 +1,8 @@
 """What a laser scanner has seen about the chair in the last seconds: which cells are free, and where it hit something.
 
-A grid of fixed cells in the frame of reckoning.py, which follows the chair. A cell is free when a ray has passed through
-it, and stays so without being seen again only as long as nobody who walks can have come there: cells of which nothing
-is known spread over it at walking speed, around what stands there. Compiled by numba.
+A grid of fixed cells in the frame of reckoning.py, which follows the chair. A cell is free when a ray has passed
+through it. Without being seen again it stays free only as long as nobody who walks can have come there: cells of which
+nothing is known spread over it at walking speed, around what stands there. Compiled by numba.
 """
 
 import math
@@ -118,8 +118,8 @@ def mark(
 
 @kernel
 def spread(free: np.ndarray, hit: np.ndarray, since: float, steps: int) -> None:
-    """Cells that are not free take their neighbours, cell by cell, so many times; what was hit after `since` (s) and not
-    seen through stands in their way.
+    """Cells that are not free take their neighbours, cell by cell, so many times. What was hit after `since` (s), and
+    not seen through, stands in their way.
     """
     rows, columns = free.shape
     for _ in range(steps):

@@ -1,9 +1,9 @@
 """What an optional laser scanner tells the distance zones, beside the sonars.
 
-Two things. Its hits are places like those on the arcs of the sonars' echoes, but exact ones and of a quicker sensor. And
-an echo may be explained: where the scanner hit something in the sensor's cone at the echo's distance, the echo came from
-there, and the places of its arc that the scanner saw free are none. An echo that no hit explains keeps all its places:
-what is too high or too low for the scanner, or came since it looked there, is where the sonar hears it.
+Its hits are places like those on the arcs of the sonars' echoes, but exact ones, and of a quicker sensor. And a hit may
+explain an echo: where the scanner hit something in the sensor's cone at the echo's distance, the echo came from there,
+and the arc has no place where the scanner saw it free. An echo that no hit explains keeps all its places: what is too
+high or too low for the scanner, or came since it looked there, is where the sonar hears it.
 
 A scan that is late, the same as the last one, or without sense ends all that at once; then the sonars' limits hold.
 """
@@ -113,7 +113,7 @@ class ScanZones:
         self._points = near[np.hypot(near[:, 0] - x, near[:, 1] - y) <= NEAR]
 
     def see(self, t: float) -> tuple[float, float, float] | None:
-        """Bring `live` and `hits` to t (s). Returns the pose in the reckoned frame, None where nothing is to be told."""
+        """Bring `live` and `hits` to t (s). Returns the pose in the reckoned frame, None while no scan is fresh."""
         self._seen_at = t
         pose = self.reckoning.at(t, t) if -AHEAD <= t - self._stamp <= self.config.timeout else None
         self.live = pose is not None and self.reckoning.breaks == self._breaks
@@ -160,8 +160,8 @@ class ScanZones:
         return known
 
     def limit(self, v: float, w: float, stopping: Stopping, gentle_ease: float) -> tuple[float, str]:
-        """(factor that the hits allow on a command (v m/s, w rad/s), +Inf if none limits it; side of the chair). stopping:
-        the sonars'; gentle_ease: s that the gentle brake is given more.
+        """(factor that the hits allow on a command (v m/s, w rad/s), +Inf if none limits it; side of the chair).
+        stopping: the sonars'; gentle_ease: s that the gentle brake is given more.
         """
         if not len(self.hits.x):
             return math.inf, ''
@@ -192,8 +192,8 @@ def _places_of(points, body):
 
 @kernel
 def in_cone(points: np.ndarray, sensors: np.ndarray, distance: float, half: float, tolerance: float) -> bool:
-    """Whether one of `points` (n, 2) is at a distance (m), give or take the tolerance, and within `half` (rad) of the axis
-    of one of `sensors` (m, 3: x, y, yaw).
+    """Whether one of `points` (n, 2) is at a distance (m), give or take the tolerance, and within `half` (rad) of the
+    axis of one of `sensors` (m, 3: x, y, yaw).
     """
     for i in range(len(sensors)):
         for j in range(len(points)):
