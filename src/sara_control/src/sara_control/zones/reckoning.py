@@ -33,6 +33,7 @@ class Reckoning:
             x, y, yaw = self._pose
             self._pose = x + (moved - self._ahead) * math.cos(yaw), y + (moved - self._ahead) * math.sin(yaw), yaw
             self._speed = moved / (stamp - self._wheels_at)
+            self._past[-1] = self._past[-1][0], *self._pose
         else:
             self._speed = 0.0
         self._way, self._wheels_at, self._ahead = way, stamp, 0.0
