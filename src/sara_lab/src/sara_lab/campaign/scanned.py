@@ -16,7 +16,7 @@ TIME_RATIO = 1.25  # time / ideal, true pose
 
 
 def scan(_seeds: int, folder: Path) -> Part:
-    """Fifty pairs on each of three maps, whatever the number of chairs: true pose, and pedestrians with the fused one."""
+    """Fifty pairs on each of three maps, whatever the number of chairs: true pose; fused pose among pedestrians."""
 
     def case(name, mode, number):
         gain = gain_of(number, folder) if mode in travels.FUSED else None
