@@ -54,6 +54,7 @@ class ScanZones:
         self._memory = ScanMemory(config.walk, config.memory)
         self._before, self._stamp, self._breaks = None, -math.inf, 0
         self._points, self._seen_at, self._explained = np.empty((0, 2)), -math.inf, {}
+        self._begun = False  # before the first wheels and turn rates no way is known, and that is no fault
         self.hits, self.live = _places_of(np.empty((0, 2)), body), False
 
     def on_scan(self, sweep: Sweep, now: float) -> str:
@@ -66,7 +67,8 @@ class ScanZones:
         if None in ends or self.reckoning.breaks != self._breaks:
             self._breaks = self.reckoning.breaks
             self._forget()
-            return 'scan on an unknown way'
+            return 'scan on an unknown way' if self._begun else ''
+        self._begun = True
         self._stamp = sweep.stamp + sweep.duration
         self._remember(sweep, ends)
         return ''
