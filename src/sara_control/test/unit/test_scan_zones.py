@@ -309,6 +309,13 @@ def test_nonsense_never_makes_it_faster(discs, ranges, numbers):
     assert all(a <= b for a, b in zip(allowed(ride), allowed(without)))
 
 
+def test_a_clock_that_comes_after_the_scan_is_no_fault():
+    ride = beside_a_jamb().run(0.0, 0.0, 1.0)
+    ride.dropped, ride.spoil = [], changed(stamp=lambda t: t + 0.03)
+    ride.run(0.0, 0.0, 0.6)
+    assert set(ride.dropped) == {''} and ride.zones.scan.live
+
+
 def test_without_wheels_nothing_is_known_of_the_way():
     ride = beside_a_jamb().run(0.0, 0.0, 1.0)
     ride.zones.scan.reckoning.on_way = lambda *_: None

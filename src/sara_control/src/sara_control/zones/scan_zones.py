@@ -63,13 +63,16 @@ class ScanZones:
         if fault:
             self._forget()
             return fault
-        ends = [self.reckoning.at(sweep.stamp + after, now) for after in (0.0, sweep.duration)]
-        if None in ends or self.reckoning.breaks != self._breaks:
+        end = sweep.stamp + sweep.duration
+        later = max(now, end)  # the clock may come after the scan
+        ends = [self.reckoning.at(t, later) for t in (sweep.stamp, end)]
+        if self.reckoning.breaks != self._breaks:
             self._breaks = self.reckoning.breaks
             self._forget()
+        if None in ends:
             return 'scan on an unknown way' if self._begun else ''
         self._begun = True
-        self._stamp = sweep.stamp + sweep.duration
+        self._stamp = end
         self._remember(sweep, ends)
         return ''
 
