@@ -15,7 +15,8 @@ HALL = share() / 'maps' / 'hall.yaml'
 
 def test_the_urdf_says_where_the_sensors_sit():
     places = mountings()
-    assert len(places) == 9
+    assert len(places) == 10
+    assert places['scan'] == (0.5, 0.0, 0.0)
     assert places['SDI'] == pytest.approx((0.54, 0.18, math.radians(10.0)), abs=1e-6)
     assert places['STD'] == pytest.approx((-0.54, -0.18, math.radians(-170.0)), abs=1e-6)
 

@@ -17,7 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, Joy, Range
+from sensor_msgs.msg import Imu, Joy, LaserScan, Range
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger
 
@@ -143,12 +143,13 @@ class SafetyTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, lambda m, t=topic: cls.got.setdefault(t, []).append(m), tcp_nodelay=True)
         cls.stop_button = rospy.Publisher('/emergency_stop', Bool, queue_size=1)
         cls.touch = rospy.Publisher('/cmd_vel/touch', Twist, queue_size=1)
+        cls.scan, cls.scans = rospy.Publisher('/scan', LaserScan, queue_size=1), 0
         cls.expected = rospy.Publisher('/safety_gate/expect_people', Bool, queue_size=1)
         cls.chair = Chair()
         rospy.wait_for_service('/emergency_stop/reset')
         cls.reset = rospy.ServiceProxy('/emergency_stop/reset', Trigger)
         end = time.monotonic() + 20.0
-        topics = [cls.stop_button, cls.expected, cls.touch, *cls.chair.topics.values()]
+        topics = [cls.stop_button, cls.scan, cls.expected, cls.touch, *cls.chair.topics.values()]
         while not all(topic.get_num_connections() for topic in topics):
             assert time.monotonic() < end, 'nobody listens to ' + ', '.join(
                 t.name for t in topics if not t.get_num_connections()
@@ -267,6 +268,24 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: 'does not go that way' in self.status(), 'no reason')
         self.chair.navigation = (-0.2, 0.0)
         self.until(lambda: self.chair.command[0] < -0.15, 'it may go back')
+
+    def test_scanner_stops_it_where_the_sonars_hear_nothing_and_lets_it_go_when_silent(self):
+        def scan(distance):
+            message = LaserScan(angle_min=-1.0, angle_max=1.0, angle_increment=0.1, range_min=0.05, range_max=10.0)
+            message.header.stamp = rospy.Time.from_sec(self.chair.now)
+            self.scans += 1
+            message.ranges = [math.inf] * 9 + [distance + 1e-4 * self.scans] * 3 + [math.inf] * 9
+            self.scan.publish(message)
+            time.sleep(0.02)
+
+        self.chair.navigation = (0.4, 0.0)
+
+        def stands():
+            scan(0.12)
+            return self.chair.command == (0.0, 0.0) and 'in front' in self.status()
+
+        self.until(stands, 'what the scanner sees does not stop it')
+        self.until(lambda: self.chair.command[0] > 0.3, 'without scans it stands')
 
     def test_people_who_are_expected_make_it_creep_until_they_are_not(self):
         self.chair.raw = {'SLID': 0.45}  # something that would hide them

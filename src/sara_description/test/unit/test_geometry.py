@@ -21,7 +21,8 @@ def placed(link):
 
 @pytest.mark.parametrize(
     'link, place',
-    [('imu_link', GEOMETRY['imu_link'])] + [(f'{name}_frame', place) for name, place in GEOMETRY['ranges'].items()],
+    [(name, GEOMETRY[name]) for name in ('imu_link', 'scan')]
+    + [(f'{name}_frame', place) for name, place in GEOMETRY['ranges'].items()],
 )
 def test_sensor_is_where_the_table_says(link, place):
     xyz, yaw = placed(link)

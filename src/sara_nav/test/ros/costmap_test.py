@@ -92,7 +92,7 @@ class CostmapTest(unittest.TestCase):
                 transform('base_link', 'SDI_frame', 0.0, 0.0, 0.0),
             ]
         )
-        cls.out = {}
+        cls.moving, cls.out = tf2_ros.TransformBroadcaster(), {}
         for topic, kind in (
             ('/map', OccupancyGrid),
             ('/map_updates', OccupancyGridUpdate),
@@ -131,6 +131,18 @@ class CostmapTest(unittest.TestCase):
         msg.header.frame_id, msg.header.stamp = frame, stamp or rospy.Time.now()
         self.out['/scan'].publish(msg)
 
+    def sweep(self):
+        """The frame `swept` turns from 0 to 0.5 rad at map (2, 2) in 0.2 s, in which three rays are cast."""
+        begin = rospy.Time.now() - rospy.Duration(0.3)
+        for after in (0.0, 0.2):
+            msg = transform('map', 'swept', 2.0, 2.0, 2.5 * after)
+            msg.header.stamp = begin + rospy.Duration.from_sec(after)
+            self.moving.sendTransform(msg)
+        msg = LaserScan(angle_min=-0.1, angle_max=0.1, angle_increment=0.1, range_min=0.05, range_max=2.0)
+        msg.ranges, msg.time_increment = [3.0, 1.05, 3.0], 0.1
+        msg.header.frame_id, msg.header.stamp = 'swept', begin
+        self.out['/scan'].publish(msg)
+
     def range(self, distance, frame='SDI_frame'):
         msg = Range(min_range=0.16, max_range=2.5, field_of_view=0.5, range=distance)
         msg.header.frame_id, msg.header.stamp = frame, rospy.Time.now()
@@ -167,6 +179,9 @@ class CostmapTest(unittest.TestCase):
             'the ray to infinity clears nothing',
             lambda: self.scan([math.inf, math.inf, math.inf]),
         )
+
+        self.until(lambda: self.still.at(3.02, 2.26) == 100, 'the ray is not placed at its own time', self.sweep)
+        self.assertNotEqual(self.still.at(3.05, 2.02), 100)
 
         def clouds():
             msg = PointCloud(points=[Point32(0.5, 0.5, 0.1), Point32(math.nan, 0.0, 0.0)])

@@ -264,3 +264,28 @@ def test_a_rolling_window_takes_what_was_seen_along():
     for step in range(6):
         costmap.update(0.2 + step, Pose2D(0.4 * step, -0.3 * step, 0.0))
         assert costmap.costmap.cost_at(1.05, 0.55) == LETHAL and count(costmap, LETHAL) == 1
+
+
+# -- what the map shows already ----------------------------------------------------------------------------------
+
+
+@given(st.floats(0.05, 9.95), st.floats(0.05, 9.95), st.floats(0.0, 1.0))
+def test_a_point_marks_nothing_where_the_map_explains_it(x, y, tolerance):
+    """ten_by_ten's obstacles are cells of a metre: what is within the tolerance of one adds none."""
+    costmap, layer = make(ignore_mapped=True, mapped_tolerance=tolerance)
+    occupied = np.argwhere(costmap.layers['static_map'].costs == LETHAL)
+    off = min(
+        math.hypot(max(abs(x - column - 0.5) - 0.5, 0.0), max(abs(y - row - 0.5) - 0.5, 0.0))
+        for row, column in occupied
+    )
+    see(layer, x, y)
+    costmap.update(0.0, AT_ORIGIN)
+    assert int((layer.costs == LETHAL).sum()) == (off > tolerance)
+
+
+def test_the_ray_to_a_mapped_wall_clears_all_the_same():
+    costmap, layer = make(ignore_mapped=True)
+    layer.costs[0, 3] = LETHAL
+    see(layer, 7.5, 0.5, origin=(0.5, 0.5, 1.0))
+    costmap.update(0.0, AT_ORIGIN)
+    assert layer.costs[0, 3] == FREE and layer.costs[0, 7] != LETHAL

@@ -7,6 +7,7 @@ calibrated, or just then.
 
 from __future__ import annotations
 
+import zlib
 from collections import Counter
 from functools import cached_property
 from typing import Any
@@ -20,6 +21,7 @@ from sara_lowlevel.motor.motor_node import MotorNode
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.bus.wire import CandumpLog, Wire
 from sara_sim.chips.encoders import Encoders
+from sara_sim.chips.scanner import Scanner
 from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.drive import Drive
@@ -44,6 +46,7 @@ class SimulatedChair:
     512 is the centre; set it to drive by hand.
     `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments),
     clear(), list().
+    `scanner`: the laser scanner, beside the bus; None without the option `scan`.
     `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
 
@@ -82,6 +85,10 @@ class SimulatedChair:
             SensorNode(bus, self.box.i2c, sensors),
             JoystickNode(bus),
         )
+        self.scanner = None
+        if options.scan:
+            luck = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(b'scan')]))
+            self.scanner = Scanner(world, luck, start, STEP_S)
         self.joystick = (512, 512)
         self.battery = config.battery
         self.encoders = Encoders()
@@ -222,4 +229,6 @@ class SimulatedChair:
         if 'sensor' not in silent:
             for frame in self.sensors.update(sensor_now):
                 wire.send(frame, now)
+        if self.scanner is not None:
+            self.scanner.step(self.pose)
         return wire.to_pc(now)

@@ -30,6 +30,7 @@ class ChairOptions(Checked):
     shake_decay: float = 0.15  # s, time constant
     right_steps: int = 0  # encoder counters at the start, e.g. 2**32 - 1000
     left_steps: int = 0
+    scan: bool = False  # a laser scanner at the front (chips/scanner.py)
 
     def validate(self) -> list[str]:
         """One sentence for every fault found."""

@@ -11,6 +11,7 @@ import can
 import rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
 
 from canserial.dbc.bus import BusDescription
 
@@ -93,6 +94,17 @@ class SimulatorTest(unittest.TestCase):
     def test_2_all_frames_come(self):
         expected = {0x101, 0x102, 0x110, 0x111, 0x201, 0x202, 0x203, 0x204, 0x205, 0x206, 0x210}
         self.assertTrue(self.until(lambda: expected <= {m.arbitration_id for m in self.heard}), 'frames are missing')
+
+    def test_2_scans_come_ten_times_a_second(self):
+        scans = []
+        subscriber = rospy.Subscriber('/scan', LaserScan, scans.append)
+        self.assertTrue(self.until(lambda: len(scans) >= 3, 20.0), 'no scans')
+        subscriber.unregister()
+        scan = scans[-1]
+        self.assertEqual((len(scan.ranges), scan.header.frame_id), (541, 'scan'))
+        self.assertAlmostEqual((scan.header.stamp - scans[-2].header.stamp).to_sec(), 0.1, 6)
+        self.assertAlmostEqual(scan.angle_min + 540 * scan.angle_increment, scan.angle_max, 5)
+        self.assertAlmostEqual(540 * scan.time_increment, 0.075, 5)
 
     def test_3_moves_on_command_and_stops_in_silence(self):
         self.take_control()

@@ -39,14 +39,17 @@ class CommandChain:
     called with a SelectedCommand and the time, gives (v, w).
     """
 
-    def __init__(self, bus: BusDescription) -> None:
+    def __init__(self, bus: BusDescription, scan: bool = False) -> None:
+        """`scan`: whether the gate is told of a laser scanner."""
         control, mux = (
             ControllerConfig.from_params(parameters('sara_control', 'sara.yaml')),
             parameters('sara_control', 'mux.yaml'),
         )
         self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux['joystick']))
-        self.guard = Guard(SafetyConfig.from_params(parameters('sara_control', 'safety.yaml')))
+        safety = parameters('sara_control', 'safety.yaml')
+        safety['scan']['enabled'] = scan
+        self.guard = Guard(SafetyConfig.from_params(safety))
         self.decision = self.positions = None
         self.assist = None
         self.abort = self.cancel = ''  # why goals are to be given up; whoever does it empties them

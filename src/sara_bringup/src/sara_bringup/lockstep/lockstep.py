@@ -20,6 +20,7 @@ from canserial.reader.readings import ImuReading, RangeReading
 from sara_bringup.lockstep.command_chain import CommandChain
 from sara_bringup.lockstep.localization import Filter, Truth
 from sara_bringup.lockstep.ranges import RangeFeeds
+from sara_bringup.lockstep.scans import ScanFeeds
 from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose
 from sara_control.gate.reasons import sentence
@@ -29,6 +30,7 @@ from sara_nav.goals.move_base_config import ACTIVE, IDLE, SUCCEEDED
 from sara_nav.maps import map_io
 from sara_nav.move_base.settings import read_settings
 from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.options import ChairOptions
 from sara_sim.world.world import World
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ class Lockstep:
     `localization`: "ekf", "ukf", or "fake" for the true pose.
     `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
     hear of the map; as in sara.launch, None: with the default set alone. `imu_period`: s between the IMU's frames, 0.05
-    or 0.2. `tick` counts the steps.
+    or 0.2. `scan`: whether the chair has the laser scanner, for gate and costmaps. `tick` counts the steps.
     """
 
     def __init__(
@@ -66,10 +68,12 @@ class Lockstep:
         navigation: dict | None = None,
         ranges: bool | None = None,
         imu_period: float = FAST_IMU,
+        scan: bool = False,
     ) -> None:
         bus = BusDescription.default()
         grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
-        self.chair = SimulatedChair(world_of(grid), seed, start, bus, sensors=SensorConfig(imu_period=imu_period))
+        options, sensors = ChairOptions(scan=scan), SensorConfig(imu_period=imu_period)
+        self.chair = SimulatedChair(world_of(grid), seed, start, bus, options=options, sensors=sensors)
         reader = parameters('canserial', 'read.yaml')
         if gain is not None:
             reader['gain'] = gain
@@ -78,12 +82,14 @@ class Lockstep:
             bus,
         )
         self.reader.set_yaw(start[2], 0.0)
-        self.wheels = CommandChain(bus)
+        self.wheels = CommandChain(bus, scan)
         if localization == 'fake':
             self.localization = Truth(lambda: self.chair.pose)
         else:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
-        settings = read_settings(Parameters(merged(parameters('sara_nav', 'sara_nav.yaml'), navigation or {})))
+        tree = parameters('sara_nav', 'sara_nav.yaml')
+        tree = merged(tree, parameters('sara_nav', 'scan.yaml')) if scan else tree
+        settings = read_settings(Parameters(merged(tree, navigation or {})))
         if localization != 'fake' and (ekf == 'default' if ranges is None else ranges):
             from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
 
@@ -92,6 +98,7 @@ class Lockstep:
             )
         self.move_base = settings.make_move_base(grid)
         self.ranges = RangeFeeds(self.move_base, self.reader.config)
+        self.scans = ScanFeeds(self.move_base, self.wheels.guard) if scan else None
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self.tick = 0
         self.navigation_runs = True  # False: as if move_base had been killed
@@ -123,6 +130,8 @@ class Lockstep:
         self.tick += 1
         frames, now = self.chair.step(), self.chair.time
         self._hear(frames)
+        if self.scans is not None:
+            self.scans.step(now, self.chair.scanner.scan)
         if self.tick % FILTER_STEPS == 0 and self.localization_runs:
             self._localize(now)
         if self.tick % self._control_steps == 0 and self.navigation_runs:
@@ -165,6 +174,8 @@ class Lockstep:
     def _on_odometry(self, state):
         self.odometry, self._odometry_stamp = (state.x, state.y, state.heading), state.stamp
         self.localization.on_odometry(state)
+        if self.scans is not None:
+            self.scans.on_odometry(state.stamp, self.odometry, self.localization.map_from_odom)
 
     def _localize(self, now):
         localization = self.localization

@@ -28,11 +28,11 @@ def mountings(urdf: str | None = None) -> dict[str, tuple[float, float, float]]:
         if (
             joint.get('type') == 'fixed'
             and joint.find('parent').get('link') == 'base_link'
-            and child.endswith('_frame')
+            and (child.endswith('_frame') or child == 'scan')
         ):
             origin = joint.find('origin')
             x, y, _ = map(float, origin.get('xyz').split())
-            found[child[: -len('_frame')]] = x, y, float(origin.get('rpy').split()[2])
+            found[child.removesuffix('_frame')] = x, y, float(origin.get('rpy').split()[2])
     return found
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from sara_common.config import ConfigError, is_number, number_faults
 from sara_control.gate.comfort import read_profiles
 from sara_control.zones.caution import CautionConfig
+from sara_control.zones.scan_config import ScanConfig
 from sara_control.zones.zone_config import ZoneConfig
 
 
@@ -114,6 +115,7 @@ class SafetyConfig:
     plausibility: PlausibilityConfig
     zones: ZoneConfig
     caution: CautionConfig
+    scan: ScanConfig
     profiles: dict
     profile: str
     rate: float = 50.0
@@ -131,6 +133,7 @@ class SafetyConfig:
             ('zones', ZoneConfig.from_params),
             ('plausibility', lambda values: _fields(PlausibilityConfig, values)),
             ('caution', lambda values: _fields(CautionConfig, values)),
+            ('scan', ScanConfig.from_params),
             ('profiles', read_profiles),
         ):
             try:
@@ -140,7 +143,7 @@ class SafetyConfig:
         faults += [
             f'{name} is {params[name]!r}, but there is no such parameter'
             for name in params
-            if name not in own and name not in ('gate', 'zones', 'plausibility', 'caution', 'profiles')
+            if name not in own and name not in ('gate', 'zones', 'plausibility', 'caution', 'scan', 'profiles')
         ]
         profile, rate = params.get('profile', 'standard'), params.get('rate', cls.rate)
         handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])

@@ -7,6 +7,7 @@ node and a simulation in lockstep use this same object.
 import math
 from collections.abc import Sequence
 
+from sara_common.scans import Sweep
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.plausibility import Plausibility
@@ -22,7 +23,7 @@ class Guard:
     def __init__(self, config: SafetyConfig) -> None:
         self.config = config
         self.comfort = Comfort(config.profiles[config.profile].commanded(config.turn_slip))
-        self.zones = Zones(config.zones, config.caution)
+        self.zones = Zones(config.zones, config.caution, config.scan)
         self.gate = SafetyGate(config.gate, self.comfort, self.zones)
         self.plausibility = Plausibility(config.plausibility)
         self.profile = config.profile
@@ -62,7 +63,11 @@ class Guard:
     def on_encoder(self, stamp: float, wheel: int, steps: int, time_100us: int) -> bool:
         """Counters of a wheel, see Plausibility. False if they are dropped."""
         self._bus = stamp
-        return self.plausibility.on_encoder(stamp, wheel, steps, time_100us)
+        before = self.plausibility.rolled
+        valid = self.plausibility.on_encoder(stamp, wheel, steps, time_100us)
+        if self.zones.scan is not None and self.plausibility.rolled is not before:
+            self.zones.scan.reckoning.on_way(*self.plausibility.rolled)
+        return valid
 
     def on_imu(self, stamp: float, rates: Sequence[float], frozen: bool = False) -> bool:
         """Angular velocity, 3 x rad/s, and whether the IMU says that it is no estimate. False if it is dropped."""
@@ -70,6 +75,8 @@ class Guard:
         valid = self.plausibility.on_imu(stamp, rates, frozen)
         if valid:
             self._turn_rate = rates[2]
+            if self.zones.scan is not None:
+                self.zones.scan.reckoning.on_turn(stamp, rates[2])
         return valid
 
     def on_range(self, stamp: float, name: str, distance: float) -> bool:
@@ -85,6 +92,13 @@ class Guard:
         if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turn_rate, self.comfort.moving):
             return self._drop('raw range not known or not possible')
         return True
+
+    def on_scan(self, now: float, sweep: Sweep) -> bool:
+        """A laser scan that came at now (s), see ScanZones. False if it is dropped, or there is no scanner."""
+        if self.zones.scan is None:
+            return self._drop('scan without a scanner')
+        fault = self.zones.scan.on_scan(sweep, now)
+        return self._drop(fault) if fault else True
 
     def on_mode(self, t: float, mode: int) -> None:
         """modoPC came at t: at 3 the chair obeys."""
@@ -124,6 +138,7 @@ class Guard:
 
     def step(self, t: float) -> Decision:
         """The Decision at t; to be called at a steady rate, and at once when something grave has come."""
+        self.zones.see(t)
         decision = self.gate.step(t, self._command, self._inputs())
         self.plausibility.on_command(t, decision.v, decision.w, self._pc_drives is True)
         return decision
@@ -149,4 +164,5 @@ class Guard:
         gate, watch = self.config.gate, self.plausibility
         watched = [('encoders', watch.encoder_stamp, gate.encoder_timeout), ('imu', watch.imu_stamp, gate.imu_timeout)]
         watched += [(f'range {name}', stamp, gate.range_timeout) for name, stamp in self._ranges.items()]
-        return [name for name, stamp, timeout in watched if timeout and not -AHEAD <= t - stamp <= 1.0]
+        found = [name for name, stamp, timeout in watched if timeout and not -AHEAD <= t - stamp <= 1.0]
+        return found + (['scan'] if self.zones.scan is not None and not self.zones.scan.live else [])

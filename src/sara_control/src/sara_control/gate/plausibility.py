@@ -32,7 +32,8 @@ class _Wheel:
 class Plausibility:
     """config: PlausibilityConfig. `fault`: Reason or None. `dropped`: {kind: how often}. `encoder_stamp`: the
     older of the two wheels' newest stamps, s. `imu_frozen`: whether the newest reading of the IMU was no estimate.
-    `speed`: the faster wheel's, m/s, NaN before both are known.
+    `speed`: the faster wheel's, m/s, NaN before both are known. `rolled`: (stamp, m that the wheels' mean has rolled)
+    of the newest readings.
     """
 
     def __init__(self, config: PlausibilityConfig) -> None:
@@ -40,6 +41,7 @@ class Plausibility:
         self.dropped = {}
         self.imu_stamp, self.imu_frozen = -math.inf, False
         self.encoder_stamp, self.speed = -math.inf, math.nan
+        self.rolled = -math.inf, 0.0
         self._wheels = _Wheel(), _Wheel()
         self._watch = WheelWatch(config.frozen_distance, (config.wheel_radius, config.wheel_radius))
         self._fresh = set()
@@ -101,6 +103,7 @@ class Plausibility:
 
     def _judge(self, stamp):
         right, left = self._wheels
+        self.rolled = stamp, 0.5 * self.config.wheel_radius * (right.angle + left.angle)
         if self._watch.on_wheels(left.angle, right.angle, stamp) and self._commanded:
             self.fault = self.fault or Reason.FROZEN
         limit = self.config.runaway_speed / self.config.wheel_radius

@@ -219,7 +219,7 @@ class SafetyGate:
         return True
 
     def _side(self, sensor):
-        return Reason[self.zones.sensors[sensor].side.upper()]
+        return Reason[self.zones.side(sensor).upper()]
 
     def _decision(self, state, reason, give_up, waits=False):
         return Decision(self.comfort.v, self.comfort.w, state, reason, give_up, waits)

@@ -5,11 +5,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import genpy
+import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, Range
+from sensor_msgs.msg import Imu, LaserScan, Range
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -20,6 +21,7 @@ from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
+from sara_common.scans import Sweep
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
@@ -84,6 +86,8 @@ class SafetyNode:
             )
         if gate.range_timeout:
             self.subscribe_ranges(config.zones.sensors)
+        if config.scan.enabled:
+            self.listen('scan', LaserScan, lambda now, m: self.guard.on_scan(now, sweep_of(m)))
         if gate.localization_timeout:
             self.listen('cmd_vel_mux/active', String, lambda _, m: self.guard.on_source(m.data))
             self.listen(
@@ -186,6 +190,8 @@ class SafetyNode:
             if decision is None:
                 self.diagnostics.publish(WARN, 'waiting for the clock', {})
                 continue
+            if 'scan' in missing:
+                rospy.logwarn_throttle(10.0, 'the laser scanner does not answer: the chair goes by its sonars alone')
             if decision.reason in SENSORS and missing:
                 rospy.logwarn_throttle(10.0, 'waiting for ' + ', '.join(missing))
             values = {
@@ -199,7 +205,9 @@ class SafetyNode:
             }
             level = LEVELS.get(decision.state, WARN)
             self.diagnostics.publish(
-                max(level, WARN) if dropped else level, sentence(decision.state, decision.reason), values
+                max(level, WARN) if dropped or 'scan' in missing else level,
+                sentence(decision.state, decision.reason),
+                values,
             )
 
 
@@ -207,6 +215,13 @@ def _stamp(message, now):
     """The stamp of a message; now, where it has none."""
     stamp = message.header.stamp.to_sec()
     return stamp if stamp > 0.0 else now
+
+
+def sweep_of(scan: LaserScan) -> Sweep:
+    """A Sweep of the message."""
+    angles = scan.angle_min, scan.angle_max, scan.angle_increment
+    stamp, ranges = scan.header.stamp.to_sec(), np.array(scan.ranges, float)
+    return Sweep(stamp, *angles, scan.time_increment, scan.range_min, scan.range_max, ranges)
 
 
 def _numbers(odometry):

@@ -24,6 +24,8 @@ from sara_control.zones.approach_detector import REMEMBERED, ApproachDetector
 from sara_control.zones.caution import Caution, CautionConfig, Motion
 from sara_control.zones.lost_echoes import MOST, LostEchoes
 from sara_control.zones.range_filter import RangeFilter
+from sara_control.zones.scan_config import ScanConfig
+from sara_control.zones.scan_zones import Echo, ScanZones
 from sara_control.zones.zone_config import SLACK, ZoneConfig
 from sara_control.zones.zone_places import Body, Places, Stopping
 
@@ -43,9 +45,13 @@ def _no_places(sensors):
 
 
 class Zones:
-    """Ranges in, speed limits out. config: ZoneConfig. caution: CautionConfig. `sensors`: {name: RangeSensor}."""
+    """Ranges in, speed limits out. config: ZoneConfig. caution: CautionConfig. scan: ScanConfig. `sensors`: {name:
+    RangeSensor}. `scan`: ScanZones, None without a scanner.
+    """
 
-    def __init__(self, config: ZoneConfig, caution: CautionConfig = CautionConfig()) -> None:
+    def __init__(
+        self, config: ZoneConfig, caution: CautionConfig = CautionConfig(), scan: ScanConfig = ScanConfig()
+    ) -> None:
         zone_places.warm()  # nothing compiles on the move
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
@@ -71,6 +77,8 @@ class Zones:
         self._edges = {name: places.directions[:, rays][:, [0, RAYS // 2, -1]] for name, rays in self._rays_of.items()}
         self._now = self._careful = -math.inf
         self.caution = Caution(caution, config.sensors, half, self._body)
+        self.scan = ScanZones(scan, half, self._body) if scan.enabled else None
+        self._carved = None  # `outside` of the places, and the least of it, while the scanner explains echoes
 
     def _inside(self, sensor, directions):
         """Length of each ray within the body: a nearer echo is of an obstacle at the body's edge."""
@@ -152,6 +160,20 @@ class Zones:
                 filtered.accept(distance)
                 self._place(self.sensors[name], distance)
 
+    def see(self, t: float) -> None:
+        """With a scanner: work in what it saw, until t (s). To be called before the commands of each step."""
+        self._carved = None
+        pose = None if self.scan is None else self.scan.see(t)
+        if pose is None or self.pedestrian_moving:  # who moves is where the sonars hear it
+            return
+        echoes = {
+            name: Echo(sensor, self._filters[name].range)
+            for name, sensor in self.sensors.items()
+            if self._filters[name].range is not None
+        }
+        outside = self.scan.carved(self._places, self._rays_of, echoes, pose)
+        self._carved = outside, float(outside.min())
+
     def range(self, name: str) -> float | None:
         """The accepted range (m), or None before the first reading."""
         return self._filters[name].range
@@ -164,7 +186,24 @@ class Zones:
         """
         if v == 0.0 and w == 0.0:
             return 1.0, ''
+        factor, name = self._scale_by_echoes(v, w, gentle)
+        if self.scan is not None and self.scan.live:
+            ease = self.config.ease if gentle else 0.0
+            allowed, side = self.scan.limit(float(v), float(w), self._stopping(gentle), ease)
+            if allowed < factor:
+                return allowed, f'scan {side}'
+        return factor, name
+
+    def side(self, name: str) -> str:
+        """Of the chair, where what `scale` names is: front, rear, left or right."""
+        return self.sensors[name].side if name in self.sensors else name.split()[-1]
+
+    def _scale_by_echoes(self, v, w, gentle):
+        """As `scale`, by the range sensors alone, as far as the scanner does not explain them."""
         places, nearest, stopping = self._places, self._nearest, self._stopping(gentle)
+        if self._carved is not None and self._fastest == 0.0:
+            outside, nearest = self._carved
+            places = places._replace(outside=outside)
         fastest = abs(v) + abs(w) * self._farthest  # no place is approached faster
         if self._fastest > 0.0:
             places, nearest = self._when_standing(stopping.reaction + fastest / stopping.braking)

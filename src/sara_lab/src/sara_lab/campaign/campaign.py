@@ -17,6 +17,7 @@ from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.pairs import fault_pairs
+from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.rides.circuits import circuits
@@ -34,6 +35,7 @@ PARTS = {
     'tight': tight,
     'pillars': pillars,
     'travel': travel,
+    'scan': scan,
     'journeys': journeys,
     'calm': calm,
     'nees': nees,

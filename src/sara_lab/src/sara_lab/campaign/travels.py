@@ -3,13 +3,14 @@ among pillars and between poses on three maps, judged by limits that SARA's defa
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from sara_lab.campaign.comfort import calm_faults, calm_figures
 from sara_lab.campaign.meetings import longer_than_alone, meeting_faults, meeting_figures
-from sara_lab.campaign.part import Part, lines_of, mean, spread
+from sara_lab.campaign.part import Figures, Part, lines_of, mean, spread
 from sara_lab.campaign.travel_times import time_figures, time_lines
 from sara_lab.experiments.gains import gain_of
 from sara_lab.journeys import doors as crossings
@@ -177,7 +178,7 @@ def _travel_summary(results):
     for mode in travels.MODES:
         for name in (*MAPS, 'all'):
             of = [r for r in results if r['mode'] == mode and name in (r['map'], 'all')]
-            row = _travel_row(of, name == 'all')
+            row = travel_row(of, name == 'all')
             if mode in travels.AMONG_PEOPLE:
                 row |= meeting_figures(of) | {'longer_than_alone': longer_than_alone(of, alone)}
             figures[f'{mode}_{name}'] = row
@@ -195,8 +196,8 @@ def _travel_summary(results):
     return lines, figures
 
 
-def _travel_row(results, with_comfort):
-    """Figures of the drives of one mode on one map, or on all maps."""
+def travel_row(results: Sequence[dict], with_comfort: bool) -> Figures:
+    """Figures of the drives (plain data) of one mode on one map, or on all maps."""
     there = [result['judgement'] for result in results if result['reached']]
     short = [result for result in results if result['way'] <= SHORT_M]
     return {

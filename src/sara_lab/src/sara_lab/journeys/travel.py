@@ -167,11 +167,12 @@ def drive(
     gain: float | None = None,
     navigation: dict | None = None,
     watch: Callable[[Lockstep], None] | None = None,
+    scan: bool = False,
 ) -> Outcome:
     """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
 
     `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the
-    Lockstep after each step.
+    Lockstep after each step. `scan`: whether the chair has the laser scanner.
     """
     pair = pairs(name)[number]
     lockstep = Lockstep(
@@ -181,6 +182,7 @@ def drive(
         gain=gain,
         localization='ekf' if mode in FUSED else 'fake',
         navigation=navigation,
+        scan=scan,
     )
     world = World.from_yaml(map_file(name))
     for obstacle in _about(name, mode, number):

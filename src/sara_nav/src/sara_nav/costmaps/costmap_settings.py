@@ -244,7 +244,7 @@ def _warn(parameters, settings):
                 'touch obstacles'
             )
         if (
-            cls is RangeSensorLayer
+            cls in (RangeSensorLayer, ObstacleLayer)
             and config.ignore_mapped
             and not any(other is StaticLayer for _, other, _ in settings.layers)
         ):

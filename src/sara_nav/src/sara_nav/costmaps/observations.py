@@ -36,12 +36,21 @@ def scan_points(
     range_max: float,
     inf_is_valid: bool = False,
 ) -> np.ndarray:
-    """Return the points (n, 3) of a laser scan in its own frame, z = 0; raises ObservationError.
+    """Return the points (n, 3) of a laser scan in its own frame, z = 0; raises ObservationError. As scan_rays."""
+    return scan_rays(ranges, (angle_min, angle_increment), (range_min, range_max), inf_is_valid)[0]
+
+
+def scan_rays(
+    ranges: Sequence[float], angles: tuple[float, float], limits: tuple[float, float], inf_is_valid: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (n, 3) of a laser scan in its own frame, z = 0, and the indices (n,) of their rays; raises
+    ObservationError. angles: (angle_min, angle_increment), rad; limits: (range_min, range_max), m.
 
     Readings are kept from range_min up to but not at range_max. ``inf_is_valid``: +Inf is a reading just short of
     range_max, so that it clears; other readings that are no numbers are left out.
     """
-    if not all(map(math.isfinite, (angle_min, angle_increment, range_min, range_max))) or range_max <= range_min:
+    (angle_min, angle_increment), (range_min, range_max) = angles, limits
+    if not all(map(math.isfinite, (*angles, *limits))) or range_max <= range_min:
         raise ObservationError(
             f'the scan has angle_min {angle_min!r}, angle_increment {angle_increment!r}, range_min {range_min!r}, '
             f'range_max {range_max!r}'
@@ -53,7 +62,8 @@ def scan_points(
         angle = np.fmod(angle_min + angle_increment * np.arange(len(distance)), 2.0 * math.pi)
         good = (distance >= range_min) & (distance < range_max) & np.isfinite(angle)
     distance, angle = distance[good], angle[good]
-    return np.column_stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(len(distance))])
+    points = np.column_stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(len(distance))])
+    return points, np.flatnonzero(good)
 
 
 class CloudLayout(NamedTuple):

@@ -15,11 +15,12 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
+from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
-from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_points, transformed
+from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_rays, transformed
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 
@@ -131,6 +132,8 @@ class CostmapInputs:
             except NotYet as missing:
                 if abs(now - msg.header.stamp.to_sec()) <= max(layer.config.transform_tolerance, 0.1):
                     self._waiting.append((msg, layer, source))
+                elif self._placed_whole(msg, source, layer):
+                    self._drop('sweeps_placed_whole', f'layer {layer.name} places sweeps at their first ray: {missing}')
                 else:
                     self._drop('no_transform', f'layer {layer.name} drops messages: {missing}')
             except ValueError as error:
@@ -198,27 +201,47 @@ class CostmapInputs:
             msg.field_of_view,
         )
 
+    def _placed_whole(self, msg, source, layer):
+        """Place a sweep, whose last ray is later than any transform, where its first ray was; returns whether it could
+        be done.
+        """
+        if not isinstance(msg, LaserScan) or not msg.time_increment > 0.0:
+            return False
+        msg.time_increment = 0.0
+        try:
+            layer.add_observation(self._observation(msg, source, layer))
+        except (ValueError, NotYet):
+            return False
+        return True
+
     def _observation(self, msg, source, layer):
         if isinstance(msg, LaserScan):
-            points = scan_points(
-                msg.ranges, msg.angle_min, msg.angle_increment, msg.range_min, msg.range_max, source.inf_is_valid
-            )
-        elif isinstance(msg, PointCloud2):
+            return self._scan(msg, source)
+        if isinstance(msg, PointCloud2):
             fields = {field.name: (field.offset, field.datatype) for field in msg.fields if field.count <= 1}
             layout = CloudLayout(msg.width, msg.height, msg.point_step, msg.row_step, fields, msg.is_bigendian)
             points = cloud_points(msg.data, layout)
         else:
             points = np.array([[p.x, p.y, p.z] for p in msg.points], float).reshape(-1, 3)
-        to_points = self._transform(msg.header.frame_id, msg.header.stamp)
-        sensor = self._transform(source.sensor_frame, msg.header.stamp) if source.sensor_frame else to_points
-        v, q = to_points.translation, to_points.rotation
-        origin = sensor.translation
-        return Observation(
-            source.name,
-            msg.header.stamp.to_sec(),
-            (origin.x, origin.y, origin.z),
-            transformed(points, (v.x, v.y, v.z), (q.x, q.y, q.z, q.w)),
-        )
+        place = self._transform(msg.header.frame_id, msg.header.stamp)
+        return self._seen(msg, source, place, transformed(points, *_numbers(place)))
+
+    def _scan(self, msg, source):
+        """The Observation of a LaserScan; each ray is placed at its own time where the message tells it."""
+        angles, limits = (msg.angle_min, msg.angle_increment), (msg.range_min, msg.range_max)
+        points, rays = scan_rays(msg.ranges, angles, limits, source.inf_is_valid)
+        first = last = self._transform(msg.header.frame_id, msg.header.stamp)
+        if msg.time_increment > 0.0:
+            duration = rospy.Duration.from_sec(msg.time_increment * (len(msg.ranges) - 1))
+            last = self._transform(msg.header.frame_id, msg.header.stamp + duration)
+        points = swept(points, shares_of(rays, len(msg.ranges)), _numbers(first), _numbers(last))
+        return self._seen(msg, source, first, points)
+
+    def _seen(self, msg, source, place, points):
+        """What a source saw, its sensor at `place` or at its own frame."""
+        origin = self._transform(source.sensor_frame, msg.header.stamp) if source.sensor_frame else place
+        origin = origin.translation
+        return Observation(source.name, msg.header.stamp.to_sec(), (origin.x, origin.y, origin.z), points)
 
     # -- what could not be used --------------------------------------------------------------------------------
 
@@ -245,6 +268,12 @@ class CostmapInputs:
         for layer in self._costmap.layers.values():
             result.update((f'{self._name}/{layer.name}/{kind}', n) for kind, n in layer.counts.items())
         return result
+
+
+def _numbers(transform):
+    """(translation (3,), quaternion (4,)) of a geometry_msgs/Transform."""
+    v, q = transform.translation, transform.rotation
+    return (v.x, v.y, v.z), (q.x, q.y, q.z, q.w)
 
 
 class FootprintInput:

@@ -49,6 +49,8 @@ class Faults:
         """Make the fault `name` happen from now on. Raises FaultError that names every wrong argument."""
         fault = build(name, arguments)
         self._identifiers(fault)
+        if isinstance(fault, (kinds.ScanSilent, kinds.ScanFrozen)) and self._chair.scanner is None:
+            raise FaultError(f'{name}: this chair has no laser scanner; its option scan is false.')
         number = self._number[name] = self._number.get(name, -1) + 1
         stream = np.random.default_rng(np.random.SeedSequence([self._seed, zlib.crc32(name.encode()), number]))
         active = Active(fault, self._chair.time, stream)
@@ -117,6 +119,9 @@ class Faults:
         self._apply_to_imu()
         self._apply_to_encoders()
         self._apply_to_drive()
+        if self._chair.scanner is not None:
+            self._chair.scanner.silent = self._any(kinds.ScanSilent)
+            self._chair.scanner.frozen = self._any(kinds.ScanFrozen)
 
     def _apply_to_bus(self) -> None:
         chair = self._chair

@@ -7,55 +7,21 @@ makes one from a name and arguments, `describe` lists the arguments.
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, fields
 
-from sara_common.config import is_number
 from sara_sim.chips import mounting
+from sara_sim.faults.arguments import FaultError, argument, between, one_of, seconds, whole
 
 DIRECTIONS = ('to_pc', 'from_pc', 'both')
 WHEELS = ('right', 'left', 'both')
 NODES = ('sensor', 'motor', 'joystick')
 
 
-class FaultError(ValueError):
-    """A fault that does not exist or whose arguments are not allowed; one sentence for each."""
-
-
-def _argument(allowed: str, check, default=MISSING):
-    return field(default=default, metadata={'allowed': allowed, 'check': check})
-
-
-def _between(low: float, high: float, what: str, default=MISSING):
-    return _argument(
-        f'a number from {low:g} to {high:g} ({what})', lambda value: is_number(value) and low <= value <= high, default
-    )
-
-
-def _one_of(names, default=MISSING):
-    return _argument('one of ' + ', '.join(names), lambda value: value in names, default)
-
-
-def _duration(default: float = math.inf):
-    return _argument(
-        'seconds, more than 0 (none: until cleared)',
-        lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0,
-        default,
-    )
-
-
-def _whole(low: int, high: int, what: str, default=MISSING):
-    return _argument(
-        f'a whole number from {low} to {high} ({what})',
-        lambda value: isinstance(value, int) and not isinstance(value, bool) and low <= value <= high,
-        default,
-    )
-
-
 @dataclass(frozen=True, kw_only=True)
 class Fault:
     """`duration`: s."""
 
-    duration: float = _duration()
+    duration: float = seconds()
 
     def __post_init__(self):
         faults = [
@@ -76,8 +42,8 @@ class Fault:
 class FrameFault(Fault):
     """Something happens to frames between the chair and the PC: to each of `ids` (none: all) with `probability`."""
 
-    probability: float = _between(0, 1, 'share of the frames', 1.0)
-    ids: tuple = _argument(
+    probability: float = between(0, 1, 'share of the frames', 1.0)
+    ids: tuple = argument(
         'a list of identifiers or names of frames (none: all)',
         lambda value: (
             isinstance(value, tuple)
@@ -91,7 +57,7 @@ class FrameFault(Fault):
         ),
         (),
     )
-    direction: str = _one_of(DIRECTIONS, 'both')
+    direction: str = one_of(DIRECTIONS, 'both')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +69,7 @@ class FramesDropped(FrameFault):
 class FramesDelayed(FrameFault):
     """Frames that arrive later, and so perhaps behind younger ones."""
 
-    delay: float = _between(0, 60, 's', 0.1)
+    delay: float = between(0, 60, 's', 0.1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +81,7 @@ class FramesDuplicated(FrameFault):
 class FramesCorrupted(FrameFault):
     """Frames in which bits of the data are flipped."""
 
-    bits: int = _whole(1, 64, 'how many', 1)
+    bits: int = whole(1, 64, 'how many', 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,26 +93,36 @@ class AdapterUnplugged(Fault):
 class SonarFault(Fault):
     """`sensor`: which of the nine, or all."""
 
-    sensor: str = _one_of((*mounting.SONARS, 'all'))
+    sensor: str = one_of((*mounting.SONARS, 'all'))
 
 
 @dataclass(frozen=True, kw_only=True)
 class SonarStuck(SonarFault):
     """It always measures the same."""
 
-    range: float = _between(0, 6, 'm; 0: never an echo')
+    range: float = between(0, 6, 'm; 0: never an echo')
 
 
 @dataclass(frozen=True, kw_only=True)
 class SonarNoisy(SonarFault):
     """Its measurements scatter."""
 
-    sigma: float = _between(0, 5, 'm', 0.3)
+    sigma: float = between(0, 5, 'm', 0.3)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SonarSilent(SonarFault):
     """It does not answer on the I2C bus."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanSilent(Fault):
+    """The laser scanner sends nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanFrozen(Fault):
+    """The laser scanner sends the same ranges again and again, under new stamps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,8 +134,8 @@ class ImuStuck(Fault):
 class ImuNoisy(Fault):
     """The IMU's samples scatter."""
 
-    accel_sigma: float = _between(0, 20, 'm/s2', 1.0)
-    gyro_sigma: float = _between(0, 200, 'deg/s', 5.0)
+    accel_sigma: float = between(0, 20, 'm/s2', 1.0)
+    gyro_sigma: float = between(0, 200, 'deg/s', 5.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,33 +147,33 @@ class ImuSilent(Fault):
 class EncoderFrozen(Fault):
     """A wheel's counter stands still, whatever the wheel does; afterwards it counts on from where it stood."""
 
-    wheel: str = _one_of(WHEELS)
+    wheel: str = one_of(WHEELS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class EncoderNoisy(Fault):
     """A wheel's counter scatters about what it should say."""
 
-    wheel: str = _one_of(WHEELS)
-    sigma: float = _between(0, 64000, 'steps', 500.0)
+    wheel: str = one_of(WHEELS)
+    sigma: float = between(0, 64000, 'steps', 500.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class NodeSilent(Fault):
     """One of the microcontrollers is off: it sends nothing; a motor node that is off drives nothing."""
 
-    node: str = _one_of(NODES)
+    node: str = one_of(NODES)
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelSlip(Fault):
     """A wheel's rolling moves the body by `factor` of what it should, everywhere or on a round patch of the floor."""
 
-    wheel: str = _one_of(WHEELS, 'both')
-    factor: float = _between(0, 1, 'share of the rolling that moves the body', 0.3)
-    x: float = _between(-1e5, 1e5, 'm, centre of the patch in the map', 0.0)
-    y: float = _between(-1e5, 1e5, 'm', 0.0)
-    radius: float = _argument(
+    wheel: str = one_of(WHEELS, 'both')
+    factor: float = between(0, 1, 'share of the rolling that moves the body', 0.3)
+    x: float = between(-1e5, 1e5, 'm, centre of the patch in the map', 0.0)
+    y: float = between(-1e5, 1e5, 'm', 0.0)
+    radius: float = argument(
         'm, more than 0 (none: everywhere)',
         lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0,
         math.inf,
@@ -215,26 +191,26 @@ class WheelSlip(Fault):
 class Push(Fault):
     """Somebody pushes the body, its wheels skidding: a half sine of these peak velocities for `duration`."""
 
-    forward: float = _between(-3, 3, 'm/s', 0.0)
-    left: float = _between(-3, 3, 'm/s', 0.0)
-    turn: float = _between(-6, 6, 'rad/s', 0.0)
-    duration: float = _between(0.01, 60, 's', 0.3)
+    forward: float = between(-3, 3, 'm/s', 0.0)
+    left: float = between(-3, 3, 'm/s', 0.0)
+    turn: float = between(-6, 6, 'rad/s', 0.0)
+    duration: float = between(0.01, 60, 's', 0.3)
 
 
 @dataclass(frozen=True, kw_only=True)
 class BatteryLow(Fault):
     """The battery falls to `voltage` in `ramp` seconds."""
 
-    voltage: float = _between(0, 40, 'V', 20.5)
-    ramp: float = _between(0, 1e5, 's', 0.0)
+    voltage: float = between(0, 40, 'V', 20.5)
+    ramp: float = between(0, 1e5, 's', 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class JoystickGrabbed(Fault):
     """The rider holds the joystick off its centre."""
 
-    x: int = _whole(0, 1023, '512 is the centre, more is right', 512)
-    y: int = _whole(0, 1023, '512 is the centre, more is forward', 512)
+    x: int = whole(0, 1023, '512 is the centre, more is right', 512)
+    y: int = whole(0, 1023, '512 is the centre, more is forward', 512)
 
 
 FAULTS = {
@@ -246,6 +222,8 @@ FAULTS = {
     'sonar_stuck': SonarStuck,
     'sonar_noisy': SonarNoisy,
     'sonar_silent': SonarSilent,
+    'scan_silent': ScanSilent,
+    'scan_frozen': ScanFrozen,
     'imu_stuck': ImuStuck,
     'imu_noisy': ImuNoisy,
     'imu_silent': ImuSilent,

@@ -7,11 +7,13 @@ from math import cos, sin
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
 
 from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_sim.bus.lawicel import LawicelAdapter
-from sara_sim.chair import SimulatedChair
+from sara_sim.chair import STEP_S, SimulatedChair
+from sara_sim.chips import scanner
 
 
 def ground_truth(chair: SimulatedChair, stamp: rospy.Time) -> Odometry:
@@ -23,6 +25,18 @@ def ground_truth(chair: SimulatedChair, stamp: rospy.Time) -> Odometry:
     orientation = message.pose.pose.orientation
     orientation.x, orientation.y, orientation.z, orientation.w = _quaternion(*chair.attitude, yaw)
     message.twist.twist.linear.x, message.twist.twist.angular.z = chair.velocity
+    return message
+
+
+def laser_scan(scan: scanner.Scan) -> LaserScan:
+    """A sweep as a scanner's driver publishes it: stamped with its first ray's time, without intensities."""
+    message = LaserScan()
+    message.header.stamp, message.header.frame_id = rospy.Time.from_sec(scan.stamp), 'scan'
+    message.angle_min, message.angle_max = scanner.ANGLE_MIN, float(scanner.ANGLES[-1])
+    message.angle_increment, message.time_increment = scanner.ANGLE_INCREMENT, scanner.TIME_INCREMENT
+    message.scan_time = scanner.PERIOD_STEPS * STEP_S
+    message.range_min, message.range_max = scanner.RANGE_MIN, scanner.RANGE_MAX
+    message.ranges = scan.ranges.tolist()
     return message
 
 

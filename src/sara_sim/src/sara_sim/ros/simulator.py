@@ -16,6 +16,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
@@ -62,6 +63,7 @@ class SimulatorNode:
         self._clock = rospy.Publisher('/clock', Clock, queue_size=100)
         self._truth = rospy.Publisher('/ground_truth', Odometry, queue_size=10)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=5)
+        self._scan = rospy.Publisher('scan', LaserScan, queue_size=5) if chair.scanner else None
         self._markers = rospy.Publisher('~obstacles', MarkerArray, queue_size=2)
         rospy.Service('~fault', Fault, self._on_fault)
         rospy.Service('~clear_faults', Trigger, self._on_clear)
@@ -169,6 +171,8 @@ class SimulatorNode:
             self._write(data)
         if self._ticks % GROUND_TRUTH_STEPS == 0:
             self._truth.publish(messages.ground_truth(self._chair, stamp))
+        if self._scan and self._chair.scanner.scan:
+            self._scan.publish(messages.laser_scan(self._chair.scanner.scan))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
             rospy.logwarn(

@@ -196,6 +196,19 @@ def echo_with_shapes(walls: Walls, place: tuple[float, float, float], cone: Cone
 
 
 @kernel
+def laser(walls: Walls, rays: np.ndarray, limit: float, shapes: np.ndarray, found: np.ndarray) -> None:
+    """How far each of `rays` (n, 3: x, y in cells, direction in rad) gets, up to `limit` cells: fills `found` (n,), in
+    cells, inf where it meets nothing. `shapes`: as in `echo_with_shapes`.
+    """
+    for i in range(len(rays)):
+        x, y, angle = rays[i, 0], rays[i, 1], rays[i, 2]
+        nearest, _, _ = cast(walls.occupied, x, y, angle, limit)
+        for k in range(shapes.shape[0]):
+            nearest = min(nearest, hit_shape(x, y, cos(angle), sin(angle), shapes[k])[0])
+        found[i] = nearest if nearest <= limit else inf
+
+
+@kernel
 def rectangle_meets_shapes(
     shapes: np.ndarray, pose: tuple[float, float, float], half: tuple[float, float], met: np.ndarray
 ) -> int:
@@ -233,6 +246,7 @@ def warm() -> None:
     walls, cone, place = Walls(occupied, normals, normals, 1.0), Cone(0.0, 1, 1.0, 1.0), (0.0, 0.0, 0.0)
     echo(walls, place, cone)
     echo_with_shapes(walls, place, cone, shapes)
+    laser(walls, np.zeros((1, 3)), 1.0, shapes, np.zeros(1))
     is_clear(occupied, 0.0, 0.0)
     rectangle_overlaps(occupied, 0.0, 0.0, 0.0, 1.0, 1.0)
     rectangle_meets_shapes(shapes, place, (1.0, 1.0), np.zeros(1, np.bool_))

@@ -88,11 +88,23 @@ class World:
         """
         size = self.resolution
         place = (x - self.origin[0]) / size, (y - self.origin[1]) / size, axis
-        shapes = self.obstacles.shapes
-        if len(shapes):
-            scaled = (shapes - (*self.origin, 0.0, 0.0, 0.0, 0.0)) / (size, size, 1.0, 1.0, size, size)
-            return size * rays.echo_with_shapes(self._walls, place, cone, scaled)
+        if len(self.obstacles.shapes):
+            return size * rays.echo_with_shapes(self._walls, place, cone, self._shapes_in_cells())
         return size * rays.echo(self._walls, place, cone)
+
+    def laser(self, places: np.ndarray, limit: float) -> np.ndarray:
+        """(n,) m to the nearest wall or obstacle on each ray, up to `limit` (m); inf where there is none.
+
+        `places`: (n, 3): x, y (m, map frame) where a ray begins, and its direction (rad).
+        """
+        size, found = self.resolution, np.empty(len(places))
+        cells = (places - (*self.origin, 0.0)) / (size, size, 1.0)
+        rays.laser(self._walls, cells, limit / size, self._shapes_in_cells(), found)
+        return size * found
+
+    def _shapes_in_cells(self):
+        size, shapes = self.resolution, self.obstacles.shapes
+        return (shapes - (*self.origin, 0.0, 0.0, 0.0, 0.0)) / (size, size, 1.0, 1.0, size, size)
 
     def overlaps(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
         """True if a rectangle (m) centred on (x, y, yaw) overlaps an occupied cell."""

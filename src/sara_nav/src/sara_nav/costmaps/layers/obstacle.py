@@ -59,13 +59,19 @@ class SourceConfig:
 
 @dataclass(frozen=True)
 class ObstacleConfig:
-    """Names and defaults of costmap_2d::ObstacleLayer; ``sources`` are those of ``observation_sources``."""
+    """Names and defaults of costmap_2d::ObstacleLayer; ``sources`` are those of ``observation_sources``.
+
+    Not the peer's: with ``ignore_mapped`` points within ``mapped_tolerance`` (m) of a lethal cell of the static layer
+    mark nothing.
+    """
 
     footprint_clearing_enabled: bool = True
     max_obstacle_height: float = 2.0
     combination_method: int = MAXIMUM
     track_unknown_space: bool = False
     transform_tolerance: float = 0.2
+    ignore_mapped: bool = False
+    mapped_tolerance: float = 0.1
     sources: tuple = ()
     enabled: bool = True
 
@@ -77,7 +83,10 @@ class ObstacleConfig:
                 f'combination_method is {self.combination_method!r}, allowed are 0 (overwrite), 1 (maximum) and 99 '
                 '(nothing)'
             )
-        result += range_faults(self, {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0)})
+        result += range_faults(
+            self,
+            {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0), 'mapped_tolerance': (0.0, 1.0)},
+        )
         if len({source.name for source in self.sources}) < len(self.sources):
             result.append('observation_sources names a source twice: {}'.format(' '.join(s.name for s in self.sources)))
         return result
@@ -185,9 +194,20 @@ class ObstacleLayer(GridLayer):
         for source in self.config.sources:
             for o in self._seen[source.name] if source.marking else ():
                 sensor, limit = np.array(o.origin, np.float64), float(source.obstacle_range)
-                windows.add(*rays.mark_points(self.costs, grid, sensor, o.points, limit, highest))
+                points = self._unmapped(o.points) if self.config.ignore_mapped else o.points
+                windows.add(*rays.mark_points(self.costs, grid, sensor, points, limit, highest))
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
             self._clear_footprint(pose, windows)
+
+    def _unmapped(self, points):
+        """Those of the points (n, 3) that nothing on the map explains."""
+        for layer in self.parent.layers.values():
+            mapped = layer.mapped() if layer.enabled and hasattr(layer, 'mapped') else None
+            if mapped is not None:
+                costs, g, frame = mapped
+                place = float(frame.x), float(frame.y), float(frame.yaw)
+                points = points[rays.far_from(costs, g.grid, place, points, float(self.config.mapped_tolerance))]
+        return points
 
     def _clear_rays(self, observation, source, windows):
         g = self.parent.geometry

@@ -82,6 +82,31 @@ def mark_points(
 
 
 @kernel
+def far_from(
+    costs: np.ndarray, grid: Grid, frame: tuple[float, float, float], points: np.ndarray, tolerance: float
+) -> np.ndarray:
+    """Which of the points (n, 3), m, are farther than ``tolerance`` (m) from every lethal cell of ``costs``, bool (n,).
+    frame: x, y, yaw of the points' frame in that of the grid, a Grid.
+    """
+    origin_x, origin_y, resolution = grid
+    height, width = costs.shape
+    c, s = math.cos(frame[2]), math.sin(frame[2])
+    reach = int(math.ceil(tolerance / resolution))
+    result = np.ones(len(points), np.bool_)
+    for i in range(len(points)):
+        u = (frame[0] + c * points[i, 0] - s * points[i, 1] - origin_x) / resolution
+        v = (frame[1] + s * points[i, 0] + c * points[i, 1] - origin_y) / resolution
+        column, row = int(math.floor(u)), int(math.floor(v))
+        for y in range(max(row - reach, 0), min(row + reach + 1, height)):
+            for x in range(max(column - reach, 0), min(column + reach + 1, width)):
+                if costs[y, x] == LETHAL:
+                    dx, dy = max(abs(u - x - 0.5) - 0.5, 0.0), max(abs(v - y - 0.5) - 0.5, 0.0)
+                    if math.hypot(dx, dy) * resolution <= tolerance:
+                        result[i] = False
+    return result
+
+
+@kernel
 def free_polygon(costs: np.ndarray, cells: np.ndarray) -> Window:
     """Free the cells of a convex polygon whose corners lie in ``cells`` (k, 2) int64 (column, row), its outline too."""
     height, width = costs.shape
@@ -112,4 +137,5 @@ def warm() -> None:
     grid = Grid(0.0, 0.0, 1.0)
     clear_rays(costs, grid, (0.5, 0.5), points, 2)
     mark_points(costs, grid, np.zeros(3), points, 1.0, 1.0)
+    far_from(costs, grid, (0.0, 0.0, 0.0), points, 0.1)
     free_polygon(costs, np.zeros((3, 2), np.int64))
