@@ -91,6 +91,13 @@ def test_who_does_not_get_on_lets_go_backs_off_and_tries_again():
     assert sticks[backs[-1] + 1].forward > 0.0
 
 
+def test_where_there_is_no_backing_off_one_goes_ahead_a_little():
+    person = WayDriver(((0.0, 0.0), (-3.0, 0.0)))  # which lies behind: a turn in place that is held
+    pushes = [stick.forward for k in range(300) if (stick := person.stick(k * DT, (0.0, 0.0, 0.0))).forward]
+    turn = pushes.index(0.5)
+    assert set(pushes[:turn]) == {-0.5} and turn * DT == pytest.approx(1.6, abs=0.1)
+
+
 def test_the_blind_head_straight_for_one_goal_after_the_other():
     person = BlindDriver(((3.0, 0.0), (3.0, 3.0)))
     poses, _ = driven(person, (0.0, 0.5, 0.0))

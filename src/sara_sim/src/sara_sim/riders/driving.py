@@ -3,7 +3,7 @@ else.
 
 Both aim at a place ahead of them: the curvature that leads there is 2 sin(angle) / distance (pure pursuit, R. C.
 Coulter, CMU-RI-TR-92-01, 1992). What lies behind is turned to in place. Who does not get on although the stick is
-deflected lets go, backs off, and tries again.
+deflected lets go, backs off, and tries again; and where there is no backing off, goes ahead a little the next time.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ class Patience:
     def __init__(self, manner: Manner) -> None:
         self._manner = manner
         self._since = self._pose = self._noticed = None
+        self._away = -1.0  # back; 1.0: ahead
 
     def stick(self, t: float, pose: Sequence[float], wanted: Stick) -> Stick:
         """What is done at t (s), at a pose, by somebody who wants another Stick: that, where the chair gets on."""
@@ -69,7 +70,8 @@ class Patience:
             if waited < manner.let_go:
                 return CENTRED
             if waited < manner.let_go + manner.back:
-                return Stick(0.0, -manner.back_deflection)
+                return Stick(0.0, self._away * manner.back_deflection)
+            self._away = -1.0 if _apart(pose, self._pose) else -self._away
             self._noticed = self._pose = None
         if wanted == CENTRED or self._pose is None or _apart(pose, self._pose):
             self._since, self._pose = t, tuple(pose)
