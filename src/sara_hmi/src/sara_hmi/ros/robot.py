@@ -23,7 +23,7 @@ from sara_common.planar import quaternion_from_yaw, yaw_of
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.robot_inputs import RobotInputs
-from sara_hmi.view.map_image import map_frame, png
+from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.server import Server
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
@@ -93,6 +93,7 @@ class RosRobot(RobotInputs):
                 work()
             except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
                 rospy.logwarn('%s', error)
+            work = None  # else it keeps a map until there is something else to do
 
     def _refuse(self, client, key, of, **values):
         self._server.post(self._server.on_refusal, client, key, of, values)
@@ -244,3 +245,4 @@ class RosRobot(RobotInputs):
         image = png(message.data, info.width, info.height)
         frame = map_frame(image, (info.width, info.height), info.resolution, origin)
         self._server.post(self._server.screen.show, frame, image)
+        give_back_memory()

@@ -198,7 +198,9 @@ class Lab:
             forward = ears.begin_ahead
             drive.begin(forward)
             fast = FAST if forward else SLOW_BACK
-            wait_for(lambda: (ears.true and abs(ears.true[-1][1]) > fast) or self._ended(), 'a chair that drives')
+            if not self._drives(drive, fast):
+                drive.end()
+                return Trial({}, [], 0.0)
             at = time.monotonic()
             getattr(drive, fault)(self._times, number)
             wait_for(lambda: ears.still, 'a chair that comes to rest')
@@ -210,9 +212,16 @@ class Lab:
         sent = commands(said, drive.limits)
         return Trial(sent, heard, at, ears.rest_after(zero, self._profile))
 
-    def _ended(self):
-        """Whether the drive is over already: the machine paused."""
-        return any(v == 0.0 for _, v in list(self._ears.touched))
+    def _drives(self, drive, fast):
+        """Wait until the chair is fast; False where the page has given up before, because the machine paused."""
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            if self._ears.true and abs(self._ears.true[-1][1]) > fast:
+                return True
+            if not drive.page.js('sara.pump.isHeld'):
+                return False
+            time.sleep(0.02)
+        raise TimeoutError(f'the chair does not drive: {drive.page.js("JSON.stringify(sara.chair.state)")}')
 
 
 @contextmanager
