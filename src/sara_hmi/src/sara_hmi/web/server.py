@@ -24,6 +24,7 @@ from sara_hmi.web import access, qr
 from sara_hmi.web.bridge_socket import BridgeConnection
 from sara_hmi.web.client import Client, local_socket
 from sara_hmi.web.robot import Robot
+from sara_hmi.web.room import Held, room
 from sara_hmi.web.screen import Screen, dumps
 
 
@@ -38,7 +39,7 @@ class Server:
         self.screen = Screen(config.robot, hub, self._put)
         self._clients: dict[int, Client] = {}
         self.ros_side: RosSide | None = None
-        self._bridges: set[BridgeConnection] = set()
+        self._bridges: dict[BridgeConnection, bool] = {}  # whether it is one of this computer
         self._timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
@@ -177,11 +178,12 @@ class Server:
         socket = web.WebSocketResponse(
             max_msg_size=limits.frame_bytes, heartbeat=network.heartbeat_s, compress=False, timeout=1.0
         )
-        await socket.prepare(request)
         known = self.hub.connect(self._loop.time(), self._is_local(request))
         client = self._clients[known.number] = Client(socket, request.transport, limits, request.remote)
-        pump = asyncio.create_task(client.pump())
+        pump = None
         try:
+            await socket.prepare(request)
+            pump = asyncio.create_task(client.pump())
             async for message in socket:
                 now = self._loop.time()
                 if message.type == WSMsgType.TEXT:
@@ -191,17 +193,25 @@ class Server:
         finally:
             self.apply(self.hub.disconnect(known.number))
             del self._clients[known.number]
-            pump.cancel()
+            if pump is not None:
+                pump.cancel()
         return socket
 
     def _make_room(self, request):
         """Refuses pages of foreign hosts, and more connections than there may be."""
-        network = self._config.network
         if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
             raise web.HTTPForbidden(text='This page belongs to another computer.')
-        held = [client.peer for client in self._clients.values()] + [one.client.peer for one in self._bridges]
-        if len(held) >= network.connections or held.count(request.remote) >= network.connections_per_address:
+        held = [
+            Held(number, client.peer, self.hub.clients[number].local, self._may_look(number))
+            for number, client in self._clients.items()
+            if not client.is_ending
+        ]
+        held += [Held(-1, one.client.peer, local, True) for one, local in self._bridges.items()]
+        may, ended = room(held, request.remote, self._is_local(request), self._config.network)
+        if not may:
             raise web.HTTPServiceUnavailable(text='Too many pages are open.')
+        if ended is not None:
+            self._clients[ended].cut()
 
     async def rosbridge(self, request: web.Request) -> web.StreamResponse:
         """A connection of roslibjs or roslibpy; from the network with ?token=."""
@@ -216,11 +226,11 @@ class Server:
         await socket.prepare(request)
         make = partial(Client, socket, request.transport, config.limits, request.remote)
         one = BridgeConnection(config, role, self.ros_side, lambda outbox: make(outbox=outbox))
-        self._bridges.add(one)
+        self._bridges[one] = self._is_local(request)
         try:
             await one.serve(socket)
         finally:
-            self._bridges.discard(one)
+            del self._bridges[one]
         return socket
 
     @staticmethod
