@@ -31,7 +31,6 @@ export class Pump extends EventTarget {
     this.sentAt = -Infinity;
     this.drove = false;
     this.take();
-    this.timer = setInterval(() => this.tick(), PERIOD_MS);
     this.flush();
     this.emit('held');
     return this.holder;
@@ -52,7 +51,7 @@ export class Pump extends EventTarget {
   /** Stop, whoever holds; `why` is told to who shows it. */
   rest(why) {
     if (this.holder === null) return;
-    clearInterval(this.timer);
+    clearTimeout(this.timer);
     this.holder = null;
     this.v = this.w = 0;
     this.halt();
@@ -71,9 +70,18 @@ export class Pump extends EventTarget {
     return !slept;
   }
 
+  /** Look again in so many ms. */
+  wait(ms) {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.tick(), ms);
+  }
+
   flush() {
     const t = this.now();
-    if (this.holder === null || t - this.sentAt < SOONEST_MS) return;
+    if (this.holder === null) return;
+    const early = this.sentAt + SOONEST_MS - t;
+    this.wait(early > 0 ? early : PERIOD_MS);
+    if (early > 0) return;
     if (!this.ready()) {
       if (this.drove) this.rest('slow');
       return;
