@@ -43,6 +43,7 @@ LINES = {  # what a line is called: the names of its rows
     'plan: LatticePlanner': r'plan on \w+: LatticePlanner',
     'cycle of TrajectoryPlannerROS, DWAPlannerROS': r'cycle of (Trajectory|DWA)Planner',
     'trajectories scored by them': r'trajectories scored',
+    'touch screen in Chromium: finger to command, stop to gate': r'a (finger|press of stop) in Chromium',
     'touch screen: frame to command, stop to gate, state to a viewer': r"a page's (frame|stop) to|a state to the other",
 }
 JSON_ONLY = (
