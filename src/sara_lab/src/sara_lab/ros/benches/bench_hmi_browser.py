@@ -32,7 +32,8 @@ ASKED = 20  # times that the page is asked for its clock
 NOTE = (  # which event made which command
     'window.moved = []; window.pressed = []; const move = sara.pump.move;'
     'sara.pump.move = function (token, v, w) {'
-    '  if (window.event?.type === "pointermove") moved.push([performance.timeOrigin + event.timeStamp, v]);'
+    '  if (window.event?.type.startsWith("pointer") && v !== moved.at(-1)?.[1])'
+    '    moved.push([performance.timeOrigin + event.timeStamp, v]);'
     '  return move.call(this, token, v, w); };'
     'document.getElementById("stop").addEventListener("pointerdown",'
     '  (event) => pressed.push(performance.timeOrigin + event.timeStamp), true)'
