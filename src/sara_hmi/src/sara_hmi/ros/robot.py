@@ -19,6 +19,7 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from sara_common.config import is_number
 from sara_common.planar import quaternion_from_yaw, yaw_of
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
@@ -59,9 +60,9 @@ class RosRobot(RobotInputs):
     # The server's thread
 
     def drive(self, v: float, w: float) -> None:
-        """Publish a command, m/s and rad/s, at once."""
+        """Publish the command of a motion of the robot, m/s and rad/s, at once."""
         message = Twist()
-        message.linear.x, message.angular.z = v, w
+        message.linear.x, message.angular.z = v, w * self.turn_slip
         self._driven = time.monotonic()
         self._out.publish(message)
 
@@ -165,10 +166,12 @@ class RosRobot(RobotInputs):
         self._profile.publish(String(name))
 
     def _look_for_parameters(self):
-        """The gate's profiles and the planner's name, which a launch may set later than this node starts."""
+        """The gate's profiles and slip, and the planner's name, which a launch may set later than this node starts."""
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True
+            slip = rospy.get_param('safety_gate/turn_slip', 1.0)
+            self.turn_slip = float(slip) if is_number(slip) and 1.0 <= slip <= 2.0 else 1.0
             use = rospy.get_param('safety_gate/profile', next(iter(profiles)))
             self._server.post(self._server.on_profiles, profiles, use)
         planner = rospy.get_param('move_base/base_global_planner', '') if not self.follows_plan else ''
