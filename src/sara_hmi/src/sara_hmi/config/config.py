@@ -218,6 +218,7 @@ class RosbridgeConfig(Group):
     subscribe: tuple = ()
     call: tuple = ()
     params: tuple = ()
+    origins: tuple = ()
     frame_bytes: int = 1_000_000
     queue: int = 10
     subscriptions: int = 50
@@ -227,7 +228,7 @@ class RosbridgeConfig(Group):
         """Lists that hold no names."""
         faults = [
             f'{name} is {getattr(self, name)!r}, allowed is a list of names'
-            for name in ('publish', 'subscribe', 'call', 'params')
+            for name in ('publish', 'subscribe', 'call', 'params', 'origins')
             if not all(isinstance(held, str) and held for held in getattr(self, name))
         ]
         if not isinstance(self.enabled, bool):

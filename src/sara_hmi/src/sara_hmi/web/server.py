@@ -19,7 +19,7 @@ from sara_hmi.hub.actions import Action, Close, Everyone, Motion, Order, Send, S
 from sara_hmi.hub.hub import Hub
 from sara_hmi.protocol.frames import NONE
 from sara_hmi.protocol.outbox import ORDER
-from sara_hmi.rosbridge.bridge import RosSide
+from sara_hmi.rosbridge.bridge import RosSide, on_list
 from sara_hmi.web import access, qr
 from sara_hmi.web.bridge_socket import BridgeConnection
 from sara_hmi.web.client import Client, local_socket
@@ -197,9 +197,10 @@ class Server:
                 pump.cancel()
         return socket
 
-    def _make_room(self, request):
-        """Refuses pages of foreign hosts, and more connections than there may be."""
-        if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
+    def _make_room(self, request, origins=()):
+        """Refuses pages of foreign hosts, but for these origins, and more connections than there may be."""
+        origin = request.headers.get('Origin')
+        if not access.same_origin(origin, request.scheme, request.host) and not on_list(origin, origins):
             raise web.HTTPForbidden(text='This page belongs to another computer.')
         held = [
             Held(number, client.peer, self.hub.clients[number].local, self._may_look(number))
@@ -216,7 +217,7 @@ class Server:
     async def rosbridge(self, request: web.Request) -> web.StreamResponse:
         """A connection of roslibjs or roslibpy; from the network with ?token=."""
         config = self._config
-        self._make_room(request)
+        self._make_room(request, config.rosbridge.origins)
         role = self.hub.role_of(self._is_local(request), request.query.get('token', ''))
         if role == NONE:
             raise web.HTTPForbidden(text='This device is not paired: pair it, then show its token as ?token=...')

@@ -53,10 +53,10 @@ def opened(page: Page, screen: str, **settings: Any) -> None:
 
 def wait_for_end(page: Page) -> None:
     """Until the chair has arrived and rests."""
-    page.until('window.lastEnd', timeout=LONGEST_S, every=0.25)
-    page.until(REST, every=0.1)
+    page.until('sara.chair.isGoing')
+    page.until(f'sara.chair.state && {REST}', timeout=LONGEST_S, every=0.25)
     end = page.js('window.lastEnd')
-    if end != 'goal.succeeded':
+    if end not in (None, 'goal.succeeded'):  # None: the page was not connected at that moment
         raise JourneyFault(end)
 
 
@@ -216,7 +216,10 @@ def drive(out: Path, inputs: Sequence[str], count: int, speed: float) -> list[To
     truth = Truth()
     while left := missing(made := journeys_of(out.read_text()), inputs, count):
         (by, first), one = left[0], None
-        with whole_chair(MAP, places[stop(first - 1)], speed=speed) as url, browsing(url) as page:
+        with (
+            whole_chair(MAP, places[stop(first - 1)], out.with_suffix('.log'), speed=speed) as url,
+            browsing(url) as page,
+        ):
             page.resize(1024, 768)
             page.load('go')
             page.until('sara.chair.state?.gate?.state === "IDLE"', timeout=120.0)

@@ -74,12 +74,13 @@ def a_node(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def whole_chair(map_name: str, start: Sequence[float], **arguments: Any) -> Iterator[str]:
+def whole_chair(map_name: str, start: Sequence[float], log: str | Path = os.devnull, **arguments: Any) -> Iterator[str]:
     """The page's address while sara.launch runs on this process's master, once the chair is ready. map_name: of
-    sara_bringup's maps, a copy of which is used. start: x, y (m), yaw (rad). arguments: more of sara.launch.
+    sara_bringup's maps, a copy of which is used. start: x, y (m), yaw (rad). log: to which is added what the nodes say.
+    arguments: more of sara.launch.
     """
-    if rospy.has_param('/hmi'):
-        rospy.delete_param('/hmi')  # of a chair before this one
+    if rospy.has_param('/hmi/url'):
+        rospy.delete_param('/hmi/url')  # of a chair before this one: the next one says where it is when it is
     maps = Path(rospkg.RosPack().get_path('sara_bringup')) / 'maps'
     with tempfile.TemporaryDirectory(prefix='sara_touch_', ignore_cleanup_errors=True) as folder:
         for file in maps.glob(f'{map_name}.*'):
@@ -88,10 +89,10 @@ def whole_chair(map_name: str, start: Sequence[float], **arguments: Any) -> Iter
         x, y, yaw = start
         given = {'hmi': 'true', 'hmi_port': free_port(), 'map': f'{folder}/{map_name}.yaml', 'x': x, 'y': y, 'yaw': yaw}
         with (
-            open(os.devnull, 'w', encoding='utf-8') as log,
+            open(log, 'a', encoding='utf-8') as said,
             # A session of its own: a Ctrl-C of the terminal ends this process first, which then ends the chair.
             launched(
-                'sara_bringup', 'sara.launch', given | arguments, env, stdout=log, stderr=log, start_new_session=True
+                'sara_bringup', 'sara.launch', given | arguments, env, stdout=said, stderr=said, start_new_session=True
             ),
         ):
             yield url()
