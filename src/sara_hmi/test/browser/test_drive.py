@@ -38,6 +38,35 @@ def test_the_stick_drives_with_the_newest_beat(page):
     assert page.chair.frames('take') and page.chair.frames('halt') == [{'op': 'halt', 'seq': frames[-1]['seq']}]
 
 
+def press_by_finger(page):
+    """Put a finger on the stick, push it forward and wait until it drives; returns where it is."""
+    x, y = page.middle('#stick')
+    page.touch('Start', (x, y))
+    page.touch('Move', (x, y - UP))
+    page.chair.wait_for('drive', count=3)
+    return x, y - UP
+
+
+@pytest.mark.parametrize('end', ['End', 'Cancel'])
+def test_a_finger_drives_until_it_is_lifted(page, end):
+    page.load('drive')
+    x, y = press_by_finger(page)
+    page.touch('Move', (x + 10.0, y))
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['w'] < -0.05)
+    page.touch(end)
+    assert_at_rest(page)
+    assert len(page.chair.frames('halt')) == 1 and all(frame['v'] > 0.3 for frame in page.chair.frames('drive'))
+
+
+def test_a_finger_that_slides_off_the_stick_goes_on_driving(page):
+    page.load('drive')
+    x, _ = press_by_finger(page)
+    page.touch('Move', (x, 5.0))
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['v'] == 1.0)
+    page.touch('End')
+    assert_at_rest(page)
+
+
 HIDDEN = (
     'Object.defineProperty(document, "visibilityState", {value: "hidden", configurable: true});'
     'document.dispatchEvent(new Event("visibilitychange")); delete document.visibilityState'

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import queue
-import subprocess
 import threading
 import time
 from collections.abc import Callable
@@ -29,6 +28,7 @@ from sara_hmi.web.server import Server
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
 from sara_hmi.words.keys import gate
+from sara_hmi.words.speaker import Speaker
 from sara_nav.maps import places
 
 SERVICE_S = 1.0  # of wall time that a service is waited for
@@ -42,7 +42,7 @@ class RosRobot(RobotInputs):
     def __init__(self, config: RobotConfig, server: Server, words: Path) -> None:
         self._server, self._words = server, words
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(maxsize=64)
-        self._speaking: subprocess.Popen | None = None
+        self._speaker = Speaker()
         self._has_profiles = False
         self._driven = -math.inf
         self._out = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
@@ -218,17 +218,8 @@ class RosRobot(RobotInputs):
         sentence = catalogue and catalogue.say(key, values)
         if not sentence:
             self._refuse(client, 'error.no_words', 'say')
-        elif not self._config.speech:
+        elif not (self._config.speech and self._speaker.say(known.language, sentence)):
             self._refuse(client, 'error.no_speech', 'say')
-        elif self._speaking is None or self._speaking.poll() is not None:
-            command = ['espeak-ng', '-v', known.language, '--stdin']
-            try:
-                self._speaking = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL)
-            except FileNotFoundError:
-                self._refuse(client, 'error.no_speech', 'say')
-                return
-            self._speaking.stdin.write(sentence.encode())
-            self._speaking.stdin.close()
 
     # ROS's threads
 
