@@ -257,6 +257,23 @@ def test_arrow_buttons_by_keyboard_drive_while_enter_is_held(page):
     assert_at_rest(page)
 
 
+def test_a_hold_while_another_drives_does_not_wait_for_the_controls(page):
+    page.load('drive')
+    page.chair.state['driver'] = 3
+    page.until('sara.chair.driver === 3')
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    assert not page.js('sara.pump.isHeld')
+    page.chair.state['driver'] = None
+    page.until('sara.chair.driver === null')
+    page.mouse('Moved', x, y - UP + 5, held=True)
+    page.round_trip()
+    assert page.chair.frames('take', 'drive') == []
+    page.mouse('Released', x, y)
+    take_stick(page)
+
+
 def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
     page.load('drive')
     page.chair.state['driver'] = 3
