@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""The page in Chromium with the touch screen's real server: a finger drives, stop stops, what the robot says is shown,
-and a place is kept.
+"""The page in Chromium with the touch screen's real server: a finger drives until it is lifted, the tab is hidden or
+Chromium is killed; stop stops, what the robot says is shown, and a place is kept.
 """
 
 import importlib.util
+import os
 import pathlib
 import shutil
+import signal
 import time
 import unittest
 
@@ -48,24 +50,52 @@ class PageTest(unittest.TestCase):
         with browsing(self.url) as page:
             page.resize(1024, 768)
             self.drives(page)
+            self.is_hidden(page)
             self.shows(page)
             self.keeps_a_place(page)
             self.stops_it(page)
 
-    def drives(self, page):
+    def test_a_browser_that_is_killed(self):
+        with browsing(self.url) as page:
+            self.press(page)
+            threads = pathlib.Path(f'/proc/{page.driver.service.process.pid}/task').glob('*/children')
+            children = [int(child) for thread in threads for child in thread.read_text().split()]
+            self.assertTrue(children)
+            for child in children:
+                os.kill(child, signal.SIGKILL)
+            self.ends_with_one_zero()
+
+    def press(self, page):
+        """A finger drives."""
         page.load('drive')
+        page.until('sara.chair.driver === null')  # the page that was there before has let go of the controls
         x, y = page.middle('#stick')
+        self.touched.clear()
         page.touch('Start', (x, y))
         page.touch('Move', (x, y - 60.0))
         wait(lambda: len(self.touched) >= 3, 'no commands')
+
+    def ends_with_one_zero(self):
+        wait(lambda: self.touched[-1] == 0.0, 'no zero')
+        time.sleep(0.3)
+        self.assertEqual([v == 0.0 for v in self.touched[-2:]], [False, True], self.touched)
+        self.assertTrue(0.0 < self.touched[0] < 0.4, self.touched)
+
+    def drives(self, page):
+        self.press(page)
         page.touch('End')
         page.driver.execute_script(ECHO)
         page.until('sara.connection.roundTrip !== null')  # all that the page has sent is there
-        wait(lambda: self.touched[-1] == 0.0, 'no zero')
-        count = len(self.touched)
-        time.sleep(0.3)
-        self.assertEqual(self.touched[count:], [])
-        self.assertTrue(0.0 < self.touched[0] < 0.4, self.touched)
+        self.ends_with_one_zero()
+
+    def is_hidden(self, page):
+        self.press(page)
+        other = page.cdp('Target.createTarget', url='about:blank')['targetId']
+        page.until('document.visibilityState === "hidden"')
+        self.ends_with_one_zero()
+        page.cdp('Target.closeTarget', targetId=other)
+        page.until('document.visibilityState === "visible"')
+        page.touch('End')
 
     def shows(self, page):
         self.status.publish('The chair stands still because something is close in front.')
