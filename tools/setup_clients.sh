@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes .venv/clients: roslibpy (PyPI) with its own dependencies and roslib (npm, without its own: the browser's build is
-# whole). What cannot be installed is left out: its test is skipped by name.
+# whole). What cannot be installed is left out, and its test is skipped by name; delete .venv/clients to try again.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 clients=.venv/clients list=tools/client-packages.txt list_npm=tools/client-packages-npm.txt
@@ -15,4 +15,5 @@ if command -v npm >/dev/null; then
 else
     echo "npm is not there: the test of roslib will be skipped"
 fi
+rm -f "$clients"/*.tgz
 cat "$list" "$list_npm" >"$clients/tried.txt"
