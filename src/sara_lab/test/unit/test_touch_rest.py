@@ -23,7 +23,7 @@ def drive(profile, wanted, seconds):
 def test_the_gate_needs_as_long_as_its_own_rules(wanted, seconds):
     commanded = drive(PROFILE, wanted, seconds)
     rest = rest_after(0.0, commanded, commanded, PROFILE)
-    assert rest.took == pytest.approx(rest.allowed - WHEELS_S, abs=0.06) and rest.wrong == ''
+    assert rest.allowed - WHEELS_S - 0.2 < rest.took < rest.allowed - WHEELS_S + 0.06 and rest.wrong == ''
 
 
 def test_from_full_speed_it_takes_what_the_profile_says():

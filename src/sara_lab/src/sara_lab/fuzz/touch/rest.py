@@ -10,7 +10,8 @@ from sara_control.gate.comfort import AxisLimiter, Profile
 
 REST = 0.05  # m/s, slower than this is rest, as in docs/safety.md
 WHEELS_S = 0.25  # s on top for gate, bus and wheels, as in docs/safety.md
-RATE_S = 0.1  # s over which the acceleration of the gate's output is taken
+LATELY_S = 0.1  # s within which the gate's output must have grown to be growing,
+GROWS = 0.005  # m/s by which
 STEP_S = 0.02
 LONGEST_S = 10.0
 
@@ -52,10 +53,11 @@ def rest_after(zero: float, commanded: Series, true: Series, profile: Profile) -
     """
     before = [(t, v) for t, v in commanded if t <= zero]
     now, speed = before[-1]
-    earlier = next(((t, v) for t, v in reversed(before) if t <= now - RATE_S), before[0])
-    acceleration = (speed - earlier[1]) / (now - earlier[0]) if now > earlier[0] else 0.0
-    bound = max(-profile.braking, min(profile.braking, acceleration))
-    allowed = gentle_stop_s(profile, speed, bound) + WHEELS_S
+    earlier = next((v for t, v in reversed(before) if t <= now - LATELY_S), before[0][1])
+    # How fast it grew cannot be told from when its outputs came: as fast as the profile lets it from rest, at most.
+    most = min(profile.acceleration, math.sqrt(2.0 * profile.jerk * abs(speed)))
+    growing = math.copysign(most, speed) if abs(speed) > abs(earlier) + GROWS else 0.0
+    allowed = gentle_stop_s(profile, speed, growing) + WHEELS_S
     moving = [t for t, v in true if t > zero and abs(v) >= REST]
     if not any(t > zero for t, _ in true) or abs(true[-1][1]) >= REST:
         took = math.inf
