@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import ssl
+import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -42,14 +43,18 @@ class Server:
         self._bridges: dict[BridgeConnection, bool] = {}  # whether it is one of this computer
         self._timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._lock, self._early = threading.Lock(), []
         self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
 
     # From other threads
 
     def post(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the server's thread; nothing after the server has ended."""
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(function, *arguments)
+        """Call a function in the server's thread, once it runs; nothing after it has ended."""
+        with self._lock:
+            if self._loop is None:
+                self._early.append(partial(function, *arguments))
+            elif not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(function, *arguments)
 
     # What the robot tells, in the server's thread
 
@@ -259,7 +264,11 @@ class Server:
         """Serve until `end`. tls: for the network; None: this computer alone is served. ready(port): it can be reached.
         Raises OSError where a port is taken.
         """
-        self._loop = asyncio.get_running_loop()
+        with self._lock:
+            self._loop = asyncio.get_running_loop()
+            for call in self._early:
+                self._loop.call_soon(call)
+            self._early.clear()
         network, robot = self._config.network, self._config.robot
         runner = web.AppRunner(self.application(), access_log=None)
         await runner.setup()
