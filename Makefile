@@ -59,6 +59,7 @@ apt:
 
 venv: apt
 	@tools/setup_venv.sh $(PYTHON) $(VENV)
+	@tools/setup_clients.sh
 
 clean: ## remove everything that was built (out/ stays)
 	rm -rf build devel install logs .catkin_tools $(VENV)

@@ -11,4 +11,5 @@ if ! cmp -s "$list" "$venv/installed.txt"; then
     "$venv/bin/python3" -m pip install --quiet --disable-pip-version-check -r "$list"
     cp "$list" "$venv/installed.txt"
 fi
+source devel/setup.bash
 exec "$venv/bin/python3" tools/mutants.py "$@"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))  # for fake_chair
+sys.path.insert(0, str(Path(__file__).parent))  # for fake_chair and chair_page
 MISSING = [name for name in ('chromium', 'chromedriver') if shutil.which(name) is None]
 MISSING += [name for name in ('selenium', 'aiohttp', 'axe_playwright_python') if importlib.util.find_spec(name) is None]
 
@@ -39,7 +39,7 @@ def chair(chair_server):
 @pytest.fixture(scope='session')
 def browser():
     """selenium's driver."""
-    from browser_page import start_browser
+    from sara_hmi.browser.page import start_browser
 
     with tempfile.TemporaryDirectory(prefix='sara_hmi_browser_') as profile:
         driver = start_browser(profile)
@@ -49,10 +49,10 @@ def browser():
 
 @pytest.fixture
 def page(browser, chair):
-    """The Page, loaded with the default settings."""
-    from browser_page import Page
+    """The ChairPage, loaded with the default settings."""
+    from chair_page import ChairPage
 
-    page = Page(browser, chair, f'http://127.0.0.1:{chair.port}')
+    page = ChairPage(browser, chair)
     page.resize(1024, 768)
     yield page
     faults = [

@@ -38,6 +38,35 @@ def test_the_stick_drives_with_the_newest_beat(page):
     assert page.chair.frames('take') and page.chair.frames('halt') == [{'op': 'halt', 'seq': frames[-1]['seq']}]
 
 
+def press_by_finger(page):
+    """Put a finger on the stick, push it forward and wait until it drives; returns where it is."""
+    x, y = page.middle('#stick')
+    page.touch('Start', (x, y))
+    page.touch('Move', (x, y - UP))
+    page.chair.wait_for('drive', count=3)
+    return x, y - UP
+
+
+@pytest.mark.parametrize('end', ['End', 'Cancel'])
+def test_a_finger_drives_until_it_is_lifted(page, end):
+    page.load('drive')
+    x, y = press_by_finger(page)
+    page.touch('Move', (x + 10.0, y))
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['w'] < -0.05)
+    page.touch(end)
+    assert_at_rest(page)
+    assert len(page.chair.frames('halt')) == 1 and all(frame['v'] > 0.3 for frame in page.chair.frames('drive'))
+
+
+def test_a_finger_that_slides_off_the_stick_goes_on_driving(page):
+    page.load('drive')
+    x, _ = press_by_finger(page)
+    page.touch('Move', (x, 5.0))
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['v'] == 1.0)
+    page.touch('End')
+    assert_at_rest(page)
+
+
 HIDDEN = (
     'Object.defineProperty(document, "visibilityState", {value: "hidden", configurable: true});'
     'document.dispatchEvent(new Event("visibilitychange")); delete document.visibilityState'
@@ -226,6 +255,23 @@ def test_arrow_buttons_by_keyboard_drive_while_enter_is_held(page):
     page.chair.wait_for('drive', count=2)
     page.key('Enter', 'Up')
     assert_at_rest(page)
+
+
+def test_a_hold_while_another_drives_does_not_wait_for_the_controls(page):
+    page.load('drive')
+    page.chair.state['driver'] = 3
+    page.until('sara.chair.driver === 3')
+    x, y = page.middle('#stick')
+    page.mouse('Pressed', x, y, held=True)
+    page.mouse('Moved', x, y - UP, held=True)
+    assert not page.js('sara.pump.isHeld')
+    page.chair.state['driver'] = None
+    page.until('sara.chair.driver === null')
+    page.mouse('Moved', x, y - UP + 5, held=True)
+    page.round_trip()
+    assert page.chair.frames('take', 'drive') == []
+    page.mouse('Released', x, y)
+    take_stick(page)
 
 
 def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):

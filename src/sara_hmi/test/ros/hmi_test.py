@@ -98,6 +98,7 @@ class Robot:
         self.map = rospy.Publisher('/map', OccupancyGrid, queue_size=1, latch=True)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=10)
         self.odometry = rospy.Publisher('/odometry/filtered', Odometry, queue_size=1)
+        self.asked = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
         self.range = rospy.Publisher('/SDI_range', Range, queue_size=1)
         self.refusal = ''
         rospy.Service('/emergency_stop/reset', Trigger, self._on_reset)
@@ -136,6 +137,9 @@ class Robot:
             odometry = Odometry()
             odometry.twist.twist.linear.x = 0.25
             self.odometry.publish(odometry)
+            asked = Twist()
+            asked.linear.x, asked.angular.z = 0.5, 1.25
+            self.asked.publish(asked)
             reading = Range(min_range=0.16, max_range=6.0, field_of_view=1.0, range=1.5)
             reading.header.frame_id = 'SDI_frame'
             self.range.publish(reading)
@@ -196,7 +200,8 @@ class HmiTest(unittest.TestCase):
 
         self.run_it(test)
         self.ends_with_one_zero()
-        self.assertIn((0.5, -0.5), [motion[1:] for motion in self.robot.touched])
+        # Half of the profile's 1.0 m/s and a quarter of its 2.0 rad/s, of which a chair that slips is told 1.25 times.
+        self.assertIn((0.5, -0.625), [motion[1:] for motion in self.robot.touched])
 
     def test_a_command_is_repeated_and_ends_by_itself(self):
         async def test(page, _):
@@ -339,6 +344,7 @@ class HmiTest(unittest.TestCase):
             state = await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'HELD')
             self.assertEqual(state['gate']['reasons'], ['IMPACT'])
             state = await page.until('state', lambda f: f['v'] == 0.25 and f['pose'] == [3.0, 0.0, 0.0])
+            await page.until('state', lambda f: f['asked'] == {'v': 0.5, 'w': 1.0})  # without what the chair slips
             self.assertTrue(state['connected']['odom'])
             self.assertFalse(state['connected']['SDD_range'])
             seen = await page.until('ranges', lambda f: 'SDI' in f)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sara_hmi.goals.mission import Mission
+from sara_hmi.hub.mission import Mission
 from sara_hmi.view import frames
 from sara_hmi.view.frames import Seen, View
 from sara_hmi.view.history import History

@@ -35,7 +35,7 @@ class App {
       drive: (v, w) => this.connection.drive(v, w),
       halt: () => this.connection.halt(),
       ready: () => this.chair.isDriver && this.connection.hasBeat && !this.connection.isSlow,
-      take: () => this.chair.isDriver || this.chair.driver !== null || this.connection.send({ op: 'take' }),
+      take: () => this.chair.isDriver || (this.chair.driver === null && this.connection.send({ op: 'take' })),
     });
     restWhenLeft(this.pump, this.connection);
     this.stopper = new Stop(this);

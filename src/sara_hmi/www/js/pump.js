@@ -9,7 +9,7 @@ const FROZEN_MS = 300; // the page's own clock stood still for longer: whatever 
  * with that token; `rest` takes it away from whoever holds it, and only a new press begins anew.
  */
 export class Pump extends EventTarget {
-  /** @param {{drive: Function, halt: Function, ready: () => boolean, take: Function, now?: () => number, frozenMs?: number}} options */
+  /** @param {{drive: Function, halt: Function, ready: () => boolean, take: () => boolean, now?: () => number, frozenMs?: number}} options */
   constructor({ drive, halt, ready, take, now = () => performance.now(), frozenMs = FROZEN_MS }) {
     super();
     Object.assign(this, { drive, halt, ready, take, now, frozenMs });
@@ -21,17 +21,19 @@ export class Pump extends EventTarget {
     return this.holder !== null;
   }
 
-  /** A source takes hold. Returns the token with which it moves and releases. */
+  /** A source takes hold. Returns the token with which it moves and releases; null and `rest` where another has the controls. */
   press(v, w) {
     this.rest('pressed');
+    if (!this.take()) {
+      this.emit('rest', 'refused'); // a hold that waited would drive at the moment the other lets go
+      return null;
+    }
     this.holder = Symbol('hold');
     this.v = v;
     this.w = w;
     this.tickedAt = this.now();
     this.sentAt = -Infinity;
     this.drove = false;
-    this.take();
-    this.timer = setInterval(() => this.tick(), PERIOD_MS);
     this.flush();
     this.emit('held');
     return this.holder;
@@ -52,7 +54,7 @@ export class Pump extends EventTarget {
   /** Stop, whoever holds; `why` is told to who shows it. */
   rest(why) {
     if (this.holder === null) return;
-    clearInterval(this.timer);
+    clearTimeout(this.timer);
     this.holder = null;
     this.v = this.w = 0;
     this.halt();
@@ -71,9 +73,18 @@ export class Pump extends EventTarget {
     return !slept;
   }
 
+  /** Look again in so many ms. */
+  wait(ms) {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.tick(), ms);
+  }
+
   flush() {
     const t = this.now();
-    if (this.holder === null || t - this.sentAt < SOONEST_MS) return;
+    if (this.holder === null) return;
+    const early = this.sentAt + SOONEST_MS - t;
+    this.wait(early > 0 ? early : PERIOD_MS);
+    if (early > 0) return;
     if (!this.ready()) {
       if (this.drove) this.rest('slow');
       return;
@@ -96,7 +107,10 @@ export class Pump extends EventTarget {
 export function restWhenLeft(pump, connection) {
   const rest = (why) => () => pump.rest(why);
   window.addEventListener('blur', rest('left'));
-  window.addEventListener('pagehide', rest('left'));
+  window.addEventListener('pagehide', () => {
+    pump.rest('left');
+    connection.drop(); // else a browser that keeps the page for "back" keeps its session, too, and with it the controls
+  });
   window.addEventListener('resize', rest('turned'));
   window.addEventListener('contextmenu', (event) => {
     if (pump.isHeld) event.preventDefault();

@@ -46,11 +46,14 @@ export function makeStick(pump, label) {
     const { v, w } = read(event);
     token = pump.press(v, w);
   });
-  base.addEventListener('pointermove', (event) => {
-    if (event.pointerId !== pointer) return;
-    const { v, w } = read(event);
-    pump.move(token, v, w);
-  });
+  // pointerrawupdate comes at once, pointermove with the next picture; not every browser has the first.
+  for (const name of ['pointerrawupdate', 'pointermove']) {
+    base.addEventListener(name, (event) => {
+      if (event.pointerId !== pointer) return;
+      const { v, w } = read(event);
+      pump.move(token, v, w);
+    });
+  }
   for (const name of ['pointerup', 'pointercancel', 'lostpointercapture']) {
     base.addEventListener(name, (event) => {
       if (event.pointerId !== pointer) return;

@@ -5,12 +5,13 @@ may be slow, so ages and delays have wide limits.
 
 import asyncio
 import unittest
+from functools import partial
 
 import rospy
 import rostest
 
-from sara_lab.fuzz.touch.verdict import Limits
-from sara_lab.ros.touch.faults import FAULTS, Times, repeat
+from sara_lab.fuzz.touch.verdict import Limits, Times, repeat
+from sara_lab.ros.touch.faults import FAULTS, trial
 from sara_lab.ros.touch.stand_in import StandIn, url
 
 SHORT = Times(freeze=1.0, hold=1.0)
@@ -19,12 +20,17 @@ TWICE = 2
 
 
 class TouchFaultsTest(unittest.TestCase):
+    @staticmethod
+    def trial(robot, fault, number):
+        return asyncio.run(trial(url(), robot, fault, number, SHORT))
+
     def test_each_fault_ends_in_one_zero(self):
         robot = StandIn()
         self.addCleanup(robot.close)
         for fault in FAULTS:
             with self.subTest(fault):
-                result = asyncio.run(repeat((url(), robot), fault, TWICE, SHORT, WIDE, lambda: None))
+                made = partial(self.trial, robot, fault)
+                result = repeat(fault, made, TWICE, WIDE)
                 self.assertEqual((len(result.trials), result.wrong), (TWICE, []))
 
 

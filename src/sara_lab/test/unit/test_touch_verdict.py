@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from sara_lab.fuzz.touch.verdict import Limits, Trial, wrongs
+from sara_lab.fuzz.touch.rest import Rest
+from sara_lab.fuzz.touch.verdict import AGAIN, Limits, Trial, repeat, wrongs
 
 SENT = {0.1: 1.0, 0.2: 1.05, 0.3: 1.10}
 RIGHT = [(1.01, 0.1), (1.06, 0.2), (1.11, 0.2), (1.185, 0.0)]
@@ -44,3 +45,23 @@ def test_limits_are_those_that_are_given():
 def test_a_zero_before_the_fault_says_nothing():
     assert judged([(1.01, 0.1), (1.02, 0.0), *RIGHT[1:]]).disturbed and judged([]).disturbed
     assert judged([]).zero_after == math.inf
+
+
+def test_a_chair_that_rests_too_late_is_wrong():
+    trial = judged(RIGHT)._replace(rest=Rest(0.5, 1.2, 1.1))
+    assert wrongs(trial) == ['from 0.50 m/s at rest after 1.20 s, allowed are 1.10 s']
+    assert wrongs(trial._replace(rest=Rest(0.5, 1.0, 1.1))) == []
+
+
+def test_trials_that_say_nothing_are_made_again():
+    made = iter([judged([]), judged(RIGHT), judged([*RIGHT, (1.2, 0.0)])])
+    result = repeat('cut', lambda number: next(made), 2, Limits())
+    assert (len(result.trials), result.disturbed, result.wrong) == (2, 1, [(3, '2 zeros were published')])
+    assert 'cut: 2 times, 1 wrong; oldest command 60 ms' in result.line() and 'rest' not in result.line()
+    chair = result._replace(trials=[trial._replace(rest=Rest(0.5, 1.0, 1.25)) for trial in result.trials])
+    assert 'at least 0.25 s before the gate must be' in chair.line()
+
+
+def test_a_machine_that_always_pauses_ends_it():
+    with pytest.raises(RuntimeError, match=f'paused in {AGAIN + 1} of {AGAIN + 1}'):
+        repeat('cut', lambda number: judged([]), 1, Limits())

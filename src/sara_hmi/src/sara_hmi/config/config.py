@@ -51,6 +51,7 @@ class NetworkConfig(Group):
         'tls_port': (0, 65535),
         'connections': (1, 1000),
         'connections_per_address': (1, 1000),
+        'strangers': (1, 1000),
         'hello_s': (0.1, 600.0),
         'heartbeat_s': (0.5, 600.0),
     }
@@ -60,6 +61,7 @@ class NetworkConfig(Group):
     host_names: tuple = ()
     connections: int = 32
     connections_per_address: int = 16
+    strangers: int = 8
     hello_s: float = 5.0
     heartbeat_s: float = 5.0
 
@@ -216,6 +218,7 @@ class RosbridgeConfig(Group):
     subscribe: tuple = ()
     call: tuple = ()
     params: tuple = ()
+    origins: tuple = ()
     frame_bytes: int = 1_000_000
     queue: int = 10
     subscriptions: int = 50
@@ -225,7 +228,7 @@ class RosbridgeConfig(Group):
         """Lists that hold no names."""
         faults = [
             f'{name} is {getattr(self, name)!r}, allowed is a list of names'
-            for name in ('publish', 'subscribe', 'call', 'params')
+            for name in ('publish', 'subscribe', 'call', 'params', 'origins')
             if not all(isinstance(held, str) and held for held in getattr(self, name))
         ]
         if not isinstance(self.enabled, bool):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from sara_hmi.config.config import RobotConfig
-from sara_hmi.goals.mission import Mission, Pose, Send
 from sara_hmi.hub.actions import Action, Everyone, Order, error
+from sara_hmi.hub.mission import Mission, Pose, Send
 from sara_hmi.protocol.frames import Frame
 
 LIMITS = ('max_forward', 'max_reverse', 'max_turn')

@@ -114,8 +114,10 @@ class HmiNode:
 def main() -> None:
     """Run the node."""
     start_node('hmi')
+    params = rospy.get_param('~', {})
+    params.pop('url', None)  # said by a node before this one, on the same master
     try:
-        config = HmiConfig.from_params(rospy.get_param('~', {}))
+        config = HmiConfig.from_params(params)
     except ConfigError as error:
         rospy.logfatal('wrong configuration of %s: %s', rospy.get_name(), error)
         raise SystemExit(1) from error

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import queue
-import subprocess
 import threading
 import time
 from collections.abc import Callable
@@ -19,15 +18,17 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
+from sara_common.config import is_number
 from sara_common.planar import quaternion_from_yaw, yaw_of
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.robot_inputs import RobotInputs
-from sara_hmi.view.map_image import map_frame, png
+from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.server import Server
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
 from sara_hmi.words.keys import gate
+from sara_hmi.words.speaker import Speaker
 from sara_nav.maps import places
 
 SERVICE_S = 1.0  # of wall time that a service is waited for
@@ -41,7 +42,7 @@ class RosRobot(RobotInputs):
     def __init__(self, config: RobotConfig, server: Server, words: Path) -> None:
         self._server, self._words = server, words
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(maxsize=64)
-        self._speaking: subprocess.Popen | None = None
+        self._speaker = Speaker()
         self._has_profiles = False
         self._driven = -math.inf
         self._out = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
@@ -59,9 +60,9 @@ class RosRobot(RobotInputs):
     # The server's thread
 
     def drive(self, v: float, w: float) -> None:
-        """Publish a command, m/s and rad/s, at once."""
+        """Publish the command of a motion of the robot, m/s and rad/s, at once."""
         message = Twist()
-        message.linear.x, message.angular.z = v, w
+        message.linear.x, message.angular.z = v, w * self.turn_slip
         self._driven = time.monotonic()
         self._out.publish(message)
 
@@ -93,6 +94,7 @@ class RosRobot(RobotInputs):
                 work()
             except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
                 rospy.logwarn('%s', error)
+            work = None  # else it keeps a map until there is something else to do
 
     def _refuse(self, client, key, of, **values):
         self._server.post(self._server.on_refusal, client, key, of, values)
@@ -164,10 +166,12 @@ class RosRobot(RobotInputs):
         self._profile.publish(String(name))
 
     def _look_for_parameters(self):
-        """The gate's profiles and the planner's name, which a launch may set later than this node starts."""
+        """The gate's profiles and slip, and the planner's name, which a launch may set later than this node starts."""
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True
+            slip = rospy.get_param('safety_gate/turn_slip', 1.0)
+            self.turn_slip = float(slip) if is_number(slip) and 1.0 <= slip <= 2.0 else 1.0
             use = rospy.get_param('safety_gate/profile', next(iter(profiles)))
             self._server.post(self._server.on_profiles, profiles, use)
         planner = rospy.get_param('move_base/base_global_planner', '') if not self.follows_plan else ''
@@ -214,17 +218,8 @@ class RosRobot(RobotInputs):
         sentence = catalogue and catalogue.say(key, values)
         if not sentence:
             self._refuse(client, 'error.no_words', 'say')
-        elif not self._config.speech:
+        elif not (self._config.speech and self._speaker.say(known.language, sentence)):
             self._refuse(client, 'error.no_speech', 'say')
-        elif self._speaking is None or self._speaking.poll() is not None:
-            command = ['espeak-ng', '-v', known.language, '--stdin']
-            try:
-                self._speaking = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL)
-            except FileNotFoundError:
-                self._refuse(client, 'error.no_speech', 'say')
-                return
-            self._speaking.stdin.write(sentence.encode())
-            self._speaking.stdin.close()
 
     # ROS's threads
 
@@ -244,3 +239,4 @@ class RosRobot(RobotInputs):
         image = png(message.data, info.width, info.height)
         frame = map_frame(image, (info.width, info.height), info.resolution, origin)
         self._server.post(self._server.screen.show, frame, image)
+        give_back_memory()

@@ -27,7 +27,8 @@ OLDEST_POSE_S = 2.0  # of ROS time
 
 class RobotInputs:
     """Subscribes to all that the page shows. on_map and on_said are called from ROS's threads, on_said with a topic's
-    name and its text.
+    name and its text. turn_slip: the turn rate of a command over that of the motion it asks for, as the safety gate
+    counts; motions are shown and asked for as the robot's own.
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class RobotInputs:
         on_said: Callable[[str, str], None],
     ) -> None:
         self._config = config
+        self.turn_slip = 1.0
         self._heard: dict[str, float] = {}
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
@@ -113,7 +115,7 @@ class RobotInputs:
             twist = self._odometry.twist.twist
             view.v, view.w = twist.linear.x, twist.angular.z
         if self._asked is not None and now - self._heard['cmd_vel_asked'] < ASKED_S:
-            view.asked = (self._asked.linear.x, self._asked.angular.z)
+            view.asked = (self._asked.linear.x, self._asked.angular.z / self.turn_slip)
         if self._battery is not None:
             view.battery = (self._battery.percentage, self._battery.voltage)
         view.connected = {

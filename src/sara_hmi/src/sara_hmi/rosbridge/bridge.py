@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Protocol
@@ -38,6 +38,11 @@ class RosSide(Protocol):
 
     def call(self, connection: object, service: str, arguments: Any, answer: Answer) -> None:
         """Call a service, and then answer(done, plain data or a sentence)."""
+
+
+def on_list(name: str, patterns: Iterable[str]) -> bool:
+    """Whether a name is one of these; * stands for anything."""
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 @dataclass
@@ -200,7 +205,7 @@ class Bridge:
     def _permit(self, name, allowed, verb, moves=False):
         if moves and self._role not in (CARER, RIDER):
             raise MessageError(f'who may only look may not {verb} {name}')
-        if not any(fnmatchcase(name, pattern) for pattern in allowed):
+        if not on_list(name, allowed):
             raise MessageError(f'{name} is not on the list of what may be {_DONE[verb]} (rosbridge in config/hmi.yaml)')
 
     def _status(self, text, frame, level='error'):

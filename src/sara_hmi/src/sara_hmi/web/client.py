@@ -72,6 +72,11 @@ class Client:
         """End the connection now, whatever waits."""
         self._transport.abort()
 
+    @property
+    def is_ending(self) -> bool:
+        """Whether the connection is as good as gone."""
+        return self._transport.is_closing()
+
     async def pump(self) -> None:
         """Send until the connection ends."""
         while not self._socket.closed and not self._transport.is_closing():

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 
-import qrcode
-
 
 def terminal(text: str) -> str:
     """In half blocks, dark on light as seen on a dark terminal."""
@@ -25,6 +23,8 @@ def svg(text: str) -> str:
 
 
 def _code(text):
+    import qrcode  # 4 MB, which a chair without a network does not need
+
     code = qrcode.QRCode(border=2)
     code.add_data(text)
     code.make(fit=True)

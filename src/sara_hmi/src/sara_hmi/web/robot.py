@@ -13,7 +13,7 @@ class Robot(Protocol):
     """Called from the server's thread; nothing may block."""
 
     def drive(self, v: float, w: float) -> None:
-        """Publish a command, m/s and rad/s, at once."""
+        """Publish the command of a motion of the robot, m/s and rad/s, at once."""
 
     def order(self, order: Order) -> None:
         """Begin to carry out an order; what comes of it is told to the Server (its `on_...` methods)."""

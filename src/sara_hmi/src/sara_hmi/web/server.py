@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import ssl
+import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -19,11 +20,12 @@ from sara_hmi.hub.actions import Action, Close, Everyone, Motion, Order, Send, S
 from sara_hmi.hub.hub import Hub
 from sara_hmi.protocol.frames import NONE
 from sara_hmi.protocol.outbox import ORDER
-from sara_hmi.rosbridge.bridge import RosSide
+from sara_hmi.rosbridge.bridge import RosSide, on_list
 from sara_hmi.web import access, qr
 from sara_hmi.web.bridge_socket import BridgeConnection
 from sara_hmi.web.client import Client, local_socket
 from sara_hmi.web.robot import Robot
+from sara_hmi.web.room import Held, room
 from sara_hmi.web.screen import Screen, dumps
 
 
@@ -38,17 +40,21 @@ class Server:
         self.screen = Screen(config.robot, hub, self._put)
         self._clients: dict[int, Client] = {}
         self.ros_side: RosSide | None = None
-        self._bridges: set[BridgeConnection] = set()
+        self._bridges: dict[BridgeConnection, bool] = {}  # whether it is one of this computer
         self._timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._lock, self._early = threading.Lock(), []
         self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
 
     # From other threads
 
     def post(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the server's thread; nothing after the server has ended."""
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(function, *arguments)
+        """Call a function in the server's thread, once it runs; nothing after it has ended."""
+        with self._lock:
+            if self._loop is None:
+                self._early.append(partial(function, *arguments))
+            elif not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(function, *arguments)
 
     # What the robot tells, in the server's thread
 
@@ -177,11 +183,12 @@ class Server:
         socket = web.WebSocketResponse(
             max_msg_size=limits.frame_bytes, heartbeat=network.heartbeat_s, compress=False, timeout=1.0
         )
-        await socket.prepare(request)
         known = self.hub.connect(self._loop.time(), self._is_local(request))
         client = self._clients[known.number] = Client(socket, request.transport, limits, request.remote)
-        pump = asyncio.create_task(client.pump())
+        pump = None
         try:
+            await socket.prepare(request)
+            pump = asyncio.create_task(client.pump())
             async for message in socket:
                 now = self._loop.time()
                 if message.type == WSMsgType.TEXT:
@@ -191,22 +198,31 @@ class Server:
         finally:
             self.apply(self.hub.disconnect(known.number))
             del self._clients[known.number]
-            pump.cancel()
+            if pump is not None:
+                pump.cancel()
         return socket
 
-    def _make_room(self, request):
-        """Refuses pages of foreign hosts, and more connections than there may be."""
-        network = self._config.network
-        if not access.same_origin(request.headers.get('Origin'), request.scheme, request.host):
+    def _make_room(self, request, origins=()):
+        """Refuses pages of foreign hosts, but for these origins, and more connections than there may be."""
+        origin = request.headers.get('Origin')
+        if not access.same_origin(origin, request.scheme, request.host) and not on_list(origin, origins):
             raise web.HTTPForbidden(text='This page belongs to another computer.')
-        held = [client.peer for client in self._clients.values()] + [one.client.peer for one in self._bridges]
-        if len(held) >= network.connections or held.count(request.remote) >= network.connections_per_address:
+        held = [
+            Held(number, client.peer, self.hub.clients[number].local, self._may_look(number))
+            for number, client in self._clients.items()
+            if not client.is_ending
+        ]
+        held += [Held(-1, one.client.peer, local, True) for one, local in self._bridges.items()]
+        may, ended = room(held, request.remote, self._is_local(request), self._config.network)
+        if not may:
             raise web.HTTPServiceUnavailable(text='Too many pages are open.')
+        if ended is not None:
+            self._clients[ended].cut()
 
     async def rosbridge(self, request: web.Request) -> web.StreamResponse:
         """A connection of roslibjs or roslibpy; from the network with ?token=."""
         config = self._config
-        self._make_room(request)
+        self._make_room(request, config.rosbridge.origins)
         role = self.hub.role_of(self._is_local(request), request.query.get('token', ''))
         if role == NONE:
             raise web.HTTPForbidden(text='This device is not paired: pair it, then show its token as ?token=...')
@@ -216,11 +232,11 @@ class Server:
         await socket.prepare(request)
         make = partial(Client, socket, request.transport, config.limits, request.remote)
         one = BridgeConnection(config, role, self.ros_side, lambda outbox: make(outbox=outbox))
-        self._bridges.add(one)
+        self._bridges[one] = self._is_local(request)
         try:
             await one.serve(socket)
         finally:
-            self._bridges.discard(one)
+            del self._bridges[one]
         return socket
 
     @staticmethod
@@ -248,7 +264,11 @@ class Server:
         """Serve until `end`. tls: for the network; None: this computer alone is served. ready(port): it can be reached.
         Raises OSError where a port is taken.
         """
-        self._loop = asyncio.get_running_loop()
+        with self._lock:
+            self._loop = asyncio.get_running_loop()
+            for call in self._early:
+                self._loop.call_soon(call)
+            self._early.clear()
         network, robot = self._config.network, self._config.robot
         runner = web.AppRunner(self.application(), access_log=None)
         await runner.setup()

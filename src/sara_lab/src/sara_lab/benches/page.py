@@ -43,7 +43,9 @@ LINES = {  # what a line is called: the names of its rows
     'plan: LatticePlanner': r'plan on \w+: LatticePlanner',
     'cycle of TrajectoryPlannerROS, DWAPlannerROS': r'cycle of (Trajectory|DWA)Planner',
     'trajectories scored by them': r'trajectories scored',
-    'touch screen: frame to command, stop to gate, state to a viewer': r"a page's (frame|stop) to|a state to the other",
+    'touch screen: finger to command, stop to gate, state to a viewer': (
+        r"a page's (frame|stop) to|a (finger|press of stop) in Chromium|a state to the other"
+    ),
 }
 JSON_ONLY = (
     r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page'

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
+
+import numpy as np
+
+from sara_lab.fuzz.touch.rest import Rest
+
+AGAIN = 5  # trials that say nothing, for each one wanted, until the machine is too busy
 
 
 class Limits(NamedTuple):
@@ -16,14 +22,22 @@ class Limits(NamedTuple):
     zero: float = 0.15
 
 
+class Times(NamedTuple):
+    """s that a page is frozen, and that frames are held."""
+
+    freeze: float = 2.0
+    hold: float = 5.0
+
+
 class Trial(NamedTuple):
     """sent: {speed: when its frame was sent}. heard: [(when, speed)], in order. fault: when the page failed. All in m/s
-    and s, on one clock.
+    and s, on one clock. rest: how the chair came to rest, None where there is no chair.
     """
 
     sent: Mapping[float, float]
     heard: Sequence[tuple[float, float]]
     fault: float
+    rest: Rest | None = None
 
     @property
     def disturbed(self) -> bool:
@@ -62,4 +76,56 @@ def wrongs(trial: Trial, limits: Limits = Limits()) -> list[str]:
         found.append(f'{1 + sum(after)} zeros were published')
     if False in after:
         found.append(f'{after.count(False)} commands were published after the zero')
+    if trial.rest is not None and trial.rest.wrong:
+        found.append(trial.rest.wrong)
     return found
+
+
+class Result(NamedTuple):
+    """Trials of one fault that count, how many did not, and what was wrong: (number of the trial, sentence)."""
+
+    fault: str
+    trials: list[Trial]
+    disturbed: int
+    wrong: list[tuple[int, str]]
+
+    def line(self) -> str:
+        """In a sentence."""
+        oldest = 1e3 * max(trial.oldest for trial in self.trials)
+        zero = 1e3 * np.array([trial.zero_after for trial in self.trials])
+        return (
+            f'{self.fault}: {len(self.trials)} times, {len({number for number, _ in self.wrong})} wrong; '
+            f'oldest command {oldest:.0f} ms; '
+            f'zero after {np.median(zero):.0f} ms (median), {zero.max():.0f} ms (most); '
+            f'{self._rests()}{self.disturbed} repeated, as the machine paused'
+        )
+
+    def _rests(self):
+        """How the chair came to rest, "" where there is none."""
+        rests = [trial.rest for trial in self.trials if trial.rest is not None]
+        if not rests:
+            return ''
+        speed, took, allowed = np.array(rests).T
+        return (
+            f'from {abs(speed).min():.2f} to {abs(speed).max():.2f} m/s at rest after {np.median(took):.2f} s '
+            f'(median), {took.max():.2f} s (most), at least {(allowed - took).min():.2f} s before the gate must be; '
+        )
+
+
+def repeat(
+    fault: str, make: Callable[[int], Trial], count: int, limits: Limits, tick: Callable[[], object] = lambda: None
+) -> Result:
+    """One fault so many times. make(number): a trial; those that say nothing are made again."""
+    result, disturbed, number = Result(fault, [], 0, []), 0, 0
+    while len(result.trials) < count:
+        made = make(number)
+        number += 1
+        if made.disturbed:
+            disturbed += 1
+            if disturbed > AGAIN * count:
+                raise RuntimeError(f'{fault}: the machine paused in {disturbed} of {number} drives')
+            continue
+        result.wrong.extend((number, sentence) for sentence in wrongs(made, limits))
+        result.trials.append(made)
+        tick()
+    return result._replace(disturbed=disturbed)

@@ -41,12 +41,13 @@ BENCHES = {
     'lockstep': 'sara_lab.benches.lockstep:square',
     'stack': 'sara_lab.ros.benches.bench_stack:stack',
     'hmi': 'sara_lab.ros.benches.bench_hmi:touch_screen',
+    'hmi_browser': 'sara_lab.ros.benches.bench_hmi_browser:touch_screen',
     'planning_growth': 'sara_lab.benches.growth:planning',
     'filtering_growth': 'sara_lab.benches.growth:filtering',
     'costmap_growth': 'sara_lab.benches.growth:windows',
 }
 """Where each generator of Timed is, or of lists of Timed that were measured at the same time."""
-OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack', 'hmi')
+OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack', 'hmi', 'hmi_browser')
 """Benches of other processes: how much memory this one holds says nothing."""
 
 

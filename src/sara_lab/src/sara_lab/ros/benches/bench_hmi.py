@@ -136,10 +136,9 @@ async def viewing(session: aiohttp.ClientSession, url: str, pid: int) -> dict[st
 
 async def _measure(url, robot, pid):
     async with aiohttp.ClientSession() as session:
-        # The map is last: what a node holds of it would be counted as the viewers'.
-        result = {'driving': await driving(session, url, robot), 'viewing': await viewing(session, url, pid)}
-        result['map'] = await map_going_out(session, url, robot)
+        result = {'driving': await driving(session, url, robot), 'map': await map_going_out(session, url, robot)}
         result['with_map'] = memory_mb(pid)
+        result['viewing'] = await viewing(session, url, pid)
         result['stopping'] = await stopping(session, url, robot)
     return {**result, 'peak': peak_memory_mb(pid)}
 
@@ -182,7 +181,10 @@ def _viewers(result):
         1,
         scaled=False,
         limit=Limit('median', 80.0),
-        text=f'{result["with_map"]:.0f} MB after the maps, {result["peak"]:.0f} MB at the most, while a map was packed',
+        text=(
+            f'after {MAPS} maps of {MAP_CELLS} x {MAP_CELLS}; {result["with_map"]:.0f} MB without the viewers, '
+            f'{result["peak"]:.0f} MB at the most, while a map came'
+        ),
     )
     alone = seen['alone']
     yield timed(

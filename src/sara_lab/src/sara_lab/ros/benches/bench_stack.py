@@ -24,7 +24,7 @@ from canserial.calibration.calibration_file import Calibration, save
 from sara_bringup.ros.goals import HOLDS, goal_at, wait_for_launch
 from sara_bringup.ros.masters import environment, in_a_process, launched
 from sara_lab.benches.timed import Limit, Timed, timed
-from sara_lab.ros.benches.node_cost import cpu_seconds, peak_memory_mb
+from sara_lab.ros.benches.node_cost import cpu_seconds, descendants, peak_memory_mb
 
 GOAL, NEXT = (5.0, 1.0, math.pi / 2), (5.0, 5.0, math.pi)  # of the square: x m, y m, yaw rad
 STARTS = 3  # launches, of which the last goes on driving
@@ -78,15 +78,6 @@ class Ears:
                     f'{self.why}'
                 )
             time.sleep(0.002)
-
-
-def descendants(pid: int) -> list[int]:
-    """Process ids of a process and of all it started, itself first."""
-    found = [pid]
-    for task in Path(f'/proc/{pid}/task').glob('*/children'):
-        for child in task.read_text().split():
-            found += descendants(int(child))
-    return found
 
 
 def name_of(pid: int) -> str:

@@ -25,3 +25,12 @@ def peak_memory_mb(pid: int) -> float:
 def process_of(node: str) -> int:
     """Process id of a running node; the caller is a node, too."""
     return ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2]
+
+
+def descendants(pid: int) -> list[int]:
+    """Process ids of a process and of all it started, itself first."""
+    found = [pid]
+    for task in Path(f'/proc/{pid}/task').glob('*/children'):
+        for child in task.read_text().split():
+            found += descendants(int(child))
+    return found

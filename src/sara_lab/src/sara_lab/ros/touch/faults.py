@@ -1,12 +1,16 @@
-"""`rosrun sara_lab touch_faults --count 50`: pages that fail while they drive, against the touch screen's real node.
+"""`rosrun sara_lab touch_faults [--browser] --count 50`: pages that fail while they drive, against the touch screen's
+real node.
 
 Judged on /cmd_vel/touch: no command whose frame is older than 200 ms, exactly one zero within 150 ms of the last
-command, nothing after it.
+command, nothing after it. With --browser the page is in Chromium, a finger drives the simulated chair through the whole
+stack, and the chair must be at rest as soon as the safety gate says that it stops.
 
 - lifted: the finger; the page says `halt`
-- killed: the page's connection is closed
+- hidden: the page's tab, by another tab and by minimising the window in turn (--browser)
+- killed: the page's connection is closed; --browser: kill -9, of Chromium's first process and of all in turn
 - cut: the network carries nothing more, either way
-- frozen: the page does nothing for 2 s, then goes on with the beat that it had, then with new ones
+- frozen: the page does nothing for 2 s, then goes on with the beat that it had, then with new ones; --browser: it is
+  frozen by Chromium, by a script that does not end, and by SIGSTOP in turn, and then the finger moves
 - held: the page's frames are held for 5 s while it goes on driving, and come in a burst; every second time its beats
   are held, too
 """
@@ -17,48 +21,20 @@ import argparse
 import asyncio
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
 
 import aiohttp
-import numpy as np
 
 from sara_lab.fuzz.touch.page import Page, until
 from sara_lab.fuzz.touch.proxy import Proxy
-from sara_lab.fuzz.touch.verdict import Limits, Trial, wrongs
+from sara_lab.fuzz.touch.verdict import Limits, Times, Trial, repeat
+from sara_lab.ros.touch import browser_faults
 from sara_lab.ros.touch.stand_in import StandIn, serving
 
 FAULTS = ('lifted', 'killed', 'cut', 'frozen', 'held')
 DRIVE_S, WATCH_S = 0.4, 0.5
-AGAIN = 5  # trials that say nothing, for each one wanted, until the machine is too busy
-
-
-class Times(NamedTuple):
-    """s that a page is frozen, and that frames are held."""
-
-    freeze: float = 2.0
-    hold: float = 5.0
-
-
-class Result(NamedTuple):
-    """Trials of one fault that count, how many did not, and what was wrong: (number of the trial, sentence)."""
-
-    fault: str
-    trials: list[Trial]
-    disturbed: int
-    wrong: list[tuple[int, str]]
-
-    def line(self) -> str:
-        """In a sentence."""
-        oldest = 1e3 * max(trial.oldest for trial in self.trials)
-        zero = 1e3 * np.array([trial.zero_after for trial in self.trials])
-        return (
-            f'{self.fault}: {len(self.trials)} times, {len({number for number, _ in self.wrong})} wrong; '
-            f'oldest command {oldest:.0f} ms; '
-            f'zero after {np.median(zero):.0f} ms (median), {zero.max():.0f} ms (most); '
-            f'{self.disturbed} repeated, as the machine paused'
-        )
 
 
 async def _lifted(page, _proxy, _times, _number):
@@ -121,23 +97,11 @@ async def trial(url: str, robot: StandIn, fault: str, number: int, times: Times)
     return Trial(page.sent, heard, at)
 
 
-async def repeat(
-    where: tuple[str, StandIn], fault: str, count: int, times: Times, limits: Limits, tick: Callable[[], None]
-) -> Result:
-    """One fault so many times. where: the server's address, and the robot."""
-    result, disturbed, number = Result(fault, [], 0, []), 0, 0
-    while len(result.trials) < count:
-        made = await trial(*where, fault, number, times)
-        number += 1
-        if made.disturbed:
-            disturbed += 1
-            if disturbed > AGAIN * count:
-                raise RuntimeError(f'{fault}: the machine paused in {disturbed} of {number} drives')
-            continue
-        result.wrong.extend((number, sentence) for sentence in wrongs(made, limits))
-        result.trials.append(made)
-        tick()
-    return result._replace(disturbed=disturbed)
+@contextmanager
+def without_browser(times: Times) -> Iterator[Callable[[str, int], Trial]]:
+    """Trials of a page without a browser, on a stand-in for the robot: made(fault, number)."""
+    with serving() as (url, robot):
+        yield lambda fault, number: asyncio.run(trial(url, robot, fault, number, times))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -147,22 +111,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog='touch_faults', description=__doc__, formatter_class=form)
     parser.add_argument('--count', type=int, default=50, help='times of each fault (default: %(default)s)')
-    parser.add_argument('--only', nargs='+', choices=FAULTS, default=FAULTS, metavar='FAULT', help='some of them')
+    parser.add_argument('--only', nargs='+', choices=browser_faults.FAULTS, metavar='FAULT', help='some of them')
+    parser.add_argument('--browser', action='store_true', help='in Chromium, with the simulated chair')
     parser.add_argument(
         '--hold', type=float, default=Times().hold, help='s that frames are held (default: %(default)s)'
     )
     options = parser.parse_args(arguments)
+    known = browser_faults.FAULTS if options.browser else FAULTS
+    faults = options.only or known
     if options.count < 1:
         parser.error(f'--count is {options.count}, allowed are whole numbers above 0')
     if not 1.0 <= options.hold <= 10.0:
         parser.error(f'--hold is {options.hold}, allowed are 1 to 10 s')
-    times, bad = Times(hold=options.hold), False
-    with serving() as where:
-        for fault in options.only:
+    if not set(faults) <= set(known):
+        parser.error('hidden: only a page in a browser can be, add --browser')
+    bad = False
+    with (browser_faults.with_browser if options.browser else without_browser)(Times(hold=options.hold)) as make:
+        for fault in faults:
             with tqdm(total=options.count, desc=fault, delay=1.0, disable=None) as progress:
-                result = asyncio.run(repeat(where, fault, options.count, times, Limits(), progress.update))
+                result = repeat(fault, partial(make, fault), options.count, Limits(), progress.update)
             print(result.line(), flush=True)
             for number, sentence in result.wrong:
-                print(f'  {fault}, trial {number}: {sentence}')
+                print(f'  {fault}, trial {number}: {sentence}', flush=True)
             bad |= bool(result.wrong)
     sys.exit(int(bad))

@@ -1,1 +1,0 @@
-"""The page's goal: going, paused, and how it ended."""

@@ -1,0 +1,40 @@
+"""The page with a fake chair behind it."""
+
+from sara_hmi.browser.page import Page
+
+
+class ChairPage(Page):
+    """chair: the FakeChair."""
+
+    def __init__(self, driver, chair):
+        super().__init__(driver, f'http://127.0.0.1:{chair.port}')
+        self.chair = chair
+
+    def load(self, screen='go', role='rider', **settings):
+        """Load the page with these settings as this role; wait until it is connected."""
+        self.chair.reset()
+        self.chair.role = role
+        super().load(screen, **settings)
+        self.limits(20_000, 20_000, 20_000)
+        return self
+
+    def limits(self, stale_beat_ms=200, slow_ms=180, frozen_ms=300):
+        """What the page takes for a lost or a slow connection. It is patient until a test wants the real limits, so
+        that a busy machine is not taken for a slow network.
+        """
+        self.driver.execute_script(
+            'Object.assign(sara.connection.limits, {staleBeatMs: arguments[0], slowMs: arguments[1]});'
+            'sara.pump.frozenMs = arguments[2]',
+            stale_beat_ms,
+            slow_ms,
+            frozen_ms,
+        )
+
+    def round_trip(self):
+        """Wait until the page's timers have run a few times and all that it sent before has come to the fake chair."""
+        count = len(self.chair.frames('echo'))
+        self.driver.execute_async_script(
+            'const done = arguments[0]; let k = 4;const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();'
+        )
+        self.driver.execute_script('sara.connection.askedAt = null; sara.connection.ask()')
+        self.chair.wait(lambda: len(self.chair.frames('echo')) > count)

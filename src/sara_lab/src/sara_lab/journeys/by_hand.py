@@ -1,0 +1,123 @@
+"""A rider who drives the flat by hand, by a joystick or by arrow buttons: from room to room through its doors.
+
+The rider knows what the page shows, the chair's pose, and follows straight legs: aims at a point a little ahead on the
+leg, turns in place where that lies aside, and backs up a little where the chair does not move any more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from sara_common.planar import wrap
+
+Point = tuple[float, float]
+CORRIDOR_Y = 4.9  # m, its middle
+DOORS = {  # of each room of the flat: where its door's axis is (x, m), and a point of that axis inside the room (y, m)
+    'kitchen': (1.95, 3.1),
+    'living_room': (3.05, 6.7),
+    'bathroom': (5.95, 3.1),
+    'bedroom': (8.4, 6.7),
+    'childs_room': (9.0, 3.1),
+}
+TOUR = (
+    'kitchen',
+    'living_room',
+    'front_door',
+    'bathroom',
+    'corridor',
+    'bedroom',
+    'childs_room',
+    'corridor',
+    'bathroom',
+    'front_door',
+)
+AHEAD = 0.7  # m along the leg, that the rider aims at
+THERE = 0.3  # m from the place, where the rider lets go
+SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
+TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
+STRAIGHT, RUNS_ON = 0.07, 0.15  # rad aside, up to which an arrow leads straight on; that a chair turns on after a press
+STUCK_S, BACK_S = 4.0, 1.5  # without having moved, until the rider backs up, and for how long
+MOVED = (0.03, 0.05)  # m, rad
+
+
+def stop(number: int) -> str:
+    """The place where journey `number` (1, 2, ...) ends and the next one begins; 0: where the first begins."""
+    return TOUR[(number - 1) % len(TOUR)]
+
+
+def legs(start: str, goal: str, places: Mapping[str, Sequence[float]]) -> list[Point]:
+    """The corners of the way between two places of the flat, both included; without a door it is in the corridor."""
+    way = [(places[start][0], places[start][1])]
+    if start in DOORS:
+        way += [(DOORS[start][0], DOORS[start][1]), (DOORS[start][0], CORRIDOR_Y)]
+    if goal in DOORS:
+        way += [(DOORS[goal][0], CORRIDOR_Y), (DOORS[goal][0], DOORS[goal][1])]
+    return [*way, (places[goal][0], places[goal][1])]
+
+
+class Rider:
+    """way: corners of the legs, first where the chair is. passed: m before a corner, where the next leg begins."""
+
+    def __init__(self, way: Sequence[Point], passed: float) -> None:
+        self._way, self._leg, self._passed = list(way), 1, passed
+        self._still: tuple[float, tuple[float, ...]] | None = None
+        self._backs_until = -math.inf
+        self._turns = False
+
+    def is_there(self, pose: Sequence[float]) -> bool:
+        """Whether the chair, at (x, y, yaw), is where the rider wants to be."""
+        return self._leg == len(self._way) - 1 and math.dist(pose[:2], self._way[-1]) < THERE
+
+    def _along(self, pose):
+        """m that are left of this leg, and where the leg ends and which way it leads (unit vector)."""
+        (ax, ay), (bx, by) = self._way[self._leg - 1], self._way[self._leg]
+        long = math.dist((ax, ay), (bx, by))
+        ux, uy = (bx - ax) / long, (by - ay) / long
+        return (bx - pose[0]) * ux + (by - pose[1]) * uy, (bx, by), (ux, uy)
+
+    def look(self, pose: Sequence[float]) -> tuple[float, float]:
+        """(m left of this leg; rad, + to the left: how far aside lies what the rider aims at)."""
+        left, end, along = self._along(pose)
+        while self._leg < len(self._way) - 1 and left < self._passed:
+            self._leg += 1
+            left, end, along = self._along(pose)
+        short = max(left - AHEAD, 0.0)
+        aim = end[0] - short * along[0], end[1] - short * along[1]
+        return left, wrap(math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2])
+
+    def backs(self, t: float, pose: Sequence[float]) -> bool:
+        """Whether the rider backs up now, as the chair has not moved for long. t: s."""
+        if t < self._backs_until:
+            return True
+        since = self._still
+        if since is None or math.dist(pose[:2], since[1][:2]) > MOVED[0] or abs(wrap(pose[2] - since[1][2])) > MOVED[1]:
+            self._still = t, tuple(pose)
+        elif t - since[0] > STUCK_S:
+            self._still, self._backs_until = None, t + BACK_S
+            return True
+        return False
+
+    def stick(self, t: float, pose: Sequence[float]) -> tuple[float, float]:
+        """(forward, left): the joystick's way in shares of its radius."""
+        if self.backs(t, pose):
+            return -0.6, 0.0
+        left, aside = self.look(pose)
+        self._turns = abs(aside) > (TURNED if self._turns else TURNS)
+        if self._turns:
+            return 0.0, math.copysign(min(1.0, 0.3 + 0.7 * abs(aside)), aside)
+        return max(min(1.0 - abs(aside) / TURNS, left / SLOWS), 0.3), min(max(1.4 * aside, -0.7), 0.7)
+
+    def arrow(self, t: float, pose: Sequence[float], held: str | None) -> str | None:
+        """The button that the rider holds down now: up, left, right or down; None: the chair is to come to rest.
+        `held`: the one that is held, None where the chair rests.
+        """
+        if self.backs(t, pose):
+            return 'down' if held in ('down', None) else None
+        aside = self.look(pose)[1]
+        side = 'left' if aside > 0.0 else 'right'
+        if held is None:
+            return 'up' if abs(aside) < STRAIGHT else side
+        if held == 'up':
+            return 'up' if abs(aside) < 1.6 * STRAIGHT else None
+        return held if held == side and abs(aside) > RUNS_ON else None

@@ -1,0 +1,85 @@
+"""Journeys by the touch screen: the rider who drives by hand, and what is kept of a journey."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sara_common.planar import advanced
+from sara_lab.journeys.by_hand import TOUR, Rider, legs, stop
+from sara_lab.journeys.touch_journey import TouchJourney, journeys_of, missing
+from sara_lab.judge import gaps
+from sara_lab.judge.judge import BODY
+from sara_nav.maps import places
+from sara_sim.world.world import World
+
+FLAT = Path(__file__).resolve().parents[3] / 'sara_bringup' / 'maps' / 'flat.yaml'
+STEP_S, LATE = 0.05, 4  # of the model; poses are seen so many steps late
+LIMITS, ACCELERATIONS = np.array([0.5, 0.5]), np.array([0.25, 0.5])  # m/s, rad/s; m/s2, rad/s2: the gentle profile
+ARROWS = {'up': (0.7, 0.0), 'down': (-0.7, 0.0), 'left': (0.0, 0.7), 'right': (0.0, -0.7), None: (0.0, 0.0)}
+
+
+def flat_places():
+    return {name: (one.x, one.y, one.yaw) for name, one in places.load(places.beside(FLAT)).items()}
+
+
+def driven(rider, pose, command):
+    """Poses of a chair that accelerates, until the rider is there and it stands. command(t, pose, rests): in shares."""
+    poses, speed = [pose] * (LATE + 1), np.zeros(2)
+    for k in range(round(300 / STEP_S)):
+        seen = poses[-1 - LATE]
+        there = rider.is_there(seen)
+        wanted = (0.0, 0.0) if there else command(k * STEP_S, seen, seen == poses[-1])
+        most = ACCELERATIONS * STEP_S
+        speed = speed + np.clip(wanted * LIMITS - speed, -most, most)
+        if there and not speed.any():
+            return np.array(poses)
+        poses.append(advanced(*poses[-1], *speed, STEP_S))
+    raise AssertionError('not there within 300 s')
+
+
+def by_stick(rider):
+    return lambda t, pose, rests: rider.stick(t, pose)
+
+
+def by_arrows(rider):
+    held = None
+
+    def command(t, pose, rests):
+        nonlocal held
+        if held or rests:
+            held = rider.arrow(t, pose, held)
+        return ARROWS[held]
+
+    return command
+
+
+@pytest.mark.parametrize('by, passed', [(by_stick, 0.08), (by_arrows, 0.35)])
+def test_a_rider_drives_round_the_flat_by_hand_and_touches_nothing(by, passed):
+    world, where = World.from_yaml(FLAT), flat_places()
+    pose = where[stop(0)]
+    for number in range(1, len(TOUR) + 1):
+        rider = Rider(legs(stop(number - 1), stop(number), where), passed)
+        poses = driven(rider, pose, by(rider))
+        gap = gaps.along(world, np.arange(len(poses)) * STEP_S, poses, BODY, STEP_S).min()
+        assert gap > 0.02
+        assert math.dist(poses[-1][:2], where[stop(number)][:2]) < 0.5
+        pose = tuple(poses[-1])
+
+
+def test_a_rider_who_is_stuck_backs_up_for_a_moment():
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
+    pushed = [rider.stick(0.1 * k, (1.0, 0.0, 0.0))[0] for k in range(60)]
+    assert pushed[0] > 0.0 > pushed[45]
+    assert rider.stick(6.0, (0.8, 0.0, 0.0))[0] > 0.0
+
+
+def test_a_journey_is_read_as_it_was_written_and_a_broken_line_is_told():
+    one = TouchJourney('stick', 2, 'kitchen', 'bathroom', 0.2, 0, 0.1, 7.0, 30.0)
+    late = TouchJourney('stick', 3, 'bathroom', 'kitchen', 0.9, 1, 0.0, 7.0, 30.0)
+    assert journeys_of(f'{one.line()}\n{late.line()}\n{one.line()[:20]}') == [one, late]
+    assert (one.arrived, late.arrived) == (True, False)
+    assert missing([one, late], ['stick', 'map'], 3) == [('stick', 1), ('map', 1), ('map', 2), ('map', 3)]
+    with pytest.raises(ValueError, match='line 1 is no journey'):
+        journeys_of('{"by": 1}\n')
