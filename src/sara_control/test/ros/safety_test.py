@@ -115,7 +115,7 @@ class Chair(threading.Thread):
                     message = Twist()
                     message.linear.x, message.angular.z = self.navigation
                     self.say('navigation', message)
-            due += STEP / 2
+            due = max(due + STEP / 2, time.monotonic())  # what was late is not made up for: the clock never runs faster
             time.sleep(max(0.0, due - time.monotonic()))
             began = time.monotonic()
             while self.is_late():

@@ -2,6 +2,7 @@
 what to do.
 """
 
+import itertools
 import os
 import pty
 import random
@@ -169,7 +170,9 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
     amplifier.ending = True
     assert amplifier.fake.power == [0.0, 0.0] and amplifier.fake.commands[-1][1] in ('!A00', '!B00')
     right = [values['steps'] for _, name, values in command.frames if name == 'ENCODER_RIGHT']
-    assert right[-1] > 5000 and right == sorted(right)
+    assert right[-1] > 5000
+    # Its regulator brakes against the motion; where it has to wait, a wheel turns back a little, not a tenth of a turn.
+    assert all(after > before - 0.1 * 64000 for before, after in itertools.pairwise(right))
     assert [values['voltage'] for _, name, values in command.frames if name == 'BATTERY'][-1] == pytest.approx(24.707)
 
 

@@ -74,7 +74,9 @@ DRAWS: dict[str, Callable[[np.random.Generator], dict[str, Any]]] = {
     'battery_low': lambda random: {'voltage': float(random.uniform(19.0, 23.0)), 'ramp': 1.0},
     'joystick_grabbed': lambda random: {'x': int(random.integers(500, 525)), 'y': int(random.integers(460, 565))},
 }
-"""Every kind of fault of the simulator, and how its arguments are drawn; the rider does not drive into a wall."""
+"""Every kind of fault of the simulator but its scanner's, and how its arguments are drawn; the rider does not drive
+into a wall.
+"""
 
 
 class Planned(NamedTuple):
