@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 
 class ConfigError(ValueError):
@@ -17,6 +18,29 @@ class ConfigError(ValueError):
         self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
         self.warnings = tuple(warnings)
         super().__init__('; '.join(self.faults))
+
+
+def filled(cls: type, params: object) -> Any:
+    """An object of a dataclass `cls` from a mapping of its fields, in which a list stands for a tuple. Raises
+    ConfigError with every fault: names that it does not have, and what its own checks find.
+    """
+    if not isinstance(params, dict):
+        raise ConfigError(f'{params!r} is given where a mapping of parameters is allowed')
+    known = cls.__dataclass_fields__
+    unknown = [f'{name} is {params[name]!r}, but there is no such parameter' for name in params if name not in known]
+    try:
+        made = cls(
+            **{
+                name: tuple(value) if isinstance(value, list) else value
+                for name, value in params.items()
+                if name in known
+            }
+        )
+    except ConfigError as error:
+        raise ConfigError([*unknown, *error.faults]) from None
+    if unknown:
+        raise ConfigError(unknown)
+    return made
 
 
 def is_number(value: object) -> bool:

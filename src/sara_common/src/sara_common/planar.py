@@ -60,6 +60,15 @@ def inverse(a: Sequence[float]) -> tuple[float, float, float]:
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
+def between(
+    a: Sequence[float], b: Sequence[float], share: float | np.ndarray
+) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:
+    """Return the pose (x, y, yaw) after a share of the way from a to b, turning the short way round; its yaw is not
+    wrapped. share: 0 to 1, a number or an array.
+    """
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * wrap(b[2] - a[2])
+
+
 def advanced(x: float, y: float, yaw: float, v: float, w: float, dt: float) -> tuple[float, float, float]:
     """Return (x, y, yaw) after driving from there at v (m/s) and w (rad/s) for dt (s), exact on the arc."""
     dyaw = w * dt

@@ -1,13 +1,14 @@
 """Laws of the checks of configurations: what is refused, and the sentence about it."""
 
 import math
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_common.config import ConfigError, fault, is_number, is_whole, number_faults, range_faults
+from sara_common.config import ConfigError, fault, filled, is_number, is_whole, number_faults, range_faults
 
 no_numbers = st.sampled_from([True, False, None, 'fast', '1', math.nan, math.inf, -math.inf, (1.0,), [2]])
 
@@ -63,3 +64,40 @@ def test_an_error_holds_every_fault():
     assert error.faults == ('a is 1, allowed are 2 and 3', 'b is missing') and error.warnings == ('c has no effect',)
     assert str(error) == 'a is 1, allowed are 2 and 3; b is missing'
     assert ConfigError('d is missing').faults == ('d is missing',) and isinstance(error, ValueError)
+
+
+NO_LEAST = 'least is 1, but there is no such parameter'
+
+
+@dataclass(frozen=True)
+class Speeds:
+    most: float = 1.0
+    names: tuple = ()
+
+    def __post_init__(self):
+        faults = number_faults(self, above_0=('most',))
+        if faults:
+            raise ConfigError(faults)
+
+
+def test_a_dataclass_is_filled_from_a_mapping():
+    assert filled(Speeds, {}) == Speeds() and filled(Speeds, {'most': 2.0, 'names': ['a', 'b']}) == Speeds(
+        2.0, ('a', 'b')
+    )
+
+
+@pytest.mark.parametrize(
+    'params, faults',
+    [
+        (
+            {'most': 0, 'least': 1},
+            ('least is 1, but there is no such parameter', 'most is 0, allowed are numbers above 0'),
+        ),
+        ({'least': 1}, ('least is 1, but there is no such parameter',)),
+        ([1], ('[1] is given where a mapping of parameters is allowed',)),
+    ],
+)
+def test_what_does_not_fill_it_is_told_all_at_once(params, faults):
+    with pytest.raises(ConfigError) as error:
+        filled(Speeds, params)
+    assert error.value.faults == faults

@@ -13,6 +13,7 @@ from sara_common.planar import (
     TWO_PI,
     Pose2D,
     advanced,
+    between,
     compose,
     inverse,
     quaternion_from_yaw,
@@ -118,3 +119,11 @@ def test_yaw_survives_the_quaternion(angle):
 def test_bad_quaternions_are_refused(quaternion, reason):
     with pytest.raises(ValueError, match=reason):
         yaw_from_quaternion(*quaternion)
+
+
+def test_between_two_poses_it_turns_the_short_way_round():
+    a, b = (0.0, 0.0, 3.0), (2.0, 4.0, -3.0)
+    assert between(a, b, 0.0) == a and between(a, b, 0.5) == pytest.approx((1.0, 2.0, math.pi))
+    x, y, yaw = between(a, b, np.array([0.0, 0.25, 1.0]))
+    assert x.tolist() == [0.0, 0.5, 2.0] and y.tolist() == [0.0, 1.0, 4.0]
+    assert yaw == pytest.approx([3.0, 3.0 + 0.25 * (math.tau - 6.0), math.tau - 3.0])

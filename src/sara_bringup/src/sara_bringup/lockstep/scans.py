@@ -5,12 +5,13 @@ their ROS shell places them with tf, which is known where odometry has come.
 from __future__ import annotations
 
 from collections import deque
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.planar import compose, quaternion_from_yaw, wrap
+from sara_common.planar import between, compose, quaternion_from_yaw
 from sara_common.scans import Sweep, shares_of, swept
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.observations import Observation, scan_rays
@@ -67,10 +68,9 @@ class ScanFeeds:
 
     def _scanner_at(self, t, in_odom):
         """(translation, quaternion) of the scanner at t (s) in odom or map, None where odometry does not reach."""
-        for (before, a, _), (then, b, map_from_odom) in zip(list(self._poses), list(self._poses)[1:]):
+        for (before, a, _), (then, b, map_from_odom) in pairwise(self._poses):
             if before <= t <= then:
-                share = (t - before) / max(then - before, 1e-9)
-                pose = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * wrap(b[2] - a[2])
+                pose = between(a, b, (t - before) / max(then - before, 1e-9))
                 if not in_odom:
                     if map_from_odom is None:
                         return None

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sara_common.planar import compose, wrap
+from sara_common.planar import between, compose, wrap
 
 
 def pose_at(t: float, poses: Sequence[tuple[float, tuple[float, float, float]]]) -> tuple[float, float, float] | None:
@@ -22,15 +22,9 @@ def pose_at(t: float, poses: Sequence[tuple[float, tuple[float, float, float]]])
     after = None
     for time, pose in reversed(poses):
         if time < t:
-            return _between(t, (time, pose), after) if after else pose
+            return between(pose, after[1], (t - time) / (after[0] - time)) if after else pose
         after = time, pose
     return after and after[1]
-
-
-def _between(t, before, after):
-    (start, (x, y, yaw)), (end, (to_x, to_y, to_yaw)) = before, after
-    share = (t - start) / (end - start)
-    return x + share * (to_x - x), y + share * (to_y - y), yaw + share * wrap(to_yaw - yaw)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from sara_common.config import ConfigError, range_faults
+from sara_common.config import ConfigError, filled, range_faults
 
 
 @dataclass(frozen=True)
@@ -55,20 +55,7 @@ class AssistConfig:
     @classmethod
     def from_params(cls, params: object) -> AssistConfig:
         """From a dictionary. Raises ConfigError with every fault."""
-        if not isinstance(params, dict):
-            raise ConfigError(f'{params!r} is given where a mapping of parameters is allowed')
-        known = {field.name for field in fields(cls)}
-        unknown = [
-            f'{name} is {params[name]!r}, but there is no such parameter' for name in params if name not in known
-        ]
-        values = {name: tuple(value) if isinstance(value, list) else value for name, value in params.items()}
-        try:
-            config = cls(**{name: value for name, value in values.items() if name in known})
-        except ConfigError as error:
-            raise ConfigError([*unknown, *error.faults]) from None
-        if unknown:
-            raise ConfigError(unknown)
-        return config
+        return filled(cls, params)
 
 
 LIMITS = {

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sara_common.config import ConfigError, is_number, number_faults
+from sara_common.config import ConfigError, filled, is_number, number_faults
 from sara_control.gate.comfort import read_profiles
 from sara_control.zones.caution import CautionConfig
 from sara_control.zones.scan_config import ScanConfig
@@ -129,10 +129,10 @@ class SafetyConfig:
         faults, parts = [], {}
         own = ('rate', 'profile', 'handshake', 'cancel_topics', 'turn_slip')
         for name, read in (
-            ('gate', lambda values: _fields(GateConfig, values)),
+            ('gate', lambda values: filled(GateConfig, values)),
             ('zones', ZoneConfig.from_params),
-            ('plausibility', lambda values: _fields(PlausibilityConfig, values)),
-            ('caution', lambda values: _fields(CautionConfig, values)),
+            ('plausibility', lambda values: filled(PlausibilityConfig, values)),
+            ('caution', lambda values: filled(CautionConfig, values)),
             ('scan', ScanConfig.from_params),
             ('profiles', read_profiles),
         ):
@@ -168,27 +168,3 @@ class SafetyConfig:
             cancel_topics=tuple(cancel),
             turn_slip=float(turn_slip),
         )
-
-
-def _fields(config, values):
-    """A flat dataclass from a dictionary."""
-    if not isinstance(values, dict):
-        raise ConfigError(f'{values!r} is given where a mapping of parameters is allowed')
-    unknown = [
-        f'{name} is {values[name]!r}, but there is no such parameter'
-        for name in values
-        if name not in config.__dataclass_fields__
-    ]
-    try:
-        result = config(
-            **{
-                name: tuple(value) if isinstance(value, list) else value
-                for name, value in values.items()
-                if name in config.__dataclass_fields__
-            }
-        )
-    except ConfigError as error:
-        raise ConfigError('; '.join([*unknown, str(error)])) from None
-    if unknown:
-        raise ConfigError('; '.join(unknown))
-    return result

@@ -8,7 +8,7 @@ import math
 from bisect import bisect_left
 from collections import deque
 
-from sara_common.planar import advanced, wrap
+from sara_common.planar import advanced, between
 
 LONGEST_GAP = 0.5  # s without wheels or turn rate: how the chair moved meanwhile is not known
 KEPT = 1.0  # s of past poses
@@ -52,8 +52,7 @@ class Reckoning:
         if after == 0:
             return self._past[0][1:]
         (before, *a), (then, *b) = self._past[after - 1], self._past[after]
-        share = (t - before) / (then - before)
-        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * wrap(b[2] - a[2])
+        return between(a, b, (t - before) / (then - before))
 
     def _known(self, t):
         return all(at is not None and t - at <= LONGEST_GAP for at in (self._wheels_at, self._turn_at))

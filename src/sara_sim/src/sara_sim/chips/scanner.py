@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import wrap
+from sara_common.planar import between
 from sara_sim.chips import mounting
 from sara_sim.world.world import World
 
@@ -66,8 +66,7 @@ class Scanner:
 
     def _cast(self, rays, shares, before):
         """Cast some rays, each from where the chair was after its share of the step."""
-        x, y = (before[i] + (self._pose[i] - before[i]) * shares for i in (0, 1))
-        yaw = before[2] + wrap(self._pose[2] - before[2]) * shares
+        x, y, yaw = between(before, self._pose, shares)
         mount = mounting.SCANNER
         c, s = np.cos(yaw), np.sin(yaw)
         places = np.column_stack(

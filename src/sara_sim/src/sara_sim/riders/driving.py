@@ -9,12 +9,11 @@ deflected lets go, backs off, and tries again; and where there is no backing off
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sara_common.planar import wrap
-from sara_sim.riders.stick import CENTRED, Stick
+from sara_sim.riders.stick import CENTRED, Delayed, Stick
 from sara_sim.riders.way import Way
 
 
@@ -91,15 +90,13 @@ class Driver:
 
     def __init__(self, manner: Manner) -> None:
         self.manner, self.arrived = manner, False
-        self._seen, self._patience = deque(), Patience(manner)
-        self._turning = False
+        self._seen, self._patience = Delayed(manner.reaction), Patience(manner)
+        self._first, self._turning = None, False
 
     def stick(self, t: float, pose: Sequence[float]) -> Stick:
         """See Rider."""
-        self._seen.append((t, tuple(pose)))
-        while len(self._seen) > 1 and self._seen[1][0] <= t - self.manner.reaction + 1e-9:
-            self._seen.popleft()
-        seen = self._seen[0][1]
+        self._first = self._first or tuple(pose)
+        seen = self._seen.pass_on(t, tuple(pose), until_then=self._first)
         place, share = self._aim(seen)
         if self.arrived:
             return CENTRED

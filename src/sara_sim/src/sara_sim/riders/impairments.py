@@ -7,12 +7,11 @@ drawn from a seed, so that a seed and the same poses give the same stick.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 
-from sara_sim.riders.stick import CENTRED, Rider, Stick
+from sara_sim.riders.stick import CENTRED, Delayed, Rider, Stick
 
 WAVES = 3  # of different frequencies, on each axis: so many make a tremor that swells and fades
 PUSHED = 0.1  # of full deflection: less is not asked for
@@ -88,14 +87,10 @@ class Late(Impairment):
 
     def __init__(self, rider: Rider, delay: float = 0.4) -> None:
         super().__init__(rider)
-        self._delay, self._wanted = delay, deque()
+        self._wanted = Delayed(delay)
 
     def _changed(self, t, wanted):
-        queue = self._wanted
-        queue.append((t, wanted))
-        while len(queue) > 1 and queue[1][0] <= t - self._delay + 1e-9:
-            queue.popleft()
-        return queue[0][1] if queue[0][0] <= t - self._delay + 1e-9 else CENTRED
+        return self._wanted.pass_on(t, wanted, until_then=CENTRED)
 
 
 class OneSided(Impairment):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 
 class Stick(NamedTuple):
@@ -19,6 +20,23 @@ class Stick(NamedTuple):
 
 
 CENTRED = Stick(0.0, 0.0)
+
+
+class Delayed:
+    """Values as they were some time ago. delay: s."""
+
+    def __init__(self, delay: float) -> None:
+        self._delay, self._values = delay, deque()
+
+    def pass_on(self, t: float, value: Any, until_then: Any) -> Any:
+        """Take a value of t (s, never less than before); returns the one of `delay` s ago, or `until_then` where there
+        was none yet.
+        """
+        values, past = self._values, t - self._delay + 1e-9
+        values.append((t, value))
+        while len(values) > 1 and values[1][0] <= past:
+            values.popleft()
+        return values[0][1] if values[0][0] <= past else until_then
 
 
 class Rider(Protocol):
