@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """The wiring of cmd_vel_mux and safety_gate: made-up readings and commands in, commands for the wheels out.
 
-The test is the clock (twice real time, slower where the gate is late) and the chair: its wheels turn as they are told.
+The test is the clock (twice real time, slower where one of the two is late) and the chair: its wheels turn as they are told.
 """
 
 import math
 import threading
 import time
 import unittest
+import warnings
 
 import rosnode
 import rospy
@@ -24,7 +25,9 @@ from std_srvs.srv import Trigger
 from canserial.msg import Encoder
 
 STEP = 0.01
-LATE_S = 0.1  # simulated: the clock waits for a gate that was not heard for so long, PATIENCE_S of real time at most
+# Simulated: the clock waits for a gate that was not heard, and for a multiplexer that did not pass a command on, for so
+# long; PATIENCE_S of real time at most.
+LATE_S = 0.03
 PATIENCE_S = 2.0
 RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
@@ -47,7 +50,8 @@ class Chair(threading.Thread):
         self.angles = [0.0, 0.0]
         self.command = (0.0, 0.0)
         self.out = []
-        self.answered = None
+        self.answered = None  # when the gate spoke last
+        self.asked = None  # since when a command of the navigation waits for the multiplexer
         publish = {
             'clock': ('/clock', Clock),
             'encoders': ('encoders', Encoder),
@@ -60,13 +64,20 @@ class Chair(threading.Thread):
         }
         publish['raw'] = 'raw_ranges', Range
         publish.update({name: (f'{name}_range', Range) for name in RANGES})
-        self.topics = {name: rospy.Publisher(topic, kind, queue_size=10) for name, (topic, kind) in publish.items()}
+        # Without queues, whose threads a busy machine may let wait: what was said is on its way before the clock goes on.
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore', SyntaxWarning)
+            self.topics = {name: rospy.Publisher(topic, kind) for name, (topic, kind) in publish.items()}
         rospy.Subscriber('/diff_drive_controller/cmd_vel', Twist, self.on_command, tcp_nodelay=True)
+        rospy.Subscriber('/cmd_vel/mux', Twist, self.on_passed_on, tcp_nodelay=True)
 
     def on_command(self, message):
         self.command = (message.linear.x, message.angular.z)
         self.out.append((self.now, message.linear.x, message.angular.z))
         self.answered = self.now
+
+    def on_passed_on(self, _message):
+        self.asked = None
 
     def say(self, name, message):
         if name not in self.silent:
@@ -114,18 +125,26 @@ class Chair(threading.Thread):
                 if self.navigation is not None:
                     message = Twist()
                     message.linear.x, message.angular.z = self.navigation
+                    if self.asked is None and self.axes is None and 'navigation' not in self.silent:
+                        self.asked = self.now
                     self.say('navigation', message)
             due = max(due + STEP / 2, time.monotonic())  # what was late is not made up for: the clock never runs faster
             time.sleep(max(0.0, due - time.monotonic()))
             began = time.monotonic()
             while self.is_late():
                 time.sleep(0.001)
-                if time.monotonic() - began > PATIENCE_S:  # it is dead, and not late
-                    self.answered = None
+                if time.monotonic() - began > PATIENCE_S:  # dead, or told not to pass it on, and not late
+                    self.give_up_waiting()
             due += time.monotonic() - began
 
     def is_late(self):
-        return self.answered is not None and self.now - self.answered > LATE_S
+        return any(since is not None and self.now - since > LATE_S for since in (self.answered, self.asked))
+
+    def give_up_waiting(self):
+        if self.asked is not None and self.now - self.asked > LATE_S:
+            self.asked = math.inf  # until it passes something on
+        else:
+            self.answered = None
 
 
 class SafetyTest(unittest.TestCase):
