@@ -187,10 +187,13 @@ class TestHelp:
         assert min(row[3] for row in rows) > 0.0
         assert rows[-1][1].correction in (Correction.STOPS, Correction.SLOWER)
 
-    def test_with_no_help_asked_for_room_does_not_count(self):
-        pose, wish = (2.5, 3.25, 0.0), (0.34, 0.0)
-        much, none = (knows(DOOR, AssistConfig(help=share)).step(0.0, wish, pose).w for share in (1.0, 0.0))
-        assert abs(none) <= abs(much)
+    def test_more_help_keeps_further_from_a_wall(self):
+        far = []
+        for share in (0.0, 1.0):
+            config = AssistConfig(help=share)
+            rows = drive(world(8.0, 4.0), (1.0, 1.2, 0.0), lambda t, pose: (0.34, -0.15), 15.0, config)
+            far.append(rows[-1][3])
+        assert 0.0 < far[0] < 0.15 and far[1] > far[0] + 0.1
 
 
 class TestTheRiderWins:
@@ -198,22 +201,28 @@ class TestTheRiderWins:
         return knows(DOOR, config), (3.2, 3.3, 0.0)  # the left jamb is straight ahead
 
     def test_who_holds_the_stick_fully_against_a_correction_is_left_alone(self):
-        assist, pose = self.corrected()
+        assist, pose = knows(DOOR), (3.2, 3.2, 0.0)
         results = []
         for k in range(30):
             assist.on_grid(DOOR, 0.05 * k)
-            results.append(assist.step(0.05 * k, (0.4, 0.0), pose))
+            results.append(assist.step(0.05 * k, (0.4, 0.55), pose))
         alone = [result.correction is Correction.OVERRIDE for result in results]
         assert not any(alone[:20]) and all(alone[22:])
-        assert results[-1][:2] == (0.4, 0.0)
+        assert results[-1][:2] == (0.4, 0.55)
         assist.step(1.6, (0.0, 0.0), pose)
-        assert assist.step(1.65, (0.4, 0.0), pose).correction is not Correction.OVERRIDE
+        assert assist.step(1.65, (0.4, 0.55), pose).correction is not Correction.OVERRIDE
 
-    def test_who_does_not_is_helped_on(self):
+    def test_who_holds_it_fully_against_a_wall_is_left_alone(self):
+        assist = knows(DOOR)
+        results = [assist.step(0.05 * k, (0.4, 0.0), (3.4, 1.5, 0.0)).correction for k in range(22)]
+        assert results[:20] == 20 * [Correction.STOPS] and results[-1] is Correction.OVERRIDE
+
+    @pytest.mark.parametrize('wish', [(0.4, 0.0), (0.4, -0.2), (0.2, 0.3)])  # ahead; to its side; not fully
+    def test_who_does_not_is_helped_on(self, wish):
         assist, pose = self.corrected()
         for k in range(100):
             assist.on_grid(DOOR, 0.05 * k)
-            assert assist.step(0.05 * k, (0.35, 0.0), pose).correction is not Correction.OVERRIDE
+            assert assist.step(0.05 * k, wish, pose).correction is not Correction.OVERRIDE
 
     def test_override_lasts_as_long_as_it_says(self):
         assist, pose = self.corrected()

@@ -52,7 +52,7 @@ class Correction(enum.Enum):
 
 
 LEFT, RIGHT = Correction.LEFT, Correction.RIGHT
-AGAINST = (LEFT, RIGHT, Correction.STOPS)  # the rider's will; what is slower only is not
+AGAINST = {LEFT: 1.0, RIGHT: -1.0, Correction.STOPS: 0.0}  # see Insistence; what is slower only is not
 
 
 class Assisted(NamedTuple):
@@ -113,7 +113,7 @@ class SharedControl:
             result = self._turn(v, w, pose)
         else:
             result = self._drive((v, w), steady, pose)
-        self._insistence.corrected(result.correction in AGAINST)
+        self._insistence.corrected(AGAINST.get(result.correction))
         self._then = t
         return result
 
