@@ -201,16 +201,16 @@ class TestTheRiderWins:
         return knows(DOOR, config), (3.2, 3.3, 0.0)  # the left jamb is straight ahead
 
     def test_who_holds_the_stick_fully_against_a_correction_is_left_alone(self):
-        assist, pose = knows(DOOR), (3.2, 3.2, 0.0)
+        grid, pose, wish = world(8.0, 4.0), (3.0, 0.8, -0.1), (0.4, -0.55)  # to the right is a wall
+        assist = knows(grid)
         results = []
         for k in range(30):
-            assist.on_grid(DOOR, 0.05 * k)
-            results.append(assist.step(0.05 * k, (0.4, 0.55), pose))
-        alone = [result.correction is Correction.OVERRIDE for result in results]
-        assert not any(alone[:20]) and all(alone[22:])
-        assert results[-1][:2] == (0.4, 0.55)
+            assist.on_grid(grid, 0.05 * k)
+            results.append(assist.step(0.05 * k, wish, pose))
+        assert {result.correction for result in results[:20]} == {Correction.LEFT}
+        assert all(result == (*wish, Correction.OVERRIDE) for result in results[22:])
         assist.step(1.6, (0.0, 0.0), pose)
-        assert assist.step(1.65, (0.4, 0.55), pose).correction is not Correction.OVERRIDE
+        assert assist.step(1.65, wish, pose).correction is Correction.LEFT
 
     def test_who_holds_it_fully_against_a_wall_is_left_alone(self):
         assist = knows(DOOR)

@@ -23,7 +23,8 @@ class LocalGrid(NamedTuple):
 
 class Field(NamedTuple):
     """distances: (rows, columns) float32, m from the middle of a cell to the edge of the nearest blocked one, at most
-    `reach`. The rest: as of a LocalGrid. Beyond the grid nothing is known and nothing is in the way.
+    `reach`; in a blocked one minus half a cell. The rest: as of a LocalGrid. Beyond the grid nothing is known and
+    nothing is in the way.
     """
 
     distances: np.ndarray
@@ -43,6 +44,8 @@ def field_of(grid: LocalGrid, reach: float) -> Field:
     numbers = tuple(map(float, grid[1:]))
     if blocked.ndim != 2 or not all(map(math.isfinite, numbers)) or not numbers[0] > 0.0:
         raise GridError(f'the grid has shape {blocked.shape}, resolution and origin {numbers}')
+    if min(blocked.shape) < 2:  # distances are told between cells
+        blocked = np.pad(blocked, ((0, 2), (0, 2)))
     return Field(distances(blocked, numbers[0], float(reach)), *numbers, float(reach))
 
 
@@ -56,7 +59,7 @@ def distances(blocked: np.ndarray, resolution: float, reach: float) -> np.ndarra
         for j in range(columns):
             if not blocked[i, j]:
                 continue
-            result[i, j] = 0.0
+            result[i, j] = -0.5 * resolution
             if (
                 0 < i < rows - 1
                 and 0 < j < columns - 1
@@ -69,8 +72,8 @@ def distances(blocked: np.ndarray, resolution: float, reach: float) -> np.ndarra
             for k in range(max(i - cells, 0), min(i + cells + 1, rows)):
                 for m in range(max(j - cells, 0), min(j + cells + 1, columns)):
                     away = resolution * (math.sqrt((k - i) ** 2 + (m - j) ** 2) - 0.5)
-                    if away < result[k, m]:
-                        result[k, m] = max(away, 0.0)
+                    if away < result[k, m] and not blocked[k, m]:
+                        result[k, m] = away
     return result
 
 
@@ -86,10 +89,17 @@ class Outline(NamedTuple):
 
 @kernel
 def distance_at(field: Field, x: float, y: float) -> float:
-    """The distance (m) that a Field has at a place (m)."""
+    """The distance (m) that a Field has at a place (m), between the middles of four cells."""
     rows, columns = field.distances.shape
-    u, v = (x - field.origin_x) / field.resolution, (y - field.origin_y) / field.resolution
-    return field.distances[int(v), int(u)] if 0.0 <= u < columns and 0.0 <= v < rows else field.reach
+    u = (x - field.origin_x) / field.resolution - 0.5
+    v = (y - field.origin_y) / field.resolution - 0.5
+    if not (-0.5 <= u < columns - 0.5 and -0.5 <= v < rows - 0.5):
+        return field.reach
+    j, i = min(max(int(math.floor(u)), 0), columns - 2), min(max(int(math.floor(v)), 0), rows - 2)
+    across, up = u - j, v - i
+    low = field.distances[i, j] + across * (field.distances[i, j + 1] - field.distances[i, j])
+    high = field.distances[i + 1, j] + across * (field.distances[i + 1, j + 1] - field.distances[i + 1, j])
+    return low + up * (high - low)
 
 
 @kernel

@@ -71,7 +71,7 @@ def free_turn(field: Field, outline: Outline, pose: tuple[float, float, float], 
     before = gap(field, outline, pose[0], pose[1], pose[2])
     for k in range(1, steps + 1):
         here = gap(field, outline, pose[0], pose[1], pose[2] + turn * k / steps)
-        if not may_go(here, before, margin):
+        if here < margin and here < before:
             return abs(turn) * (k - 1) / steps
         before = here
     return abs(turn)

@@ -173,6 +173,8 @@ class SharedControl:
     def _way(self, pose, wish):
         """A Way that keeps `ahead` free, or else one that does not; None where neither leads on."""
         for outline in (self._driven[wish.sense], self._outline):
+            if gap(self._field, outline, *pose) < self.config.margin and outline is not self._outline:
+                continue
             way = way_search.search(self._field, outline, pose, wish, self._last, self._weights)
             if len(way.moves) > 0 and way.progress >= LEAST_WAY:
                 return way

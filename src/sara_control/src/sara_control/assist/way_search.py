@@ -29,7 +29,7 @@ LEADS = 0.75
 """Share of what the stick bends for that counts for where it leads."""
 GREED = 2.0
 """How many times as much as the way behind the way left counts."""
-STATES = 450
+STATES = 200
 """Kept until the search ends with the best it has."""
 CELL, HEADINGS = 0.1, 24
 """m, and headings of a circle, by which states are told apart."""
