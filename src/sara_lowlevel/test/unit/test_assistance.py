@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
+from sara_lowlevel.config import MotorConfig
 from sara_lowlevel.joystick.joystick_node import JoystickNode
+from sara_lowlevel.motor.assistance import Assistance, Stick
 from sara_lowlevel.motor.command_guard import JUMP_FRAMES
 from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 
@@ -211,6 +213,79 @@ def test_a_gentle_stop_is_let_finish():
         assert bench.node.target != REST or speed < STEP
         speed -= 0.025
     assert bench.node.mode == 2
+
+
+def law():
+    """The rules alone, at the moment at which the PC has got control."""
+    assistance = Assistance(MotorConfig(), STEP)
+    assert assistance.on_stick(0.0, 1, Stick(2, 0, False)) == 0
+    assistance.begin()
+    return assistance
+
+
+def heed(assistance, t, sense, deflected=None):
+    assert assistance.on_stick(t, 2, Stick(2, sense, sense != 0 if deflected is None else deflected)) == 2
+
+
+@pytest.mark.parametrize('sense', (1, -1))
+def test_a_command_follows_the_stick_either_way(sense):
+    one, go, back = law(), (2.0 * sense, 1.5 * sense), (-2.0 * sense, -1.5 * sense)
+    heed(one, 1.0, sense)
+    assert one.agrees(go, 1.0) and not one.agrees(back, 1.0), 'it did not move so before'
+    heed(one, 5.0, sense)
+    heed(one, 5.1, -sense)
+    assert one.agrees(back, 5.1) and one.agrees(go, 5.0 + RELEASE_S) and not one.agrees(go, 5.01 + RELEASE_S)
+    heed(one, 6.0, -sense)
+    heed(one, 6.1, 0)
+    assert one.agrees(back, 6.0 + RELEASE_S) and not one.agrees(back, 6.01 + RELEASE_S)
+    assert one.agrees((0.0, 0.0), 99.0), 'a stop is right at any time'
+
+
+@pytest.mark.parametrize('sense', (1, -1, 0))
+def test_what_the_pc_drove_before_the_stick_was_moved_is_braked_in_time(sense):
+    one, before = law(), (sense + 1.0, sense - 1.0)
+    assert one.agrees(before, 50.0)
+    heed(one, 60.0, -sense, True)
+    assert one.agrees(before, 60.0 + RELEASE_S)
+    heed(one, 60.0 + RELEASE_S, -sense, True)
+    assert one.agrees(before, 60.01 + RELEASE_S) == (sense == 0), 'a stick to the side turns'
+
+
+@pytest.mark.parametrize(
+    'steps, agreed', (((1.25, 1.25), True), ((2, 0), True), ((-1, -1), True), ((2, 1), False), ((-1, -2), False))
+)
+def test_what_rounding_adds_to_a_turn_in_place_is_no_way(steps, agreed):
+    one = law()
+    heed(one, 1.0, 0, True)
+    assert one.agrees((steps[0] * STEP, steps[1] * STEP), 1.0) == agreed
+    assert one.agrees((5.0, -5.0), 1.0 + RELEASE_S) and not one.agrees((5.0, -5.0), 1.01 + RELEASE_S)
+
+
+@pytest.mark.parametrize('wheels', ((-1.0, -1.0), (1.0, 1.0), (1.0, -1.0)))
+def test_the_pc_follows_until_it_has_stood_with_the_stick_centred(wheels):
+    one = law()
+    heed(one, 1.0, 1)
+    assert one.agrees((0.0, 0.0), 1.0)
+    heed(one, 1.1, -1)
+    heed(one, 1.2, 0)
+    assert one.agrees(wheels, 1.3) and not one.agrees(wheels, 9.0), 'it stood while the stick was pushed'
+    assert one.agrees((0.0, 0.0), 9.1) and one.agrees(wheels, 99.0)
+
+
+def test_time_in_vain_is_counted_between_two_pushes_and_over_a_gap_little():
+    def after(*pushes, notice=NOTICE_S):
+        one = Assistance(MotorConfig(notice_time=notice), STEP)
+        for t, deflected in ((0.0, False), *pushes):
+            mode = one.on_stick(t, 0, Stick(2, int(deflected), deflected))
+        return mode
+
+    steady = tuple((0.05 * k, True) for k in range(1, 22))
+    assert after(*steady, (1.1, False)) == 1 and after(*steady[:-2], (1.0, False)) == 0
+    assert after((0.05, True), (9.0, True), (9.1, False)) == 0, 'nobody knows what was in between'
+    assert after(*((0.2 * k, True) for k in range(1, 7)), (1.4, False)) == 1
+    assert after((0.125, True), (0.25, True), (0.375, False), notice=0.25) == 1
+    assert after(*((0.1 * k, False) for k in range(1, 30))) == 0
+    assert after((0.2, True), (0.1, True), (0.2, False)) == 0, 'a clock that goes back'
 
 
 def test_the_joystick_node_says_what_its_switch_says():

@@ -38,23 +38,18 @@ class Assistance:
     def __init__(self, config: MotorConfig, resolution: float) -> None:
         self.config = config
         self.switched = False
-        self._slack = 2.5 * resolution  # both wheels' rounding
+        self._slack = 1.25 * resolution  # of the wheels' mean, by rounding
         self._turned = False  # since then the stick was not centred
-        self._in_vain = 0.0  # s
-        self._heard: float | None = None
-        self._pushed = False
-        self._follows = False
-        self._moves = 0  # the sense of the command obeyed last
-        self._wished: dict[int, float] = {}  # when the stick last pointed so
-        self._deflected_at = -math.inf
+        self._pushed_at: float | None = None  # the last news, where that is of a push
+        self.begin()
 
     def on_stick(self, t: float, mode: int, stick: Stick) -> int | None:
         """News of the stick at t, while `mode` is in force: the mode from now on. None: ASSISTED has no say in it."""
-        elapsed = 0.0 if self._heard is None else min(max(t - self._heard, 0.0), LONGEST_GAP_S)
-        pushed, self._heard, self._pushed = self._pushed, t, stick.deflected
+        pushed = 0.0 if self._pushed_at is None else min(max(t - self._pushed_at, 0.0), LONGEST_GAP_S)
+        self._pushed_at = t if stick.deflected else None
         turned, self.switched = (stick.mode == ASSISTED) != self.switched, stick.mode == ASSISTED
         if turned:
-            self._turned, self._in_vain = True, 0.0
+            self._turned, self._in_vain = stick.deflected, 0.0
             return OFF
         if self._turned and stick.deflected:
             return OFF
@@ -64,22 +59,24 @@ class Assistance:
         if mode == ASSISTED:
             self._heed(t, stick)
         elif mode == OFF:
-            self._in_vain += elapsed if pushed else 0.0
+            self._in_vain += pushed
             return MANUAL if self._in_vain >= self.config.notice_time and not stick.deflected else OFF
         return mode
 
     def begin(self) -> None:
         """The PC has got control: it stands, and the stick is centred."""
-        self._follows, self._moves, self._in_vain = False, 0, 0.0
-        self._wished, self._deflected_at = {}, -math.inf
+        self._follows = False
+        self._in_vain = 0.0  # s
+        self._moves = 0  # the sense of the command obeyed last
+        self._wished: dict[int, float] = {}  # when the stick last pointed so
 
     def agrees(self, wheels: tuple[float, float], t: float) -> bool:
         """Whether the PC may command these speeds (right, left; rad/s) at t."""
         mean = 0.5 * sum(wheels)
-        sense = 0 if abs(mean) <= 0.5 * self._slack else 1 if mean > 0.0 else -1
+        sense = 0 if abs(mean) <= self._slack else 1 if mean > 0.0 else -1
         if self._follows and not self._may(wheels, sense, t):
             return False
-        if wheels == (0.0, 0.0) and not self._pushed:
+        if wheels == (0.0, 0.0) and self._pushed_at is None:
             self._follows = False
         self._moves = sense
         return True
@@ -87,7 +84,7 @@ class Assistance:
     def _may(self, wheels, sense, t):
         if wheels == (0.0, 0.0):
             return True
-        asked = self._deflected_at if sense == 0 else self._wished.get(sense, -math.inf)
+        asked = max(self._wished.values()) if sense == 0 else self._wished.get(sense, -math.inf)
         return t - asked <= self.config.release_time
 
     def _heed(self, t, stick):
@@ -95,4 +92,4 @@ class Assistance:
             return
         if not self._follows:
             self._follows, self._wished = True, {self._moves: t}
-        self._wished[stick.sense] = self._deflected_at = t
+        self._wished[stick.sense] = t
