@@ -9,7 +9,7 @@ import rostest
 from geometry_msgs.msg import TransformStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 from tf2_msgs.msg import TFMessage
 
 CELL, SIDE = 0.05, 120
@@ -19,7 +19,7 @@ TRIES = 200
 
 class SharedControlTest(unittest.TestCase):
     def setUp(self):
-        self.commands, self.sentences = [], []
+        self.commands, self.sentences, self.left = [], [], []
         self.clock = rospy.Publisher('/clock', Clock, queue_size=1)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=1)
         self.costmap = rospy.Publisher('costmap', OccupancyGrid, queue_size=1)
@@ -27,6 +27,7 @@ class SharedControlTest(unittest.TestCase):
         self.override = rospy.Publisher('shared_control/override', Bool, queue_size=1)
         self.wish = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
         rospy.Subscriber('/cmd_vel/assisted', Twist, self.commands.append)
+        rospy.Subscriber('shared_control/override_left', Float32, lambda message: self.left.append(message.data))
         rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
         self.now = 100.0
 
@@ -73,14 +74,21 @@ class SharedControlTest(unittest.TestCase):
         self.until(lambda v, w: (v, w) == (0.0, 0.0), 0.0)
         self.override.publish(True)
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35)
+        self.until(
+            lambda v, w: (v, w) == (0.0, 0.0) and self.sentences[-1].endswith('the rider wants to go alone.'), 0.0
+        )
+        self.until(lambda v, w: self.left[-1] < 19.0, 0.0)
+        self.assertAlmostEqual(max(self.left), 20.0, delta=0.5)
         self.override.publish(False)
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.until(lambda v, w: self.left[-1] == 0.0, 0.0)
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, sees=False)  # it is too old to be used
         self.assertTrue(any('does not know' in text for text in self.sentences), self.sentences)
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, side=SIDE - 1)  # it has more cells than it says
         self.active.publish('navigation')
         self.until(lambda v, w: (v, w) == (0.35, 0.1), 0.35, 0.1)
+        self.until(lambda v, w: self.sentences[-1] == 'The chair follows the rider.', 0.35, 0.1)
 
 
 if __name__ == '__main__':

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from sara_common.config import ConfigError
 from sara_common.planar import advanced
 from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.correction import Correction, sentence
 from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, outline_of
-from sara_control.assist.shared_control import Correction, SharedControl
+from sara_control.assist.shared_control import SharedControl
 
 CELL = 0.05
 CONFIG = AssistConfig()
@@ -203,22 +204,24 @@ class TestTheRiderWins:
         for k in range(30):
             assist.on_grid(DOOR, 0.05 * k)
             results.append(assist.step(0.05 * k, (0.4, 0.0), pose))
-        alone = [result.correction is Correction.OVERRIDE for result in results]
+        alone = [result.correction is Correction.INSISTED for result in results]
         assert not any(alone[:20]) and all(alone[22:])
         assert results[-1][:2] == (0.4, 0.0)
         assist.step(1.6, (0.0, 0.0), pose)
-        assert assist.step(1.65, (0.4, 0.0), pose).correction is not Correction.OVERRIDE
+        assert assist.step(1.65, (0.4, 0.0), pose).correction is not Correction.INSISTED
 
     def test_who_does_not_is_helped_on(self):
         assist, pose = self.corrected()
         for k in range(100):
             assist.on_grid(DOOR, 0.05 * k)
-            assert assist.step(0.05 * k, (0.35, 0.0), pose).correction is not Correction.OVERRIDE
+            assert assist.step(0.05 * k, (0.35, 0.0), pose).correction is not Correction.INSISTED
 
     def test_override_lasts_as_long_as_it_says(self):
         assist, pose = self.corrected()
+        assert assist.override_left(0.0) == 0.0
         assist.override(0.0)
-        for t, alone in ((0.1, True), (19.9, True), (20.1, False)):
+        for t, alone in ((0.1, True), (19.9, True), (20.0, False), (20.1, False)):
+            assert assist.override_left(t) == pytest.approx(max(20.0 - t, 0.0))
             assist.on_grid(DOOR, t)
             assist.step(t, (0.0, 0.0), pose)
             assert (assist.step(t, (0.3, 0.0), pose).correction is Correction.OVERRIDE) is alone
@@ -227,12 +230,28 @@ class TestTheRiderWins:
         assist, pose = self.corrected()
         assist.override(0.0)
         assist.override(0.05, on=False)
+        assert assist.override_left(0.1) == 0.0
         assert assist.step(0.1, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
 
     def test_a_clock_set_back_ends_an_override(self):
         assist, pose = self.corrected()
         assist.override(1000.0)
+        assert assist.override_left(0.0) == 0.0
         assert assist.step(0.0, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
+
+    def test_an_override_is_named_before_what_the_rider_insists_on(self):
+        assist, pose = self.corrected()
+        for k in range(30):
+            assist.on_grid(DOOR, 0.05 * k)
+            assist.step(0.05 * k, (0.4, 0.0), pose)
+        assist.override(1.5)
+        assert assist.step(1.5, (0.4, 0.0), pose) == (0.4, 0.0, Correction.OVERRIDE)
+        assert assist.step(21.6, (0.4, 0.0), pose) == (0.4, 0.0, Correction.INSISTED)
+
+    def test_each_correction_has_a_sentence_of_its_own(self):
+        said = [sentence(one) for one in (None, *Correction)]
+        assert len(set(said)) == 1 + len(Correction)
+        assert all(text.startswith('The chair ') and text.endswith('.') for text in said)
 
 
 class TestConfig:

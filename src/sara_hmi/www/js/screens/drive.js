@@ -12,11 +12,12 @@ export function show(app, screen) {
   const ask = el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0 });
   const speed = el('p', { class: 'speed' });
   const profiles = el('div', { class: 'row profiles', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.profile') });
+  const alone = el('div', { class: 'row alone', 'data-scan': 'row' });
   fill(screen,
     el('h1', {}, say('ui.tab.drive')),
     banner,
     el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
-    el('div', { class: 'speedrow' }, speed, ask), profiles,
+    el('div', { class: 'speedrow' }, speed, ask), alone, profiles,
   );
   const leaveKeys = driveByKeys(pump);
   const rested = ({ detail }) => {
@@ -31,8 +32,8 @@ export function show(app, screen) {
     tellState(app, banner, told);
     offer(app, ask, told);
     offerProfiles(app, profiles, told);
-    const text = say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) });
-    if (speed.textContent !== text) speed.textContent = text;
+    offerOverride(app, alone, told);
+    put(speed, say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) }));
     stick.node.classList.toggle('off', !canDrive(app));
   };
   connection.addEventListener('speed', update);
@@ -77,6 +78,30 @@ function offer(app, row, told) {
   told.offer = wanted;
   fill(row, wanted === 'none' ? [] : button(say(`ui.${wanted}`), () => app.command({ op: wanted }), { 'data-offer': wanted }));
   document.dispatchEvent(new CustomEvent('screen-changed'));
+}
+
+/** Where shared control runs: the button that switches its help off for a while and on again, and why it does not help. */
+function offerOverride(app, row, told) {
+  const { chair } = app;
+  const there = Boolean(chair.state?.assist);
+  if (told.assisted !== there) {
+    told.assisted = there;
+    fill(row, there ? [
+      button(' ', () => app.command({ op: 'override', on: !(app.chair.state?.assist?.left > 0) }), { 'data-do': 'override' }),
+      el('p', { role: 'status' }),
+    ] : []);
+    document.dispatchEvent(new CustomEvent('screen-changed'));
+  }
+  if (!there) return;
+  const { left, lasts } = chair.state.assist;
+  const [press, why] = row.children;
+  press.disabled = !chair.mayDrive || (chair.driver !== null && !chair.isDriver);
+  put(press.firstChild, left > 0 ? say('ui.override.end', { seconds: left }) : say('ui.override.begin', { seconds: lasts }));
+  put(why, chair.unhelped ? say(chair.unhelped) : '');
+}
+
+function put(node, text) {
+  if (node.textContent !== text) node.textContent = text;
 }
 
 function offerProfiles(app, row, told) {
