@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """The wiring of cmd_vel_mux and safety_gate: made-up readings and commands in, commands for the wheels out.
 
-The test is the clock (twice real time, slower where one of the two is late) and the chair: its wheels turn as they are told.
+The test is the clock (twice real time, slower where one of the two is late) and the chair: its wheels turn as they are
+told.
 """
 
 import math
@@ -64,7 +65,8 @@ class Chair(threading.Thread):
         }
         publish['raw'] = 'raw_ranges', Range
         publish.update({name: (f'{name}_range', Range) for name in RANGES})
-        # Without queues, whose threads a busy machine may let wait: what was said is on its way before the clock goes on.
+        # Without queues, whose threads a busy machine may let wait: what was said is on its way before the clock goes
+        # on.
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', SyntaxWarning)
             self.topics = {name: rospy.Publisher(topic, kind) for name, (topic, kind) in publish.items()}

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D
-from sara_nav.costmaps.costmap import InflationConfig
+from sara_nav.costmaps.costmap import LETHAL, InflationConfig
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.goals.move_base_config import MoveBaseConfig
 from sara_nav.grids.footprint import parse_footprint
@@ -165,6 +166,24 @@ def test_bad_goals_are_refused_and_stop_the_robot(goal, reason):
     result = robot.go(1)
     assert (result.status, result.command) == ('aborted', ZERO) and reason in result.text
     assert robot.go(1).status == 'idle'
+
+
+def test_what_sensors_saw_at_a_goal_is_a_reason_only_near_the_robot():
+    seen = ObstacleLayer('seen')
+    layers = [StaticLayer('static'), seen, InflationLayer('halo', InflationConfig(inflation_radius=0.6))]
+    both = [LayeredCostmap(CostmapConfig(), layers, FOOTPRINT), costmap(room())]
+    layers[0].set_map(room())
+    machine = MoveBase(MoveBaseConfig(), *both, GridPlanner(), RotateThenPursue())
+    machine.step(0.0, HOME)
+    for x in (2.0, 5.0):
+        seen.costs[40, int((x + 1.0) / 0.05)] = LETHAL
+    seen.parent.touch_all()
+    machine.costmaps.refresh(both[0], 0.0, HOME)
+    assert 'overlap' in machine.refusal(GOAL, 0.0)
+    assert 'overlap' in machine.set_goal(Pose2D(2.0, 1.0, 0.0), 0.1)
+    assert 'overlap' in machine.set_goal(Pose2D(-0.6, 4.0, 0.0), 0.1), 'what the map says stands'
+    assert machine.set_goal(GOAL, 0.1) == ''
+    assert 'overlap' in machine.refusal(Pose2D(2.0, 1.0, 0.0), 0.1), 'elsewhere nothing is forgotten'
 
 
 def test_a_goal_beside_a_wall_is_judged_by_its_yaw():

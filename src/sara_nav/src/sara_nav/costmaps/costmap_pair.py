@@ -96,6 +96,17 @@ class CostmapPair:
             )
         return ''
 
+    def forget_about(self, pose: Pose2D, t: float) -> None:
+        """Forget, in the costmap that is planned on, what sensors saw where a robot at a pose (Pose2D) would stand, and
+        build it anew at t (s).
+        """
+        world = self.world
+        reach = world.circumscribed_radius + 2.0 * world.geometry.resolution
+        corners = pose.x - reach, pose.y - reach, pose.x + reach, pose.y + reach
+        sensors = [name.split('/')[-1] for name, layer in world.layers.items() if not hasattr(layer, 'set_map')]
+        world.clear_area(*corners, True, sensors)
+        self.refresh(world, t, None)
+
     def to_plan_on(self, unknown_blocks: bool) -> LocalWorld:
         """Return the LocalWorld of the global costmap, for poses of its frame."""
         world, kept = self.world, self._to_plan_on

@@ -31,6 +31,9 @@ from sara_nav.goals.plan_maker import PlanMaker
 from sara_nav.move_base.control_step import ZERO, ControlStep, Cycle, End, Means, exhausted, standing
 from sara_nav.move_base.robot_state import RobotState, sound
 
+FAR = 2.0
+"""m: what is farther from the robot than this, its sensors do not see well enough to refuse a goal for it."""
+
 
 class MoveBase:
     """Drives one goal at a time: plans on the global costmap, steers and looks for collisions on the local one.
@@ -62,6 +65,7 @@ class MoveBase:
         self._goal = None
         self._ended = None
         self._lets_pass = False
+        self._pose = None  # the last that was sound
         self._state = RobotState(self.counters)
         self._command = ZERO
         self._track = Track()
@@ -100,7 +104,8 @@ class MoveBase:
     def set_goal(self, pose: Pose2D, t: float) -> str:
         """Take a goal (Pose2D) at time t (s); one being driven to is preempted without a stop between.
 
-        Returns '' or the reason why it is refused; then the robot stands and the next step says aborted.
+        What sensors saw at a goal far away is forgotten. Returns '' or the reason why it is refused; then the robot
+        stands and the next step says aborted.
         """
         self.counters.goals += 1
         if self._goal is not None:
@@ -111,6 +116,10 @@ class MoveBase:
         self._ended = None
         self._goal = None
         reason = self.refusal(pose, t)
+        far = self._pose is not None and pose.distance(self._pose) > FAR
+        if reason and far and not self.costmaps.refusal(pose, False, False):
+            self.costmaps.forget_about(pose, t)
+            reason = self.refusal(pose, t)
         if reason:
             self._end(ABORTED, reason)
             return reason
@@ -207,6 +216,7 @@ class MoveBase:
         if not local_sound:
             age = None
         known = local_sound and pose is not None and sound(pose)
+        self._pose = pose if known else self._pose
         if self.costmaps_run:
             self.costmaps.update(t, pose if known else None, local_pose if known else None)
         if age is not None and (self._goal is None or self._goal.phase != CLEARING):

@@ -84,17 +84,22 @@ def by_map(page: Page, name: str, way: Sequence) -> None:
     wait_for_end(page)
 
 
+def press_when(page: Page, lit: str) -> None:
+    """Press the switch as soon as that is lit."""
+    page.debounced()
+    page.until(f'!!({lit})', timeout=60.0)
+    page.key(' ')
+
+
 def by_switch(page: Page, name: str, _way: Sequence) -> None:
     """One switch: its row, the place, the answer, each when it lights up."""
     opened(page, 'go', scan='auto', scan_period=1.0)
-    for lit in (
-        f'document.querySelector(".scanned.tilerow")?.querySelector("[data-place={name}]")',
-        f'document.querySelector(".scanned")?.dataset.place === "{name}"',
-        'document.querySelector(".scanned")?.dataset.answer === "go"',
-    ):
-        page.debounced()
-        page.until(f'!!({lit})', timeout=60.0)
-        page.key(' ')
+    lit, asked = 'document.querySelector(".scanned")', '!document.getElementById("question").hidden'
+    press_when(page, f'document.querySelector(".scanned.tilerow")?.querySelector("[data-place={name}]")')
+    page.until(f'{asked} || {lit}?.dataset.place === "{name}"', timeout=60.0)
+    if not page.js(asked):  # a row of one tile is that tile
+        press_when(page, f'{lit}?.dataset.place === "{name}"')
+    press_when(page, f'{lit}?.dataset.answer === "go"')
     wait_for_end(page)
 
 
