@@ -254,6 +254,47 @@ class TestTheRiderWins:
         assert all(text.startswith('The chair ') and text.endswith('.') for text in said)
 
 
+class TestProfiles:
+    """Another rider's config while it runs."""
+
+    POSE, WISH = (3.2, 2.8, 0.0), (0.3, 0.0)  # before a jamb of the door
+
+    @settings(max_examples=50, deadline=None)
+    @given(st.floats(0.7, 3.4), st.floats(0.7, 5.3), st.floats(-3.1, 3.1), speeds, turns)
+    def test_who_goes_with_the_gate_alone_drives_as_wished(self, x, y, yaw, v, w):
+        result = knows(DOOR, AssistConfig(enabled=False)).step(0.0, (v, w), (x, y, yaw))
+        assert result == (v, w, None if v == w == 0.0 else Correction.OFF)
+
+    def test_it_counts_from_the_next_command_on_and_leaves_no_trace(self):
+        assist, fresh = knows(DOOR), knows(DOOR, AssistConfig(help=0.1, clear=0.5))
+        helped = assist.step(0.0, self.WISH, self.POSE)
+        assert helped.correction is not None
+        assist.use(AssistConfig(enabled=False))
+        assert assist.step(0.05, self.WISH, self.POSE) == (*self.WISH, Correction.OFF)
+        assist.use(AssistConfig(help=0.1, clear=0.5))  # the grid is known as far as this one needs it
+        assert assist.step(0.1, self.WISH, self.POSE) == fresh.step(0.1, self.WISH, self.POSE) != helped
+        assist.use(CONFIG)
+        assert assist.step(0.15, self.WISH, self.POSE) == helped
+
+    def test_an_old_grid_stays_old_and_an_override_lasts(self):
+        assist = SharedControl()
+        assist.use(AssistConfig(help=0.1))
+        assert assist.step(0.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
+        assist.on_grid(DOOR, 0.0)
+        assist.override(0.0)
+        assist.use(CONFIG)
+        assert assist.override_left(5.0) == 15.0
+        assert assist.step(19.0, self.WISH, self.POSE).correction is Correction.OVERRIDE
+        assert assist.step(21.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
+
+    def test_who_insisted_is_helped_again_by_another_profile(self):
+        assist, wish = knows(DOOR), (CONFIG.max_linear, 0.0)
+        found = [assist.step(0.1 * k, wish, self.POSE).correction for k in range(20) if assist.on_grid(DOOR, 0.1 * k) is None]
+        assert found[-1] is Correction.INSISTED
+        assist.use(CONFIG)
+        assert assist.step(2.0, wish, self.POSE).correction not in (None, Correction.INSISTED)
+
+
 class TestConfig:
     @pytest.mark.parametrize(
         'values',
@@ -262,6 +303,7 @@ class TestConfig:
             {'help': 1.1},
             {'horizon': NAN},
             {'sources': 'joystick'},
+            {'enabled': 1},
             {'sources': [1]},
             {'nearest_look': 2.5},
             {'braking': 0.0},

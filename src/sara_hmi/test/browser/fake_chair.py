@@ -269,6 +269,10 @@ class FakeChair:
     def _on_profile(self, frame):
         return [{'op': 'profile', 'profile': frame['name'], 'limits': LIMITS}]
 
+    def _on_help(self, frame):
+        self.state['assist'] |= {'profile': frame['name'], 'does': 'OFF' if frame['name'] == 'gate_only' else ''}
+        return [self.state]
+
     def _on_override(self, frame):
         self.state['assist'] |= {'does': 'OVERRIDE', 'left': 20} if frame['on'] else {'does': '', 'left': 0}
         return [self.state]

@@ -320,7 +320,8 @@ def test_where_the_chair_does_otherwise_an_arrow_and_a_sentence_say_so(page):
 
 
 OVERRIDE = 'document.querySelector("[data-do=override]")'
-HELPS = {'does': '', 'command': None, 'left': 0, 'lasts': 20}
+PROFILES = ['much', 'little', 'gate_only']
+HELPS = {'does': '', 'command': None, 'left': 0, 'lasts': 20, 'profile': 'much', 'profiles': PROFILES}
 
 
 def drawn(page, name):
@@ -423,3 +424,38 @@ def test_that_the_chair_does_not_help_is_said_on_every_screen(page):
     page.chair.wait(lambda: {'op': 'say', 'key': 'assist.UNKNOWN', 'values': {}} in page.chair.frames('say'))
     sentence = 'The chair does not help: it does not know what is around it.'
     page.until(f'[...document.querySelectorAll(".help")].some((n) => n.textContent === "{sentence}")')
+
+
+def pressed(page):
+    """The profile that is shown as the one in use."""
+    return page.js('document.querySelector("[data-help][aria-pressed=true]")?.dataset.help ?? null')
+
+
+@pytest.mark.parametrize('language, names', [('en', 'Much Little None'), ('es', 'Mucha Poca Ninguna')])
+def test_how_much_the_chair_helps_is_chosen_in_the_settings(page, language, names):
+    page.load('settings', language=language)
+    assert page.js('document.querySelectorAll("[data-help]").length') == 0
+    page.chair.state['assist'] = dict(HELPS)
+    page.until('document.querySelectorAll("[data-help]").length === 3')
+    assert page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.textContent).join(" ")') == names
+    sizes = page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.getBoundingClientRect().height)')
+    assert min(sizes) >= 60 and pressed(page) == 'much'
+    page.click('[data-help=gate_only]')
+    assert page.chair.wait_for('help') == [{'op': 'help', 'name': 'gate_only'}]
+    page.chair.wait(lambda: pressed(page) == 'gate_only')
+    assert page.js('document.activeElement.dataset.help') == 'gate_only'
+    page.chair.state['driver'] = 3  # another's
+    page.until('document.querySelector("[data-help=much]").disabled')
+    page.chair.state['assist'] = dict(HELPS) | {'profiles': ['much']}
+    page.until('document.querySelectorAll("[data-help]").length === 0')
+
+
+def test_without_help_there_is_no_button_to_go_without_it(page):
+    page.load('drive')
+    page.chair.state['assist'] = HELPS | {'does': 'OFF', 'profile': 'gate_only'}
+    page.until(f'{OVERRIDE}?.hidden === true')
+    assert page.js('document.querySelector(".alone p").textContent') == (
+        'The chair does not help: its help is switched off.'
+    )
+    page.chair.state['assist'] = dict(HELPS)
+    page.until(f'{OVERRIDE}.hidden === false')

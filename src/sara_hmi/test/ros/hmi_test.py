@@ -88,12 +88,14 @@ class Robot:
     """The other side: gate, move_base, tf, odometry, map."""
 
     def __init__(self):
-        self.touched, self.stops, self.poses, self.profiles, self.overrides = [], [], [], [], []
+        self.touched, self.stops, self.poses, self.profiles = [], [], [], []
+        self.helps, self.overrides = [], []
         self.goal = None
         rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
         rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
         rospy.Subscriber('/safety_gate/profile', String, lambda m: self.profiles.append(m.data), tcp_nodelay=True)
+        rospy.Subscriber('/shared_control/profile', String, lambda m: self.helps.append(m.data), tcp_nodelay=True)
         rospy.Subscriber('/shared_control/override', Bool, lambda m: self.overrides.append(m.data), tcp_nodelay=True)
         self.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
         self.map = rospy.Publisher('/map', OccupancyGrid, queue_size=1, latch=True)
@@ -385,6 +387,7 @@ class HmiTest(unittest.TestCase):
                 commands.publish(command)
                 await asyncio.sleep(0.05)
             wanted = {'does': 'RIGHT', 'command': {'v': 0.25, 'w': -1.0}, 'left': 17, 'lasts': 12}
+            wanted |= {'profile': 'little', 'profiles': ['much', 'little']}
             state = await page.until('state', lambda f: f['assist'] == wanted)
             self.assertFalse(any('shared_control' in topic for topic in state['connected']))
             await page.until('state', lambda f: f['assist'] == {**wanted, 'command': None}, len(page.got))
@@ -395,6 +398,8 @@ class HmiTest(unittest.TestCase):
             self.wait(lambda: self.robot.overrides == [True], 'no override')
             await page.send('override', on=False)
             self.wait(lambda: self.robot.overrides == [True, False], 'the override does not end')
+            await page.send('help', name='much')
+            self.wait(lambda: self.robot.helps == ['much'], 'no other profile')
             status.publish('The chair follows the rider.')
             left.publish(float('nan'))
             await page.until('state', lambda f: f['assist'] == {**wanted, 'does': '', 'command': None, 'left': 0})
@@ -404,7 +409,10 @@ class HmiTest(unittest.TestCase):
 
         self.run_it(none)
         rospy.set_param('/shared_control/override_time', 12.0)
+        rospy.set_param('/shared_control/profiles', {'much': {'help': 0.6}, 'little': {'help': 0.2}})
         status = rospy.Publisher('/shared_control/status', String, queue_size=1, latch=True)
+        profile = rospy.Publisher('/shared_control/profile_in_use', String, queue_size=1, latch=True)
+        profile.publish('little')
         left = rospy.Publisher('/shared_control/override_left', Float32, queue_size=1, latch=True)
         commands = rospy.Publisher('/cmd_vel/assisted', Twist, queue_size=1)
         self.run_it(runs)

@@ -29,6 +29,7 @@ GOOD = {
     'pose': {'pose': [1.0, -2, 0.5]},
     'profile': {'name': 'gentle'},
     'override': {'on': True},
+    'help': {'name': 'little'},
     'place': {'name': 'küche_2', 'pose': [0, 0, 0]},
     'rename': {'name': 'a', 'to': 'b'},
     'delete': {'name': 'a'},

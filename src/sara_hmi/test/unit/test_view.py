@@ -43,13 +43,15 @@ def test_a_state_of_nothing_and_of_everything_is_json():
 
 def test_what_shared_control_does_is_shown_only_where_it_runs():
     assert frames.state_frame(0.0, View(), None, None)['assist'] is None
-    view = View(assist=Assist('LEFT', (0.31234, math.nan), 17.6, 20.0))
+    view = View(assist=Assist('LEFT', (0.31234, math.nan), 17.6, 20.0, 'much', ('much', 'little')))
     frame = frames.state_frame(0.0, view, None, None)
     json.dumps(frame, allow_nan=False)
-    assert frame['assist'] == {'does': 'LEFT', 'command': {'v': 0.312, 'w': None}, 'left': 18, 'lasts': 20}
+    profiles = {'profile': 'much', 'profiles': ['much', 'little']}
+    assert frame['assist'] == {'does': 'LEFT', 'command': {'v': 0.312, 'w': None}, 'left': 18, 'lasts': 20} | profiles
     view.assist = Assist('', None, math.inf, 20.0)
     frame = frames.state_frame(0.0, view, None, None)
-    assert frame['assist'] == {'does': '', 'command': None, 'left': None, 'lasts': 20}
+    nothing = {'profile': '', 'profiles': []}
+    assert frame['assist'] == {'does': '', 'command': None, 'left': None, 'lasts': 20} | nothing
 
 
 @pytest.mark.parametrize('said, shown', [(math.inf, None), (-math.inf, 0.0), (1.23456, 1.235)])

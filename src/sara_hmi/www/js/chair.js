@@ -3,7 +3,7 @@
 const REST_V = 0.02; // m/s, slower than this is rest
 const REST_W = 0.03; // rad/s
 const CORRECTIONS = new Set(['LEFT', 'RIGHT', 'SLOWER', 'STOPS']); // of shared control: what it does otherwise than asked,
-const UNHELPED = new Set(['OVERRIDE', 'INSISTED', 'UNKNOWN']); // and why it does not help
+const UNHELPED = new Set(['OVERRIDE', 'INSISTED', 'OFF', 'UNKNOWN']); // and why it does not help
 const HOLDS = new Set(['SLOWED', 'BLOCKED', 'FADING', 'BRAKING', 'HELD', 'WAITING', 'MANUAL']); // states of the gate: it does not pass commands as they are
 const GOING = new Set(['going', 'pending']);
 
@@ -133,6 +133,11 @@ export class Chair extends EventTarget {
       return beside(shares(command.v, command.w), 0.05, key) ?? beside(shares(v, w), 0.25, null);
     }
     return beside(shares(v, w), 0.25, gate?.state === 'SLOWED' ? key : null);
+  }
+
+  /** Whether this page may say how shared control is to help. */
+  get mayAssist() {
+    return this.mayDrive && (this.driver === null || this.isDriver);
   }
 
   /** The key of why shared control does not help; null where it helps, or does not run. */

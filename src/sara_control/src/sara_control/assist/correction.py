@@ -14,6 +14,7 @@ class Correction(enum.Enum):
     STOPS = 'The chair does not go that way because there is no room.'
     OVERRIDE = 'The chair does not help: the rider wants to go alone.'
     INSISTED = 'The chair does not help until the stick is let go: the rider insists on this way.'
+    OFF = 'The chair does not help: its help is switched off.'
     UNKNOWN = 'The chair does not help: it does not know what is around it.'
 
 

@@ -63,6 +63,7 @@ class SharedControl:
         self._field, self._stamp = None, -math.inf
         self._insistence = Insistence(config)
         self._last, self._steady, self._then = 0.0, None, None
+        self._grid: LocalGrid | None = None
 
     def on_grid(self, grid: LocalGrid, stamp: float) -> None:
         """What is blocked, as of `stamp`. Raises GridError, and keeps what was known, where it makes no sense."""
@@ -70,6 +71,15 @@ class SharedControl:
             field_of(grid, self._outline.radius + max(self.config.clear, self.config.margin)),
             stamp,
         )
+        self._grid = grid
+
+    def use(self, config: AssistConfig) -> None:
+        """Another rider's config, of the same body, for commands from now on."""
+        self.config = self._insistence.config = config
+        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
+        if self._grid is not None:
+            self.on_grid(self._grid, self._stamp)  # the room that counts may reach farther
+        self._rest()
 
     def override(self, t: float, on: bool = True) -> None:
         """The rider's button: no help for override_time from t on, or help again."""
@@ -89,6 +99,8 @@ class SharedControl:
         if not (math.isfinite(v) and math.isfinite(w)) or v == w == 0.0:
             self._rest()
             return Assisted(0.0, 0.0, None)
+        if not self.config.enabled:
+            return Assisted(v, w, Correction.OFF)
         if self._insistence.alone(t, v, w):
             self._rest(keep=True)
             return Assisted(v, w, Correction.OVERRIDE if self.override_left(t) > 0.0 else Correction.INSISTED)

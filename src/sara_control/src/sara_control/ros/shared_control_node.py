@@ -17,8 +17,8 @@ from sara_common.diagnostics import OK, WARN
 from sara_common.planar import yaw_from_quaternion, yaw_of
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
-from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction, sentence
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import GridError, LocalGrid
 from sara_control.assist.shared_control import SharedControl
 
@@ -35,10 +35,10 @@ class SharedControlNode:
         params = dict(rospy.get_param('~', {}))
         self.base_frame = params.pop('robot_base_frame', 'base_link')
         try:
-            self.config = AssistConfig.from_params(params)
+            profiles = HelpProfiles.from_params(params)
         except ConfigError as error:
             stop(f'wrong configuration of {rospy.get_name()}: {error}')
-        self.assist = SharedControl(self.config)
+        self.profiles, self.assist = profiles.configs, SharedControl(profiles.config)
         self.lock = threading.Lock()
         self.stopping = threading.Event()
         self.source, self.frame, self.dropped = '', None, {}
@@ -47,6 +47,8 @@ class SharedControlNode:
         self.diagnostics = Diagnostics('shared control', 'rider')
         self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
         self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.in_use = rospy.Publisher('~profile_in_use', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.in_use.publish(profiles.name)
         self.override_left = rospy.Publisher('~override_left', Float32, queue_size=10, latch=True, tcp_nodelay=True)
         self.left = -1.0
         self.tell(rospy.get_time())
@@ -57,6 +59,7 @@ class SharedControlNode:
             ('costmap', OccupancyGrid, self.on_grid),
             ('odom', Odometry, self.on_odometry),
             ('~override', Bool, self.on_override),
+            ('~profile', String, self.on_profile),
             ('cmd_vel_in', Twist, self.on_command),
         ):
             rospy.Subscriber(topic, kind, handle, queue_size=1, tcp_nodelay=True)
@@ -75,6 +78,19 @@ class SharedControlNode:
             self.assist.override(now, message.data)
         self.tell(now, at_once=True)
         rospy.loginfo('the rider goes alone' if message.data else 'the rider is helped again')
+
+    def on_profile(self, message: String) -> None:
+        """Another rider, from the next command on."""
+        name, now = message.data, rospy.get_time()
+        if name not in self.profiles:
+            rospy.logwarn('there is no profile %s; there are: %s', name, ', '.join(self.profiles))
+            return
+        with self.lock:
+            self.assist.use(self.profiles[name])
+            self.correction = None
+            self.in_use.publish(name)
+        self.tell(now, at_once=True)
+        rospy.loginfo('the profile is %s', name)
 
     def on_odometry(self, message: Odometry) -> None:
         """How fast the robot is."""
@@ -123,7 +139,7 @@ class SharedControlNode:
             if self.stopping.is_set():
                 return
             now = rospy.get_time()
-            if self.source in self.config.sources:
+            if self.source in self.assist.config.sources:
                 driven = self.driven if 0.0 <= now - self.driven_at <= FRESH else (0.0, 0.0)
                 result = self.assist.step(now, (message.linear.x, message.angular.z), self.pose(now), driven)
                 self.correction = result.correction
@@ -149,6 +165,8 @@ class SharedControlNode:
 
     def doing(self, left: float) -> Correction | None:
         """What is done otherwise than asked; left: s that an override still lasts."""
+        if not self.assist.config.enabled:
+            return Correction.OFF
         return Correction.OVERRIDE if left > 0.0 else self.correction
 
     def on_shutdown(self) -> None:

@@ -118,6 +118,7 @@ OPS = {
     'pose': Op(MOVERS, {'pose': _pose}),
     'profile': Op(MOVERS, {'name': _text(40)}),
     'override': Op(MOVERS, {'on': _flag}),
+    'help': Op(MOVERS, {'name': _text(40)}),
     'place': Op(MOVERS, {'name': _match(PLACE)}, {'pose': _pose}),
     'rename': Op(MOVERS, {'name': _match(PLACE), 'to': _match(PLACE)}),
     'delete': Op(MOVERS, {'name': _match(PLACE)}),

@@ -52,6 +52,7 @@ class RosRobot(RobotInputs):
         self._set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1, tcp_nodelay=True)
         self._profile = rospy.Publisher('safety_gate/profile', String, queue_size=1, tcp_nodelay=True)
         self._override = rospy.Publisher('shared_control/override', Bool, queue_size=1, tcp_nodelay=True)
+        self._help_profile = rospy.Publisher('shared_control/profile', String, queue_size=1, tcp_nodelay=True)
         self._goals = actionlib.ActionClient('move_base', MoveBaseAction)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._places_file = config.places or rospy.get_param('/places_file', '')
@@ -170,9 +171,12 @@ class RosRobot(RobotInputs):
     def _do_override(self, _client, on):
         self._override.publish(Bool(on))
 
+    def _do_help(self, _client, name):
+        self._help_profile.publish(String(name))
+
     def _look_for_parameters(self):
-        """What a launch may set later than this node starts: the gate's profiles and slip, how long an override lasts,
-        and the planner's name.
+        """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles and
+        how long its override lasts, and the planner's name.
         """
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
@@ -183,6 +187,8 @@ class RosRobot(RobotInputs):
             self._server.post(self._server.on_profiles, profiles, use)
         lasts = rospy.get_param_cached('shared_control/override_time', None) if self.has_assist else None
         self.override_s = float(lasts) if is_number(lasts) else AssistConfig.override_time
+        helps = rospy.get_param_cached('shared_control/profiles', None) if self.has_assist else None
+        self.helps = tuple(map(str, helps)) if isinstance(helps, dict) else ()
         planner = rospy.get_param('move_base/base_global_planner', '') if not self.follows_plan else ''
         if planner:
             self.follow_plan(planner)

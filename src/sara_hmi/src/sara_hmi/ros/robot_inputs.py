@@ -30,7 +30,8 @@ OLDEST_POSE_S = 2.0  # of ROS time
 class RobotInputs:
     """Subscribes to all that the page shows. on_map and on_said are called from ROS's threads, on_said with a topic's
     name and its text. turn_slip: the turn rate of a command over that of the motion it asks for, as the safety gate
-    counts; motions are shown and asked for as the robot's own. override_s: s that an override of shared control lasts.
+    counts; motions are shown and asked for as the robot's own. override_s: s that an override of shared control lasts;
+    helps: its profiles.
     """
 
     def __init__(
@@ -41,13 +42,13 @@ class RobotInputs:
     ) -> None:
         self._config = config
         self.turn_slip = 1.0
-        self.override_s = AssistConfig.override_time
+        self.override_s, self.helps = AssistConfig.override_time, ()
         self._heard: dict[str, float] = {}
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
         self._asked: Twist | None = None
         self._assisted: Twist | None = None
-        self._does, self._override_left = '', 0.0
+        self._does, self._override_left, self._help = '', 0.0, ''
         self._battery: BatteryState | None = None
         self._ranges: dict[str, Range] = {}
         self._sensors: dict[str, Pose] = {}
@@ -63,6 +64,9 @@ class RobotInputs:
         self._listen('safety_gate/profile', String, lambda m: on_said('profile', m.data), shown=False)
         self._listen('cmd_vel_assisted', Twist, lambda m: setattr(self, '_assisted', m), shown=False)
         self._listen('shared_control/override_left', Float32, self._on_override_left, shown=False)
+        self._listen(
+            'shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False
+        )
         self._assist_status = self._listen(
             'shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False
         )
@@ -135,7 +139,9 @@ class RobotInputs:
         view.asked = self._motion('cmd_vel_asked', self._asked, now)
         if self.has_assist:
             command = self._motion('cmd_vel_assisted', self._assisted, now)
-            view.assist = Assist(self._does, command, self._override_left, self.override_s)
+            view.assist = Assist(
+                self._does, command, self._override_left, self.override_s, self._help, tuple(self.helps)
+            )
         if self._battery is not None:
             view.battery = (self._battery.percentage, self._battery.voltage)
         view.connected = {

@@ -13,13 +13,16 @@ Pose = tuple[float, float, float]
 @dataclass(frozen=True)
 class Assist:
     """What shared control does. does: the Correction's name or "". command: the newest (v, w) that it drives, m/s and
-    rad/s; None: none of late. left: s that an override still lasts. lasts: s that one lasts.
+    rad/s; None: none of late. left: s that an override still lasts. lasts: s that one lasts. profile: the one in use, of
+    profiles; "" where that is not known.
     """
 
     does: str
     command: tuple[float, float] | None
     left: float
     lasts: float
+    profile: str = ''
+    profiles: tuple[str, ...] = ()
 
 
 @dataclass
@@ -97,6 +100,8 @@ def _assist_field(assist):
         'command': _motion_field(assist.command),
         'left': number(assist.left, 0),
         'lasts': number(assist.lasts, 0),
+        'profile': assist.profile,
+        'profiles': list(assist.profiles),
     }
 
 

@@ -89,6 +89,7 @@ ERRORS = tuple(
         'no_navigation',
         'no_gate',
         'no_assist',
+        'no_help',
         'no_speech',
         'no_words',
         'reset_moving',

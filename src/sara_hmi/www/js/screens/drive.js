@@ -93,9 +93,10 @@ function offerOverride(app, row, told) {
     document.dispatchEvent(new CustomEvent('screen-changed'));
   }
   if (!there) return;
-  const { left, lasts } = chair.state.assist;
+  const { does, left, lasts } = chair.state.assist;
   const [press, why] = row.children;
-  press.disabled = !chair.mayDrive || (chair.driver !== null && !chair.isDriver);
+  press.disabled = !chair.mayAssist;
+  press.hidden = does === 'OFF';
   put(press.firstChild, left > 0 ? say('ui.override.end', { seconds: left }) : say('ui.override.begin', { seconds: lasts }));
   put(why, chair.unhelped ? say(chair.unhelped) : '');
 }

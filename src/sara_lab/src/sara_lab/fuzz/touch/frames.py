@@ -58,6 +58,7 @@ class Trial:
         pairing = Pairing(config.pairing, self.random.randrange, lambda: TOKEN)
         self.hub = Hub(config, pairing, lambda: self.t)
         self.hub.tasks.places, self.hub.tasks.assisted = {'kitchen': (1.0, 2.0, 0.0)}, True
+        self.hub.tasks.helps = ('kitchen',)
         self.t = 1000.0
         if strangers:
             pairing.invite(self.t, 'rider')
@@ -173,7 +174,7 @@ class Trial:
         driver = self.hub.driving.driver
         if order.op == 'reset':
             self.hub.driving.stopped = False  # as the robot answers
-        elif order.op == 'override' and driver not in (None, order.client):
+        elif order.op in ('override', 'help') and driver not in (None, order.client):
             raise Failed(f'client {order.client} took the help from {driver}, who has the controls')
 
     def _sent(self, action: Send) -> None:
