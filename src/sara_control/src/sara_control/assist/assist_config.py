@@ -11,9 +11,10 @@ from sara_common.config import ConfigError, filled, range_faults
 class AssistConfig:
     """m, s, m/s, rad/s. Names of the laws: see shared_control.
 
-    enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link. horizon: s of driving that
-    is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no nearer to an obstacle. clear:
-    nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what
+    enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link.
+    horizon: s of driving that is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no
+    nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety gate stops. clear:
+    m; nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what
     cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of the greatest
     deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is
     centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
@@ -29,10 +30,11 @@ class AssistConfig:
     nearest_look: float = 0.8
     farthest_look: float = 2.1
     margin: float = 0.04
+    ahead: float = 0.2
     clear: float = 0.3
     help: float = 0.6
     braking: float = 0.3
-    steady_time: float = 0.4
+    steady_time: float = 0.25
     insist: float = 0.95
     insist_time: float = 1.0
     max_linear: float = 0.4
@@ -68,6 +70,7 @@ LIMITS = {
     'nearest_look': (0.2, 3.0),
     'farthest_look': (0.2, 3.0),
     'margin': (0.0, 0.5),
+    'ahead': (0.0, 1.0),
     'clear': (0.05, 1.0),
     'help': (0.0, 1.0),
     'braking': (0.0, 2.0, True),

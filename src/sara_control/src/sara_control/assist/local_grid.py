@@ -112,14 +112,18 @@ def gap(field: Field, outline: Outline, x: float, y: float, yaw: float) -> float
     return least
 
 
-def outline_of(length: float, width: float, spacing: float) -> Outline:
-    """The Outline of a rectangle centred on base_link, its corners among the points, at most `spacing` (m) apart."""
-    corners = 0.5 * np.array([[length, width], [-length, width], [-length, -width], [length, -width]])
+def outline_of(length: float, width: float, spacing: float, ahead: float = 0.0) -> Outline:
+    """The Outline of a rectangle centred on base_link, its corners among the points, at most `spacing` (m) apart.
+
+    ahead: m that it is longer at the front, or at the rear where it is negative.
+    """
+    front, rear, side = 0.5 * length + max(ahead, 0.0), -0.5 * length + min(ahead, 0.0), 0.5 * width
+    corners = np.array([[front, side], [rear, side], [rear, -side], [front, -side]])
     sides = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0)):
         n = math.ceil(math.hypot(*(b - a)) / spacing)
         sides.append(a + np.arange(n)[:, None] / n * (b - a))
-    return Outline(np.ascontiguousarray(np.vstack(sides)), float(spacing), 0.5 * math.hypot(length, width))
+    return Outline(np.ascontiguousarray(np.vstack(sides)), float(spacing), float(np.hypot(*corners.T).max()))
 
 
 def warm() -> None:

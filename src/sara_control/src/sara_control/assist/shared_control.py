@@ -59,6 +59,9 @@ class SharedControl:
         way_search.warm()
         self.config = config
         self._outline = outline_of(config.length, config.width, SPACING)
+        self._driven = {  # with what is kept free ahead, or astern
+            sense: outline_of(config.length, config.width, SPACING, sense * config.ahead) for sense in (1.0, -1.0)
+        }
         self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
         self._field, self._stamp = None, -math.inf
         self._insistence = Insistence(config)
@@ -68,7 +71,7 @@ class SharedControl:
     def on_grid(self, grid: LocalGrid, stamp: float) -> None:
         """What is blocked, as of `stamp`. Raises GridError, and keeps what was known, where it makes no sense."""
         self._field, self._stamp = (
-            field_of(grid, self._outline.radius + max(self.config.clear, self.config.margin)),
+            field_of(grid, self._driven[1.0].radius + max(self.config.clear, self.config.margin)),
             stamp,
         )
         self._grid = grid
@@ -108,11 +111,12 @@ class SharedControl:
             self._rest()
             return Assisted(v, w, Correction.UNKNOWN)
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
-        if abs(v) < SLOW or abs(w) / self.config.turn_slip > SHARPEST * abs(v):
-            self._last, self._steady = 0.0, None
+        steady = self._averaged(t, v, w)
+        if v == 0.0 or abs(steady[0]) < SLOW or abs(steady[1]) / self.config.turn_slip > SHARPEST * abs(steady[0]):
+            self._last = 0.0
             result = self._turn(v, w, pose)
         else:
-            result = self._drive(t, v, w, pose)
+            result = self._drive((v, w), steady, pose)
         self._insistence.corrected(result.correction in AGAINST)
         self._then = t
         return result
@@ -140,19 +144,22 @@ class SharedControl:
             return Assisted(0.0, 0.0, Correction.STOPS)
         return Assisted(v * rate / abs(w), math.copysign(rate, w), Correction.SLOWER)
 
-    def _drive(self, t, v, w, pose):
-        """A wish to drive: on a way about it that keeps clear."""
+    def _drive(self, command, steady, pose):
+        """A wish to drive: on a way about it that keeps clear. command, steady: (v m/s, w rad/s) as it is, and
+        averaged.
+        """
+        v, w = command
         c, sense = self.config, math.copysign(1.0, v)
-        asked = w / abs(v) / c.turn_slip
-        wish = Wish(sense, self._averaged(t, asked), self._look(v))
+        asked = steady[1] / abs(steady[0]) / c.turn_slip
+        wish = Wish(sense, asked, self._look(steady[0]))
         ahead = wish._replace(look=min(wish.look, OWN_LOOK))
-        own = rollouts.follow(self._field, self._outline, pose, ahead, c.margin)
+        own = rollouts.follow(self._field, self._driven[sense], pose, ahead, c.margin)
         if own.free >= ahead.look - 1e-6 and own.nearest >= c.margin + SPARE:
             self._last = asked
             return Assisted(v, w, None)
-        way = way_search.search(self._field, self._outline, pose, wish, self._last, self._weights)
-        if len(way.moves) == 0 or way.progress < LEAST_WAY:
-            return self._slower(v, w, own)
+        way = self._way(pose, wish)
+        if way is None:
+            return self._slower(v, w, rollouts.follow(self._field, self._outline, pose, ahead, c.margin))
         if way.moves[0, 0] == 0.0:
             self._last = 0.0
             side = math.copysign(1.0, way.moves[0, 1])
@@ -166,6 +173,14 @@ class SharedControl:
         if abs(curvature - asked) > CALM:
             return Assisted(sense * speed, turn, LEFT if curvature > asked else RIGHT)
         return Assisted(sense * speed, turn, Correction.SLOWER if speed < 0.99 * abs(v) else None)
+
+    def _way(self, pose, wish):
+        """A Way that keeps `ahead` free, or else one that does not; None where neither leads on."""
+        for outline in (self._driven[wish.sense], self._outline):
+            way = way_search.search(self._field, outline, pose, wish, self._last, self._weights)
+            if len(way.moves) > 0 and way.progress >= LEAST_WAY:
+                return way
+        return None
 
     def _slower(self, v, w, own):
         """The wish itself, as fast as what is free of it allows."""
@@ -186,13 +201,14 @@ class SharedControl:
         aside = sense * (math.cos(yaw) * dy - math.sin(yaw) * dx)
         return 2.0 * aside / max(dx * dx + dy * dy, 1e-6)
 
-    def _averaged(self, t, asked):
-        """The curvature wished for (1/m), averaged over steady_time."""
-        if self._steady is None or self._then is None or self.config.steady_time == 0.0:
-            self._steady = asked
+    def _averaged(self, t, v, w):
+        """What is wished for (m/s, rad/s), averaged over steady_time; as it is, where it turns round."""
+        before = self._steady
+        if before is None or self._then is None or self.config.steady_time == 0.0 or v * before[0] < 0.0:
+            self._steady = v, w
         else:
             share = 1.0 - math.exp(-max(t - self._then, 0.0) / self.config.steady_time)
-            self._steady += share * (asked - self._steady)
+            self._steady = before[0] + share * (v - before[0]), before[1] + share * (w - before[1])
         return self._steady
 
     def _look(self, v):

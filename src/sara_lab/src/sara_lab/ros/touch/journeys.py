@@ -149,7 +149,8 @@ def by_stick(page: Page, _name: str, way: Sequence) -> None:
                 down = True
             page.touch('Move', (x - radius * left, y - radius * forward))
     finally:
-        page.touch('End')
+        if down:
+            page.touch('End')
     page.until(REST)
 
 
@@ -170,7 +171,8 @@ def by_arrows(page: Page, _name: str, way: Sequence) -> None:
                 page.touch('Start', places[wanted])
                 down = wanted
     finally:
-        page.touch('End')
+        if down:
+            page.touch('End')
     page.until(REST)
 
 
@@ -211,9 +213,9 @@ def journey(page: Page, truth: Truth, world: World, which: tuple[str, int], plac
     )
 
 
-def drive(out: Path, inputs: Sequence[str], count: int, speed: float) -> list[TouchJourney]:
+def drive(out: Path, inputs: Sequence[str], count: int, **arguments: Any) -> list[TouchJourney]:
     """Drive what is missing in the file, a line each; returns all. After a journey that failed another chair begins
-    where the next journey does.
+    where the next journey does. arguments: of sara.launch.
     """
     maps = Path(rospkg.RosPack().get_path('sara_bringup')) / 'maps'
     world, kept = World.from_yaml(maps / f'{MAP}.yaml'), places_file.load(maps / f'{MAP}.places.yaml')
@@ -222,7 +224,7 @@ def drive(out: Path, inputs: Sequence[str], count: int, speed: float) -> list[To
     while left := missing(made := journeys_of(out.read_text()), inputs, count):
         (by, first), one = left[0], None
         with (
-            whole_chair(MAP, places[stop(first - 1)], out.with_suffix('.log'), speed=speed) as url,
+            whole_chair(MAP, places[stop(first - 1)], out.with_suffix('.log'), **arguments) as url,
             browsing(url) as page,
         ):
             page.resize(1024, 768)
@@ -248,6 +250,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         '--out', type=Path, default=Path('touch_journeys.jsonl'), help='what is in it is not driven again'
     )
     parser.add_argument('--speed', type=float, default=1.0, help='simulated seconds per second (default: %(default)s)')
+    parser.add_argument('--assist', action='store_true', help='with shared control, for stick and arrows')
     options = parser.parse_args(arguments)
     unknown = [name for name in options.inputs if name not in INPUTS]
     if unknown or options.count < 1:
@@ -255,7 +258,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.touch()
     with a_node('touch_journeys'):
-        made = drive(options.out, options.inputs, options.count, options.speed)
+        made = drive(
+            options.out, options.inputs, options.count, speed=options.speed, assist=str(options.assist).lower()
+        )
     made = [one for one in made if one.by in options.inputs and one.number <= options.count]
     for by in options.inputs:
         print(summary([one for one in made if one.by == by]))
