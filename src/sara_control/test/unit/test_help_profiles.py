@@ -36,7 +36,7 @@ def test_our_own_file(request):
     profiles = HelpProfiles.from_params(yaml.safe_load(file.read_text()))
     much, little, gate_only = profiles.configs.values()
     assert list(profiles.configs) == ['much', 'little', 'gate_only'] and profiles.config == much
-    assert much.help > little.help and much.enabled and little.enabled and not gate_only.enabled
+    assert much.farthest_look > little.farthest_look and much.enabled and little.enabled and not gate_only.enabled
 
 
 @pytest.mark.parametrize(

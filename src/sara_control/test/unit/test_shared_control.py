@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,7 @@ from sara_common.config import ConfigError
 from sara_common.planar import advanced
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction, sentence
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, outline_of
 from sara_control.assist.shared_control import SharedControl
 
@@ -257,7 +259,7 @@ class TestTheRiderWins:
 class TestProfiles:
     """Another rider's config while it runs."""
 
-    POSE, WISH = (3.2, 2.8, 0.0), (0.3, 0.0)  # before a jamb of the door
+    POSE, WISH = (2.7, 2.8, 0.0), (0.3, 0.0)  # before a jamb of the door
 
     @settings(max_examples=50, deadline=None)
     @given(st.floats(0.7, 3.4), st.floats(0.7, 5.3), st.floats(-3.1, 3.1), speeds, turns)
@@ -276,6 +278,16 @@ class TestProfiles:
         assist.use(CONFIG)
         assert assist.step(0.15, self.WISH, self.POSE) == helped
 
+    @pytest.mark.parametrize('y', (2.6, 2.7, 2.9))
+    def test_little_help_begins_nearer_than_much_and_keeps_clear_too(self, y, request):
+        file = request.path.parents[2] / 'config' / 'assist.yaml'
+        configs, begins = HelpProfiles.from_params(yaml.safe_load(file.read_text())).configs, {}
+        for name in ('much', 'little'):
+            rows = drive(DOOR, (1.0, y, 0.0), lambda t, pose: (0.3, 0.0), 15.0, configs[name])
+            begins[name] = next(pose[0] for pose, result, *_ in rows if result.correction is not None)
+            assert min(row[3] for row in rows) >= CONFIG.margin - 0.02 and rows[-1][0][0] > 4.5
+        assert begins['little'] > begins['much'] + 0.15
+
     def test_an_old_grid_stays_old_and_an_override_lasts(self):
         assist = SharedControl()
         assist.use(AssistConfig(help=0.1))
@@ -289,7 +301,9 @@ class TestProfiles:
 
     def test_who_insisted_is_helped_again_by_another_profile(self):
         assist, wish = knows(DOOR), (CONFIG.max_linear, 0.0)
-        found = [assist.step(0.1 * k, wish, self.POSE).correction for k in range(20) if assist.on_grid(DOOR, 0.1 * k) is None]
+        found = [
+            assist.step(0.1 * k, wish, self.POSE).correction for k in range(20) if assist.on_grid(DOOR, 0.1 * k) is None
+        ]
         assert found[-1] is Correction.INSISTED
         assist.use(CONFIG)
         assert assist.step(2.0, wish, self.POSE).correction not in (None, Correction.INSISTED)

@@ -175,8 +175,8 @@ class RosRobot(RobotInputs):
         self._help_profile.publish(String(name))
 
     def _look_for_parameters(self):
-        """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles and
-        how long its override lasts, and the planner's name.
+        """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles
+        and how long its override lasts, and the planner's name.
         """
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):

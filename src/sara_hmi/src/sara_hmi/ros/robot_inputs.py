@@ -64,9 +64,7 @@ class RobotInputs:
         self._listen('safety_gate/profile', String, lambda m: on_said('profile', m.data), shown=False)
         self._listen('cmd_vel_assisted', Twist, lambda m: setattr(self, '_assisted', m), shown=False)
         self._listen('shared_control/override_left', Float32, self._on_override_left, shown=False)
-        self._listen(
-            'shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False
-        )
+        self._listen('shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False)
         self._assist_status = self._listen(
             'shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False
         )

@@ -13,8 +13,8 @@ Pose = tuple[float, float, float]
 @dataclass(frozen=True)
 class Assist:
     """What shared control does. does: the Correction's name or "". command: the newest (v, w) that it drives, m/s and
-    rad/s; None: none of late. left: s that an override still lasts. lasts: s that one lasts. profile: the one in use, of
-    profiles; "" where that is not known.
+    rad/s; None: none of late. left: s that an override still lasts. lasts: s that one lasts. profile: the one in use,
+    of profiles; "" where that is not known.
     """
 
     does: str
