@@ -67,7 +67,7 @@ def _config(base, name, values, faults):
         faults.append(f'profiles/{name} is {values!r}, allowed is a mapping of parameters')
         return base
     faults += [
-        f'profiles/{name}/{key} is {value!r}, but there is no such parameter of a rider; allowed are {", ".join(PER_RIDER)}'
+        f"profiles/{name}/{key} is {value!r}, but that is not the rider's; allowed are {', '.join(PER_RIDER)}"
         for key, value in values.items()
         if key not in PER_RIDER
     ]
