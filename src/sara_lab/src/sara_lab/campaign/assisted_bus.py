@@ -19,7 +19,7 @@ import numpy as np
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import parameters, share
 from sara_control.gate.gate_config import SafetyConfig
-from sara_lab.campaign.hazards import AT_REST, HALL_START, HARD_BRAKING, MOVED_M, STEPS_PER_S
+from sara_lab.campaign.hazards import AT_REST, HALL_START, HARD_BRAKING, MOVED_M, STEPS_PER_S, too_late
 from sara_lab.campaign.part import Part
 from sara_lab.rides.ride import prepare
 from sara_lowlevel.config import JoystickConfig
@@ -133,11 +133,7 @@ class Outcome:
     @property
     def faults(self) -> list[str]:
         """What does not hold, a sentence each."""
-        found = []
-        if not self.stopped_after <= self.allowed + 1e-9:
-            found.append(
-                f'at rest after {self.stopped_after:.2f} s from {self.speed:.2f} m/s, allowed are {self.allowed:.2f}'
-            )
+        found = too_late(self.stopped_after, self.speed, self.allowed)
         if self.fastest > self.before + AT_REST:
             found.append(f'{self.fastest:.2f} m/s, {self.before:.2f} before')
         if self.commands or self.drifted > MOVED_M:
