@@ -101,6 +101,7 @@ def prepare(target):
     """A copy of the package, and a session; those of an interrupted run if nothing has changed since."""
     work = target.work
     if (work / 'digest').exists() and (work / 'digest').read_text() == sources(target):
+        shutil.copy(target.folder / target.path, work / target.path)  # an interrupted run leaves its last mutant there
         return
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(

@@ -286,6 +286,7 @@ def test_time_in_vain_is_counted_between_two_pushes_and_over_a_gap_little():
     assert after((0.125, True), (0.25, True), (0.375, False), notice=0.25) == 1
     assert after(*((0.1 * k, False) for k in range(1, 30))) == 0
     assert after((0.2, True), (0.1, True), (0.2, False)) == 0, 'a clock that goes back'
+    assert after(*steady, (0.6, True), (0.65, False)) == 1, 'and takes nothing back'
 
 
 def test_the_joystick_node_says_what_its_switch_says():
