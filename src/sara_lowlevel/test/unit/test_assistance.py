@@ -228,8 +228,9 @@ def heed(assistance, t, sense, deflected=None):
 
 
 @pytest.mark.parametrize('sense', (1, -1))
-def test_a_command_follows_the_stick_either_way(sense):
-    one, go, back = law(), (2.0 * sense, 1.5 * sense), (-2.0 * sense, -1.5 * sense)
+@pytest.mark.parametrize('speed', (2.0, 0.4))
+def test_a_command_follows_the_stick_either_way(sense, speed):
+    one, go, back = law(), (speed * sense, 0.75 * speed * sense), (-speed * sense, -0.75 * speed * sense)
     heed(one, 1.0, sense)
     assert one.agrees(go, 1.0) and not one.agrees(back, 1.0), 'it did not move so before'
     heed(one, 5.0, sense)
