@@ -383,11 +383,12 @@ class HmiTest(unittest.TestCase):
             command.linear.x, command.angular.z = 0.25, -1.25
             status.publish('The chair steers to the right to keep clear.')
             left.publish(17.4)
-            while not any(f['op'] == 'state' and f['assist'] and f['assist']['command'] for f in page.got):
-                commands.publish(command)
-                await asyncio.sleep(0.05)
             wanted = {'does': 'RIGHT', 'command': {'v': 0.25, 'w': -1.0}, 'left': 17, 'lasts': 12}
             wanted |= {'profile': 'little', 'profiles': ['much', 'little']}
+            end = time.monotonic() + PATIENCE_S
+            while not any(f['op'] == 'state' and f['assist'] == wanted for f in page.got) and time.monotonic() < end:
+                commands.publish(command)
+                await asyncio.sleep(0.05)
             state = await page.until('state', lambda f: f['assist'] == wanted)
             self.assertFalse(any('shared_control' in topic for topic in state['connected']))
             await page.until('state', lambda f: f['assist'] == {**wanted, 'command': None}, len(page.got))

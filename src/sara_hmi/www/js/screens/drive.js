@@ -12,12 +12,12 @@ export function show(app, screen) {
   const ask = el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0 });
   const speed = el('p', { class: 'speed' });
   const profiles = el('div', { class: 'row profiles', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.profile') });
-  const alone = el('div', { class: 'row alone', 'data-scan': 'row' });
+  const alone = el('div', { class: 'alone', 'data-scan': 'row' });
   fill(screen,
     el('h1', {}, say('ui.tab.drive')),
     banner,
     el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
-    el('div', { class: 'speedrow' }, speed, ask), alone, profiles,
+    el('div', { class: 'speedrow' }, speed, alone, ask), profiles,
   );
   const leaveKeys = driveByKeys(pump);
   const rested = ({ detail }) => {
@@ -63,6 +63,7 @@ function tellState(app, banner, told) {
   else if (connection.isSlow) key = 'ui.drive.slow';
   else if (chair.isStopped) key = 'ui.drive.stopped';
   else if (chair.driver !== null && !chair.isDriver) key = 'ui.drive.other';
+  if (key.startsWith('ui.drive.ready') && chair.unhelped) key = chair.unhelped;
   const text = say(key, { name: chair.driverName || say('ui.somebody') });
   if (told.banner === text) return;
   told.banner = text;
@@ -80,25 +81,20 @@ function offer(app, row, told) {
   document.dispatchEvent(new CustomEvent('screen-changed'));
 }
 
-/** Where shared control runs: the button that switches its help off for a while and on again, and why it does not help. */
+/** Where shared control helps: the button that switches its help off for a while and on again. */
 function offerOverride(app, row, told) {
   const { chair } = app;
-  const there = Boolean(chair.state?.assist);
+  const there = Boolean(chair.state?.assist) && chair.state.assist.does !== 'OFF';
   if (told.assisted !== there) {
     told.assisted = there;
-    fill(row, there ? [
-      button(' ', () => app.command({ op: 'override', on: !(app.chair.state?.assist?.left > 0) }), { 'data-do': 'override' }),
-      el('p', { role: 'status' }),
-    ] : []);
+    fill(row, there ? button(' ', () => app.command({ op: 'override', on: !(app.chair.state?.assist?.left > 0) }), { 'data-do': 'override' }) : []);
     document.dispatchEvent(new CustomEvent('screen-changed'));
   }
   if (!there) return;
-  const { does, left, lasts } = chair.state.assist;
-  const [press, why] = row.children;
+  const { left, lasts } = chair.state.assist;
+  const press = row.firstElementChild;
   press.disabled = !chair.mayAssist;
-  press.hidden = does === 'OFF';
   put(press.firstChild, left > 0 ? say('ui.override.end', { seconds: left }) : say('ui.override.begin', { seconds: lasts }));
-  put(why, chair.unhelped ? say(chair.unhelped) : '');
 }
 
 function put(node, text) {

@@ -7,7 +7,7 @@ export function show(app, screen) {
   const now = el('section', { class: 'card' });
   const help = el('p', { class: 'help' });
   const sentence = el('p', { class: 'big' });
-  const assist = el('p', { class: 'help' });
+  const assist = el('p', { class: 'doing' });
   fill(now, sentence, assist, help, el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1 },
     button(say('ui.say_it'), () => sayAll(app), { 'data-do': 'say' })));
   const battery = el('p', {});
