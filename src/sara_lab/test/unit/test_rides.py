@@ -17,7 +17,7 @@ from sara_lab.campaign import campaign, ride_table
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import BODY
-from sara_lab.rides import draw_rides
+from sara_lab.rides import draw_rides, wall_rides
 from sara_lab.rides import ride as rides
 from sara_lab.rides.circuits import circuits
 from sara_lab.rides.door_rides import APPROACHES, WIDEST, approach, passed
@@ -53,6 +53,13 @@ def test_somebody_who_sees_the_way_passes_and_somebody_who_does_not_collides(nam
         circuit.grid.data != map_io.FREE, geometry.resolution, (geometry.origin_x, geometry.origin_y), BODY, 0.05
     )
     assert space.connected(circuit.start, list(along(circuit.task.way))[-1])
+
+
+def test_shared_control_leads_along_a_wall_that_the_rider_steers_into():
+    made = wall_rides.along(13)
+    assert not made.contacts and 0.2 < made.gap.min() < made.gap.max() < 0.4
+    result = {'gap': made.gap.tolist()}
+    assert part.assisted_wall(1, None).verdict(part.assisted_wall(1, None).summary([result])[1]) == []
 
 
 def test_a_ride_is_the_same_again_and_tells_what_happened():

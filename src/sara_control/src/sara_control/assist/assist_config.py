@@ -31,8 +31,8 @@ class AssistConfig:
     farthest_look: float = 2.1
     margin: float = 0.04
     ahead: float = 0.2
-    clear: float = 0.3
-    help: float = 0.6
+    clear: float = 0.55
+    help: float = 0.65
     braking: float = 0.3
     steady_time: float = 0.25
     insist: float = 0.95

@@ -40,7 +40,7 @@ NARROW_SPEED = 0.15  # m/s at the margin; what is allowed beside an obstacle gro
 PIVOT_RATE, LEAST_WAY = 0.6, 0.3  # of max_angular; m that a way must lead on
 
 LEFT, RIGHT = Correction.LEFT, Correction.RIGHT
-AGAINST = (LEFT, RIGHT, Correction.STOPS)  # the rider's will; what is slower only is not
+AGAINST = {LEFT: 1.0, RIGHT: -1.0, Correction.STOPS: 0.0}  # see Insistence; what is slower only is not
 
 
 class Assisted(NamedTuple):
@@ -117,7 +117,7 @@ class SharedControl:
             result = self._turn(v, w, pose)
         else:
             result = self._drive((v, w), steady, pose)
-        self._insistence.corrected(result.correction in AGAINST)
+        self._insistence.corrected(AGAINST.get(result.correction))
         self._then = t
         return result
 

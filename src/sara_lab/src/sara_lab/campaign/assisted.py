@@ -1,5 +1,5 @@
-"""The campaign's parts `assisted` and `assisted_doors`: simulated riders on three circuits, alone, with the safety
-gate, and with shared control; and through a door of 0.80 m.
+"""The campaign's parts `assisted`, `assisted_doors` and `assisted_wall`: simulated riders on three circuits, alone,
+with the safety gate, and with shared control; through a door of 0.80 m; and along a wall.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from sara_lab.campaign.part import Figures, Part
 from sara_lab.rides.circuits import circuits as all_circuits
 from sara_lab.rides.door_rides import APPROACHES, passed, through
 from sara_lab.rides.ride import LIMIT_S, WAYS, ride
+from sara_lab.rides.wall_rides import RIDES, along
 from sara_sim.riders.riders import RIDERS
 
 EXPERT = 'expert'
@@ -20,6 +21,7 @@ TOO_EASY = ('blind', 'one_sided')  # riders who collide where nothing helps, or 
 QUICKER, COMPLETED, CALMER = 0.8, 0.98, 0.5  # impaired riders: of the time, at least, of the reversals, beside the gate
 EXPERT_TIME, EXPERT_CHANGED = 1.05, 0.05  # of free; share of the wish
 DOOR_RIDERS, DOOR_WAYS, DOOR_PASSED = ('tremor', 'late', 'four_directions'), ('gate', 'assisted'), 0.95
+WALL_M = 0.25, 0.35  # m from the wall, that 90 % of the way are to lie between
 LINE = (
     '{:8} {:16} {:9} {completed:4}/{rides:<4} {collided:8} {contacts:8} {seconds:7.1f} {reversals_per_m:11.2f} '
     '{reversals_per_min:13.1f} {changed:8.3f} {stops:6.1f} {gap_min_m:6.3f}'
@@ -164,3 +166,28 @@ def _doors_verdict(figures):
         for group, row in figures.items()
         if group.endswith('_assisted') and row['without_stopping'] < DOOR_PASSED * row['approaches']
     ]
+
+
+def assisted_wall(_seeds: int, _folder: Path) -> Part:
+    """Along a wall that the rider steers into, whatever the number of chairs."""
+
+    def case(number):
+        made = along(number)
+        faults = [f'{made.contacts} contacts'] if made.contacts else []
+        faults += [] if len(made.gap) else ['stood still before the wall']
+        return {'gap': made.gap.tolist(), 'faults': faults}
+
+    return Part(
+        {f'assisted_wall_{number}': lambda n=number: case(n) for number in range(RIDES)}, _wall_summary, _wall_verdict
+    )
+
+
+def _wall_summary(results):
+    p5, middle, p95 = np.percentile(np.concatenate([found['gap'] for found in results]), (5, 50, 95))
+    figures = {'rides': len(results), 'gap_p5_m': float(p5), 'gap_p50_m': float(middle), 'gap_p95_m': float(p95)}
+    return [f'along a wall at {p5:.2f} (p5), {middle:.2f} (median), {p95:.2f} m (p95)'], figures
+
+
+def _wall_verdict(figures):
+    low, high = figures['gap_p5_m'], figures['gap_p95_m']
+    return [] if WALL_M[0] <= low and high <= WALL_M[1] else [f'at {low:.2f} to {high:.2f} m, allowed {WALL_M}']
