@@ -33,7 +33,7 @@ campaign: build ## everything judged over many chairs, and a million random inpu
 experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=50: those of docs/experiments, an hour; resumable)
 	@$(ENV) rosrun sara_lab experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)
 
-mutants: build ## mutation testing of the safety gate, and of who may move the chair by the touch screen and when
+mutants: build ## mutation testing of the safety gate, and of who may move the chair by joystick and touch screen and when
 	@tools/mutants.sh
 
 lint: venv ## manifests, CMake files and Python sources

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Mutation testing: each small change of a module must make a unit test fail. `tools/mutants.py [NAME ...]`
 
-The modules are the safety gate, and the touch screen's freshness and sessions. Works on copies in build/mutants, so
-that no mutant is ever in the sources. First every line and branch must be covered; then cosmic-ray changes one operator
-or number at a time. A survivor is accepted only if docs/mutants.md of its package lists it (the line before and the
-line after) as one that changes no behaviour, or if it changes the `|` of a type hint, which nobody evaluates. Ends with
-status 1 if another is left. An interrupted run goes on where it was.
+The modules are the safety gate, the motor node's mode ASSISTED, and the touch screen's freshness and sessions. Works on
+copies in build/mutants, so that no mutant is ever in the sources. First every line and branch must be covered; then
+cosmic-ray changes one operator or number at a time. A survivor is accepted only if docs/mutants.md of its package lists
+it (the line before and the line after) as one that changes no behaviour, or if it changes the `|` of a type hint, which
+nobody evaluates. Ends with status 1 if another is left. An interrupted run goes on where it was.
 """
 
 import argparse
@@ -71,6 +71,12 @@ TARGETS = {
         ('test/unit/test_safety.py', 'test/unit/test_caution.py'),
         ('config/safety.yaml',),
     ),
+    'assistance': Target(
+        'sara_lowlevel',
+        'motor/assistance',
+        ('config', 'motor/motor_node', 'motor/command_guard', 'motor/assistance', 'joystick/joystick_node'),
+        ('test/unit/test_assistance.py',),
+    ),
     'freshness': Target(
         'sara_hmi', 'freshness/freshness', ('config/config', 'freshness/freshness'), ('test/unit/test_freshness.py',)
     ),
@@ -95,6 +101,7 @@ def prepare(target):
     """A copy of the package, and a session; those of an interrupted run if nothing has changed since."""
     work = target.work
     if (work / 'digest').exists() and (work / 'digest').read_text() == sources(target):
+        shutil.copy(target.folder / target.path, work / target.path)  # an interrupted run leaves its last mutant there
         return
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(

@@ -12,4 +12,5 @@ if ! cmp -s "$list" "$venv/installed.txt"; then
     cp "$list" "$venv/installed.txt"
 fi
 source devel/setup.bash
+export PYTHONPATH=$PYTHONPATH:$(echo "$PWD"/.venv/lib/python3*/site-packages) # what tools/python-packages.txt pins
 exec "$venv/bin/python3" tools/mutants.py "$@"

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canserial.dbc.bus import DBC_FOLDER, PACKAGED, BadLength, BadValue, BusDescription, BusError, UnknownFrame
+from canserial.dbc.modes import has_assisted, modes_of
 from canserial.frame import Frame
 
 BUS = BusDescription.default()
@@ -16,6 +17,10 @@ BUSES = {name: BusDescription.named(name) for name in PACKAGED}
 DATABASES = {name: cantools.database.load_file(str(DBC_FOLDER / f'{name}.dbc')) for name in PACKAGED}
 MESSAGES = [(bus, message) for bus, database in DATABASES.items() for message in database.messages]
 KINDS = st.sampled_from(MESSAGES)
+
+
+def text_of(name):
+    return (DBC_FOLDER / f'{name}.dbc').read_text()
 
 
 def used_bits(message):
@@ -75,11 +80,25 @@ def test_every_value_of_a_signal_survives(kind):
 
 
 def test_the_two_files_differ_in_the_step_of_the_rates_alone():
-    hundredths, tenths = ((DBC_FOLDER / f'{name}.dbc').read_text() for name in PACKAGED)
+    hundredths, tenths = (text_of(name) for name in ('sara', 'sara_tenths'))
     hundredths = hundredths.replace('VERSION "SARA 1"', 'VERSION "SARA 1, angular velocity in tenths"')
     assert hundredths.count('(0.01,0) [0|0] "deg/s"') == 3
     assert tenths == hundredths.replace('(0.01,0) [0|0] "deg/s"', '(0.1,0) [0|0] "deg/s"')
-    assert [BUSES[name].resolution('IMPACT_GYRO', 'gz') for name in PACKAGED] == [0.01, 0.1]
+    assert [BUSES[name].resolution('IMPACT_GYRO', 'gz') for name in ('sara', 'sara_tenths')] == [0.01, 0.1]
+
+
+def test_the_assisted_bus_has_the_same_bytes_and_three_more_names_of_values():
+    plain, assisted = (
+        [line for line in text_of(name).splitlines() if not line.startswith(('VERSION', 'CM_'))]
+        for name in ('sara', 'sara_assisted')
+    )
+    assert [new for old, new in zip(plain, assisted, strict=True) if old != new] == [
+        'VAL_ 272 modo 0 "off" 1 "manual" 2 "assisted" 3 "PC" ;',
+        'VAL_ 273 modoPC 0 "nobody" 1 "joystick" 2 "PC, which helps the joystick" 3 "PC" ;',
+        'VAL_ 288 mode 65 "A" 67 "C" 72 "H" ;',
+    ]
+    assert [has_assisted(BUSES[name]) for name in PACKAGED] == [False, False, True]
+    assert modes_of(BUS) == {0, 1, 3} and modes_of(BUSES['sara_assisted']) == {0, 1, 2, 3}
 
 
 def test_frames_of_the_bus_as_bytes():
@@ -123,7 +142,7 @@ def test_an_unknown_message_and_a_missing_file_are_named():
         BUS.encode('BRAKE')
     with pytest.raises(BusError, match='nowhere.dbc'):
         BusDescription('nowhere.dbc')
-    with pytest.raises(BusError, match="'sahra', allowed are sara, sara_tenths or the path"):
+    with pytest.raises(BusError, match="'sahra', allowed are sara, sara_tenths, sara_assisted or the path"):
         BusDescription.named('sahra')
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from canserial.dbc import busdoc
-from canserial.dbc.bus import BusDescription
+from canserial.dbc.bus import PACKAGED, BusDescription
 from canserial.dbc.busdoc import markdown
 
 BIG_ENDIAN = """VERSION ""
@@ -24,8 +24,9 @@ def test_the_committed_document_is_what_the_command_prints():
     )
 
 
-def test_every_signal_is_described():
-    bus = BusDescription.default()
+@pytest.mark.parametrize('name', PACKAGED)
+def test_every_signal_is_described(name):
+    bus = BusDescription.named(name)
     text = markdown(bus)
     for message in bus.messages:
         assert message.cycle_time and f'## {message.name}\n`0x{message.frame_id:03X}`' in text
@@ -47,4 +48,4 @@ def test_the_command(capsys):
     assert capsys.readouterr().out == markdown(BusDescription.default())
     with pytest.raises(SystemExit):
         busdoc.main(['none'])
-    assert 'allowed are sara, sara_tenths or the path of a DBC file' in capsys.readouterr().err
+    assert 'allowed are sara, sara_tenths, sara_assisted or the path of a DBC file' in capsys.readouterr().err

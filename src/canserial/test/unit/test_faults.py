@@ -154,7 +154,7 @@ def test_angles_beyond_a_right_angle():
     """16 bits of millidegrees cannot say it; the bus of another robot can."""
 
     class Wide:
-        names = BUS.names
+        names, declares = BUS.names, BUS.declares
 
         @staticmethod
         def decode(frame):

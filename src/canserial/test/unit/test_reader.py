@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from canserial.dbc.bus import BusDescription
+from canserial.dbc.bus import PACKAGED, BusDescription
 from canserial.frame import Frame
 from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
@@ -237,6 +237,19 @@ def test_the_other_frames():
     ):
         [reading] = reader.on_frame(BUS.encode(name, 1.0, **dict(zip(signals, (1.0, -2.0, 30.0)))))
         assert reading == AnglesReading(1.0, source, *map(math.radians, (1.0, -2.0, 30.0)))
+
+
+@pytest.mark.parametrize('name', PACKAGED)
+def test_a_mode_is_read_where_the_bus_has_it(name):
+    bus, held = BusDescription.named(name), name == 'sara_assisted'
+    reader, joystick = Reader(ReaderConfig(), bus), {'velD': 0, 'velI': 0, 'joyx': 512, 'joyy': 1023}
+    for mode in range(6):
+        known = mode in (0, 1, 3) or held and mode == 2
+        assert [r.mode for r in reader.on_frame(bus.encode('MODO_PC', 1.0, modoPC=mode))] == [mode] * known
+        readings = reader.on_frame(bus.encode('JOYSTICK', 1.0, modo=mode, **joystick))
+        assert [(reading.mode, reading.forward) for reading in readings] == [(mode, 1.0)] * known
+    dropped = 2 + (not held)
+    assert reader.counters == {'mode_implausible': dropped, 'joystick_implausible': dropped}
 
 
 def test_what_is_dropped_is_counted_by_kind():

@@ -32,11 +32,12 @@ class DrivingTest(unittest.TestCase):
         cls.places = rospy.get_param('/places_file')
         with open(cls.places, 'w', encoding='utf-8') as file:
             file.write(WRITTEN)
-        cls.truth, cls.drivers = None, []
+        cls.truth, cls.drivers, cls.helped = None, [], []
         rospy.Subscriber(
             '/ground_truth', Odometry, lambda message: setattr(cls, 'truth', message), queue_size=1, tcp_nodelay=True
         )
         rospy.Subscriber('/cmd_vel_mux/active', String, lambda message: cls.drivers.append(message.data))
+        rospy.Subscriber('/shared_control/status', String, lambda message: cls.helped.append(message.data))
         rospy.wait_for_message('/ground_truth', Odometry)
 
     def pose(self):
@@ -127,6 +128,8 @@ class DrivingTest(unittest.TestCase):
         self.wait(lambda: self.speed() < 0.01, 'the chair stands when keys cease')
         self.assertGreater(self.pose()[2], yaw + 0.2)
         self.assertIn('keyboard', self.drivers)
+        unhelped = [text for text in self.helped if 'does not know' in text]
+        self.assertEqual(unhelped, [], 'shared control knows what is around the chair, at rest and while it turns, too')
         self.wait(lambda: self.drivers[-1] == 'nobody', 'the multiplexer is left to others')
 
         os.write(keyboard, b'j')

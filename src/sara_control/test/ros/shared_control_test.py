@@ -9,7 +9,7 @@ import rostest
 from geometry_msgs.msg import TransformStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 from tf2_msgs.msg import TFMessage
 
 CELL, SIDE = 0.05, 120
@@ -19,14 +19,17 @@ TRIES = 200
 
 class SharedControlTest(unittest.TestCase):
     def setUp(self):
-        self.commands, self.sentences = [], []
+        self.commands, self.sentences, self.left, self.profiles = [], [], [], []
         self.clock = rospy.Publisher('/clock', Clock, queue_size=1)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=1)
         self.costmap = rospy.Publisher('costmap', OccupancyGrid, queue_size=1)
         self.active = rospy.Publisher('cmd_vel_mux/active', String, queue_size=1, latch=True)
         self.override = rospy.Publisher('shared_control/override', Bool, queue_size=1)
+        self.profile = rospy.Publisher('shared_control/profile', String, queue_size=1)
         self.wish = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
         rospy.Subscriber('/cmd_vel/assisted', Twist, self.commands.append)
+        rospy.Subscriber('shared_control/override_left', Float32, lambda message: self.left.append(message.data))
+        rospy.Subscriber('shared_control/profile_in_use', String, lambda m: self.profiles.append(m.data))
         rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
         self.now = 100.0
 
@@ -69,18 +72,33 @@ class SharedControlTest(unittest.TestCase):
     def test_a_rider_is_helped_and_nobody_else(self):
         self.active.publish('joystick')
         self.until(lambda v, w: v < 0.3, 0.35)
-        self.assertTrue(any('keep clear' in text or 'room' in text for text in self.sentences), self.sentences)
+        self.until(lambda v, w: 'keep clear' in self.sentences[-1] or 'room' in self.sentences[-1], 0.35)
         self.until(lambda v, w: (v, w) == (0.0, 0.0), 0.0)
         self.override.publish(True)
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35)
+        self.until(
+            lambda v, w: (v, w) == (0.0, 0.0) and self.sentences[-1].endswith('the rider wants to go alone.'), 0.0
+        )
+        self.until(lambda v, w: self.left[-1] < 19.0, 0.0)
+        self.assertAlmostEqual(max(self.left), 20.0, delta=0.5)
         self.override.publish(False)
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.until(lambda v, w: self.left[-1] == 0.0, 0.0)
+        self.profile.publish('none')  # there is no such profile
+        self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.profile.publish('gate_only')
+        self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35)
+        self.until(lambda v, w: self.sentences[-1].endswith('its help is switched off.'), 0.0)
+        self.profile.publish('much')
+        self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.assertEqual(self.profiles, ['much', 'gate_only', 'much'])
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, sees=False)  # it is too old to be used
-        self.assertTrue(any('does not know' in text for text in self.sentences), self.sentences)
+        self.until(lambda v, w: 'does not know' in self.sentences[-1], 0.35, sees=False)
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, side=SIDE - 1)  # it has more cells than it says
         self.active.publish('navigation')
         self.until(lambda v, w: (v, w) == (0.35, 0.1), 0.35, 0.1)
+        self.until(lambda v, w: self.sentences[-1] == 'The chair follows the rider.', 0.35, 0.1)
 
 
 if __name__ == '__main__':

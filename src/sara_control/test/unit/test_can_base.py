@@ -213,6 +213,19 @@ def test_without_the_motor_nodes_consent_it_only_asks(mode):
     assert base.command(3.0, 3.0).data == bytes([0, 0, 0, 0, ord('A'), 0, 0, 0])
 
 
+@given(st.sampled_from((None, 0, 1, 2, 3)), st.sampled_from((0, 1, 2, 3)), st.booleans(), st.booleans())
+def test_it_helps_where_the_switch_says_so_and_drives_at_2_only_if_it_can_help(mode, switch, assists, has):
+    base = CanBase(BusDescription.named('sara_assisted') if has else BUS, assists=assists)
+    base.on_mode(mode)
+    base.on_switch(switch)
+    helps = assists and has
+    drives = mode == 3 or helps and mode == 2
+    letter = 'C' if drives else 'H' if helps and switch == 2 else 'A'
+    assert base.may_drive == drives
+    assert base.command(2.0, 2.0).data == bytes([19 * drives, 19 * drives, 0, 0, ord(letter), 0, 0, 0])
+    assert base.stop().data == bytes([0, 0, 0, 0, ord('A'), 0, 0, 0])
+
+
 @given(st.floats(), st.floats())
 def test_any_speed_makes_a_frame(left, right):
     base = CanBase(BUS)

@@ -237,6 +237,11 @@ def test_who_drives_is_the_chairs_own_word():
     chair.mode = 1
     chair.run(0.3)
     assert chair.decision.state is State.MANUAL and not chair.guard.comfort.moving
+    for mode in (0, 2, 4, 255):
+        helping = driving(0, 0.4)
+        helping.mode = mode
+        helping.run(0.3)
+        assert (helping.decision.state is State.MANUAL) == (mode != 2), 'at 2 the PC helps, and drives'
     free = Guard(SafetyConfig.from_params({**PARAMS, 'handshake': False}))
     free.on_mode(1.0, 1)
     assert free.step(1.0).state is State.HELD

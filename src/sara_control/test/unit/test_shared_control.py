@@ -4,14 +4,17 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
 from sara_common.planar import advanced
 from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.correction import Correction, sentence
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, outline_of
-from sara_control.assist.shared_control import Correction, SharedControl
+from sara_control.assist.shared_control import SharedControl
 
 CELL = 0.05
 CONFIG = AssistConfig()
@@ -32,6 +35,8 @@ def world(width, height, *boxes, edge=True):
 
 
 DOOR = world(8.0, 6.0, (4.0, 0.0, 4.1, 2.6), (4.0, 3.4, 4.1, 6.0))  # 0.80 m wide, its middle at (4.05, 3)
+
+PILLAR = (5.0, 3.2, 5.4, 3.8)
 
 
 def knows(grid, config=CONFIG, t=0.0):
@@ -208,26 +213,28 @@ class TestTheRiderWins:
             assist.on_grid(grid, 0.05 * k)
             results.append(assist.step(0.05 * k, wish, pose))
         assert {result.correction for result in results[:20]} == {Correction.LEFT}
-        assert all(result == (*wish, Correction.OVERRIDE) for result in results[22:])
+        assert all(result == (*wish, Correction.INSISTED) for result in results[22:])
         assist.step(1.6, (0.0, 0.0), pose)
         assert assist.step(1.65, wish, pose).correction is Correction.LEFT
 
     def test_who_holds_it_fully_against_a_wall_is_left_alone(self):
         assist = knows(DOOR)
         results = [assist.step(0.05 * k, (0.4, 0.0), (3.4, 1.5, 0.0)).correction for k in range(22)]
-        assert results[:20] == 20 * [Correction.STOPS] and results[-1] is Correction.OVERRIDE
+        assert results[:20] == 20 * [Correction.STOPS] and results[-1] is Correction.INSISTED
 
     @pytest.mark.parametrize('wish', [(0.4, 0.0), (0.4, -0.2), (0.2, 0.3)])  # ahead; to its side; not fully
     def test_who_does_not_is_helped_on(self, wish):
         assist, pose = self.corrected()
         for k in range(100):
             assist.on_grid(DOOR, 0.05 * k)
-            assert assist.step(0.05 * k, wish, pose).correction is not Correction.OVERRIDE
+            assert assist.step(0.05 * k, wish, pose).correction is not Correction.INSISTED
 
     def test_override_lasts_as_long_as_it_says(self):
         assist, pose = self.corrected()
+        assert assist.override_left(0.0) == 0.0
         assist.override(0.0)
-        for t, alone in ((0.1, True), (19.9, True), (20.1, False)):
+        for t, alone in ((0.1, True), (19.9, True), (20.0, False), (20.1, False)):
+            assert assist.override_left(t) == pytest.approx(max(20.0 - t, 0.0))
             assist.on_grid(DOOR, t)
             assist.step(t, (0.0, 0.0), pose)
             assert (assist.step(t, (0.3, 0.0), pose).correction is Correction.OVERRIDE) is alone
@@ -236,12 +243,81 @@ class TestTheRiderWins:
         assist, pose = self.corrected()
         assist.override(0.0)
         assist.override(0.05, on=False)
+        assert assist.override_left(0.1) == 0.0
         assert assist.step(0.1, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
 
     def test_a_clock_set_back_ends_an_override(self):
         assist, pose = self.corrected()
         assist.override(1000.0)
+        assert assist.override_left(0.0) == 0.0
         assert assist.step(0.0, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
+
+    def test_an_override_is_named_before_what_the_rider_insists_on(self):
+        assist, wish, pose = knows(DOOR), (0.4, 0.0), (3.4, 1.5, 0.0)
+        for k in range(30):
+            assist.on_grid(DOOR, 0.05 * k)
+            assist.step(0.05 * k, wish, pose)
+        assist.override(1.5)
+        assert assist.step(1.5, wish, pose) == (*wish, Correction.OVERRIDE)
+        assert assist.step(21.6, wish, pose) == (*wish, Correction.INSISTED)
+
+    def test_each_correction_has_a_sentence_of_its_own(self):
+        said = [sentence(one) for one in (None, *Correction)]
+        assert len(set(said)) == 1 + len(Correction)
+        assert all(text.startswith('The chair ') and text.endswith('.') for text in said)
+
+
+class TestProfiles:
+    """Another rider's config while it runs."""
+
+    POSE, WISH = (2.9, 2.8, 0.0), (0.3, 0.0)  # before a jamb of the door
+
+    @settings(max_examples=50, deadline=None)
+    @given(st.floats(0.7, 3.4), st.floats(0.7, 5.3), st.floats(-3.1, 3.1), speeds, turns)
+    def test_who_goes_with_the_gate_alone_drives_as_wished(self, x, y, yaw, v, w):
+        result = knows(DOOR, AssistConfig(enabled=False)).step(0.0, (v, w), (x, y, yaw))
+        assert result == (v, w, None if v == w == 0.0 else Correction.OFF)
+
+    def test_it_counts_from_the_next_command_on_and_leaves_no_trace(self):
+        assist, fresh = knows(DOOR), knows(DOOR, AssistConfig(help=0.1, clear=0.8))
+        helped = assist.step(0.0, self.WISH, self.POSE)
+        assert helped.correction is not None
+        assist.use(AssistConfig(enabled=False))
+        assert assist.step(0.05, self.WISH, self.POSE) == (*self.WISH, Correction.OFF)
+        assist.use(AssistConfig(help=0.1, clear=0.8))  # the grid is known as far as this one needs it
+        assert assist.step(0.1, self.WISH, self.POSE) == fresh.step(0.1, self.WISH, self.POSE) != helped
+        assist.use(CONFIG)
+        assert assist.step(0.15, self.WISH, self.POSE) == helped
+
+    @pytest.mark.parametrize('y', (3.3, 3.4, 3.7))
+    def test_little_help_begins_nearer_than_much_and_keeps_clear_too(self, y, request):
+        file, begins = request.path.parents[2] / 'config' / 'assist.yaml', {}
+        configs, hall = HelpProfiles.from_params(yaml.safe_load(file.read_text())).configs, world(10.0, 7.0, PILLAR)
+        for name in ('much', 'little'):
+            rows = drive(hall, (1.5, y, 0.0), heads_for(9.0, y, lambda pose: pose[0] > 8.5), 40.0, configs[name])
+            begins[name] = next(pose[0] for pose, result, *_ in rows if result.correction is not None)
+            assert min(row[3] for row in rows) > 0.1 and rows[-1][0][0] > 8.5
+        assert begins['little'] > begins['much'] + 0.2
+
+    def test_an_old_grid_stays_old_and_an_override_lasts(self):
+        assist = SharedControl()
+        assist.use(AssistConfig(help=0.1))
+        assert assist.step(0.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
+        assist.on_grid(DOOR, 0.0)
+        assist.override(0.0)
+        assist.use(CONFIG)
+        assert assist.override_left(5.0) == 15.0
+        assert assist.step(19.0, self.WISH, self.POSE).correction is Correction.OVERRIDE
+        assert assist.step(21.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
+
+    def test_who_insisted_is_helped_again_by_another_profile(self):
+        assist, wish, pose = knows(DOOR), (CONFIG.max_linear, 0.0), (3.4, 1.5, 0.0)
+        for k in range(30):
+            assist.on_grid(DOOR, 0.05 * k)
+            found = assist.step(0.05 * k, wish, pose).correction
+        assert found is Correction.INSISTED
+        assist.use(CONFIG)
+        assert assist.step(1.5, wish, pose).correction is Correction.STOPS
 
 
 class TestConfig:
@@ -252,6 +328,7 @@ class TestConfig:
             {'help': 1.1},
             {'horizon': NAN},
             {'sources': 'joystick'},
+            {'enabled': 1},
             {'sources': [1]},
             {'nearest_look': 2.5},
             {'braking': 0.0},

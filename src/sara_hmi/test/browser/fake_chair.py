@@ -46,6 +46,7 @@ def idle():
         'driver': None,
         'goal': None,
         'asked': None,
+        'assist': None,
         'battery': {'share': 0.82, 'volts': 25.1},
         'connected': {'odom': True, 'battery': True, 'SDI_range': True, 'SDD_range': False, 'safety_gate/status': True},
         'stopped': False,
@@ -267,6 +268,14 @@ class FakeChair:
 
     def _on_profile(self, frame):
         return [{'op': 'profile', 'profile': frame['name'], 'limits': LIMITS}]
+
+    def _on_help(self, frame):
+        self.state['assist'] |= {'profile': frame['name'], 'does': 'OFF' if frame['name'] == 'gate_only' else ''}
+        return [self.state]
+
+    def _on_override(self, frame):
+        self.state['assist'] |= {'does': 'OVERRIDE', 'left': 20} if frame['on'] else {'does': '', 'left': 0}
+        return [self.state]
 
     def _on_place(self, frame):
         self.places[frame['name']] = frame.get('pose', self.state['pose'])

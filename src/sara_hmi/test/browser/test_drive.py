@@ -317,3 +317,143 @@ def test_where_the_chair_does_otherwise_an_arrow_and_a_sentence_say_so(page):
     page.until('document.getElementById("deviation").textContent === "You ask for forward; the chair stands."')
     page.chair.state |= {'asked': None}
     page.until('document.getElementById("deviation").hidden')
+
+
+OVERRIDE = 'document.querySelector("[data-do=override]")'
+PROFILES = ['much', 'little', 'gate_only']
+HELPS = {'does': '', 'command': None, 'left': 0, 'lasts': 20, 'profile': 'much', 'profiles': PROFILES}
+
+
+def drawn(page, name):
+    """The arrow of that name, as its path and its angle."""
+    return page.js(
+        f'["d", "transform"].map((n) => document.querySelector("#deviation .{name}").getAttribute(n)).join()'
+    )
+
+
+def test_what_shared_control_does_otherwise_is_said_and_drawn(page):
+    page.load('drive', language='es', speech='chair')
+    page.chair.state |= {
+        'asked': {'v': 0.4, 'w': 0.0},
+        'v': 0.4,
+        'gate': {'state': 'DRIVING', 'reasons': []},
+        'assist': HELPS | {'does': 'LEFT', 'command': {'v': 0.4, 'w': 0.3}},
+    }
+    page.until('!document.getElementById("deviation").hidden')
+    left = 'La silla gira a la izquierda para no tocar nada.'
+    assert page.js('document.getElementById("deviation").textContent') == left
+    assert drawn(page, 'asked').endswith('rotate(0)') and 'rotate(-' in drawn(page, 'driven')
+    page.chair.wait(lambda: {'op': 'say', 'key': 'assist.LEFT', 'values': {}} in page.chair.frames('say'))
+    page.chair.state['assist'] = HELPS | {'does': 'SLOWER', 'command': {'v': 0.3, 'w': 0.0}}
+    slower = 'La silla va más despacio porque hay poco sitio.'
+    page.until(f'document.getElementById("deviation").textContent === "{slower}"')
+    before = drawn(page, 'driven')
+    page.chair.state['assist'] = HELPS | {'does': 'SLOWER', 'command': {'v': 0.1, 'w': 0.0}}
+    page.until(f'document.querySelector("#deviation .driven").getAttribute("d") !== {before.split(",")[0]!r}')
+    page.chair.state |= {'v': 0.0, 'gate': {'state': 'HELD', 'reasons': ['IMPACT']}}  # the gate has the last word
+    page.until('document.getElementById("deviation").textContent === "Usted pide ir adelante; la silla está parada."')
+    page.chair.state |= {'v': 0.4, 'gate': {'state': 'DRIVING', 'reasons': []}, 'assist': HELPS}
+    page.until('document.getElementById("deviation").hidden')
+    assert sum(frame['key'] == 'assist.SLOWER' for frame in page.chair.frames('say')) == 1
+
+
+def test_a_command_of_shared_control_that_is_no_number_draws_nothing_odd(page):
+    page.load('drive')
+    page.chair.state |= {
+        'asked': {'v': 0.4, 'w': 0.0},
+        'v': 0.4,
+        'assist': HELPS | {'does': 'STOPS', 'command': {'v': None, 'w': None}},
+    }
+    page.until('!document.getElementById("deviation").hidden')
+    assert 'NaN' not in page.js('document.getElementById("deviation").innerHTML')
+
+
+@pytest.mark.parametrize('by', ['touch', 'keyboard', 'switch'])
+def test_the_rider_drives_without_help_for_a_while(page, by):
+    page.load('drive', **({'scan': 'step'} if by == 'switch' else {}))
+    assert not page.js(OVERRIDE)
+    page.chair.state['assist'] = dict(HELPS)
+    page.until(f'{OVERRIDE}?.textContent === "Without help for 20\u00a0s"')
+    size = page.js(f'(({{width, height}}) => [width, height])({OVERRIDE}.getBoundingClientRect())')
+    assert min(size) >= 60
+
+    def press():
+        if by == 'touch':
+            page.touch('Start', page.middle('[data-do=override]'))
+            page.touch('End')
+        elif by == 'keyboard':
+            page.driver.execute_script(f'{OVERRIDE}.focus()')
+            page.key('Enter')
+        else:
+            lit = 'document.querySelector(".scanned")'
+            for _ in range(20):
+                if page.js(f'{lit}?.contains({OVERRIDE}) && {lit}.querySelectorAll("button").length < 2'):
+                    break
+                page.debounced()
+                page.key(' ')
+            page.debounced()
+            page.key('Enter')
+
+    press()
+    assert page.chair.wait_for('override') == [{'op': 'override', 'on': True}]
+    page.until(f'{OVERRIDE}.textContent === "Help again (20\u00a0s)"')
+    page.until('document.querySelector(".banner").textContent === "The chair does not help: you go alone."')
+    page.chair.state['assist'] |= {'left': 7}
+    page.until(f'{OVERRIDE}.textContent === "Help again (7\u00a0s)"')
+    press()
+    assert page.chair.wait_for('override', count=2)[-1] == {'op': 'override', 'on': False}
+    page.until(f'{OVERRIDE}.textContent === "Without help for 20\u00a0s"')
+    page.chair.state['assist'] = None
+    page.until(f'!{OVERRIDE}')
+
+
+def test_only_who_has_the_controls_may_go_without_help(page):
+    page.load('drive')
+    page.chair.state |= {'assist': dict(HELPS), 'driver': 3}
+    page.until(f'{OVERRIDE}?.disabled === true')
+    page.chair.state['driver'] = None
+    page.until(f'{OVERRIDE}.disabled === false')
+    page.load('drive', role='look')
+    page.chair.state['assist'] = dict(HELPS)
+    page.until(f'{OVERRIDE}?.disabled === true')
+
+
+def test_that_the_chair_does_not_help_is_said_on_every_screen(page):
+    page.load('why', speech='chair')
+    page.chair.state['assist'] = HELPS | {'does': 'UNKNOWN'}
+    page.chair.wait(lambda: {'op': 'say', 'key': 'assist.UNKNOWN', 'values': {}} in page.chair.frames('say'))
+    sentence = 'The chair does not help: it does not know what is around it.'
+    page.until(f'document.querySelector(".doing").textContent === "{sentence}"')
+
+
+def pressed(page):
+    """The profile that is shown as the one in use."""
+    return page.js('document.querySelector("[data-help][aria-pressed=true]")?.dataset.help ?? null')
+
+
+@pytest.mark.parametrize('language, names', [('en', 'Much Little None'), ('es', 'Mucha Poca Ninguna')])
+def test_how_much_the_chair_helps_is_chosen_in_the_settings(page, language, names):
+    page.load('settings', language=language)
+    assert page.js('document.querySelectorAll("[data-help]").length') == 0
+    page.chair.state['assist'] = dict(HELPS)
+    page.until('document.querySelectorAll("[data-help]").length === 3')
+    assert page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.textContent).join(" ")') == names
+    sizes = page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.getBoundingClientRect().height)')
+    assert min(sizes) >= 60 and pressed(page) == 'much'
+    page.click('[data-help=gate_only]')
+    assert page.chair.wait_for('help') == [{'op': 'help', 'name': 'gate_only'}]
+    page.chair.wait(lambda: pressed(page) == 'gate_only')
+    assert page.js('document.activeElement.dataset.help') == 'gate_only'
+    page.chair.state['driver'] = 3  # another's
+    page.until('document.querySelector("[data-help=much]").disabled')
+    page.chair.state['assist'] = dict(HELPS) | {'profiles': ['much']}
+    page.until('document.querySelectorAll("[data-help]").length === 0')
+
+
+def test_without_help_there_is_no_button_to_go_without_it(page):
+    page.load('drive')
+    page.chair.state['assist'] = HELPS | {'does': 'OFF', 'profile': 'gate_only'}
+    page.until('document.querySelector(".banner").textContent === "The chair does not help: its help is switched off."')
+    assert not page.js(OVERRIDE)
+    page.chair.state['assist'] = dict(HELPS)
+    page.until(OVERRIDE)

@@ -28,6 +28,9 @@ WIDER = (
 )
 
 
+HIDDEN = '(({scrollHeight, clientHeight}) => scrollHeight - clientHeight)(document.getElementById("screen"))'
+
+
 def axe_source():
     """axe-core's text, from the package that carries it."""
     folder = Path(importlib.util.find_spec('axe_playwright_python').origin).parent
@@ -73,6 +76,28 @@ def test_no_violation_while_something_happens(page, language):
     page.until('sara.shown === "map"')
     page.click('[data-mark=chair]')
     check(page, (language, 'marking'))
+
+
+ASSIST = {'command': None, 'lasts': 20, 'profile': 'much', 'profiles': ['much', 'little', 'gate_only']}
+HELPING, ALONE = {'does': '', 'left': 0}, {'does': 'OVERRIDE', 'left': 13}
+
+
+@pytest.mark.parametrize('language', ['en', 'es'])
+def test_no_violation_with_shared_control_and_the_drive_screen_fits(page, language):
+    page.load('drive', language=language)
+    page.driver.execute_script(axe_source())
+    for does in (HELPING, ALONE):
+        page.chair.state |= {'assist': ASSIST | does, 'driver': 7}
+        page.until(
+            f'sara.chair.state.assist?.left === {does["left"]} && !!document.querySelector("[data-offer=release]")'
+        )
+        for window in ((1024, 768), (390, 844)):
+            page.resize(*window)
+            assert page.js(HIDDEN) <= 0, (window, does)
+        check(page, (language, does['does'], 'drive'))
+    page.driver.execute_script('location.hash = "settings"')
+    page.until('document.querySelectorAll("[data-help]").length === 3')
+    check(page, (language, 'settings'))
 
 
 def test_no_violation_where_the_code_is_asked(page):

@@ -23,7 +23,7 @@ from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import OccupancyGrid, Odometry
 from PIL import Image
 from sensor_msgs.msg import Range
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
 
@@ -89,11 +89,14 @@ class Robot:
 
     def __init__(self):
         self.touched, self.stops, self.poses, self.profiles = [], [], [], []
+        self.helps, self.overrides = [], []
         self.goal = None
         rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
         rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
         rospy.Subscriber('/safety_gate/profile', String, lambda m: self.profiles.append(m.data), tcp_nodelay=True)
+        rospy.Subscriber('/shared_control/profile', String, lambda m: self.helps.append(m.data), tcp_nodelay=True)
+        rospy.Subscriber('/shared_control/override', Bool, lambda m: self.overrides.append(m.data), tcp_nodelay=True)
         self.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
         self.map = rospy.Publisher('/map', OccupancyGrid, queue_size=1, latch=True)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=10)
@@ -367,6 +370,53 @@ class HmiTest(unittest.TestCase):
             self.assertEqual(self.robot.poses[-1].pose.pose.position.y, -1.0)
 
         self.run_it(test)
+
+    def test_shared_control(self):
+        async def none(page, _):
+            await page.until('state', lambda f: f['assist'] is None)
+            await page.send('override', on=True)
+            error = await page.until('error')
+            self.assertEqual((error['key'], error['of']), ('error.no_assist', 'override'))
+
+        async def runs(page, other):
+            command = Twist()
+            command.linear.x, command.angular.z = 0.25, -1.25
+            status.publish('The chair steers to the right to keep clear.')
+            left.publish(17.4)
+            wanted = {'does': 'RIGHT', 'command': {'v': 0.25, 'w': -1.0}, 'left': 17, 'lasts': 12}
+            wanted |= {'profile': 'little', 'profiles': ['much', 'little']}
+            end = time.monotonic() + PATIENCE_S
+            while not any(f['op'] == 'state' and f['assist'] == wanted for f in page.got) and time.monotonic() < end:
+                commands.publish(command)
+                await asyncio.sleep(0.05)
+            state = await page.until('state', lambda f: f['assist'] == wanted)
+            self.assertFalse(any('shared_control' in topic for topic in state['connected']))
+            await page.until('state', lambda f: f['assist'] == {**wanted, 'command': None}, len(page.got))
+            await page.take()
+            await other.send('override', on=True)
+            self.assertEqual((await other.until('error'))['key'], 'error.other_drives')
+            await page.send('override', on=True)
+            self.wait(lambda: self.robot.overrides == [True], 'no override')
+            await page.send('override', on=False)
+            self.wait(lambda: self.robot.overrides == [True, False], 'the override does not end')
+            await page.send('help', name='much')
+            self.wait(lambda: self.robot.helps == ['much'], 'no other profile')
+            status.publish('The chair follows the rider.')
+            left.publish(float('nan'))
+            await page.until('state', lambda f: f['assist'] == {**wanted, 'does': '', 'command': None, 'left': 0})
+            since = len(page.got)
+            status.unregister()
+            await page.until('state', lambda f: f['assist'] is None, since)
+
+        self.run_it(none)
+        rospy.set_param('/shared_control/override_time', 12.0)
+        rospy.set_param('/shared_control/profiles', {'much': {'help': 0.6}, 'little': {'help': 0.2}})
+        status = rospy.Publisher('/shared_control/status', String, queue_size=1, latch=True)
+        profile = rospy.Publisher('/shared_control/profile_in_use', String, queue_size=1, latch=True)
+        profile.publish('little')
+        left = rospy.Publisher('/shared_control/override_left', Float32, queue_size=1, latch=True)
+        commands = rospy.Publisher('/cmd_vel/assisted', Twist, queue_size=1)
+        self.run_it(runs)
 
     def test_foreign_pages_and_names_are_refused(self):
         async def test(_page, _other):

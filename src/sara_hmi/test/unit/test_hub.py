@@ -348,6 +348,34 @@ def test_profile_pose_and_speech(desk):
     assert desk.send(number, 'say', key='goal.going') == [Order(number, 'say', ('goal.going', {}))]
 
 
+def test_an_override_is_the_driver_s(desk):
+    number, other = desk.connect(), desk.connect()
+    assert errors(desk.send(number, 'override', on=True)) == ['error.no_assist']  # shared control does not run
+    desk.hub.tasks.assisted = True
+    assert desk.send(number, 'override', on=True) == [Order(number, 'override', (True,))]  # who steers by the joystick
+    desk.send(number, 'take')
+    assert desk.send(number, 'override', on=False) == [Order(number, 'override', (False,))]
+    for on in (True, False):  # even where the driver stands
+        assert errors(desk.send(other, 'override', on=on)) == ['error.other_drives']
+    assert errors(desk.send(number, 'override', on=1)) == ['error.field_wrong']
+    assert errors(desk.send(number, 'override')) == ['error.field_missing']
+    desk.hub.clients[number].role = 'look'
+    assert errors(desk.send(number, 'override', on=True)) == ['error.may_not']
+
+
+def test_how_much_shared_control_helps_is_the_driver_s(desk):
+    number, other = desk.connect(), desk.connect()
+    assert errors(desk.send(number, 'help', name='little')) == ['error.no_assist']
+    desk.hub.tasks.assisted, desk.hub.tasks.helps = True, ('much', 'little')
+    assert desk.send(number, 'help', name='little') == [Order(number, 'help', ('little',))]
+    assert errors(desk.send(number, 'help', name='none')) == ['error.no_help']
+    desk.send(number, 'take')
+    assert desk.send(number, 'help', name='much') == [Order(number, 'help', ('much',))]
+    assert errors(desk.send(other, 'help', name='little')) == ['error.other_drives']
+    desk.hub.clients[other].role = 'look'
+    assert errors(desk.send(other, 'help', name='little')) == ['error.may_not']
+
+
 def test_nobody_is_sent_off_while_another_drives(desk):
     number, other = desk.driver(), desk.connect()
     desk.send(number, 'drive', seq=1, t=0, n=desk.beat(), v=1, w=0)

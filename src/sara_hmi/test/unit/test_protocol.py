@@ -28,6 +28,8 @@ GOOD = {
     'cancel': {},
     'pose': {'pose': [1.0, -2, 0.5]},
     'profile': {'name': 'gentle'},
+    'override': {'on': True},
+    'help': {'name': 'little'},
     'place': {'name': 'küche_2', 'pose': [0, 0, 0]},
     'rename': {'name': 'a', 'to': 'b'},
     'delete': {'name': 'a'},
@@ -58,7 +60,7 @@ def test_what_is_needed_is_missed_by_name(op, name):
     'value', [None, True, [], {'a': 1e9}, '', -1, 'x' * 200, [1, 2], [1, 2, '3'], 1e300, '\ud800', '\n']
 )
 def test_a_wrong_value_is_refused_by_name(op, name, value):
-    if (name, value) in (('t', -1), ('v', -1), ('w', -1)):
+    if (name, value) in (('t', -1), ('v', -1), ('w', -1), ('on', True)):
         return
     with pytest.raises(ProtocolError) as fault:
         parse(json.dumps({'op': op, **GOOD[op], name: value}))

@@ -13,7 +13,7 @@ from PIL import Image
 
 from sara_hmi.hub.mission import Mission
 from sara_hmi.view import frames
-from sara_hmi.view.frames import Seen, View
+from sara_hmi.view.frames import Assist, Seen, View
 from sara_hmi.view.history import History
 from sara_hmi.view.map_image import map_frame, png
 from sara_hmi.web import access, certificate, qr
@@ -39,6 +39,19 @@ def test_a_state_of_nothing_and_of_everything_is_json():
     assert frame['gate'] == {'state': 'HELD', 'reasons': ['IMPACT'], 'sentence': 'It stands.'}
     assert frame['battery'] == {'share': None, 'volts': 24.13} and frame['asked'] == {'v': 0.1, 'w': -0.2}
     assert frame['goal'] == {'state': 'going', 'place': 'kitchen', 'pose': [1.0, 2.0, 3.0], 'left': 2.35}
+
+
+def test_what_shared_control_does_is_shown_only_where_it_runs():
+    assert frames.state_frame(0.0, View(), None, None)['assist'] is None
+    view = View(assist=Assist('LEFT', (0.31234, math.nan), 17.6, 20.0, 'much', ('much', 'little')))
+    frame = frames.state_frame(0.0, view, None, None)
+    json.dumps(frame, allow_nan=False)
+    profiles = {'profile': 'much', 'profiles': ['much', 'little']}
+    assert frame['assist'] == {'does': 'LEFT', 'command': {'v': 0.312, 'w': None}, 'left': 18, 'lasts': 20} | profiles
+    view.assist = Assist('', None, math.inf, 20.0)
+    frame = frames.state_frame(0.0, view, None, None)
+    nothing = {'profile': '', 'profiles': []}
+    assert frame['assist'] == {'does': '', 'command': None, 'left': None, 'lasts': 20} | nothing
 
 
 @pytest.mark.parametrize('said, shown', [(math.inf, None), (-math.inf, 0.0), (1.23456, 1.235)])

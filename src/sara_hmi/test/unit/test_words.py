@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from sara_control.assist.correction import Correction
+from sara_control.assist.correction import sentence as assist_sentence
 from sara_control.gate.reasons import Reason, State, sentence
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
-from sara_hmi.words.keys import ALL, ERRORS, GOALS, REASONS, STATES, WHYS, gate
+from sara_hmi.words.keys import ALL, ASSIST, ERRORS, GOALS, REASONS, STATES, WHYS, assist, gate
 
 PACKAGE = Path(__file__).resolve().parents[2]
 LANGUAGES = ('en', 'es')
@@ -39,12 +41,13 @@ def test_both_languages_have_the_same_keys_and_values():
     assert set(one) == set(other)
     values = re.compile(r'\{(\w+)\}')
     assert [key for key in one if set(values.findall(one[key])) != set(values.findall(other[key]))] == []
-    assert [key for key in (*STATES, *ERRORS, *WHYS) if one[key] == other[key]] == []
+    assert [key for key in (*STATES, *ASSIST, *ERRORS, *WHYS) if one[key] == other[key]] == []
 
 
 def test_every_state_and_reason_of_the_gate_is_listed():
     assert [f'state.{state.name}' for state in State] == list(STATES)
     assert [f'reason.{reason.name}' for reason in Reason] == list(REASONS)
+    assert [f'assist.{one.name}' for one in Correction] == list(ASSIST)
     assert set(endings.ENDINGS.values()) <= set(GOALS)
     assert sorted(endings.ENDINGS) == list(range(10))  # actionlib_msgs/GoalStatus
 
@@ -61,6 +64,11 @@ def test_what_the_gate_says_is_understood_back():
             said = gate(sentence(state, reason))
             assert said == (state.name, '' if state in (State.IDLE, State.DRIVING) else reason.name)
     assert gate('Something else.') == ('', '')
+
+
+def test_what_shared_control_says_is_understood_back():
+    assert [assist(assist_sentence(one)) for one in Correction] == [one.name for one in Correction]
+    assert assist(assist_sentence(None)) == assist('Something else.') == ''
 
 
 @pytest.mark.parametrize(
@@ -108,3 +116,11 @@ def test_sentences_are_put_together(tmp_path):
     assert catalogue.say('x.y', {'why': '{n}'}) == '{{n}}'
     assert catalogue.say('no.such', {}) is None and 'a.b' in catalogue
     assert Catalogue.load(tmp_path, 'xx') is None
+
+
+def test_the_page_knows_each_correction_as_one_or_as_no_help():
+    """The two lists in chair.js: what is missing there is neither drawn nor said."""
+    chair = (PACKAGE / 'www' / 'js' / 'chair.js').read_text(encoding='utf-8')
+    listed = re.findall(r'const (?:CORRECTIONS|UNHELPED) = new Set\(\[(.*?)\]\)', chair)
+    assert len(listed) == 2
+    assert sorted(re.findall(r'[A-Z]+', ' '.join(listed))) == sorted(one.name for one in Correction)

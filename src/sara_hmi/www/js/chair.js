@@ -2,6 +2,9 @@
 
 const REST_V = 0.02; // m/s, slower than this is rest
 const REST_W = 0.03; // rad/s
+const CORRECTIONS = new Set(['LEFT', 'RIGHT', 'SLOWER', 'STOPS']); // of shared control: what it does otherwise than asked,
+const UNHELPED = new Set(['OVERRIDE', 'INSISTED', 'OFF', 'UNKNOWN']); // and why it does not help
+const HOLDS = new Set(['SLOWED', 'BLOCKED', 'FADING', 'BRAKING', 'HELD', 'WAITING', 'MANUAL']); // states of the gate: it does not pass commands as they are
 const GOING = new Set(['going', 'pending']);
 
 /** Collects the server's frames. Events: `change` (detail: the frame's op) after each. */
@@ -110,9 +113,12 @@ export class Chair extends EventTarget {
     return { key: `state.${gate.state}`, values: { reason: reason ? `reason.${reason}` : '' } };
   }
 
-  /** {asked, driven: {v, w}} where the chair does otherwise than asked, else null. Shares of the limits, -1 to 1. */
+  /**
+   * {asked, driven: {v, w}, key} where the chair does otherwise than asked, else null. Shares of the limits, -1 to 1. `driven`: what
+   * shared control commands where that does so and the gate lets it, else the chair's motion. `key`: of shared control's sentence.
+   */
   get deviation() {
-    const { asked, v, w } = this.state ?? {};
+    const { asked, v, w, assist, gate } = this.state ?? {};
     const limits = this.welcome?.limits ?? {};
     if (!asked) return null;
     const share = (value, most) => Math.max(-1, Math.min(1, value / (most || 1)));
@@ -120,8 +126,24 @@ export class Chair extends EventTarget {
       v: share(v, v < 0 ? limits.max_reverse ?? 0.4 : limits.max_forward ?? 0.8), w: share(w, limits.max_turn ?? 0.8),
     });
     const wanted = shares(asked.v, asked.w);
-    const driven = shares(v, w);
-    return Math.hypot(wanted.v - driven.v, wanted.w - driven.w) > 0.25 ? { asked: wanted, driven } : null;
+    const beside = (driven, least, key) => (Math.hypot(wanted.v - driven.v, wanted.w - driven.w) > least ? { asked: wanted, driven, key } : null);
+    const key = CORRECTIONS.has(assist?.does) ? `assist.${assist.does}` : null;
+    if (key && assist.command && !HOLDS.has(gate?.state)) {
+      const { command } = assist;
+      return beside(shares(command.v, command.w), 0.05, key) ?? beside(shares(v, w), 0.25, null);
+    }
+    return beside(shares(v, w), 0.25, gate?.state === 'SLOWED' ? key : null);
+  }
+
+  /** Whether this page may say how shared control is to help. */
+  get mayAssist() {
+    return this.mayDrive && (this.driver === null || this.isDriver);
+  }
+
+  /** The key of why shared control does not help; null where it helps, or does not run. */
+  get unhelped() {
+    const does = this.state?.assist?.does;
+    return UNHELPED.has(does) ? `assist.${does}` : null;
   }
 
   emit(op) {

@@ -1,20 +1,24 @@
 // What every screen shows at its top: what the chair does, whether it is heard, who drives; and where it does otherwise than asked.
 
 import { el, fill } from './dom.js';
-import { currentLanguage, number, say } from './words.js';
+import { number, say } from './words.js';
 
 // So long a deviation must last until it is shown: a chair that follows needs a moment to get going, and to come to rest.
 const LASTS_MS = 400;
 const FOLLOWING_MS = 2500;
+const AGAIN_MS = 10000; // what shared control does is spoken once in this time
 
 export class Status {
   constructor(app) {
     this.app = app;
     this.since = null;
+    this.spoken = {};
+    this.unhelped = null;
   }
 
   begin() {
-    this.told = null;
+    this.told = this.deviating = null;
+    fill(document.getElementById('deviation'), el('svg'), el('p', { role: 'status' }));
     this.update();
   }
 
@@ -22,6 +26,14 @@ export class Status {
     this.tell();
     this.facts();
     this.deviation();
+    this.tellUnhelped();
+  }
+
+  /** Say that shared control does not help, wherever it is shown. */
+  tellUnhelped() {
+    const key = this.app.chair.unhelped;
+    if (key !== this.unhelped && key) this.app.speech.say(key);
+    this.unhelped = key;
   }
 
   /** The sentence for everybody, and for screen readers. */
@@ -74,21 +86,28 @@ export class Status {
     const found = this.app.chair.deviation;
     const now = performance.now();
     this.since = found ? this.since ?? now : null;
-    if (!found || now - this.since < this.patience()) {
+    if (!found || now - this.since < this.patience(found)) {
       if (!found && !node.hidden) {
         node.hidden = true;
         this.deviating = null;
       }
       return;
     }
-    const text = deviationText(found) + currentLanguage() + way(found.asked) + way(found.driven);
-    if (text === this.deviating) return;
-    this.deviating = text;
-    fill(node, arrows(found), el('p', {}, deviationText(found)));
+    const text = deviationText(found);
+    const shown = text + drawn(found.asked) + drawn(found.driven);
+    if (shown === this.deviating) return;
+    this.deviating = shown;
     node.hidden = false;
+    node.firstElementChild.replaceWith(arrows(found));
+    if (node.lastElementChild.textContent !== text) node.lastElementChild.textContent = text;
+    if (found.key && !(now - this.spoken[found.key] < AGAIN_MS)) {
+      this.spoken[found.key] = now;
+      this.app.speech.say(found.key);
+    }
   }
 
-  patience() {
+  patience({ key }) {
+    if (key) return LASTS_MS;
     return ['DRIVING', 'IDLE'].includes(this.app.chair.state.gate?.state) ? FOLLOWING_MS : LASTS_MS;
   }
 }
@@ -101,7 +120,13 @@ export function way({ v, w }) {
   return [along, turn].filter(Boolean).join('_') || 'still';
 }
 
-function deviationText({ asked, driven }) {
+/** A motion, rounded: its arrow is drawn anew where this changes. */
+function drawn({ v, w }) {
+  return ` ${way({ v, w })} ${Math.round(8 * v)} ${Math.round(8 * w)}`;
+}
+
+function deviationText({ asked, driven, key }) {
+  if (key) return say(key);
   const [wanted, done] = [way(asked), way(driven)];
   if (wanted === 'still') return say('ui.coasting');
   if (wanted === done) return say('ui.slower', { way: `ui.way.${wanted}` });

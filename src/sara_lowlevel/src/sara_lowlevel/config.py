@@ -42,7 +42,9 @@ class MotorConfig(_Checked):
     """The motor node: periods and timeouts in seconds, speeds in rad/s of the wheel.
 
     `wheel_acceleration`: rad/s2, the most that the PC changes a wheel's speed by: safety_gate's hard braking, 1.5 m/s2
-    and 3 rad/s2, at the rim, (1.5 + 3 x 0.525 / 2) / 0.155.
+    and 3 rad/s2, at the rim, (1.5 + 3 x 0.525 / 2) / 0.155. `release_time`: within it a PC that helps follows a stick
+    that was let go or drawn back: its most careful rider's braking, after speeding up, takes 2.6. `notice_time`: for so
+    long a stick is pushed in vain before it drives without help.
     """
 
     encoder_period: float = 0.1
@@ -52,6 +54,8 @@ class MotorConfig(_Checked):
     command_timeout: float = 0.2
     wheel_acceleration: float = 14.8
     joystick_timeout: float = 0.5
+    release_time: float = 3.0
+    notice_time: float = 1.0
     max_wheel_speed: float = 7.0
     joystick_centre: int = 512
     joystick_dead_band: int = 40

@@ -50,7 +50,9 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='INTERFACE:CHANNEL[@BITRATE]',
         help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
     )
-    parser.add_argument('--dbc', default='sara', help='bus description: sara (default), sara_tenths, or a file')
+    parser.add_argument(
+        '--dbc', default='sara', help='bus description: sara (default), sara_tenths, sara_assisted, or a file'
+    )
     parser.add_argument('--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does')
 
 
@@ -223,5 +225,5 @@ def main_of(run: Callable[[list[str] | None], int], arguments: list[str] | None 
 
 
 def bus_named(name: str) -> BusDescription:
-    """'sara', 'sara_tenths' or a file's name. Raises BusError."""
+    """'sara', 'sara_tenths', 'sara_assisted' or a file's name. Raises BusError."""
     return BusDescription.named(name)

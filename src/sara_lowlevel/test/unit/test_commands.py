@@ -191,6 +191,25 @@ def test_the_joystick_node_reads_a_device(tmp_path):
     os.close(keep)
 
 
+def test_the_switch_of_the_joystick_node_needs_a_bus_that_has_it(tmp_path):
+    device = tmp_path / 'js0'
+    os.mkfifo(device)
+    keep = os.open(device, os.O_RDWR)
+    options = ('--device', device, '--assist-switch', '2')
+    with Command('joystick', *options) as command:
+        _, errors = command.process.communicate(timeout=60)
+        assert command.process.returncode == 2 and 'the bus sara has no such mode, sara_assisted has' in errors
+    with Command('joystick', *options, '--dbc', 'sara_assisted') as command:
+        command.hear(lambda c: c.count('JOYSTICK') >= 1)
+        assert command.frames[-1][2]['modo'] == 1
+        os.write(keep, struct.pack('<IhBB', 0, 1, 1, 2))
+        command.hear(lambda c: c.frames[-1][2]['modo'] == 2)
+        os.write(keep, struct.pack('<IhBB', 0, 0, 1, 2))
+        command.hear(lambda c: c.frames[-1][2]['modo'] == 1)
+        assert command.end()[0] == 0
+    os.close(keep)
+
+
 def test_the_stick_counts_only_while_its_button_is_held():
     state = JoystickState(hold_button=4)
     state.feed(struct.pack('<IhBB', 1, 32767, 0x82, 0))

@@ -43,7 +43,8 @@ class SimulatedChair:
     """One chair, drawn from `seed`: the same seed and the same frames in give the same frames out.
 
     `time`: s since the start. `chair`: what was drawn. `counts`: frames lost on the way. `joystick`: (x, y) raw axes,
-    512 is the centre; set it to drive by hand.
+    512 is the centre; set it to drive by hand. `assisted`: the rider's switch, by which the PC helps; of a bus that has
+    this mode.
     `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments),
     clear(), list().
     `scanner`: the laser scanner, beside the bus; None without the option `scan`.
@@ -89,7 +90,7 @@ class SimulatedChair:
         if options.scan:
             luck = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(b'scan')]))
             self.scanner = Scanner(world, luck, start, STEP_S)
-        self.joystick = (512, 512)
+        self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()
         self.wire = Wire(bus_luck, config.frame_jitter, config.frame_loss)
@@ -216,7 +217,7 @@ class SimulatedChair:
         else:
             box.step(sensor_now, drive.motion())
         if 'joystick' not in silent:
-            for frame in self.joystick_node.update(now, *(self.grabbed or self.joystick)):
+            for frame in self.joystick_node.update(now, *(self.grabbed or self.joystick), assisted=self.assisted):
                 if motor is not None:
                     motor.receive(frame, now)
                 wire.send(frame, now)

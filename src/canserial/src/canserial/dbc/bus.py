@@ -21,7 +21,7 @@ from canserial.frame import Frame
 
 DBC_FOLDER = Path(__file__).resolve().parent
 DEFAULT_DBC = DBC_FOLDER / 'sara.dbc'
-PACKAGED = ('sara', 'sara_tenths')
+PACKAGED = ('sara', 'sara_tenths', 'sara_assisted')
 
 
 class BusError(ValueError):
@@ -65,8 +65,8 @@ class BusDescription:
 
     @classmethod
     def named(cls, name: str | Path) -> BusDescription:
-        """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s), or that of the
-        file `name`.
+        """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s; 'sara_assisted':
+        with a switch for shared control), or that of the file `name`.
 
         Read once per process. Raises BusError.
         """
@@ -103,6 +103,13 @@ class BusDescription:
             if candidate.name == signal:
                 return candidate.scale
         raise UnknownFrame(f'no signal {signal} in {name} of {self.path}')
+
+    def declares(self, name: str, signal: str, value: int) -> bool:
+        """Whether the file names this raw value of a signal (VAL_)."""
+        message = self._by_name.get(name)
+        return message is not None and any(
+            known.name == signal and value in (known.choices or {}) for known in message.signals
+        )
 
     def encode(self, name: str, time: float = 0.0, /, **signals: float) -> Frame:
         """A Frame of the message `name` from all its signals in physical units, each rounded to its resolution.

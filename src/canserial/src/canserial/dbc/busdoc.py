@@ -75,7 +75,10 @@ def main(arguments: list[str] | None = None) -> None:
     """Print the document of a bus description."""
     parser = argparse.ArgumentParser(prog='bus2md', description='A bus description (DBC) as Markdown.')
     parser.add_argument(
-        'bus', nargs='?', default='sara', help='sara, sara_tenths or the path of a DBC file (default: %(default)s)'
+        'bus',
+        nargs='?',
+        default='sara',
+        help='sara, sara_tenths, sara_assisted or the path of a DBC file (default: %(default)s)',
     )
     try:
         sys.stdout.write(markdown(BusDescription.named(parser.parse_args(arguments).bus)))

@@ -8,6 +8,7 @@ from collections import Counter
 from canserial.calibration.calibration import GyroCalibration
 from canserial.calibration.calibration_file import Calibration
 from canserial.dbc.bus import BadLength, BusDescription, UnknownFrame
+from canserial.dbc.modes import modes_of
 from canserial.frame import Frame
 from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
@@ -28,7 +29,6 @@ from canserial.reader.readings import (
 JOYSTICK_CENTRE = 512
 JOYSTICK_DEAD_BAND = 40
 JOYSTICK_MAX = 1023
-MODES = frozenset((0, 1, 3))
 ANGLE_LIMIT = 90.0  # deg; both filters take roll and pitch from atan2(a, hypot(b, c))
 LAST_STAMP = 2.0**32  # s; what a ROS time can hold
 
@@ -56,6 +56,7 @@ class Reader:
         fastest = config.max_wheel_speed / math.tau * config.encoder_steps_per_turn
         self._guards = {wheel: EncoderGuard(fastest, config.still_steps) for wheel in (RIGHT, LEFT)}
         self._stuck = {source: StuckValue(config.stuck_time) for source in ('angles', 'madgwick')}
+        self._modes = modes_of(bus)
         self._handlers = {
             'ENCODER_RIGHT': lambda t, v: self._encoder(t, RIGHT, v),
             'ENCODER_LEFT': lambda t, v: self._encoder(t, LEFT, v),
@@ -192,7 +193,7 @@ class Reader:
 
     def _joystick(self, stamp, values):
         mode = values['modo']
-        if max(values['joyx'], values['joyy']) > JOYSTICK_MAX or mode not in MODES:
+        if max(values['joyx'], values['joyy']) > JOYSTICK_MAX or mode not in self._modes:
             return self._drop('joystick_implausible', stamp)
         return [
             JoystickReading(stamp, -_axis(values['joyx']), _axis(values['joyy']), mode, values['velD'], values['velI'])
@@ -200,7 +201,7 @@ class Reader:
 
     def _mode(self, stamp, values):
         mode = values['modoPC']
-        return [ModeReading(stamp, mode)] if mode in MODES else self._drop('mode_implausible', stamp)
+        return [ModeReading(stamp, mode)] if mode in self._modes else self._drop('mode_implausible', stamp)
 
     def _battery(self, stamp, values):
         voltage = values['voltage']

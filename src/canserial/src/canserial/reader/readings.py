@@ -82,7 +82,7 @@ class JoystickReading(NamedTuple):
 
 
 class ModeReading(NamedTuple):
-    """Who drives (`modoPC` of the bus): 1 the joystick, 3 the PC."""
+    """Who drives, `modoPC` of the bus (dbc/modes.py)."""
 
     stamp: float
     mode: int

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from canserial.dbc.modes import PC_DRIVES
 from canserial.reader.readings import (
     EncoderReading,
     ImpactReading,
@@ -20,7 +21,7 @@ from canserial.reader.readings import (
 )
 from sara_bringup.paths import parameters
 from sara_control.gate.gate_config import SafetyConfig
-from sara_control.gate.guard import PC_DRIVES, Guard
+from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import State, sentence
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import Mux, MuxConfig
@@ -45,7 +46,7 @@ class CommandChain:
             ControllerConfig.from_params(parameters('sara_control', 'sara.yaml')),
             parameters('sara_control', 'mux.yaml'),
         )
-        self.base, self.controller = CanBase.from_config(bus, control), DiffDriveController(control)
+        self.base, self.controller = CanBase.from_config(bus, control, True), DiffDriveController(control)
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux['joystick']))
         safety = parameters('sara_control', 'safety.yaml')
         safety['scan']['enabled'] = scan
@@ -110,7 +111,7 @@ class CommandChain:
     def _mode(self, reading, now):
         self.base.on_mode(reading.mode)
         self.guard.on_mode(now, reading.mode)
-        self._pass_on(self.mux.on_robot(now, reading.mode != PC_DRIVES), now)
+        self._pass_on(self.mux.on_robot(now, reading.mode not in PC_DRIVES), now)
 
     def _imu(self, reading, _now):
         self.guard.on_imu(reading.stamp, reading.angular_velocity, reading.frozen)
@@ -123,6 +124,7 @@ class CommandChain:
         self.guard.on_impact(now, reading.impact)
 
     def _joystick(self, reading, now):
+        self.base.on_switch(reading.mode)
         command = self.joystick.on_axes(
             (reading.left, reading.forward, reading.right_wheel, reading.left_wheel), (reading.mode,)
         )

@@ -54,7 +54,8 @@ class Lockstep:
     `localization`: "ekf", "ukf", or "fake" for the true pose.
     `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
     hear of the map; as in sara.launch, None: with the default set alone. `imu_period`: s between the IMU's frames, 0.05
-    or 0.2. `scan`: whether the chair has the laser scanner, for gate and costmaps. `tick` counts the steps.
+    or 0.2. `scan`: whether the chair has the laser scanner, for gate and costmaps. `dbc`: the bus, as canserial
+    names it. `tick` counts the steps.
     """
 
     def __init__(
@@ -69,8 +70,9 @@ class Lockstep:
         ranges: bool | None = None,
         imu_period: float = FAST_IMU,
         scan: bool = False,
+        dbc: str = 'sara',
     ) -> None:
-        bus = BusDescription.default()
+        bus = BusDescription.named(dbc)
         grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
         options, sensors = ChairOptions(scan=scan), SensorConfig(imu_period=imu_period)
         self.chair = SimulatedChair(world_of(grid), seed, start, bus, options=options, sensors=sensors)

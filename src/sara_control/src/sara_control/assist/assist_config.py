@@ -11,17 +11,18 @@ from sara_common.config import ConfigError, filled, range_faults
 class AssistConfig:
     """m, s, m/s, rad/s. Names of the laws: see shared_control.
 
-    sources: whose commands are assisted. length, width: of the body, centred on base_link. horizon: s of driving that
-    is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no nearer to an obstacle. ahead:
-    m more that its way keeps free where it drives to: there the safety gate stops. clear: m; nearer than that, room
-    counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what cannot be passed.
-    steady_time: s over which a stick that trembles is averaged. insist: share of the greatest deflection, and
-    insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is centred.
-    max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
+    enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link.
+    horizon: s of driving that is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no
+    nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety gate stops. clear:
+    m; nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what
+    cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of the greatest
+    deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is
+    centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
     grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate driven.
     latency: s until a command takes effect.
     """
 
+    enabled: bool = True
     sources: tuple = ('joystick', 'touch', 'keyboard')
     length: float = 1.08
     width: float = 0.58
@@ -45,6 +46,8 @@ class AssistConfig:
 
     def __post_init__(self):
         faults = range_faults(self, LIMITS)
+        if not isinstance(self.enabled, bool):
+            faults.append(f'enabled is {self.enabled!r}, allowed are true and false')
         if not isinstance(self.sources, (list, tuple)) or not all(isinstance(name, str) for name in self.sources):
             faults.append(f'sources is {self.sources!r}, allowed is a list of names of sources')
         if not faults and self.nearest_look > self.farthest_look:

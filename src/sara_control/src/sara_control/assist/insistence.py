@@ -28,6 +28,10 @@ class Insistence:
         self._until = t + self.config.override_time if on else -math.inf
         self._alone = self._alone and on
 
+    def override_left(self, t: float) -> float:
+        """s that an override still lasts at t; 0 where there is none, or the clock was set back before it."""
+        return self._until - t if t < self._until <= t + self.config.override_time else 0.0
+
     def corrected(self, side: float | None) -> None:
         """To which side the last command was corrected: 1 to the left, -1 to the right, 0 where it was stopped; None
         where it was not.
@@ -40,7 +44,7 @@ class Insistence:
 
     def alone(self, t: float, v: float, w: float) -> bool:
         """Whether a rider who asks for (v m/s, w rad/s) at t is to be left alone."""
-        if t < self._until <= t + self.config.override_time:
+        if self.override_left(t) > 0.0:
             return True
         if self._alone:
             return True

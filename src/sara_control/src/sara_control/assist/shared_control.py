@@ -11,7 +11,6 @@ nothing is near. What stops the robot is the safety gate behind it.
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from typing import NamedTuple
 from sara_common.planar import advanced
 from sara_control.assist import rollouts, way_search
 from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.correction import Correction
 from sara_control.assist.insistence import Insistence
 from sara_control.assist.local_grid import LocalGrid, field_of, gap, outline_of
 from sara_control.assist.rollouts import Wish
@@ -38,18 +38,6 @@ EFFORT, LOST = 0.3, 3.0  # see way_search.Weights
 ROOM = 4.0  # of lacking room, with full help
 NARROW_SPEED = 0.15  # m/s at the margin; what is allowed beside an obstacle grows from there
 PIVOT_RATE, LEAST_WAY = 0.6, 0.3  # of max_angular; m that a way must lead on
-
-
-class Correction(enum.Enum):
-    """What is done otherwise than asked, as a sentence for the rider."""
-
-    LEFT = 'The chair steers to the left to keep clear.'
-    RIGHT = 'The chair steers to the right to keep clear.'
-    SLOWER = 'The chair goes slower because room is short.'
-    STOPS = 'The chair does not go that way because there is no room.'
-    OVERRIDE = 'The chair does not help: the rider wants to go alone.'
-    UNKNOWN = 'The chair does not help: it does not know what is around it.'
-
 
 LEFT, RIGHT = Correction.LEFT, Correction.RIGHT
 AGAINST = {LEFT: 1.0, RIGHT: -1.0, Correction.STOPS: 0.0}  # see Insistence; what is slower only is not
@@ -78,6 +66,7 @@ class SharedControl:
         self._field, self._stamp = None, -math.inf
         self._insistence = Insistence(config)
         self._last, self._steady, self._then = 0.0, None, None
+        self._grid: LocalGrid | None = None
 
     def on_grid(self, grid: LocalGrid, stamp: float) -> None:
         """What is blocked, as of `stamp`. Raises GridError, and keeps what was known, where it makes no sense."""
@@ -85,10 +74,23 @@ class SharedControl:
             field_of(grid, self._driven[1.0].radius + max(self.config.clear, self.config.margin)),
             stamp,
         )
+        self._grid = grid
+
+    def use(self, config: AssistConfig) -> None:
+        """Another rider's config, of the same body, for commands from now on."""
+        self.config = self._insistence.config = config
+        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
+        if self._grid is not None:
+            self.on_grid(self._grid, self._stamp)  # the room that counts may reach farther
+        self._rest()
 
     def override(self, t: float, on: bool = True) -> None:
         """The rider's button: no help for override_time from t on, or help again."""
         self._insistence.override(t, on)
+
+    def override_left(self, t: float) -> float:
+        """s that the rider's override still lasts at t; 0 where there is none."""
+        return self._insistence.override_left(t)
 
     def step(
         self, t: float, wish: Sequence[float], pose: Sequence[float] | None, driven: Sequence[float] = (0.0, 0.0)
@@ -100,9 +102,11 @@ class SharedControl:
         if not (math.isfinite(v) and math.isfinite(w)) or v == w == 0.0:
             self._rest()
             return Assisted(0.0, 0.0, None)
+        if not self.config.enabled:
+            return Assisted(v, w, Correction.OFF)
         if self._insistence.alone(t, v, w):
             self._rest(keep=True)
-            return Assisted(v, w, Correction.OVERRIDE)
+            return Assisted(v, w, Correction.OVERRIDE if self.override_left(t) > 0.0 else Correction.INSISTED)
         if not (pose is not None and all(map(math.isfinite, (*pose, *driven))) and self._knows(t)):
             self._rest()
             return Assisted(v, w, Correction.UNKNOWN)

@@ -7,14 +7,13 @@ node and a simulation in lockstep use this same object.
 import math
 from collections.abc import Sequence
 
+from canserial.dbc.modes import PC_DRIVES
 from sara_common.scans import Sweep
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.plausibility import Plausibility
 from sara_control.gate.safety import AHEAD, Command, Decision, Inputs, SafetyGate
 from sara_control.zones.zones import Zones
-
-PC_DRIVES = 3  # modoPC
 
 
 class Guard:
@@ -101,10 +100,10 @@ class Guard:
         return self._drop(fault) if fault else True
 
     def on_mode(self, t: float, mode: int) -> None:
-        """modoPC came at t: at 3 the chair obeys."""
+        """modoPC came at t: whether the chair obeys (PC_DRIVES)."""
         self._bus = t
         if self.config.handshake:
-            self._pc_drives = mode == PC_DRIVES
+            self._pc_drives = mode in PC_DRIVES
 
     def on_impact(self, t: float, impact: bool) -> None:
         """Whether the chair feels an impact came at t."""

@@ -12,12 +12,12 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String, UInt8
 
+from canserial.dbc.modes import PC_DRIVES
 from canserial.ros.node import stop
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
-from sara_control.gate.guard import PC_DRIVES
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_control.mux.mux import NO_DRIVER, ROBOT, Mux, MuxConfig
 
@@ -112,7 +112,7 @@ class MuxNode:
 
     def on_mode(self, message: UInt8) -> None:
         """The chair reports who drives."""
-        self.act(lambda now: self.mux.on_robot(now, message.data != PC_DRIVES))
+        self.act(lambda now: self.mux.on_robot(now, message.data not in PC_DRIVES))
 
     def on_joystick(self, message: Joy) -> None:
         """Axes to a command, which comes back by the joystick's topic like any other."""

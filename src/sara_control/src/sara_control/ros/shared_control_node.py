@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 
 from canserial.ros.node import stop
 from sara_common.config import ConfigError
@@ -17,14 +17,15 @@ from sara_common.diagnostics import OK, WARN
 from sara_common.planar import yaw_from_quaternion, yaw_of
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
-from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.correction import Correction, sentence
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import GridError, LocalGrid
-from sara_control.assist.shared_control import Correction, SharedControl
+from sara_control.assist.shared_control import SharedControl
 
 OCCUPIED = 100  # of nav_msgs/OccupancyGrid, as costmap_2d publishes obstacles
 FRESH = 0.5  # s: an older pose or velocity is not used
 STATUS_PERIOD = 0.5  # s between two sentences
-HELPS = 'The chair follows the rider.'
+LEFT_PERIOD = 1.0  # s between two of what is left of an override
 
 
 class SharedControlNode:
@@ -34,10 +35,10 @@ class SharedControlNode:
         params = dict(rospy.get_param('~', {}))
         self.base_frame = params.pop('robot_base_frame', 'base_link')
         try:
-            self.config = AssistConfig.from_params(params)
+            profiles = HelpProfiles.from_params(params)
         except ConfigError as error:
             stop(f'wrong configuration of {rospy.get_name()}: {error}')
-        self.assist = SharedControl(self.config)
+        self.profiles, self.assist = profiles.configs, SharedControl(profiles.config)
         self.lock = threading.Lock()
         self.stopping = threading.Event()
         self.source, self.frame, self.dropped = '', None, {}
@@ -46,6 +47,11 @@ class SharedControlNode:
         self.diagnostics = Diagnostics('shared control', 'rider')
         self.out = rospy.Publisher('cmd_vel_out', Twist, queue_size=1, tcp_nodelay=True)
         self.status = rospy.Publisher('~status', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.in_use = rospy.Publisher('~profile_in_use', String, queue_size=10, latch=True, tcp_nodelay=True)
+        self.in_use.publish(profiles.name)
+        self.override_left = rospy.Publisher('~override_left', Float32, queue_size=10, latch=True, tcp_nodelay=True)
+        self.left = -1.0
+        self.tell(rospy.get_time())
         self.tf = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.tf)
         for topic, kind, handle in (
@@ -53,6 +59,7 @@ class SharedControlNode:
             ('costmap', OccupancyGrid, self.on_grid),
             ('odom', Odometry, self.on_odometry),
             ('~override', Bool, self.on_override),
+            ('~profile', String, self.on_profile),
             ('cmd_vel_in', Twist, self.on_command),
         ):
             rospy.Subscriber(topic, kind, handle, queue_size=1, tcp_nodelay=True)
@@ -61,14 +68,29 @@ class SharedControlNode:
     def on_source(self, message: String) -> None:
         """Who drives from now on."""
         with self.lock:
-            self.source = message.data
+            self.source, self.correction = message.data, None
             self.assist.let_go()
 
     def on_override(self, message: Bool) -> None:
         """The rider's button: true, no help for a while; false, help again."""
+        now = rospy.get_time()
         with self.lock:
-            self.assist.override(rospy.get_time(), message.data)
+            self.assist.override(now, message.data)
+        self.tell(now, at_once=True)
         rospy.loginfo('the rider goes alone' if message.data else 'the rider is helped again')
+
+    def on_profile(self, message: String) -> None:
+        """Another rider, from the next command on."""
+        name, now = message.data, rospy.get_time()
+        if name not in self.profiles:
+            rospy.logwarn('there is no profile %s; there are: %s', name, ', '.join(self.profiles))
+            return
+        with self.lock:
+            self.assist.use(self.profiles[name])
+            self.correction = None
+            self.in_use.publish(name)
+        self.tell(now, at_once=True)
+        rospy.loginfo('the profile is %s', name)
 
     def on_odometry(self, message: Odometry) -> None:
         """How fast the robot is."""
@@ -116,26 +138,36 @@ class SharedControlNode:
         with self.lock:
             if self.stopping.is_set():
                 return
-            if self.source not in self.config.sources:
-                self.correction = None
-                self.out.publish(message)
-                return
             now = rospy.get_time()
-            driven = self.driven if 0.0 <= now - self.driven_at <= FRESH else (0.0, 0.0)
-            result = self.assist.step(now, (message.linear.x, message.angular.z), self.pose(now), driven)
-            self.correction = result.correction
-            out = Twist()
-            out.linear.x, out.angular.z = result.v, result.w
-            self.out.publish(out)
-        self.say(now)
+            if self.source in self.assist.config.sources:
+                driven = self.driven if 0.0 <= now - self.driven_at <= FRESH else (0.0, 0.0)
+                result = self.assist.step(now, (message.linear.x, message.angular.z), self.pose(now), driven)
+                self.correction = result.correction
+                message = Twist()
+                message.linear.x, message.angular.z = result.v, result.w
+            else:
+                self.correction = None
+            self.out.publish(message)
+        self.tell(now)
 
-    def say(self, now: float) -> None:
-        """Publishes a sentence for the rider where it is another."""
-        text = HELPS if self.correction is None else self.correction.value
-        if text != self.said and not 0.0 <= now - self.said_at < STATUS_PERIOD:
-            self.said, self.said_at = text, now
-            self.status.publish(text)
-            rospy.logdebug(text)
+    def tell(self, now: float, at_once: bool = False) -> None:
+        """Publishes the sentence for the rider, where it is another, and how long an override still lasts, s."""
+        with self.lock:
+            left = self.assist.override_left(now)
+            text = sentence(self.doing(left))
+            if text != self.said and (at_once or not 0.0 <= now - self.said_at < STATUS_PERIOD):
+                self.said, self.said_at = text, now
+                self.status.publish(text)
+                rospy.logdebug(text)
+            if left != self.left and (at_once or left == 0.0 or not 0.0 <= self.left - left < LEFT_PERIOD):
+                self.left = left
+                self.override_left.publish(left)
+
+    def doing(self, left: float) -> Correction | None:
+        """What is done otherwise than asked; left: s that an override still lasts."""
+        if not self.assist.config.enabled:
+            return Correction.OFF
+        return Correction.OVERRIDE if left > 0.0 else self.correction
 
     def on_shutdown(self) -> None:
         """The last word is stop."""
@@ -145,15 +177,15 @@ class SharedControlNode:
         rospy.rostime.wallsleep(0.1)
 
     def run(self) -> None:
-        """Diagnostics once a second of wall time until ROS shuts down."""
+        """What is to be told without a command, and diagnostics, once a second of wall time until ROS shuts down."""
         while not self.stopping.wait(1.0):
+            now = rospy.get_time()
+            self.tell(now)
             with self.lock:
-                correction, dropped = self.correction, sum(self.dropped.values())
+                correction, dropped = self.doing(self.assist.override_left(now)), sum(self.dropped.values())
             values = {'source': self.source, 'dropped': dropped}
             blind = correction is Correction.UNKNOWN
-            self.diagnostics.publish(
-                WARN if blind or dropped else OK, HELPS if correction is None else correction.value, values
-            )
+            self.diagnostics.publish(WARN if blind or dropped else OK, sentence(correction), values)
 
 
 def main() -> None:

@@ -10,20 +10,19 @@ import math
 from collections import Counter
 
 from canserial.dbc.bus import BusDescription
+from canserial.dbc.modes import ASSISTED, DRIVE, HELP, PC, STOP, has_assisted
 from canserial.reader.readings import EncoderReading
 from sara_control.wheels.base import WheelPositions
 from sara_control.wheels.config import ControllerConfig
 
 WRAP = 2**32
 TICK = 1e-4  # s
-PC_DRIVES = 3  # modoPC
-CLOSED_LOOP, STOP = ord('C'), ord('A')
 RIGHT, LEFT = 0, 1
 
 
 class CanBase:
     """bus: canserial.dbc.bus.BusDescription. max_wheel_speed: rad/s, faster is not believed. period: s between two
-    readings.
+    readings. assists: whether the PC helps who drives by the chair's joystick, on a bus that has this mode.
 
     `counters` counts what was dropped and what was lost, by kind.
     """
@@ -32,7 +31,12 @@ class CanBase:
     STALE = 1.0  # s; a clock that went back by less repeats an old frame, by more was started anew
 
     def __init__(
-        self, bus: BusDescription, steps_per_turn: int = 64000, max_wheel_speed: float = 20.0, period: float = 0.1
+        self,
+        bus: BusDescription,
+        steps_per_turn: int = 64000,
+        max_wheel_speed: float = 20.0,
+        period: float = 0.1,
+        assists: bool = False,
     ) -> None:
         self._bus = bus
         self._radians = math.tau / steps_per_turn
@@ -46,21 +50,26 @@ class CanBase:
         self._steps = (0, 0)
         self._unmeasured = 0.0
         self.mode = None
+        self._assists, self._switched = assists and has_assisted(bus), False
         self.counters = Counter()
 
     @classmethod
-    def from_config(cls, bus: BusDescription, config: ControllerConfig) -> 'CanBase':
+    def from_config(cls, bus: BusDescription, config: ControllerConfig, assists: bool = False) -> 'CanBase':
         """With the settings of a ControllerConfig."""
-        return cls(bus, config.steps_per_turn, config.max_wheel_speed, config.encoder_period)
+        return cls(bus, config.steps_per_turn, config.max_wheel_speed, config.encoder_period, assists)
 
     @property
     def may_drive(self) -> bool:
         """Whether the motor node takes commands from the PC."""
-        return self.mode == PC_DRIVES
+        return self.mode == PC or self._assists and self.mode == ASSISTED
 
     def on_mode(self, mode: int) -> None:
         """The motor node reports who drives (modoPC)."""
         self.mode = mode
+
+    def on_switch(self, mode: int) -> None:
+        """The joystick node reports what its switch says (modo)."""
+        self._switched = mode == ASSISTED
 
     def on_encoder(self, reading: EncoderReading) -> WheelPositions | None:
         """Takes an EncoderReading; returns WheelPositions when it completes a pair, else None."""
@@ -128,21 +137,22 @@ class CanBase:
             self.counters['command_not_finite'] += 1
             left = right = 0.0
         if not self.may_drive:
-            return self.stop()
+            return self._stop(HELP if self._assists and self._switched else STOP)
         # Beyond what a frame can carry both wheels slow down together: the arc stays.
         left_step, right_step = self._resolution
         fastest = max(abs(left) / (127.0 * left_step), abs(right) / (127.0 * right_step))
         if fastest > 1.0:
             left, right = left / fastest, right / fastest
             self.counters['command_too_fast'] += 1
-        return self._bus.encode(
-            'WHEEL_COMMAND', left=self._round(0, left), right=self._round(1, right), mode=CLOSED_LOOP
-        )
+        return self._bus.encode('WHEEL_COMMAND', left=self._round(0, left), right=self._round(1, right), mode=DRIVE)
 
     def stop(self) -> object:
         """The frame that stops both wheels at once."""
+        return self._stop(STOP)
+
+    def _stop(self, mode):
         self._rest = [0.0, 0.0]
-        return self._bus.encode('WHEEL_COMMAND', left=0.0, right=0.0, mode=STOP)
+        return self._bus.encode('WHEEL_COMMAND', left=0.0, right=0.0, mode=mode)
 
     def _round(self, index, speed):
         """The speed as a multiple of the resolution; the remainder is kept for the next time, but not across a stop."""

@@ -197,7 +197,7 @@ class ControllerConfig:
         return config
 
 
-def unknown(params: dict, ours: tuple[str, ...] = ('base',)) -> list[str]:
+def unknown(params: dict, ours: tuple[str, ...] = ('base', 'dbc', 'assists')) -> list[str]:
     """Names in the parameters under this controller's namespace that nothing reads: misspelt, or of something else.
 
     ours: what the node knows besides the configuration.

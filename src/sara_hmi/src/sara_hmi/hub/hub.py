@@ -15,7 +15,8 @@ from sara_hmi.protocol.limits import Bucket
 from sara_hmi.sessions.sessions import Session
 
 ALWAYS = ('stop', 'halt')  # is done even where too many frames have come
-TASKS = ('go', 'pause', 'resume', 'cancel', 'pose', 'profile', 'place', 'rename', 'delete', 'say')
+ASSIST = ('override', 'help')  # of shared control: where there is a driver, the driver's alone
+TASKS = ('go', 'pause', 'resume', 'cancel', 'pose', 'profile', 'override', 'help', 'place', 'rename', 'delete', 'say')
 
 
 @dataclass
@@ -110,7 +111,7 @@ class Hub:
         """A frame that its sender may send."""
         number, driving, op = client.number, self.driving, frame.op
         if op in TASKS:
-            other = driving.moving and driving.driver != number
+            other = driving.driver not in (None, number) and (driving.moving or op in ASSIST)
             return self.tasks.heed(number, frame, driving.stopped, other)
         if op in ('hello', 'pair', 'invite'):
             return {'hello': self._hello, 'pair': self._pair, 'invite': self._invite}[op](t, client, frame)

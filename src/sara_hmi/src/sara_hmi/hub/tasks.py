@@ -14,12 +14,15 @@ LIMITS = ('max_forward', 'max_reverse', 'max_turn')
 
 
 class Tasks:
-    """Knows what it is told of the robot: `places`, `profiles` with the one in use, and `pose`, where the chair is."""
+    """Knows what it is told of the robot: `places`, `profiles` with the one in use, `pose`, where the chair is,
+    `assisted`, whether shared control runs, and `helps`, its profiles.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
         self.mission = Mission()
         self.places: dict[str, Pose] = {}
         self.pose: Pose | None = None
+        self.assisted, self.helps = False, ()
         self.profiles: Mapping[str, Mapping[str, float]] = config.profiles
         self.profile = config.profile
 
@@ -45,8 +48,10 @@ class Tasks:
         return v * limits['max_forward' if v > 0.0 else 'max_reverse'], w * limits['max_turn']
 
     def heed(self, client: int, frame: Frame, stopped: bool, other_drives: bool) -> list[Action]:
-        """A frame of a client that may send it. other_drives: somebody else moves the chair by hand just now."""
-        if other_drives and frame.op in ('go', 'resume', 'pose'):
+        """A frame of a client that may send it. other_drives: somebody else moves the chair by hand just now, or,
+        for what shared control is to do, has the controls.
+        """
+        if other_drives and frame.op in ('go', 'resume', 'pose', 'override', 'help'):
             return [error(client, 'error.other_drives', frame.op)]
         if stopped and frame.op in ('go', 'resume'):
             return [error(client, 'error.stopped', frame.op)]
@@ -78,6 +83,19 @@ class Tasks:
             return [error(client, 'error.no_profile', 'profile', {'profile': name})]
         self.profile = name
         return [Order(client, 'profile', (name,)), Everyone({'op': 'profile', **self.profile_fields()})]
+
+    def _on_override(self, client, frame):
+        if not self.assisted:
+            return [error(client, 'error.no_assist', 'override')]
+        return [Order(client, 'override', (frame.get('on'),))]
+
+    def _on_help(self, client, frame):
+        if not self.assisted:
+            return [error(client, 'error.no_assist', 'help')]
+        name = frame.get('name')
+        if name not in self.helps:
+            return [error(client, 'error.no_help', 'help', {'profile': name})]
+        return [Order(client, 'help', (name,))]
 
     def _on_place(self, client, frame):
         pose = frame.get('pose', self.pose)

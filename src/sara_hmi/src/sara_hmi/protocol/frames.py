@@ -59,6 +59,10 @@ def _share(value):
     return _number(value, 1.0)
 
 
+def _flag(value):
+    return isinstance(value, bool)
+
+
 def _pose(value):
     return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
 
@@ -113,6 +117,8 @@ OPS = {
     'cancel': Op(MOVERS),
     'pose': Op(MOVERS, {'pose': _pose}),
     'profile': Op(MOVERS, {'name': _text(40)}),
+    'override': Op(MOVERS, {'on': _flag}),
+    'help': Op(MOVERS, {'name': _text(40)}),
     'place': Op(MOVERS, {'name': _match(PLACE)}, {'pose': _pose}),
     'rename': Op(MOVERS, {'name': _match(PLACE), 'to': _match(PLACE)}),
     'delete': Op(MOVERS, {'name': _match(PLACE)}),

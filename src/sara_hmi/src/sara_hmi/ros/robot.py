@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 
 from sara_common.config import is_number
 from sara_common.planar import quaternion_from_yaw, yaw_of
+from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.robot_inputs import RobotInputs
@@ -50,6 +51,8 @@ class RosRobot(RobotInputs):
         self._cancel = rospy.Publisher('move_base/cancel', GoalID, queue_size=1, tcp_nodelay=True)
         self._set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1, tcp_nodelay=True)
         self._profile = rospy.Publisher('safety_gate/profile', String, queue_size=1, tcp_nodelay=True)
+        self._override = rospy.Publisher('shared_control/override', Bool, queue_size=1, tcp_nodelay=True)
+        self._help_profile = rospy.Publisher('shared_control/profile', String, queue_size=1, tcp_nodelay=True)
         self._goals = actionlib.ActionClient('move_base', MoveBaseAction)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._places_file = config.places or rospy.get_param('/places_file', '')
@@ -165,8 +168,16 @@ class RosRobot(RobotInputs):
     def _do_profile(self, _client, name):
         self._profile.publish(String(name))
 
+    def _do_override(self, _client, on):
+        self._override.publish(Bool(on))
+
+    def _do_help(self, _client, name):
+        self._help_profile.publish(String(name))
+
     def _look_for_parameters(self):
-        """The gate's profiles and slip, and the planner's name, which a launch may set later than this node starts."""
+        """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles
+        and how long its override lasts, and the planner's name.
+        """
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True
@@ -174,6 +185,10 @@ class RosRobot(RobotInputs):
             self.turn_slip = float(slip) if is_number(slip) and 1.0 <= slip <= 2.0 else 1.0
             use = rospy.get_param('safety_gate/profile', next(iter(profiles)))
             self._server.post(self._server.on_profiles, profiles, use)
+        lasts = rospy.get_param_cached('shared_control/override_time', None) if self.has_assist else None
+        self.override_s = float(lasts) if is_number(lasts) else AssistConfig.override_time
+        helps = rospy.get_param_cached('shared_control/profiles', None) if self.has_assist else None
+        self.helps = tuple(map(str, helps)) if isinstance(helps, dict) else ()
         planner = rospy.get_param('move_base/base_global_planner', '') if not self.follows_plan else ''
         if planner:
             self.follow_plan(planner)

@@ -14,11 +14,13 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import BatteryState, Range
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 
 from sara_common.planar import yaw_of
+from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig
-from sara_hmi.view.frames import Pose, Seen, View, finite_pairs
+from sara_hmi.view.frames import Assist, Pose, Seen, View, finite_pairs
+from sara_hmi.words.keys import assist
 
 LATELY_S = 2.0  # of wall time: what came within is connected
 ASKED_S = 0.5  # of wall time for which a command counts as asked
@@ -28,7 +30,8 @@ OLDEST_POSE_S = 2.0  # of ROS time
 class RobotInputs:
     """Subscribes to all that the page shows. on_map and on_said are called from ROS's threads, on_said with a topic's
     name and its text. turn_slip: the turn rate of a command over that of the motion it asks for, as the safety gate
-    counts; motions are shown and asked for as the robot's own.
+    counts; motions are shown and asked for as the robot's own. override_s: s that an override of shared control lasts;
+    helps: its profiles.
     """
 
     def __init__(
@@ -39,10 +42,13 @@ class RobotInputs:
     ) -> None:
         self._config = config
         self.turn_slip = 1.0
+        self.override_s, self.helps = AssistConfig.override_time, ()
         self._heard: dict[str, float] = {}
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
         self._asked: Twist | None = None
+        self._assisted: Twist | None = None
+        self._does, self._override_left, self._help = '', 0.0, ''
         self._battery: BatteryState | None = None
         self._ranges: dict[str, Range] = {}
         self._sensors: dict[str, Pose] = {}
@@ -56,6 +62,12 @@ class RobotInputs:
         self._listen('safety_gate/status', String, lambda m: on_said('status', m.data), latched=True)
         self._listen('safety_gate/give_up', String, lambda m: on_said('give_up', m.data), shown=False)
         self._listen('safety_gate/profile', String, lambda m: on_said('profile', m.data), shown=False)
+        self._listen('cmd_vel_assisted', Twist, lambda m: setattr(self, '_assisted', m), shown=False)
+        self._listen('shared_control/override_left', Float32, self._on_override_left, shown=False)
+        self._listen('shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False)
+        self._assist_status = self._listen(
+            'shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False
+        )
         for topic in config.range_topics:
             self._listen(
                 topic, Range, partial(self._ranges.__setitem__, topic.rsplit('/', 1)[-1].removesuffix('_range'))
@@ -90,6 +102,14 @@ class RobotInputs:
         """Whether a safety gate has spoken."""
         return self._heard['safety_gate/status'] > -math.inf
 
+    @property
+    def has_assist(self) -> bool:
+        """Whether shared control runs: it has spoken, and is still there."""
+        return self._heard['shared_control/status'] > -math.inf and self._assist_status.get_num_connections() > 0
+
+    def _on_override_left(self, message):
+        self._override_left = message.data if math.isfinite(message.data) else 0.0
+
     def _on_plan(self, message):
         self._plan = finite_pairs((held.pose.position.x, held.pose.position.y) for held in message.poses)
 
@@ -114,8 +134,12 @@ class RobotInputs:
         if self._odometry is not None and now - self._heard['odom'] < LATELY_S:
             twist = self._odometry.twist.twist
             view.v, view.w = twist.linear.x, twist.angular.z
-        if self._asked is not None and now - self._heard['cmd_vel_asked'] < ASKED_S:
-            view.asked = (self._asked.linear.x, self._asked.angular.z / self.turn_slip)
+        view.asked = self._motion('cmd_vel_asked', self._asked, now)
+        if self.has_assist:
+            command = self._motion('cmd_vel_assisted', self._assisted, now)
+            view.assist = Assist(
+                self._does, command, self._override_left, self.override_s, self._help, tuple(self.helps)
+            )
         if self._battery is not None:
             view.battery = (self._battery.percentage, self._battery.voltage)
         view.connected = {
@@ -123,6 +147,12 @@ class RobotInputs:
             for topic, latched in self._shown.items()
         }
         return view
+
+    def _motion(self, topic, command, now):
+        """(m/s, rad/s) of the motion that a command asks for; None where none came of late."""
+        if command is None or not now - self._heard[topic] < ASKED_S:
+            return None
+        return command.linear.x, command.angular.z / self.turn_slip
 
     def ranges(self) -> dict[str, Seen]:
         """The newest readings of the sensors whose place is known."""

@@ -10,12 +10,28 @@ from typing import Any
 Pose = tuple[float, float, float]
 
 
+@dataclass(frozen=True)
+class Assist:
+    """What shared control does. does: the Correction's name or "". command: the newest (v, w) that it drives, m/s and
+    rad/s; None: none of late. left: s that an override still lasts. lasts: s that one lasts. profile: the one in use,
+    of profiles; "" where that is not known.
+    """
+
+    does: str
+    command: tuple[float, float] | None
+    left: float
+    lasts: float
+    profile: str = ''
+    profiles: tuple[str, ...] = ()
+
+
 @dataclass
 class View:
     """What is known of the robot; None: not known. Units: m, rad, s.
 
     gate: (State's name, Reason's name or "", the sentence). asked: the newest (v, w) of page or navigation.
-    battery: (share 0 to 1 or None, V or None). connected: {topic: whether something came of late}.
+    battery: (share 0 to 1 or None, V or None). connected: {topic: whether something came of late}. assist: None where
+    shared control does not run.
     """
 
     pose: Pose | None = None
@@ -26,6 +42,7 @@ class View:
     battery: tuple[float | None, float | None] | None = None
     stopped: bool = False
     connected: Mapping[str, bool] = field(default_factory=dict)
+    assist: Assist | None = None
 
 
 @dataclass(frozen=True)
@@ -65,10 +82,26 @@ def state_frame(t: float, view: View, driver: int | None, goal: Mapping | None) 
         'gate': gate,
         'driver': driver,
         'goal': goal,
-        'asked': view.asked and {'v': number(view.asked[0]), 'w': number(view.asked[1])},
+        'asked': _motion_field(view.asked),
+        'assist': view.assist and _assist_field(view.assist),
         'battery': battery,
         'stopped': view.stopped,
         'connected': dict(view.connected),
+    }
+
+
+def _motion_field(motion):
+    return motion and {'v': number(motion[0]), 'w': number(motion[1])}
+
+
+def _assist_field(assist):
+    return {
+        'does': assist.does,
+        'command': _motion_field(assist.command),
+        'left': number(assist.left, 0),
+        'lasts': number(assist.lasts, 0),
+        'profile': assist.profile,
+        'profiles': list(assist.profiles),
     }
 
 

@@ -55,7 +55,8 @@ class Screen:
         """What the robot does."""
         view, hub = robot.view(), self._hub
         view.gate, view.stopped = self._gate, hub.driving.stopped
-        hub.tasks.pose = view.pose
+        hub.tasks.pose, hub.tasks.assisted = view.pose, view.assist is not None
+        hub.tasks.helps = view.assist.profiles if view.assist else ()
         mission = hub.tasks.mission
         left = frames.left_of(robot.plan(), view.pose) if mission.state == 'going' else None
         goal = frames.goal_field(mission, left)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from sara_control.assist import correction
+from sara_control.assist.correction import Correction
 from sara_control.gate.reasons import Reason, State, sentence
 
 STATES = tuple(f'state.{state.name}' for state in State)
 REASONS = tuple(f'reason.{reason.name}' for reason in Reason)
 HELP = tuple(f'help.{reason.name}' for reason in Reason)
+ASSIST = tuple(f'assist.{one.name}' for one in Correction)
 GOALS = tuple(
     f'goal.{name}'
     for name in (
@@ -85,6 +88,8 @@ ERRORS = tuple(
         'no_profile',
         'no_navigation',
         'no_gate',
+        'no_assist',
+        'no_help',
         'no_speech',
         'no_words',
         'reset_moving',
@@ -92,13 +97,14 @@ ERRORS = tuple(
         'reset_command',
     )
 )
-ALL = (*STATES, *REASONS, *HELP, *GOALS, *WHYS, *EVENTS, *ERRORS)
+ALL = (*STATES, *REASONS, *HELP, *ASSIST, *GOALS, *WHYS, *EVENTS, *ERRORS)
 
 _SENTENCES = {
     sentence(state, reason): (state.name, reason.name if sentence(state, reason) != sentence(state, None) else '')
     for state in State
     for reason in Reason
 }
+_CORRECTIONS = {correction.sentence(one): one.name for one in Correction}
 
 
 def gate(said: str) -> tuple[str, str]:
@@ -106,3 +112,8 @@ def gate(said: str) -> tuple[str, str]:
     sentence of its.
     """
     return _SENTENCES.get(said, ('', ''))
+
+
+def assist(said: str) -> str:
+    """The name of the Correction that shared control says on ~status; "" where it makes none."""
+    return _CORRECTIONS.get(said, '')

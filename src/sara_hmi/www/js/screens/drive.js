@@ -12,11 +12,12 @@ export function show(app, screen) {
   const ask = el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0 });
   const speed = el('p', { class: 'speed' });
   const profiles = el('div', { class: 'row profiles', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.profile') });
+  const alone = el('div', { class: 'alone', 'data-scan': 'row' });
   fill(screen,
     el('h1', {}, say('ui.tab.drive')),
     banner,
     el('div', { class: 'controls' }, el('div', { class: 'sticks' }, stick.node), makeArrows(pump, settings)),
-    el('div', { class: 'speedrow' }, speed, ask), profiles,
+    el('div', { class: 'speedrow' }, speed, alone, ask), profiles,
   );
   const leaveKeys = driveByKeys(pump);
   const rested = ({ detail }) => {
@@ -31,8 +32,8 @@ export function show(app, screen) {
     tellState(app, banner, told);
     offer(app, ask, told);
     offerProfiles(app, profiles, told);
-    const text = say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) });
-    if (speed.textContent !== text) speed.textContent = text;
+    offerOverride(app, alone, told);
+    put(speed, say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) }));
     stick.node.classList.toggle('off', !canDrive(app));
   };
   connection.addEventListener('speed', update);
@@ -62,6 +63,7 @@ function tellState(app, banner, told) {
   else if (connection.isSlow) key = 'ui.drive.slow';
   else if (chair.isStopped) key = 'ui.drive.stopped';
   else if (chair.driver !== null && !chair.isDriver) key = 'ui.drive.other';
+  if (key.startsWith('ui.drive.ready') && chair.unhelped) key = chair.unhelped;
   const text = say(key, { name: chair.driverName || say('ui.somebody') });
   if (told.banner === text) return;
   told.banner = text;
@@ -77,6 +79,26 @@ function offer(app, row, told) {
   told.offer = wanted;
   fill(row, wanted === 'none' ? [] : button(say(`ui.${wanted}`), () => app.command({ op: wanted }), { 'data-offer': wanted }));
   document.dispatchEvent(new CustomEvent('screen-changed'));
+}
+
+/** Where shared control helps: the button that switches its help off for a while and on again. */
+function offerOverride(app, row, told) {
+  const { chair } = app;
+  const there = Boolean(chair.state?.assist) && chair.state.assist.does !== 'OFF';
+  if (told.assisted !== there) {
+    told.assisted = there;
+    fill(row, there ? button(' ', () => app.command({ op: 'override', on: !(app.chair.state?.assist?.left > 0) }), { 'data-do': 'override' }) : []);
+    document.dispatchEvent(new CustomEvent('screen-changed'));
+  }
+  if (!there) return;
+  const { left, lasts } = chair.state.assist;
+  const press = row.firstElementChild;
+  press.disabled = !chair.mayAssist;
+  put(press.firstChild, left > 0 ? say('ui.override.end', { seconds: left }) : say('ui.override.begin', { seconds: lasts }));
+}
+
+function put(node, text) {
+  if (node.textContent !== text) node.textContent = text;
 }
 
 function offerProfiles(app, row, told) {

@@ -1,4 +1,5 @@
-// What each user can adjust: language, speech, scanning, dwell, hands, contrast, arrows; and the carer's invitation.
+// What each user can adjust: language, speech, scanning, dwell, hands, contrast, arrows; how much
+// shared control helps; and the carer's invitation.
 
 import { ask, button, el, fill } from '../dom.js';
 import { CHOICES } from '../settings.js';
@@ -14,14 +15,15 @@ const GROUPS = [
 
 export function show(app, screen) {
   const invite = el('section', { class: 'card' });
-  fill(screen,
-    el('h1', {}, say('ui.tab.settings')),
-    GROUPS.map(([title, names]) => el('section', { class: 'card' }, el('h2', {}, say(title)), names.map((name) => setting(app, name)))),
-    invite,
-  );
+  const help = el('section', { class: 'card', hidden: true });
+  const [first, ...others] = GROUPS.map(([title, names]) =>
+    el('section', { class: 'card' }, el('h2', {}, say(title)), names.map((name) => setting(app, name))));
+  fill(screen, el('h1', {}, say('ui.tab.settings')), first, help, others, invite);
   const invited = (event) => showInvitation(event.detail);
   app.connection.addEventListener('invited', invited);
+  const told = {};
   const update = (op) => {
+    offerHelp(app, help, told);
     if (op !== undefined && op !== 'welcome') return;
     fill(invite, app.chair.role !== 'rider' ? [] : [
       el('h2', {}, say('ui.settings.others')), el('p', {}, say('ui.invite.text')),
@@ -32,6 +34,25 @@ export function show(app, screen) {
   };
   update();
   return { update, leave: () => app.connection.removeEventListener('invited', invited) };
+}
+
+/** How much shared control helps, where it runs and there is a choice: the chair's own setting, not this browser's. */
+function offerHelp(app, card, told) {
+  const { chair } = app;
+  const { profile, profiles = [] } = chair.state?.assist ?? {};
+  const wanted = JSON.stringify([profile, profiles, chair.mayAssist]);
+  if (told.help === wanted) return;
+  told.help = wanted;
+  const focused = document.activeElement?.dataset?.help;
+  card.hidden = profiles.length < 2;
+  fill(card, card.hidden ? [] : [
+    el('h2', {}, say('ui.help')), el('p', {}, say('ui.help.text')),
+    el('div', { class: 'row choice', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.help') }, profiles.map((name) =>
+      button(say(`ui.help.${name}`, {}, name), () => app.command({ op: 'help', name }),
+        { 'data-help': name, 'aria-pressed': String(name === profile), disabled: !chair.mayAssist }))),
+  ]);
+  card.querySelector(`[data-help="${focused}"]`)?.focus();
+  document.dispatchEvent(new CustomEvent('screen-changed'));
 }
 
 function setting(app, name) {

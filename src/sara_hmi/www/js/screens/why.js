@@ -7,7 +7,8 @@ export function show(app, screen) {
   const now = el('section', { class: 'card' });
   const help = el('p', { class: 'help' });
   const sentence = el('p', { class: 'big' });
-  fill(now, sentence, help, el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1 },
+  const assist = el('p', { class: 'doing' });
+  fill(now, sentence, assist, help, el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1 },
     button(say('ui.say_it'), () => sayAll(app), { 'data-do': 'say' })));
   const battery = el('p', {});
   const sensors = el('ul', { class: 'sensors' });
@@ -21,6 +22,7 @@ export function show(app, screen) {
   const update = () => {
     const { chair } = app;
     put(told, 'sentence', say(chair.sentence.key, chair.sentence.values), (text) => { sentence.textContent = text; });
+    put(told, 'assist', assistText(chair), (text) => { assist.textContent = text; });
     put(told, 'help', helpText(chair), (text) => { help.textContent = text; });
     put(told, 'battery', batteryText(chair), (text) => { battery.textContent = text; });
     put(told, 'sensors', JSON.stringify(chair.state?.connected ?? {}), () => drawSensors(chair, sensors));
@@ -43,6 +45,12 @@ function helpKey(chair) {
 
 function helpText(chair) {
   return say(helpKey(chair));
+}
+
+/** What shared control does otherwise than asked, or why it does not help. */
+function assistText(chair) {
+  const does = chair.state?.assist?.does;
+  return does ? say(`assist.${does}`) : '';
 }
 
 function sayAll(app) {

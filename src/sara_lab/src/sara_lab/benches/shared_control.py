@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_bringup.paths import parameters
-from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import LocalGrid
 from sara_control.assist.shared_control import SharedControl
 from sara_lab.benches.timed import Limit, timed
@@ -37,7 +37,7 @@ def pillars(seed: int) -> LocalGrid:
 
 def law(clock: Clock = time.process_time) -> Iterator[Timed]:
     """A step among pillars, from poses about the middle at which something is in the way; and a new grid."""
-    assist = SharedControl(AssistConfig.from_params(parameters('sara_control', 'assist.yaml')))
+    assist = SharedControl(HelpProfiles.from_params(parameters('sara_control', 'assist.yaml')).config)
     random = np.random.default_rng(0)
     steps, grids, k = [], [], 0
     while len(steps) < RUNS:

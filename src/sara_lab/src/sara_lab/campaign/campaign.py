@@ -13,6 +13,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
+from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
@@ -43,6 +44,7 @@ PARTS = {
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
+    'assisted_bus': assisted_bus,
 }
 
 

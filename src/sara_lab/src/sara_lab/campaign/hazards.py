@@ -101,6 +101,13 @@ HAZARDS = {
 }
 
 
+def too_late(stopped_after: float, speed: float, allowed: float) -> list[str]:
+    """The sentence about a chair that was not at rest in time (s, from `speed`, m/s), in a list; [] where it was."""
+    if stopped_after <= allowed + 1e-9:
+        return []
+    return [f'at rest after {stopped_after:.2f} s from {speed:.2f} m/s, allowed are {allowed:.2f}']
+
+
 @dataclass(frozen=True)
 class Outcome:
     """`speed`: m/s when it happened. `stopped_after`, `way`: s, m to rest (inf where it never came). `drifted`: m moved
@@ -126,11 +133,7 @@ class Outcome:
     @property
     def faults(self) -> list[str]:
         """What does not hold, a sentence each."""
-        found = []
-        if not self.stopped_after <= self.allowed + 1e-9:
-            found.append(
-                f'at rest after {self.stopped_after:.2f} s from {self.speed:.2f} m/s, allowed are {self.allowed:.2f}'
-            )
+        found = too_late(self.stopped_after, self.speed, self.allowed)
         if self.drifted > MOVED_M:
             found.append(f'moved {self.drifted:.3f} m by itself afterwards')
         if not self.resumed:

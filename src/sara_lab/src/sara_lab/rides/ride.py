@@ -19,6 +19,7 @@ from sara_bringup.lockstep.assisted import Assisted
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import parameters
 from sara_control.assist.assist_config import AssistConfig
+from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.shared_control import SharedControl
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.mux.joystick import Joystick, JoystickConfig
@@ -107,7 +108,7 @@ def prepare(lockstep: Lockstep, way: str, config: AssistConfig | None = None) ->
 
 def assist_config() -> AssistConfig:
     """SARA's own."""
-    return AssistConfig.from_params(parameters('sara_control', 'assist.yaml'))
+    return HelpProfiles.from_params(parameters('sara_control', 'assist.yaml')).config
 
 
 def ride(circuit: str, rider: str, way: str, seed: int, config: AssistConfig | None = None) -> Ride:

@@ -9,6 +9,8 @@ import argparse
 import os
 from collections.abc import Iterable
 
+from canserial.dbc.bus import BusError
+from canserial.dbc.modes import has_assisted
 from canserial.frame import Frame
 from sara_lowlevel.config import JoystickConfig
 from sara_lowlevel.hardware import HardwareError, open_joystick
@@ -26,6 +28,12 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument('--x-axis', type=int, default=0, help='number of the axis to the right (default 0)')
     result.add_argument('--y-axis', type=int, default=1, help='number of the axis to the front (default 1)')
     result.add_argument('--hold-button', type=int, help='the stick counts only while this button is held')
+    result.add_argument(
+        '--assist-switch',
+        type=int,
+        metavar='BUTTON',
+        help='the PC helps while this button is pressed, a switch best; needs --dbc sara_assisted',
+    )
     result.add_argument(
         '--max-forward',
         type=float,
@@ -90,6 +98,9 @@ def run(arguments: list[str] | None = None) -> int:
     """The command."""
     options = parser().parse_args(arguments)
     can, bus = adapter_config(options.can), bus_named(options.dbc)
+    switch = options.assist_switch
+    if switch is not None and not has_assisted(bus):
+        raise BusError(f'--assist-switch: the bus {options.dbc} has no such mode, sara_assisted has')
     node = JoystickNode(bus, JoystickConfig(max_forward=options.max_forward, max_turn=options.max_turn))
     recorder = Recorder(options.record, can.port) if options.record else None
     device = Device(options)
@@ -98,7 +109,9 @@ def run(arguments: list[str] | None = None) -> int:
         for frame in frames:
             node.receive(frame, t)
         state = device.poll(t)
-        return node.update(t, *state.stick) if state is not None else []
+        if state is None:
+            return []
+        return node.update(t, *state.stick, assisted=switch is not None and state.buttons.get(switch, False))
 
     def status() -> str:
         if device.state is None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from canserial.dbc.bus import BusDescription, BusError
+from canserial.dbc.modes import ASSISTED, MANUAL, OFF, PC
 from canserial.frame import Frame
 from sara_lowlevel.config import JoystickConfig
-from sara_lowlevel.motor.motor_node import MODE_MANUAL, MODE_OFF, MODE_PC
 from sara_lowlevel.schedule import Every
 
 
@@ -27,13 +27,13 @@ class JoystickNode:
         except BusError:
             return
         if name == 'MODO_PC':
-            self._pc_drives = int(values['modoPC']) == MODE_PC
+            self._pc_drives = int(values['modoPC']) == PC
 
-    def update(self, t: float, x: int = 512, y: int = 512, on: bool = True) -> list:
-        """`t`: s. `x` (right positive), `y` (forward positive): 0..1023. `on`: the chair's switch. Returns the frames
-        to send now.
+    def update(self, t: float, x: int = 512, y: int = 512, on: bool = True, assisted: bool = False) -> list:
+        """`t`: s. `x` (right positive), `y` (forward positive): 0..1023. `on`: the chair's switch. `assisted`: the one
+        by which the PC helps, of a bus that has this mode. Returns the frames to send now.
         """
-        state = (x, y, on, self._pc_drives)
+        state = (x, y, on, assisted, self._pc_drives)
         due = self._turn.due(t)
         if not due and state == self._sent:
             return []
@@ -41,7 +41,7 @@ class JoystickNode:
         forward = self._axis(y) * self.config.max_forward
         turn = self._axis(x) * self.config.max_turn
         centred = forward == 0.0 and turn == 0.0
-        mode = MODE_OFF if not on else MODE_PC if self._pc_drives and centred else MODE_MANUAL
+        mode = OFF if not on else ASSISTED if assisted else PC if self._pc_drives and centred else MANUAL
         right, left = (forward - turn, forward + turn) if on else (0.0, 0.0)
         # Encoded on the wire in steps of 1/9.5 rad/s: rounded here, so that what is sent is what is meant.
         return [

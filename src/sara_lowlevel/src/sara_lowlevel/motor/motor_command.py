@@ -8,6 +8,7 @@ import argparse
 import time
 from contextlib import suppress
 
+from canserial.dbc.modes import ASSISTED, MANUAL, OFF, PC
 from sara_lowlevel.config import AmplifierConfig, MotorConfig, SpeedLoopConfig
 from sara_lowlevel.hardware import HardwareError, open_amplifier_port
 from sara_lowlevel.motor import ax3500
@@ -16,7 +17,7 @@ from sara_lowlevel.motor.wheel_drive import WheelDrive
 from sara_lowlevel.runner import Recorder, Runner, adapter_config, bus_named, common_arguments, main_of
 from sara_lowlevel.schedule import Every
 
-MODES = {0: 'joystick off', 1: 'joystick drives', 3: 'PC drives'}
+MODES = {OFF: 'nobody drives', MANUAL: 'joystick drives', ASSISTED: 'PC helps the joystick', PC: 'PC drives'}
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,7 +1,8 @@
 """The motor node: wheel commands in, encoder frames out, and who may drive.
 
 It decides between the joystick and the PC (the `modoPC` handshake), watches that commands keep coming, and reports the
-encoders, the mode and the battery. Wheel speed itself is closed around `target` below it (`wheel_drive` on the chair,
+encoders, the mode and the battery. On a bus with the mode ASSISTED the PC may help who drives by the joystick
+(`assistance`). Wheel speed itself is closed around `target` below it (`wheel_drive` on the chair,
 the simulator's motors there). The frames and the handshake are SARA's own; the README of this package describes them.
 """
 
@@ -11,13 +12,13 @@ from collections import Counter
 from dataclasses import dataclass
 
 from canserial.dbc.bus import BusDescription, BusError
+from canserial.dbc.modes import ASSISTED, DRIVE, HELP, MANUAL, OFF, PC, PC_DRIVES, STOP, has_assisted
 from canserial.frame import Frame
 from sara_lowlevel.config import MotorConfig
+from sara_lowlevel.motor.assistance import Assistance, Stick
 from sara_lowlevel.motor.command_guard import CommandGuard
 from sara_lowlevel.schedule import TIME_TOLERANCE_S, Every
 
-MODE_OFF, MODE_MANUAL, MODE_PC = 0, 1, 3
-CLOSED_LOOP, STOP = ord('C'), ord('A')
 _UINT32 = 0xFFFFFFFF
 
 
@@ -27,7 +28,7 @@ class Joystick:
 
     x: int = 512
     y: int = 512
-    mode: int = MODE_MANUAL
+    mode: int = MANUAL
     right: float = 0.0
     left: float = 0.0
 
@@ -42,7 +43,7 @@ class MotorNode:
     def __init__(self, bus: BusDescription, config: MotorConfig = MotorConfig()) -> None:
         """`bus`: canserial.dbc.bus.BusDescription."""
         self.config = config
-        self.mode = MODE_MANUAL
+        self.mode = MANUAL
         self.target = (0.0, 0.0)
         self.counts: Counter = Counter()
         self._bus = bus
@@ -50,7 +51,9 @@ class MotorNode:
         self._joystick_time = 0.0
         self._command = (0.0, 0.0)
         self._command_time: float | None = None
-        self._guard = CommandGuard(config, bus.resolution('WHEEL_COMMAND', 'right'))
+        resolution = bus.resolution('WHEEL_COMMAND', 'right')
+        self._guard = CommandGuard(config, resolution)
+        self._assistance = Assistance(config, resolution) if has_assisted(bus) else None
         self._announced: int | None = None
         self._measured_at: float | None = None
         self._encoders = Every(config.encoder_period)
@@ -119,24 +122,35 @@ class MotorNode:
         ]
 
     def _on_command(self, values: dict, t: float) -> None:
-        mode = int(values['mode'])
-        if mode not in (CLOSED_LOOP, STOP):
+        mode, wheels = int(values['mode']), (values['right'], values['left'])
+        if mode not in (DRIVE, STOP) and (mode != HELP or wheels != (0, 0) or self._assistance is None):
             self._damaged('unknown command mode', t)
-            return
-        wheels = (values['right'], values['left'])
-        if mode == CLOSED_LOOP and self.mode == MODE_PC and not self._guard.believes(wheels, t):
-            self.counts['jump of a command'] += 1  # not of the PC: the watchdog does not count it
-            return
-        self._command_time = t
-        if mode == STOP:
-            self._command = (0.0, 0.0)
-            self._guard.stop(t)
-            if self.mode != MODE_PC and wheels == (0, 0) and self._joystick_allows_pc(t):
-                self.mode = MODE_PC
-        elif self.mode == MODE_PC:
-            self._command = self._limited(wheels)
-        else:
+        elif mode != DRIVE:
+            self._on_stop(wheels, t, helps=mode == HELP)
+        elif self.mode not in PC_DRIVES:
+            self._command_time = t
             self.counts['command without control'] += 1
+        elif not self._guard.believes(wheels, t):
+            self.counts['jump of a command'] += 1  # not of the PC: the watchdog does not count it
+        elif self.mode == ASSISTED and not self._assistance.agrees(wheels, t):
+            self.counts['command against the joystick'] += 1
+            self._take_from_pc(OFF)
+        else:
+            self._command_time = t
+            self._command = self._limited(wheels)
+
+    def _on_stop(self, wheels: tuple[float, float], t: float, helps: bool) -> None:
+        """A stop, with zero speeds a request for control too. `helps`: the PC can help the joystick; from one that
+        cannot, a stop is no sign of life while it is to help.
+        """
+        if helps or self.mode != ASSISTED:
+            self._command_time = t
+        self._command = (0.0, 0.0)
+        self._guard.stop(t)
+        if self.mode not in PC_DRIVES and wheels == (0, 0) and self._joystick_allows_pc(t, helps):
+            self.mode = ASSISTED if helps else PC
+            if helps:
+                self._assistance.begin()
 
     def _damaged(self, what: str, t: float) -> None:
         self.counts[what] += 1
@@ -145,21 +159,39 @@ class MotorNode:
     def _on_joystick(self, joystick: Joystick, t: float) -> None:
         self._joystick, self._joystick_time = joystick, t
         # The user always wins, and at once: not only at the next turn of the loop.
-        if joystick.mode == MODE_OFF:
-            self._take_from_pc(MODE_OFF)
+        ruled = None if self._assistance is None else self._assistance.on_stick(t, self.mode, self._stick(joystick))
+        if joystick.mode == OFF:
+            self._take_from_pc(OFF)
+        elif ruled is not None:
+            if ruled == OFF:
+                self._take_from_pc(OFF)
+            self.mode = ruled
         elif not self._centred(joystick):
-            self._take_from_pc(MODE_MANUAL)
-        elif self.mode == MODE_OFF:
-            self.mode = MODE_MANUAL
+            self._take_from_pc(MANUAL)
+        elif self.mode == OFF:
+            self.mode = MANUAL
 
     def _limited(self, wheels: tuple[float, float]) -> tuple[float, ...]:
         (right, left), limit = wheels, self.config.max_wheel_speed
         return min(max(right, -limit), limit), min(max(left, -limit), limit)
 
+    def _on_silence(self) -> None:
+        """The wheels stop until the next command; where the PC was to help, until it has asked for control anew."""
+        if self._command != (0.0, 0.0):
+            self.counts['commands stopped'] += 1
+        self._command = (0.0, 0.0)
+        if self.mode == ASSISTED:
+            self._take_from_pc(OFF)
+
     def _take_from_pc(self, mode: int) -> None:
         self.mode = mode
         self._command = (0.0, 0.0)
         self._guard.forget()
+
+    def _stick(self, joystick: Joystick) -> Stick:
+        forward, config = joystick.y - self.config.joystick_centre, self.config
+        sense = 0 if abs(forward) <= config.joystick_dead_band else 1 if forward > 0 else -1
+        return Stick(joystick.mode, sense, not self._centred(joystick))
 
     def _centred(self, joystick: Joystick) -> bool:
         band, centre = self.config.joystick_dead_band, self.config.joystick_centre
@@ -168,26 +200,26 @@ class MotorNode:
     def _joystick_fresh(self, t: float) -> bool:
         return self._joystick is not None and t - self._joystick_time <= self.config.joystick_timeout + TIME_TOLERANCE_S
 
-    def _joystick_allows_pc(self, t: float) -> bool:
-        return self._joystick_fresh(t) and self._joystick.mode != MODE_OFF and self._centred(self._joystick)
+    def _joystick_allows_pc(self, t: float, helps: bool) -> bool:
+        """Whether it may drive; where the switch says that it is to help, one that helps, and no other."""
+        joystick, wanted = self._joystick, self._assistance is not None and self._assistance.switched
+        return self._joystick_fresh(t) and joystick.mode != OFF and self._centred(joystick) and helps == wanted
 
     def _decide(self, t: float) -> None:
         if not self._joystick_fresh(t):
             # Without the joystick the user could not take over: no command drives the wheels.
-            if self.mode == MODE_PC:
+            if self.mode in PC_DRIVES:
                 self.counts['joystick lost'] += 1
-                self._take_from_pc(MODE_MANUAL)
+                self._take_from_pc(OFF if self.mode == ASSISTED else MANUAL)
             self.target = (0.0, 0.0)
-        elif self.mode == MODE_PC:
+        elif self.mode in PC_DRIVES:
             silent = (
                 self._command_time is None or t - self._command_time > self.config.command_timeout + TIME_TOLERANCE_S
             )
             if silent:
-                if self._command != (0.0, 0.0):
-                    self.counts['commands stopped'] += 1
-                self._command = (0.0, 0.0)
+                self._on_silence()
             self.target = self._command
-        elif self.mode == MODE_MANUAL and not self._centred(self._joystick):
+        elif self.mode == MANUAL and not self._centred(self._joystick):
             self.target = self._limited((self._joystick.right, self._joystick.left))
         else:
             self.target = (0.0, 0.0)

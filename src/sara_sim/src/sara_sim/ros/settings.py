@@ -19,9 +19,10 @@ class SimulatorSettings:
 
     `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, '' for none. `start`: x, y (m), yaw (rad) in the
     map. `speed`: simulated seconds per second. `port`: where the link to the pseudo-terminal is made. `bitrate`: of the
-    bus, bit/s. `dbc`: the bus's description, a name that canserial knows or a path. `power_up`: begin with the
-    switch-on. `calibrate`: whether the sensor node does. `fast`: IMU frames every 50 ms. `madgwick`: whether 0x206 is
-    sent. `log`: file for a log in the format of candump, '' for none.
+    bus, bit/s. `dbc`: the bus's description, a name that canserial knows or a path. `assisted`: the rider's switch for
+    shared control, of a bus that has it (sara_assisted). `power_up`: begin with the switch-on. `calibrate`: whether the
+    sensor node does. `fast`: IMU frames every 50 ms. `madgwick`: whether 0x206 is sent. `log`: file for a log in the
+    format of candump, '' for none.
     """
 
     map: str = ''
@@ -32,6 +33,7 @@ class SimulatorSettings:
     port: str = '/tmp/sara_can'
     bitrate: int = 500000
     dbc: str = 'sara'
+    assisted: bool = False
     power_up: bool = False
     calibrate: bool = True
     fast: bool = True
@@ -73,7 +75,9 @@ class SimulatorSettings:
             if not isinstance(getattr(self, name), str):
                 faults.append(f'{name} is {getattr(self, name)!r}, allowed is the path of {what}')
         if not isinstance(self.dbc, str) or not self.dbc:
-            faults.append(f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths' or the path of a DBC file")
+            faults.append(
+                f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths', 'sara_assisted' or the path of a DBC file"
+            )
         if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(is_number, self.start))):
             faults.append(f'start is {self.start!r}, allowed is [x, y, yaw], finite numbers in m and rad')
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
@@ -86,7 +90,7 @@ class SimulatorSettings:
             faults.append(f'bitrate is {self.bitrate!r}, allowed are {", ".join(map(str, RATES))}')
         faults += [
             f'{name} is {getattr(self, name)!r}, allowed are true and false'
-            for name in ('power_up', 'calibrate', 'fast', 'madgwick')
+            for name in ('assisted', 'power_up', 'calibrate', 'fast', 'madgwick')
             if not isinstance(getattr(self, name), bool)
         ]
         return faults

@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
+from canserial.dbc.modes import has_assisted
 from sara_common.ros.node import start_node
 from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
 from sara_sim import course
@@ -238,15 +239,19 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
     sensors = SensorConfig(
         imu_period=FAST_IMU if settings.fast else SLOW_IMU, calibrate=settings.calibrate, madgwick=settings.madgwick
     )
+    bus = BusDescription.named(settings.dbc)
+    if settings.assisted and not has_assisted(bus):
+        raise BusError(f'assisted is true, but the bus {settings.dbc} has no such mode; sara_assisted has')
     chair = SimulatedChair(
         world,
         settings.seed,
         settings.start,
-        BusDescription.named(settings.dbc),
+        bus,
         options=settings.options,
         sensors=sensors,
         power_up=settings.power_up,
     )
+    chair.assisted = settings.assisted
     if settings.log:
         chair.log(settings.log)
     return chair

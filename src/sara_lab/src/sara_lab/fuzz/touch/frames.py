@@ -57,7 +57,8 @@ class Trial:
         self._config = config
         pairing = Pairing(config.pairing, self.random.randrange, lambda: TOKEN)
         self.hub = Hub(config, pairing, lambda: self.t)
-        self.hub.tasks.places = {'kitchen': (1.0, 2.0, 0.0)}
+        self.hub.tasks.places, self.hub.tasks.assisted = {'kitchen': (1.0, 2.0, 0.0)}, True
+        self.hub.tasks.helps = ('kitchen',)
         self.t = 1000.0
         if strangers:
             pairing.invite(self.t, 'rider')
@@ -144,7 +145,7 @@ class Trial:
             good = {
                 'version': 1, 'name': 'kitchen', 'place': 'kitchen', 'to': 'hall', 'pose': [1, 2, 0], 'role': 'look',
                 'session': self.random.randrange(1, 99), 'seq': self.random.randrange(10**6), 't': 0, 'n': 3, 'v': 0.5,
-                'w': 0.5, 'key': 'goal.going', 'values': {}, 'language': 'en', 'token': 'x',
+                'w': 0.5, 'on': True, 'key': 'goal.going', 'values': {}, 'language': 'en', 'token': 'x',
                 'code': ''.join(self.random.choice(ALPHABET) for _ in range(8)),
             }  # fmt: skip
             if name in good:
@@ -160,14 +161,21 @@ class Trial:
                 raise Failed(f'a stranger caused {action}')
             if isinstance(action, Motion):
                 self._moves(action)
-            elif isinstance(action, Order) and action.op == 'reset':
-                self.hub.driving.stopped = False  # as the robot answers
+            elif isinstance(action, Order):
+                self._ordered(action)
             elif isinstance(action, Send):
                 self._sent(action)
             elif isinstance(action, Close) and action.client in self.hub.clients:
                 self._leave(action.client)
         if any(client.role not in (*ROLES, NONE) for client in self.hub.clients.values()):
             raise Failed('a role that is none')
+
+    def _ordered(self, order: Order) -> None:
+        driver = self.hub.driving.driver
+        if order.op == 'reset':
+            self.hub.driving.stopped = False  # as the robot answers
+        elif order.op in ('override', 'help') and driver not in (None, order.client):
+            raise Failed(f'client {order.client} took the help from {driver}, who has the controls')
 
     def _sent(self, action: Send) -> None:
         frame: dict[str, Any] = action.frame
