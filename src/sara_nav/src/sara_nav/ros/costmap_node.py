@@ -27,7 +27,7 @@ from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_inputs import CostmapInputs, FootprintInput
 from sara_nav.ros.costmap_publisher import CostmapPublisher
-from sara_nav.ros.reconfigure import Reconfigure
+from sara_common.ros.reconfigure import Reconfigure
 
 LIMITS = {
     'transform_tolerance': (0.0, 10.0),
