@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Wiring of amcl: map, scans, poses and tf in; map -> odom, amcl_pose, particlecloud, saved pose and diagnostics out; its
-services; dynamic_reconfigure.
+"""Wiring of amcl: map, scans, poses and tf in; map -> odom, amcl_pose, particlecloud, saved pose and diagnostics out;
+its services; dynamic_reconfigure.
 
 Time is that of the stamps, and each scan is sent when the one before was answered: nothing depends on how fast the
 computer is.

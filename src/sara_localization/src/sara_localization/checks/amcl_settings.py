@@ -36,8 +36,8 @@ def _doubtful(c):
         (
             c.odom_model_type.endswith('-corrected') and max(alphas) >= _LARGE_ALPHA,
             'odom_alpha',
-            f'odom_alpha1 to 4 are up to {max(alphas):g}, which suits diff and omni: {c.odom_model_type} takes them for '
-            'variances. 0.005 to 0.05 is usual.',
+            f'odom_alpha1 to 4 reach {max(alphas):g}, right for diff and omni; {c.odom_model_type} takes them for '
+            'variances: 0.005 to 0.05 is usual.',
         ),
         (
             slow >= fast > 0.0,

@@ -68,13 +68,13 @@ class Amcl:
         self.belief: Belief | None = None
         self.map_from_odom: Transform | None = None
         self._force = False
+        self._anywhere = False  # the next scan says where
         self._begin_again()
 
     def _begin_again(self):
         """The next scan counts at once; the odometry up to it does not."""
         self._last: tuple[float, float, float] | None = None  # the odometry's pose when a scan last counted
         self._due, self._since = {}, 0
-        self._anywhere = False  # the next scan says where
 
     # What is told from outside
 
@@ -116,6 +116,7 @@ class Amcl:
     def _start(self, pose, covariance):
         self.filter.start_at(pose, covariance)
         self._begin_again()
+        self._anywhere = False
 
     def start_anywhere(self) -> str:
         """The robot may be on any free cell (`global_localization`). Returns '' or why that cannot be."""

@@ -98,14 +98,16 @@ class AmclNode:
         """
         wanted = self.config.global_frame_id
         if msg.header.frame_id.lstrip('/') != wanted:
-            rospy.logwarn('the map is in the frame "%s", not in global_frame_id, "%s"', msg.header.frame_id, wanted)
+            rospy.logwarn_throttle_identical(
+                PATIENCE, f'the map is in the frame "{msg.header.frame_id}", not in global_frame_id, "{wanted}"'
+            )
         with self.lock:
             try:
                 fault = self.amcl.set_map(conversions.range_map(msg, self.config.map_occupied_above))
             except ValueError as error:
                 fault = str(error)
             if fault:
-                rospy.logwarn('the map is not used: %s', fault)
+                rospy.logwarn_throttle_identical(PATIENCE, f'the map is not used: {fault}')
                 return fault
             now = saved()
             if now != self.known:

@@ -1,4 +1,4 @@
-"""What is wrong with parameters of a filter or of amcl, without running it; for a filter, with a bag, also with the data.
+"""What is wrong with the parameters of a filter or of amcl, without running it; with a bag, also with a filter's data.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
