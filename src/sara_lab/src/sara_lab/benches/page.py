@@ -48,7 +48,10 @@ LINES = {  # what a line is called: the names of its rows
         r"a page's (frame|stop) to|a (finger|press of stop) in Chromium|a state to the other"
     ),
 }
-JSON_ONLY = r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page|goal to first command'
+JSON_ONLY = (
+    r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page|'
+    r'goal to first command'
+)
 
 
 def page(rows: Sequence[Row], image: str) -> str:
