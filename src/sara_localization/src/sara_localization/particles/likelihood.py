@@ -1,0 +1,40 @@
+"""What a measurement says of particles, whatever measured it: the interface of measurement models."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+_LEAST = 1e-300
+
+
+class Likelihoods(NamedTuple):
+    """How well one measurement fits each of n particles. values (n,): by how much its weight grows, up to a common
+    factor. fits (n,): the same as a mean over the parts of the measurement (a scan's beams), from 0 to 1, so that
+    measurements of different sizes and models can be compared.
+    """
+
+    values: np.ndarray
+    fits: np.ndarray
+
+    @classmethod
+    def of_sums(cls, sums: np.ndarray, parts: int, best: float) -> Likelihoods:
+        """Of 1 + sums (n,) over the parts. best: what a part adds where it fits perfectly."""
+        return cls(sums, np.minimum((sums - 1.0) / max(parts * best, _LEAST), 1.0))
+
+    @classmethod
+    def of_logarithms(cls, logarithms: np.ndarray, parts: int, best: float) -> Likelihoods:
+        """Of the logarithms (n,) of products over the parts, which may be too small for a float. best: as above, a
+        factor.
+        """
+        fits = np.minimum(np.exp(logarithms / parts) / max(best, _LEAST), 1.0)
+        return cls(np.exp(logarithms - logarithms.max()), fits)
+
+
+class MeasurementModel(Protocol):
+    """One measurement against a map."""
+
+    def likelihoods(self, poses: np.ndarray) -> Likelihoods:
+        """Of poses (n, 3) of the robot in the map: x, y, yaw; m, rad."""
+        ...
