@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.distances import OBSTACLE, squared_distances
 
 
 class LocalGrid(NamedTuple):
@@ -49,32 +50,11 @@ def field_of(grid: LocalGrid, reach: float) -> Field:
     return Field(distances(blocked, numbers[0], float(reach)), *numbers, float(reach))
 
 
-@kernel
 def distances(blocked: np.ndarray, resolution: float, reach: float) -> np.ndarray:
-    """See Field. Every blocked cell that is not surrounded by others lowers the distances about it."""
-    rows, columns = blocked.shape
-    result = np.full((rows, columns), np.float32(reach))
-    cells = int(math.ceil(reach / resolution)) + 1
-    for i in range(rows):
-        for j in range(columns):
-            if not blocked[i, j]:
-                continue
-            result[i, j] = -0.5 * resolution
-            if (
-                0 < i < rows - 1
-                and 0 < j < columns - 1
-                and blocked[i - 1, j]
-                and blocked[i + 1, j]
-                and blocked[i, j - 1]
-                and blocked[i, j + 1]
-            ):
-                continue
-            for k in range(max(i - cells, 0), min(i + cells + 1, rows)):
-                for m in range(max(j - cells, 0), min(j + cells + 1, columns)):
-                    away = resolution * (math.sqrt((k - i) ** 2 + (m - j) ** 2) - 0.5)
-                    if away < result[k, m] and not blocked[k, m]:
-                        result[k, m] = away
-    return result
+    """See Field."""
+    cells = np.where(blocked, np.uint8(OBSTACLE), np.uint8(0))
+    squares = squared_distances(cells, math.ceil(reach / resolution) + 1)
+    return np.minimum(resolution * (np.sqrt(squares) - 0.5), reach).astype(np.float32)
 
 
 class Outline(NamedTuple):
