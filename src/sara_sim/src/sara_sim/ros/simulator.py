@@ -23,7 +23,7 @@ from visualization_msgs.msg import MarkerArray
 from canserial.dbc.bus import BusDescription, BusError
 from sara_common.ros.node import start_node
 from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
-from sara_sim import course
+from sara_sim.world import course
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
