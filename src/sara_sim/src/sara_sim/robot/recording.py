@@ -30,7 +30,9 @@ def recorded(robot: SimulatedRobot, script: Script, seconds: float, rate: int = 
     for tick in range(1, round(seconds * STEPS_PER_S) + 1):
         robot.command(*script.command(robot.time, robot.pose))
         robot.step()
-        scans += [(number, sweep_of(scan, robot.scanners[number].optics)) for number, scan in robot.scans]
+        for number, scan in robot.scans:
+            sweep = sweep_of(scan, robot.scanners[number].optics)
+            scans.append((number, sweep._replace(stamp=round(scan.stamp, 6))))  # a multiple of STEP_S, to the last bit
         if tick % every == 0:
             yield Moment(robot.time, robot.odometry.pose, robot.pose, robot.velocity, tuple(scans))
             scans = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import copysign
+from math import copysign, sqrt
 
 from sara_common.planar import wrap
 from sara_sim.riders.driving import Manner, WayDriver
@@ -12,6 +12,7 @@ from sara_sim.riders.driving import Manner, WayDriver
 TURN_GAIN, SLOWEST_TURN = 2.0, 0.1  # 1/s, rad/s
 FACING = 0.005  # rad
 ARRIVED = 0.05  # m
+BRAKING, SLOWEST = 0.5, 0.1  # m/s2, m/s: towards the end of a path
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,10 @@ class Script:
         stick = self._driver.stick(t, pose)
         if self._driver.arrived:
             return None
-        return stick.forward * motion.speed, stick.left * motion.turn
+        if not stick.forward:
+            return 0.0, stick.left * motion.turn
+        share = min(1.0, max(SLOWEST, sqrt(2.0 * BRAKING * self._driver.way.left)) / motion.speed)
+        return share * stick.forward * motion.speed, share * stick.left * motion.turn
 
 
 def _turn(off, most):
