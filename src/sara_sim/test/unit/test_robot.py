@@ -200,6 +200,8 @@ def test_the_error_of_odometry_is_a_share_of_the_way_and_of_the_turn():
         robot.odometry.move(0.0, 1.0)
         shares.append((forward / 10.0, robot.odometry.pose[2]))
         assert robot.odometry.share == pytest.approx(shares[-1])
+        robot.velocity = (0.5, 1.0)
+        assert robot.measured == pytest.approx((0.5 * shares[-1][0], shares[-1][1]))
     lowest, highest = np.min(shares, axis=0), np.max(shares, axis=0)
     assert lowest == pytest.approx((0.95, 0.90), abs=0.003) and np.all(lowest >= (0.95, 0.90))
     assert highest == pytest.approx((1.05, 1.10), abs=0.003) and np.all(highest <= (1.05, 1.10))

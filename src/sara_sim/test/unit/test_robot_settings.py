@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
+from sara_common.config import ConfigError
 from sara_sim.ros.robot_settings import RobotSettings
-from sara_sim.ros.settings import SettingsError
 from sara_sim.world.world import World, WorldError
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'robot.yaml'
@@ -36,7 +36,7 @@ def test_every_fault_is_named_at_once():
         'max_vel_x': 'fast',
         'velocity': 1.0,
     }
-    with pytest.raises(SettingsError) as error:
+    with pytest.raises(ConfigError) as error:
         RobotSettings.from_params(bad)
     for name in bad:
         assert f'{name} is' in str(error.value)
@@ -44,12 +44,12 @@ def test_every_fault_is_named_at_once():
 
 @pytest.mark.parametrize('scanners', ['front', [3], [{'beams': 3}], [{}, {'rate': 7}]])
 def test_a_bad_scanner_is_named(scanners):
-    with pytest.raises(SettingsError, match='scanners'):
+    with pytest.raises(ConfigError, match='scanners'):
         RobotSettings.from_params({'scanners': scanners})
 
 
 def test_a_map_comes_from_a_file_or_a_topic():
-    with pytest.raises(SettingsError, match='map_topic'):
+    with pytest.raises(ConfigError, match='map_topic'):
         RobotSettings.from_params({'map': 'a.yaml', 'map_topic': 'map'})
 
 

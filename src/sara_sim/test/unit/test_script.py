@@ -62,3 +62,9 @@ def test_another_seed_drives_the_same_way_and_believes_another():
     assert [m.odometry for m in one] == [m.odometry for m in same]
     assert [m.truth for m in one] == [m.truth for m in other]
     assert one[-1].odometry != other[-1].odometry
+
+
+@pytest.mark.parametrize('rate', [0, 30, 20.0, -10])
+def test_a_rate_that_steps_cannot_keep_is_refused(rate):
+    with pytest.raises(ValueError, match='rate is'):
+        drive(rate=rate)

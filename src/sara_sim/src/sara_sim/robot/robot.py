@@ -101,6 +101,11 @@ class SimulatedRobot:
                 self.scans.append((number, scanner.scan))
 
     @property
+    def measured(self) -> tuple[float, float]:
+        """The velocity (m/s, rad/s) as wheel odometry has it, without noise."""
+        return self.odometry.share[0] * self.velocity[0], self.odometry.share[1] * self.velocity[1]
+
+    @property
     def stalled(self) -> bool:
         """Whether something stopped it a moment ago: pressing on, it creeps up to it again and again."""
         return self.time - self._stalled < CONTACT_RELEASE_S

@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN, Status
 from sara_common.planar import yaw_from_quaternion
 from sara_common.ros.diagnostics import diagnostic_array
@@ -27,7 +28,6 @@ from sara_sim.robot.robot_config import STEP_S, STEPS_PER_S
 from sara_sim.ros.messages import laser_scan
 from sara_sim.ros.robot_messages import LASER, ODOM, SCAN, TRUTH, numbered, odometry, transforms
 from sara_sim.ros.robot_settings import RobotSettings
-from sara_sim.ros.settings import SettingsError
 from sara_sim.world import course
 from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
@@ -117,11 +117,9 @@ class RobotNode:
 
     def _publish(self, stamp) -> None:
         robot = self._robot
-        share, velocity = robot.odometry.share, robot.velocity
-        read = share[0] * velocity[0], share[1] * velocity[1]
         self._tf.publish(transforms(stamp, robot.odometry.pose, robot.config.scanners))
-        self._odom.publish(odometry(stamp, ODOM, robot.odometry.pose, read))
-        self._truth.publish(odometry(stamp, 'map', robot.pose, velocity))
+        self._odom.publish(odometry(stamp, ODOM, robot.odometry.pose, robot.measured))
+        self._truth.publish(odometry(stamp, 'map', robot.pose, robot.velocity))
 
     def _report(self, stamp) -> None:
         robot, asked = self._robot, self._settings.speed
@@ -183,7 +181,7 @@ def main() -> None:
     try:
         settings = RobotSettings.from_params(rospy.get_param('~', {}))
         robot = make_robot(settings)
-    except (SettingsError, WorldError, ObstacleError) as error:
+    except (ConfigError, WorldError, ObstacleError) as error:
         rospy.logfatal('the robot cannot start: %s', error)
         sys.exit(1)
     rospy.loginfo(

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 
 from sara_common.config import ConfigError, fault, filled, range_faults
+from sara_sim.config import Checked
 from sara_sim.robot.robot_config import RobotConfig, ScannerConfig, rate_faults
-from sara_sim.ros.settings import SettingsError, common_faults
+from sara_sim.ros.settings import common_faults
 
 
 @dataclass(frozen=True)
-class RobotSettings:
+class RobotSettings(Checked):
     """Of the node; those of RobotConfig are parameters too, `scanners` as a list of mappings of ScannerConfig's fields.
 
     `map`: YAML file, '' for an empty floor. `map_topic`: topic (nav_msgs/OccupancyGrid) whose first map is taken
@@ -29,24 +30,20 @@ class RobotSettings:
 
     @classmethod
     def from_params(cls, params: dict) -> RobotSettings:
-        """From the node's private parameters. Raises SettingsError that names every fault, unknown names included."""
-        own = [field.name for field in fields(cls) if field.name != 'robot']
-        values = {name: params[name] for name in own if name in params}
-        if isinstance(values.get('start'), list):
-            values['start'] = tuple(values['start'])
-        rest = {name: value for name, value in params.items() if name not in own}
-        faults = []
+        """From the node's private parameters. Raises ConfigError that names every fault, unknown names included."""
+        own = [name for name in cls.__dataclass_fields__ if name != 'robot']
+        rest, faults, made = {name: value for name, value in params.items() if name not in own}, [], []
         if 'scanners' in rest:
             rest['scanners'] = _scanners(rest['scanners'], faults)
-        try:
-            values['robot'] = filled(RobotConfig, rest)
-        except ConfigError as error:
-            faults += error.faults
-        settings = cls(**values)
-        faults += settings.validate()
+        for part, values in ((RobotConfig, rest), (cls, {name: params[name] for name in own if name in params})):
+            try:
+                made.append(filled(part, values))
+            except ConfigError as error:
+                faults += error.faults
         if faults:
-            raise SettingsError('; '.join(faults))
-        return settings
+            raise ConfigError(faults)
+        robot, settings = made
+        return replace(settings, robot=robot)
 
     def validate(self) -> list[str]:
         """One sentence for every fault found."""

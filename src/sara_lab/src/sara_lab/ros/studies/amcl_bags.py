@@ -31,7 +31,7 @@ def write_bag(test: AmclTest, world: World, seed: int, path: Path) -> None:
 def _write(bag, test, moment: Moment):
     now, scanners = rospy.Time.from_sec(moment.t), test.robot.scanners
     bag.write('/tf', transforms(now, moment.odometry, scanners), now)
-    bag.write(ODOM, odometry(now, ODOM, moment.odometry, moment.velocity), now)
+    bag.write(ODOM, odometry(now, ODOM, moment.odometry, moment.measured), now)
     bag.write(TRUTH, odometry(now, 'map', moment.truth, moment.velocity), now)
     topics, frames = numbered(SCAN, scanners), numbered(LASER, scanners)
     for number, sweep in moment.scans:
