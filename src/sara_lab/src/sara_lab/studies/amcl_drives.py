@@ -119,11 +119,34 @@ STAGE: dict[str, Any] = {
 }
 
 
-def _tests() -> Iterator[AmclTest]:
-    yield AmclTest('basic_localization_stage', told=(Told(BESIDE),), **STAGE)
-    yield AmclTest('set_initial_pose', told=(Told(BESIDE, at=0.5),), **STAGE)
-    yield AmclTest('set_initial_pose_delayed', told=(Told(BESIDE, at=0.5), Told(BESIDE, at=5.0, stamp=0.2)), **STAGE)
-    yield AmclTest(
+def _told_truly(
+    name: str, start: Pose, target: Pose, seconds: float, *motions: Motion, variances=COVARIANCE, **more: Any
+) -> AmclTest:
+    """A test whose filter is told the truth."""
+    return AmclTest(name, start, (Told(start, variances=variances),), target, seconds, motions, **more)
+
+
+SOUTH = ((44.9, 18.6), (26.0, 17.6), (21.8, 17.5), (21.5, 20.1), (20.9, 22.2), (21.5, 26.5), (21.0, 29.2))
+BACK = ((21.3, 29.7), (21.8, 30.0), (24.2, 30.2), (26.2, 30.1), (28.8, 31.0), (32.36, 31.44))
+CRAZY = (
+    Go(6.0, w=1.2),
+    Along(((17.2, 28.2),), 0.9),
+    Go(5.0, w=-1.5),
+    Along(((20.5, 27.0),), 0.9),
+    Go(2.0, v=-0.4),
+    Go(6.0, v=0.3, w=1.3),
+    Along(((17.7, 28.1),), 0.9),
+    Go(5.0, w=1.5),
+    Along(((15.2, 27.0), (14.4, 25.0)), 0.9),
+    Go(3.0, v=-0.3, w=0.5),
+    Go(4.0, w=-1.5),
+    Along(((14.05, 27.6), (14.05, 28.91)), 0.9),
+)
+_TESTS = (
+    AmclTest('basic_localization_stage', told=(Told(BESIDE),), **STAGE),
+    AmclTest('set_initial_pose', told=(Told(BESIDE, at=0.5),), **STAGE),
+    AmclTest('set_initial_pose_delayed', told=(Told(BESIDE, at=0.5), Told(BESIDE, at=5.0, stamp=0.2)), **STAGE),
+    AmclTest(
         'global_localization_stage',
         start=(23.5, 17.6, -3.0),
         told=(),
@@ -131,54 +154,46 @@ def _tests() -> Iterator[AmclTest]:
         seconds=28.0,
         motions=(Along(((18.1, 16.9), (11.0, 16.2), (10.7, 15.6), (10.0, 9.67)), 0.95),),
         tolerance=(0.25, 0.25),
-    )
-    start = (14.099, 21.063, -0.006)
-    way = Along((*LOOP, (14.2, 23.8), (13.94, 23.02)), 0.7)
-    yield AmclTest('small_loop_prf', start, (Told(start),), (13.94, 23.02, 4.72), 66.0, (way,))
-    start = (14.016, 25.75, -3.0)
-    yield AmclTest(
+    ),
+    _told_truly(
+        'small_loop_prf',
+        (14.099, 21.063, -0.006),
+        (13.94, 23.02, 4.72),
+        66.0,
+        Along((*LOOP, (14.2, 23.8), (13.94, 23.02)), 0.7),
+    ),
+    _told_truly(
         'small_loop_crazy_driving_prg',
-        start,
-        (Told(start, variances=(0.1, 0.1, 0.1)),),
+        (14.016, 25.75, -3.0),
         (14.05, 28.91, 4.28),
         90.0,
-        (
-            Go(6.0, w=1.2),
-            Along(((17.2, 28.2),), 0.9),
-            Go(5.0, w=-1.5),
-            Along(((20.5, 27.0),), 0.9),
-            Go(2.0, v=-0.4),
-            Go(6.0, v=0.3, w=1.3),
-            Along(((17.7, 28.1),), 0.9),
-            Go(5.0, w=1.5),
-            Along(((15.2, 27.0), (14.4, 25.0)), 0.9),
-            Go(3.0, v=-0.3, w=0.5),
-            Go(4.0, w=-1.5),
-            Along(((14.05, 27.6), (14.05, 28.91)), 0.9),
-        ),
-    )
-    start = (14.049, 24.234, -1.517)
-    way = Along(((14.7, 20.1), *LOOP, (13.87, 24.07)), 0.7)
-    yield AmclTest('texas_greenroom_loop', start, (Told(start),), (13.87, 24.07, 4.65), 89.0, (way,), parameters=DIFF)
-    start = (31.872, 31.557, 0.0)
-    south = ((44.9, 18.6), (26.0, 17.6), (21.8, 17.5), (21.5, 20.1), (20.9, 22.2), (21.5, 26.5), (21.0, 29.2))
-    back = ((21.3, 29.7), (21.8, 30.0), (24.2, 30.2), (26.2, 30.1), (28.8, 31.0), (32.36, 31.44))
-    way = Along((*reversed(HALLWAY), *south, *back), 0.5)
-    yield AmclTest(
-        'texas_willow_hallway_loop', start, (Told(start),), (32.36, 31.44, 6.18), 250.0, (way,), parameters=DIFF
-    )
-    start = (42.378, 17.730, 1.583)
-    way = Along(((44.9, 18.6), *HALLWAY, (33.12, 34.53)), 0.7)
-    yield AmclTest(
+        *CRAZY,
+        variances=(0.1, 0.1, 0.1),
+    ),
+    _told_truly(
+        'texas_greenroom_loop',
+        (14.049, 24.234, -1.517),
+        (13.87, 24.07, 4.65),
+        89.0,
+        Along(((14.7, 20.1), *LOOP, (13.87, 24.07)), 0.7),
+        parameters=DIFF,
+    ),
+    _told_truly(
+        'texas_willow_hallway_loop',
+        (31.872, 31.557, 0.0),
+        (32.36, 31.44, 6.18),
+        250.0,
+        Along((*reversed(HALLWAY), *SOUTH, *BACK), 0.5),
+        parameters=DIFF,
+    ),
+    _told_truly(
         'rosie_multilaser',
-        start,
-        (Told(start),),
+        (42.378, 17.730, 1.583),
         (33.12, 34.53, -0.52),
         103.5,
-        (way,),
+        Along(((44.9, 18.6), *HALLWAY, (33.12, 34.53)), 0.7),
         tolerance=(0.75, 0.4),
         robot=TWO_LASERS,
-    )
-
-
-AMCL_TESTS = {test.name: test for test in _tests()}
+    ),
+)
+AMCL_TESTS = {test.name: test for test in _TESTS}

@@ -23,12 +23,12 @@ from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_sim.bus.pacing import KEPT, Pacer, Speedometer
 from sara_sim.chips.scanner import sweep_of
+from sara_sim.pedestrians import course
 from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.robot.robot_config import STEP_S, STEPS_PER_S
 from sara_sim.ros.messages import laser_scan
 from sara_sim.ros.robot_messages import LASER, ODOM, SCAN, TRUTH, numbered, odometry, transforms
 from sara_sim.ros.robot_settings import RobotSettings
-from sara_sim.world import course
 from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
 

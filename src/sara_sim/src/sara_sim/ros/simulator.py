@@ -29,11 +29,11 @@ from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.chips.scanner import PERIOD_STEPS, sweep_of
 from sara_sim.faults.faults import FaultError
+from sara_sim.pedestrians import course
 from sara_sim.ros import messages
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.ros.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
-from sara_sim.world import course
 from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
 
