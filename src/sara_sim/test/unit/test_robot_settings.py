@@ -7,7 +7,8 @@ import pytest
 import yaml
 
 from sara_common.config import ConfigError
-from sara_sim.ros.robot_settings import RobotSettings
+from sara_sim.ros.robot_settings import RobotSettings, made_robot
+from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'robot.yaml'
@@ -78,3 +79,31 @@ def test_cells_of_an_occupancy_grid_are_walls_from_65_on():
 def test_a_grid_that_is_no_map_is_refused(cells, resolution, origin, name):
     with pytest.raises(WorldError, match=name):
         World.from_grid(cells, resolution, origin)
+
+
+def test_a_map_and_obstacles_from_files_are_its_world(tmp_path):
+    things = tmp_path / 'things.yaml'
+    things.write_text('obstacles: [{name: box, size: [1.0, 1.0], at: [2.0, 0.0]}]')
+    settings = RobotSettings.from_params({'obstacles': str(things), 'scanners': [{'x': 0.0, 'sigma': 0.0}]})
+    robot = made_robot(settings)
+    robot.step()
+    assert robot.scans[0][1].ranges[270] == pytest.approx(1.5)
+    with pytest.raises(WorldError, match='obstacle'):
+        made_robot(RobotSettings.from_params({'obstacles': str(things), 'start': [2.0, 0.0, 0.0]}))
+
+
+def test_ramps_and_what_cannot_be_read_are_refused(tmp_path):
+    ramps = tmp_path / 'ramps.yaml'
+    ramps.write_text('ramps: [{x: 1.0, y: 0.0, length: 2.0, width: 1.0, slope_deg: 5}]')
+    with pytest.raises(ObstacleError, match='ramps'):
+        made_robot(RobotSettings(obstacles=str(ramps)))
+    with pytest.raises(WorldError, match='cannot be read'):
+        made_robot(RobotSettings(map=str(tmp_path / 'none.yaml')))
+
+
+def test_a_map_that_was_heard_is_its_world():
+    cells = np.zeros((100, 100), np.int8)
+    cells[:, 80:] = 100
+    robot = made_robot(RobotSettings(start=(1.0, 2.0, 0.0)), World.from_grid(cells, 0.05, (0.0, 0.0, 0.0)))
+    robot.step()
+    assert robot.scans[0][1].ranges[270] == pytest.approx(4.0 - 1.05, abs=0.05)

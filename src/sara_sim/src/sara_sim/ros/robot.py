@@ -23,12 +23,11 @@ from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_sim.bus.pacing import KEPT, Pacer, Speedometer
 from sara_sim.chips.scanner import sweep_of
-from sara_sim.pedestrians import course
 from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.robot.robot_config import STEP_S, STEPS_PER_S
 from sara_sim.ros.messages import laser_scan
 from sara_sim.ros.robot_messages import LASER, ODOM, SCAN, TRUTH, numbered, odometry, transforms
-from sara_sim.ros.robot_settings import RobotSettings
+from sara_sim.ros.robot_settings import RobotSettings, made_robot
 from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World, WorldError
 
@@ -137,22 +136,6 @@ class RobotNode:
         self._diagnostics.publish(diagnostic_array(stamp, [status], hardware_id='simulated'))
 
 
-def make_robot(settings: RobotSettings) -> SimulatedRobot:
-    """The robot and its world. Raises WorldError, ObstacleError."""
-    if settings.map_topic:
-        world = _heard(settings.map_topic)
-    else:
-        world = World.from_yaml(settings.map) if settings.map else World.empty()
-    if settings.obstacles:
-        found = course.load(settings.obstacles)
-        if found.ramps:
-            raise ObstacleError(
-                f'obstacles is {settings.obstacles!r}, which has ramps: this robot drives on level floor'
-            )
-        found.put_on(world)
-    return SimulatedRobot(world, settings.robot, settings.seed, settings.start)
-
-
 def _heard(topic: str) -> World:
     """The world of the first map on a topic. Raises WorldError."""
     while not rospy.is_shutdown():
@@ -180,8 +163,10 @@ def main() -> None:
     start_node('robot', disable_rostime=True)
     try:
         settings = RobotSettings.from_params(rospy.get_param('~', {}))
-        robot = make_robot(settings)
+        robot = made_robot(settings, _heard(settings.map_topic) if settings.map_topic else None)
     except (ConfigError, WorldError, ObstacleError) as error:
+        if rospy.is_shutdown():
+            return
         rospy.logfatal('the robot cannot start: %s', error)
         sys.exit(1)
     rospy.loginfo(

@@ -6,8 +6,12 @@ from dataclasses import dataclass, replace
 
 from sara_common.config import ConfigError, fault, filled, range_faults
 from sara_sim.config import Checked
+from sara_sim.pedestrians import course
+from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.robot.robot_config import RobotConfig, ScannerConfig, rate_faults
 from sara_sim.ros.settings import common_faults
+from sara_sim.world.obstacles import ObstacleError
+from sara_sim.world.world import World
 
 
 @dataclass(frozen=True)
@@ -67,3 +71,16 @@ def _scanners(given, faults) -> object:
         except ConfigError as error:
             faults += [f'scanners[{number}]: {sentence}' for sentence in error.faults]
     return tuple(made)
+
+
+def made_robot(settings: RobotSettings, heard: World | None = None) -> SimulatedRobot:
+    """The robot in its world: `heard` on the map's topic, else that of the map's file, with the obstacles. Raises
+    WorldError, ObstacleError.
+    """
+    world = heard or (World.from_yaml(settings.map) if settings.map else World.empty())
+    if settings.obstacles:
+        found = course.load(settings.obstacles)
+        if found.ramps:
+            raise ObstacleError(f'{settings.obstacles} has ramps, but this robot drives on a level floor')
+        found.put_on(world)
+    return SimulatedRobot(world, settings.robot, settings.seed, settings.start)
