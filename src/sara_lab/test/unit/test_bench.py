@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_lab.benches import baseline, filters, growth, growth_plot, navigation, page, table, yardstick
+from sara_lab.benches import amcl, baseline, filters, growth, growth_plot, navigation, page, table, yardstick
 from sara_lab.benches import costmaps as bench_costmap
 from sara_lab.benches import global_planners as bench_planners
 from sara_lab.benches import local_planners as bench_local
@@ -179,8 +179,10 @@ def test_a_map_that_is_not_there_is_said(monkeypatch, tmp_path):
         lambda: growth.planning((120,), 1),
         lambda: growth.filtering((1, 2), 0.2, 1),
         lambda: growth.windows((4.0,), 3),
+        lambda: amcl.update(1),
+        lambda: amcl.growth((50, 100), (3, 6), 1),
     ],
-    ids=['frames', 'filter_core', 'planning', 'filtering', 'windows'],
+    ids=['frames', 'filter_core', 'planning', 'filtering', 'windows', 'amcl', 'amcl_growth'],
 )
 def test_cheap_benches_give_figures(figures):
     found = list(figures())

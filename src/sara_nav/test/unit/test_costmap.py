@@ -1,4 +1,4 @@
-"""Costmaps: exact distances, the fall-off of costs, the static layer, and the peer's grids."""
+"""Costmaps: the fall-off of costs, the static layer, and the peer's grids."""
 
 import math
 import pathlib
@@ -9,21 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from sara_nav.costmaps import costmap as cm
-from sara_nav.grids import distances
 
 REFERENCE = np.load(pathlib.Path(__file__).parents[1] / 'data' / 'costmap_reference.npz')
 small = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14)
 grids = hnp.arrays(np.uint8, small, elements=st.sampled_from([0, 0, 0, 0, 0, 100, 253, 254, 255]))
-
-
-@given(grids, st.integers(1, 15))
-def test_distances_are_exact(costs, reach):
-    found = distances.squared_distances(costs, reach)
-    rows, columns = np.nonzero(costs == cm.LETHAL)
-    for y in range(costs.shape[0]):
-        for x in range(costs.shape[1]):
-            true = min(((rows - y) ** 2 + (columns - x) ** 2).tolist(), default=10**6)
-            assert found[y, x] == true if true <= reach * reach else found[y, x] > reach * reach
 
 
 @given(grids, st.floats(0.0, 1.0), st.floats(0.0, 20.0), st.booleans())

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import genpy
-import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
@@ -21,7 +20,7 @@ from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
-from sara_common.scans import Sweep
+from sara_common.ros.scans import sweep_of
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
@@ -215,13 +214,6 @@ def _stamp(message, now):
     """The stamp of a message; now, where it has none."""
     stamp = message.header.stamp.to_sec()
     return stamp if stamp > 0.0 else now
-
-
-def sweep_of(scan: LaserScan) -> Sweep:
-    """A Sweep of the message."""
-    angles = scan.angle_min, scan.angle_max, scan.angle_increment
-    stamp, ranges = scan.header.stamp.to_sec(), np.array(scan.ranges, float)
-    return Sweep(stamp, *angles, scan.time_increment, scan.range_min, scan.range_max, ranges)
 
 
 def _numbers(odometry):

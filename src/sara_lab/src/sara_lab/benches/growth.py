@@ -38,7 +38,13 @@ INPUTS = (1, 2, 4, 8, 16)
 WINDOWS = (4.0, 6.0, 10.0, 16.0, 24.0)  # m
 RESOLUTION = 0.05
 BLOCK = 36  # cells between the middles of two obstacles: 1.8 m
-FAMILIES = {'planning': 'cells', 'filtering': 'inputs', 'costmap update': 'cells of the window'}
+FAMILIES = {
+    'planning': 'cells',
+    'filtering': 'inputs',
+    'costmap update': 'cells of the window',
+    'amcl by particles': 'particles',
+    'amcl by beams': 'beams',
+}
 """Of which name begins so, what grows along it."""
 
 

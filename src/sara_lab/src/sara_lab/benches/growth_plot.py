@@ -29,7 +29,7 @@ def draw(rows: Iterable[Row], path: Path) -> None:
         for name, points in lines.items():
             points = sorted(points)
             if len(points) > 1:
-                label = name.removeprefix(family).removeprefix(' by ').strip() or name
+                label = name.removeprefix(family).removeprefix(' by ').lstrip(': ') or name
                 axis.loglog(*zip(*points), marker='o', label=f'{label}: n^{exponent(points):.2f}')
         axis.set_xlabel(FAMILIES[family])
         axis.set_ylabel("ms at the peers' speed")

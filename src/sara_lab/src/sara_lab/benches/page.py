@@ -34,6 +34,7 @@ LINES = {  # what a line is called: the names of its rows
     'live EKF and UKF node, 50 Hz out, 50 + 100 Hz in': r'[eu]kf_localization_node',
     'memory of a live filter node': r'memory of [eu]kf_localization_node',
     'offline filters over a recorded drive': r'offline [EU]KF over test1',
+    'amcl: a scan, 5000 particles x 60 beams': r'amcl, 5000',
     'inflation of 1000 x 1000 cells': r'inflation',
     'costmap update with ranges or a scan': r'update with',
     'plan: NavfnROS': r'plan on \w+: NavfnROS$',

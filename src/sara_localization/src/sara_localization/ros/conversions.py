@@ -15,12 +15,14 @@ from geometry_msgs.msg import (
     TwistStamped,
     TwistWithCovarianceStamped,
 )
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Imu
 
+from sara_localization.fake import true_pose
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import Stamp, nanoseconds
 from sara_localization.inputs.data import FilterOutput, ImuData, OdometryData, PoseData, StampedTransform, TwistData
+from sara_localization.ranges.range_data import RangeMap
 
 
 def seconds(time: rospy.Time) -> Stamp:
@@ -109,6 +111,20 @@ def transform(msg: TransformStamped) -> StampedTransform:
         msg.child_frame_id,
         Transform(_vector(t.translation), _quaternion(t.rotation)),
     )
+
+
+def range_map(msg: OccupancyGrid, occupied_above: float) -> RangeMap:
+    """A map; raises ValueError with a sentence. occupied_above: cells of a higher occupancy (0..100) are walls."""
+    info = msg.info
+    origin = true_pose(_vector(info.origin.position), _quaternion(info.origin.orientation))
+    if origin is None:
+        raise ValueError('its origin is no pose')
+    if len(msg.data) != info.width * info.height:
+        raise ValueError(f'it says {info.width} x {info.height} cells but holds {len(msg.data)}')
+    cells = np.asarray(msg.data, np.int8).reshape(info.height, info.width)
+    # The message carries the resolution in single precision: 0.05 comes as 0.05000000074505806.
+    resolution = float(np.format_float_positional(np.float32(info.resolution)))
+    return RangeMap.from_occupancy(cells, resolution, (*origin.translation[:2], origin.yaw), occupied_above)
 
 
 def command(msg: Twist | TwistStamped, now: float) -> tuple[float, tuple[float, ...]]:

@@ -29,7 +29,7 @@ from sara_localization.inputs.data import StampedTransform
 from sara_localization.ranges import turn_scale
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection
-from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.range_data import RangeData
 from sara_localization.ranges.range_status import Heard, status
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
@@ -68,18 +68,10 @@ class RangeNode:
 
     def on_map(self, msg: OccupancyGrid) -> None:
         """A map takes the place of the one before."""
-        info = msg.info
         try:
             if msg.header.frame_id.lstrip('/') not in ('', self.config.global_frame_id):
                 raise ValueError(f'it is in the frame "{msg.header.frame_id}", not in {self.config.global_frame_id}')
-            q = info.origin.orientation
-            origin = true_pose((info.origin.position.x, info.origin.position.y, 0.0), (q.x, q.y, q.z, q.w))
-            if origin is None:
-                raise ValueError('its origin is no pose')
-            cells = np.array(msg.data, np.int8).reshape(info.height, info.width)
-            map_ = RangeMap.from_occupancy(
-                cells, info.resolution, (*origin.translation[:2], origin.yaw), self.config.map_occupied_above
-            )
+            map_ = conversions.range_map(msg, self.config.map_occupied_above)
         except ValueError as error:
             rospy.logwarn('the map is not used: %s', error)
             return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Callable
 
 import rospy
 import tf2_ros
@@ -25,11 +26,12 @@ MOST_OWN = 1000
 class Tf2Transforms:
     """lookup(target, source, stamp) from tf2's buffer; waits `timeout` s for a transform that is not there yet.
 
-    What this node broadcasts it enters itself (`enter`), at once; it does not listen to itself on /tf.
+    What this node broadcasts it enters itself (`enter`), at once; it does not listen to itself on /tf. on_news: called
+    when transforms have come.
     """
 
-    def __init__(self, timeout: float = 0.0):
-        self.buffer = tf2_ros.Buffer()
+    def __init__(self, timeout: float = 0.0, on_news: Callable[[], None] = lambda: None):
+        self.buffer, self._on_news = tf2_ros.Buffer(), on_news
         self.timeout = rospy.Duration.from_sec(timeout)
         self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
         self._own, self._message = deque(maxlen=MOST_OWN), TransformStamped()
@@ -56,6 +58,7 @@ class Tf2Transforms:
         self._heard = now
         for transform in TFMessage().deserialize(msg.bytes).transforms:
             enter(transform, who)
+        self._on_news()
 
     def lookup(self, target: str, source: str, stamp: float | None) -> Transform | None:
         """target_from_source at the stamp (s), the latest one where that fails, or None."""
@@ -67,6 +70,17 @@ class Tf2Transforms:
         if found is None:
             found = self._at(target, source, rospy.Time(0), wait=False)
         return found
+
+    def lookup_at(self, target: str, source: str, stamp: float) -> Transform | None:
+        """target_from_source at that very time (s), None where it is not known or not known yet."""
+        return IDENTITY if target == source else self._at(target, source, conversions.ros_time(stamp), wait=False)
+
+    def is_past(self, target: str, source: str, stamp: float) -> bool:
+        """Whether newer transforms than of that time (s) are known: what `lookup_at` lacks will not come any more."""
+        try:
+            return self.buffer.get_latest_common_time(target, source) > conversions.ros_time(stamp)
+        except tf2_ros.TransformException:
+            return False
 
     def _at(self, target, source, stamp, wait=True):
         wait = wait and self.timeout and time.monotonic() - self._in_vain.get((target, source), -PATIENCE) >= PATIENCE

@@ -19,6 +19,7 @@ from sara_common.diagnostics import OK, WARN
 from sara_common.planar import Pose2D
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import start_node
+from sara_common.ros.reconfigure import Reconfigure
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap_settings import CostmapSettings, read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
@@ -27,7 +28,6 @@ from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 from sara_nav.ros.costmap_inputs import CostmapInputs, FootprintInput
 from sara_nav.ros.costmap_publisher import CostmapPublisher
-from sara_nav.ros.reconfigure import Reconfigure
 
 LIMITS = {
     'transform_tolerance': (0.0, 10.0),

@@ -5,13 +5,13 @@ from typing import Any
 
 import rospy
 
+from sara_common.ros.reconfigure import Reconfigure
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import LIMITS
 from sara_nav.move_base.local_planners import LOCAL_PLANNERS
 from sara_nav.move_base.settings import read_planner
 from sara_nav.planners.planning import GLOBAL_PLANNERS
 from sara_nav.ros.publishers import short_name
-from sara_nav.ros.reconfigure import Reconfigure
 
 DYNAMIC = (
     'base_global_planner',

@@ -32,6 +32,7 @@ BENCHES = {
     'odometry': 'sara_lab.ros.benches.bench_live:odometry',
     'filter_core': 'sara_lab.benches.filters:filter_core',
     'filter_nodes': 'sara_lab.ros.benches.bench_live:filter_nodes',
+    'amcl': 'sara_lab.benches.amcl:update',
     'offline': 'sara_lab.ros.benches.bench_offline:bags',
     'costmaps': 'sara_lab.benches.navigation:costmaps',
     'global_planners': 'sara_lab.benches.navigation:global_planners',
@@ -45,6 +46,7 @@ BENCHES = {
     'planning_growth': 'sara_lab.benches.growth:planning',
     'filtering_growth': 'sara_lab.benches.growth:filtering',
     'costmap_growth': 'sara_lab.benches.growth:windows',
+    'amcl_growth': 'sara_lab.benches.amcl:growth',
 }
 """Where each generator of Timed is, or of lists of Timed that were measured at the same time."""
 OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack', 'hmi', 'hmi_browser')

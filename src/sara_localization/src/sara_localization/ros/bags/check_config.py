@@ -1,4 +1,4 @@
-"""What is wrong with a filter's parameters, without running it; with a bag, also what is wrong with the data.
+"""What is wrong with the parameters of a filter or of amcl, without running it; with a bag, also with a filter's data.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
@@ -20,6 +20,7 @@ from tqdm import tqdm
 
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
+from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
@@ -117,15 +118,20 @@ def report(findings: Sequence[Finding], file: TextIO = sys.stdout) -> int:
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
-        description='What is wrong with the parameters of ekf_localization_node or '
-        'ukf_localization_node, without running it; with a bag, which sensor misleads.',
+        description='What is wrong with the parameters of ekf_localization_node, '
+        'ukf_localization_node or amcl, without running it; with a bag, which sensor misleads a filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
     bag_tools.add_static_option(parser)
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
-        config, findings = check_config.check(bag_tools.load_params(arguments.params))
+        params = bag_tools.load_params(arguments.params)
+        if is_for_amcl(params):
+            if arguments.bag:
+                raise UsageError('a bag is compared with the parameters of a filter, not with those of amcl')
+            sys.exit(report(check_amcl(params)))
+        config, findings = check_config.check(params)
         if arguments.bag and config is not None:
             static = [bag_tools.static_transform(text) for text in arguments.static_tf]
             found, survey = survey_bag(arguments.bag, config, static)

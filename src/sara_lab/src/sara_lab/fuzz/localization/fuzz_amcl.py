@@ -1,0 +1,195 @@
+"""Random scans, maps, poses and parameters at amcl: what scanners, map servers and users get wrong, in every
+combination.
+
+`fuzz_amcl(count, seed)` tells what came of `count` inputs. Nothing may be raised, particles, poses and transforms must
+be finite, weights add up to 1, and every kind of trouble is said once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sara_common.config import ConfigError
+from sara_common.scans import Sweep
+from sara_localization.geometry.rigid import Transform
+from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
+from sara_localization.particles.amcl_status import Heard, statuses
+from sara_localization.ranges.range_data import RangeMap
+
+INPUTS_PER_NODE = 200
+WEIRD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-320, 1e-30, 1e15, -1e15, 1e300, -1e300, -1.0)
+FRAMES = ('laser', 'rear', '')
+
+
+@dataclass
+class AmclReport:
+    """inputs: a count; kinds: Counter of what was given and of what became of it; faults: what must not happen, one
+    sentence each.
+    """
+
+    inputs: int = 0
+    kinds: Counter = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
+
+
+def fuzz_amcl(count: int, seed: int) -> AmclReport:
+    """`count` inputs from a seed."""
+    report, rng = AmclReport(), np.random.default_rng(seed)
+    while report.inputs < count and not report.faults:
+        _one_node(rng, min(INPUTS_PER_NODE, count - report.inputs), report)
+    return report
+
+
+def _one_node(rng, count, report):
+    said = []
+    amcl = Amcl(_config(rng), said.append)
+    acts = (_scan, _set_map, _set_pose, _anywhere, _force, _forget, _reconfigure)
+    for _ in range(count):
+        report.inputs += 1
+        act = acts[rng.choice(len(acts), p=(0.8, 0.06, 0.05, 0.02, 0.03, 0.02, 0.02))]
+        report.kinds[act.__name__.lstrip('_')] += 1
+        try:
+            with np.errstate(all='ignore'):
+                act(rng, amcl, report)
+            report.faults += [f'{act.__name__}: {fault} ({amcl.config})' for fault in _wrong(amcl)]
+        except Exception as error:  # whatever is raised is what is looked for
+            report.faults.append(f'{act.__name__}: {type(error).__name__}: {error} ({amcl.config})')
+            return
+        if report.faults:
+            return
+    report.kinds.update(amcl.counts)
+    twice = [sentence for sentence, n in Counter(said).items() if n > 1]
+    if twice or len(said) > len(amcl.counts):
+        report.faults.append(f'said more than once: {twice or said}')
+
+
+def _wrong(amcl):
+    """What must not be so after any input."""
+    poses, weights = amcl.filter.poses, amcl.filter.weights
+    if not (np.isfinite(poses).all() and len(poses)):
+        yield 'a particle is not finite'
+    if not (np.isfinite(weights).all() and weights.min() >= 0.0 and abs(weights.sum() - 1.0) < 1e-6):
+        yield 'weights do not add up to 1'
+    if np.abs(poses[:, 2]).max() > math.pi + 1e-9:
+        yield 'a heading is not wrapped'
+    if amcl.belief is not None:
+        covariance = amcl.belief.covariance
+        if not (
+            np.isfinite(amcl.belief.pose).all() and np.isfinite(covariance).all() and covariance.diagonal().min() >= 0
+        ):
+            yield f'the pose or its covariance is not finite: {amcl.belief}'
+    offset = amcl.map_from_odom
+    if offset is not None and not np.isfinite((*offset.translation, *offset.rotation)).all():
+        yield 'map -> odom is not finite'
+    for status in statuses(amcl, 1.0, Heard(0.5, 0.0, '/scan')):
+        if 'nan' in status.message:
+            yield f'diagnostics say {status.message}'
+
+
+def _number(rng, size, weird=0.02):
+    return float(WEIRD[rng.integers(len(WEIRD))]) if rng.random() < weird else float(rng.normal() * size)
+
+
+def _config(rng):
+    """Parameters that are accepted, also odd ones."""
+    while True:
+        least = int(rng.integers(1, 60))
+        params = {
+            'min_particles': least,
+            'max_particles': least + int(rng.integers(0, 200)),
+            'laser_model_type': str(rng.choice(SCAN_MODELS)),
+            'odom_model_type': str(rng.choice(ODOM_MODELS)),
+            'seed': int(rng.integers(1000)),
+            **{name: bool(rng.random() < 0.5) for name in ('do_beamskip', 'selective_resampling')},
+            **{
+                name: float(rng.choice([0.0, 0.001, 0.1, 1.0]))
+                for name in ('recovery_alpha_slow', 'recovery_alpha_fast')
+            },
+            **{f'odom_alpha{k}': float(rng.choice([0.0, 0.2, 1000.0])) for k in range(1, 6)},
+            **{
+                f'laser_z_{part}': float(rng.choice([0.0, 0.05, 0.95, 1000.0]))
+                for part in ('hit', 'short', 'max', 'rand')
+            },
+            'laser_sigma_hit': float(rng.choice([1e-3, 0.2, 100.0])),
+            'laser_lambda_short': float(rng.choice([1e-300, 0.1, 1e300])),
+            'laser_likelihood_max_dist': float(rng.choice([1e-300, 0.5, 2.0])),
+            'laser_max_beams': int(rng.choice([1, 2, 30, 1000])),
+            'laser_max_range': float(rng.choice([-1.0, 3.0])),
+            'resample_interval': int(rng.integers(1, 4)),
+            'kld_err': float(rng.choice([1e-300, 0.01, 10.0])),
+        }
+        try:
+            return AmclConfig.from_params(params)
+        except ConfigError:
+            continue
+
+
+def _scan(rng, amcl, _report):
+    amcl.on_scan(ScanInput(FRAMES[rng.integers(len(FRAMES))], _sweep(rng), _mount(rng), _transform(rng, 3.0)))
+
+
+def _sweep(rng):
+    n = int(rng.choice([0, 1, 2, 3, 17, 60]))
+    ranges = rng.uniform(0.0, 4.0, n)
+    odd = rng.random(n) < rng.choice([0.0, 0.1, 1.0])
+    ranges[odd] = rng.choice(WEIRD, np.count_nonzero(odd))
+    increment = 0.1
+    values = [1.0, -3.0, -3.0 + increment * (n - 1), increment, 0.0, 0.1, 3.9]
+    if rng.random() < 0.1:
+        values[rng.integers(len(values))] = WEIRD[rng.integers(len(WEIRD))]
+    return Sweep(*values, ranges)
+
+
+def _mount(rng):
+    return Transform() if rng.random() < 0.5 else _transform(rng, 0.3)
+
+
+def _transform(rng, size):
+    x, y, z = (_number(rng, size, 0.005) for _ in range(3))
+    tilt = rng.normal(size=2) * (0.05 if rng.random() < 0.9 else 2.0)
+    return Transform.from_xyz_rpy(x, y, z, *tilt.tolist(), _number(rng, 2.0, 0.002) % 1e3)
+
+
+def _set_map(rng, amcl, report):
+    rows, columns = rng.choice([0, 1, 2, 7, 40, 60], 2)
+    cells = rng.choice(np.array([0, 0, 0, 0, 100, -1, 50, 101, -128], np.int8), (rows, columns))
+    if rng.random() < 0.2:
+        cells[:] = rng.choice([0, 100, -1])
+    resolution = 0.1 if rng.random() < 0.9 else WEIRD[rng.integers(len(WEIRD))]
+    try:
+        map_ = RangeMap.from_occupancy(cells, resolution, tuple(_number(rng, 2.0, 0.01) for _ in range(3)), 65)
+    except ValueError:
+        report.kinds['no map'] += 1
+        return
+    if amcl.set_map(map_):
+        report.kinds['map refused'] += 1
+
+
+def _set_pose(rng, amcl, report):
+    covariance = np.diag(10.0 ** rng.uniform(-6, 2, 3))
+    if rng.random() < 0.4:
+        covariance[rng.integers(3), rng.integers(3)] = WEIRD[rng.integers(len(WEIRD))]
+    if amcl.set_pose(tuple(_number(rng, 2.0, 0.05) for _ in range(3)), covariance):
+        report.kinds['pose refused'] += 1
+
+
+def _anywhere(_rng, amcl, report):
+    if amcl.start_anywhere():
+        report.kinds['start refused'] += 1
+
+
+def _force(_rng, amcl, _report):
+    amcl.force_update()
+
+
+def _forget(_rng, amcl, _report):
+    amcl.forget_odometry()
+
+
+def _reconfigure(rng, amcl, _report):
+    amcl.reconfigure(_config(rng))

@@ -1,0 +1,76 @@
+"""What can be started as amcl but will not do what its author wants, each in one sentence with its remedy."""
+
+from __future__ import annotations
+
+from sara_common.config import ConfigError
+from sara_localization.checks.findings import Finding, error, warning
+from sara_localization.particles.amcl_config import AmclConfig
+
+_ITS_OWN = ('laser_', 'odom_alpha', 'odom_model_type', 'min_particles', 'max_particles', 'kld_', 'resample_interval')
+_LONG_WAY, _LONG_TURN = 1.0, 1.6
+"""m and rad between two scans used, from which on the odometry's error may exceed what a scan can mend."""
+_LARGE_ALPHA = 0.1
+_SIGMAS = 3.0
+
+
+def is_for_amcl(params: dict[str, object]) -> bool:
+    """Whether a file's parameters are amcl's, by their names."""
+    return any(name.startswith(_ITS_OWN) for name in params)
+
+
+def check_amcl(params: dict[str, object]) -> list[Finding]:
+    """Everything found in amcl's parameters."""
+    try:
+        config = AmclConfig.from_params(params)
+    except ConfigError as refused:
+        found = [error('configuration', sentence.rstrip('.') + '.') for sentence in refused.faults]
+        return found + [warning('parameters', sentence) for sentence in refused.warnings]
+    found = [warning('parameters', sentence) for sentence in config.warnings]
+    return found + [warning(key, sentence) for applies, key, sentence in _doubtful(config) if applies]
+
+
+def _doubtful(c):
+    alphas = [c.odom_alpha1, c.odom_alpha2, c.odom_alpha3, c.odom_alpha4]
+    slow, fast = c.recovery_alpha_slow, c.recovery_alpha_fast
+    return (
+        (
+            c.odom_model_type.endswith('-corrected') and max(alphas) >= _LARGE_ALPHA,
+            'odom_alpha',
+            f'odom_alpha1 to 4 reach {max(alphas):g}, right for diff and omni; {c.odom_model_type} takes them for '
+            'variances: 0.005 to 0.05 is usual.',
+        ),
+        (
+            slow >= fast > 0.0,
+            'recovery_alpha_slow',
+            f'recovery_alpha_slow ({slow:g}) is not below recovery_alpha_fast ({fast:g}): random particles never come. '
+            '0.001 and 0.1 are usual, 0 and 0 for none.',
+        ),
+        (
+            c.laser_likelihood_max_dist < _SIGMAS * c.laser_sigma_hit and c.laser_model_type != 'beam',
+            'laser_likelihood_max_dist',
+            f'laser_likelihood_max_dist is {c.laser_likelihood_max_dist:g} m, less than {_SIGMAS:g} laser_sigma_hit: '
+            'scans hardly tell poses apart. 2 m is usual.',
+        ),
+        (
+            c.do_beamskip and c.laser_model_type != 'likelihood_field_prob',
+            'do_beamskip',
+            f'do_beamskip has no effect with laser_model_type {c.laser_model_type}: only likelihood_field_prob skips '
+            'beams.',
+        ),
+        (
+            c.first_map_only and not c.use_map_topic,
+            'first_map_only',
+            'first_map_only has no effect without use_map_topic: true.',
+        ),
+        (
+            c.update_min_d > _LONG_WAY or c.update_min_a > _LONG_TURN,
+            'update_min_d',
+            f'a scan is used only every {c.update_min_d:g} m or {c.update_min_a:g} rad: the odometry drifts meanwhile. '
+            '0.2 m and 0.5 rad are usual.',
+        ),
+        (
+            c.transform_tolerance == 0.0,
+            'transform_tolerance',
+            'transform_tolerance is 0: map -> odom is older than what others ask for. 0.1 s is usual.',
+        ),
+    )

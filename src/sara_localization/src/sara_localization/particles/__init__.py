@@ -1,0 +1,1 @@
+"""amcl without ROS: adaptive Monte Carlo localization in a known map."""

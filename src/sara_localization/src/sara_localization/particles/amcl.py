@@ -1,0 +1,228 @@
+"""amcl without ROS: scans and odometry in, the pose in a known map out, when and as the C++ node gives it.
+
+A scan counts once the robot has moved by `update_min_d` or turned by `update_min_a` since the last one that did: the
+particles move, are weighed by the scan and, every `resample_interval` scans, drawn anew. With several scanners each
+counts once for such a motion. The first scan after a start counts at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_common import distances
+from sara_common.planar import wrap
+from sara_common.scans import Sweep
+from sara_localization.geometry.rigid import Transform
+from sara_localization.particles import beams as beam_choice
+from sara_localization.particles import field, scan_kernels
+from sara_localization.particles.amcl_config import AmclConfig
+from sara_localization.particles.belief import Belief, belief
+from sara_localization.particles.particle_filter import ParticleFilter
+from sara_localization.particles.scan_models import ScanModel, same_model
+from sara_localization.ranges.range_data import RangeMap
+
+CANDIDATES_PER_M2, MOST_CANDIDATES = 1000, 1_000_000
+"""Poses that a start anywhere tries: five by five to a square metre, each every 9 deg."""
+FARTHEST = 1e7
+"""m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
+SMALLEST_CELL = 1e-3
+"""m."""
+
+
+class ScanInput(NamedTuple):
+    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time."""
+
+    frame: str
+    sweep: Sweep
+    mount: Transform
+    odometry: Transform
+
+
+class Result(NamedTuple):
+    """What a scan led to. map_from_odom: None before the first pose. counted: the particles changed; pose: a Belief is
+    due to be published, else None.
+    """
+
+    map_from_odom: Transform | None
+    counted: bool
+    pose: Belief | None
+
+
+class Amcl:
+    """`counts`: Counter of what became of the scans; `say`: called with one sentence per kind of trouble."""
+
+    def __init__(self, config: AmclConfig, say: Callable[[str], None] = lambda sentence: None):
+        distances.warm()
+        scan_kernels.warm()
+        self.config, self.say = config, say
+        self.rng = np.random.default_rng(config.seed)
+        self.filter = ParticleFilter(config, self.rng)
+        self.counts, self._said = Counter(), set()
+        self.map: RangeMap | None = None
+        self._model = self._free = self._wanted = None
+        self.belief: Belief | None = None
+        self.map_from_odom: Transform | None = None
+        self._force = False
+        self._anywhere = False  # the next scan says where
+        self._begin_again()
+
+    def _begin_again(self):
+        """The next scan counts at once; the odometry up to it does not."""
+        self._last: tuple[float, float, float] | None = None  # the odometry's pose when a scan last counted
+        self._due, self._since = {}, 0
+
+    # What is told from outside
+
+    def set_map(self, map_: RangeMap) -> str:
+        """Another map. Particles stay where they are: only a pose that is set moves them. Returns '' or the sentence
+        why it is refused.
+        """
+        size = map_.resolution * max(map_.cells.shape)
+        if not SMALLEST_CELL <= map_.resolution <= size <= FARTHEST or max(map(abs, map_.origin)) > FARTHEST:
+            return f'its cells are of {map_.resolution:g} m and its origin is at {map_.origin}'
+        first = self.map is None
+        self.map, self._free = map_, field.free_cells(map_)
+        self._model = ScanModel(self.config, map_)
+        if first:
+            pose, variances = self._wanted or (self.config.initial_pose, np.diag(self.config.initial_variances))
+            self._start(pose, variances)
+        self._force = self._force or self.config.force_update_after_set_map
+        return ''
+
+    def set_pose(self, pose: Sequence[float], covariance: np.ndarray) -> str:
+        """The robot is at x, y, yaw in the map, with a covariance (3, 3) of these. Before there is a map it waits for
+        one. Returns '' or the sentence why it is refused.
+        """
+        covariance = np.asarray(covariance, float)
+        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in pose):
+            return 'the pose holds something that is no number'
+        if not np.isfinite(covariance).all() or np.abs(covariance).max() > FARTHEST**2:
+            return 'the covariance holds something that is no number'
+        covariance = 0.5 * (covariance + covariance.T)
+        if np.linalg.eigvalsh(covariance).min() < -1e-9 * max(1.0, float(np.abs(covariance).max())):
+            return 'the covariance is not positive semidefinite'
+        if self.map is None:
+            self._wanted = tuple(pose), covariance
+            return ''
+        self._start(pose, covariance)
+        self._force = self._force or self.config.force_update_after_initialpose
+        return ''
+
+    def _start(self, pose, covariance):
+        self.filter.start_at(pose, covariance)
+        self._begin_again()
+        self._anywhere = False
+
+    def start_anywhere(self) -> str:
+        """The robot may be on any free cell (`global_localization`). Returns '' or why that cannot be."""
+        if self.map is None:
+            return 'there is no map yet'
+        if not len(self._free):
+            return 'the map has no free cell'
+        self.filter.start_anywhere(self._random_poses)
+        self._begin_again()
+        self._anywhere = True
+        return ''
+
+    def force_update(self) -> None:
+        """The next scan of each scanner counts, although the robot stands (`request_nomotion_update`)."""
+        self._force = True
+
+    def forget_odometry(self) -> None:
+        """The clock or the odometry began anew: its next pose is no motion."""
+        self._begin_again()
+
+    def reconfigure(self, config: AmclConfig) -> None:
+        """Other parameters; the particles stay."""
+        anew = not same_model(config, self.config)
+        if (config.odom_frame_id, config.base_frame_id) != (self.config.odom_frame_id, self.config.base_frame_id):
+            self._begin_again()
+        self.config = self.filter.config = config
+        if anew and self.map is not None:
+            self._model = ScanModel(config, self.map)
+
+    def _random_poses(self, count):
+        return field.random_poses(self.map, self._free, count, self.rng)
+
+    # Scans
+
+    def on_scan(self, scan: ScanInput) -> Result | None:
+        """Take a scan; None where it could not be used, or there is no map."""
+        fault = self._fault(scan)
+        if fault:
+            kind, sentence = fault
+            self.trouble(kind, f'{scan.frame}: {sentence}')
+            return None
+        self.counts['scans'] += 1
+        odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+        first = self._last is None
+        if not first and (self._force or self._has_moved(odometry)):
+            self._due = dict.fromkeys(self._due, True)
+        self._force = self._force and first
+        resampled = counted = False
+        if self._due.setdefault(scan.frame, True):
+            self._due[scan.frame] = False
+            resampled, counted = self._count(scan, odometry), True
+        if resampled or first:
+            self.belief = belief(self.filter.poses, self.filter.weights)
+            x, y, yaw = self.belief.pose
+            self.map_from_odom = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ scan.odometry.inverse()
+        return Result(self.map_from_odom, counted, self.belief if resampled or first else None)
+
+    def _fault(self, scan):
+        """(what it counts as, a sentence) for a scan that cannot be used, else None."""
+        if self.map is None:
+            return 'no_map', 'a scan came before the map: dropped'
+        if scan.sweep.fault:
+            return 'bad_scan', f'a {scan.sweep.fault}: dropped'
+        places = (*scan.odometry.translation, *scan.odometry.rotation)
+        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
+            return 'bad_odometry', 'the odometry is no pose: the scan is dropped'
+        if not beam_choice.is_level(scan.mount):
+            return 'bad_mount', 'the scanner does not look along the floor: the scan is dropped'
+        return None
+
+    def _has_moved(self, odometry):
+        way = math.dist(odometry[:2], self._last[:2])
+        turn = abs(float(wrap(odometry[2] - self._last[2])))
+        return way > self.config.update_min_d or turn > self.config.update_min_a
+
+    def _count(self, scan, odometry) -> bool:
+        """The scan counts; returns whether particles were drawn anew."""
+        if self._last is not None:
+            self.filter.move(self._last, odometry)
+        self._last = odometry
+        chosen = beam_choice.chosen(scan.sweep, scan.mount, self._model.choice)
+        if not len(chosen.ranges):
+            self.trouble('no_beams', f'{scan.frame}: a scan has no range that can be used')
+        else:
+            self._use(scan.frame, self._model.scan(chosen))
+        self._since += 1
+        if self._since % self.config.resample_interval:
+            return False
+        return self.filter.resample(self._random_poses if len(self._free) else None)
+
+    def _use(self, frame, measured):
+        """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
+        if self._anywhere and len(self._free):
+            candidates = int(CANDIDATES_PER_M2 * len(self._free) * self.map.resolution**2)
+            candidates = min(max(candidates, self.config.max_particles), MOST_CANDIDATES)
+            self.filter.start_where_it_fits(self._random_poses, measured, candidates)
+            self._anywhere = False
+            self.counts['updates'] += 1
+        elif self.filter.weigh(measured.likelihoods(self.filter.poses)):
+            self.counts['updates'] += 1
+        else:
+            self.trouble('no_fit', f'{frame}: a scan fits no particle: it is not used')
+
+    def trouble(self, kind: str, sentence: str) -> None:
+        """Count it, and say the first of its kind."""
+        self.counts[kind] += 1
+        if kind not in self._said:
+            self._said.add(kind)
+            self.say(sentence)

@@ -1,0 +1,123 @@
+"""Adaptive Monte Carlo localization: weighted poses that move, are weighed and drawn anew.
+
+S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005: table 8.3 (augmented MCL) for random particles, table 8.4
+(KLD sampling) for their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from sara_common.planar import wrap
+from sara_localization.particles import bins
+from sara_localization.particles.amcl_config import AmclConfig
+from sara_localization.particles.likelihood import Likelihoods, MeasurementModel
+from sara_localization.particles.motion import MotionNoise, moved
+
+RandomPoses = Callable[[int], np.ndarray]
+"""(n, 3) poses that the robot may have, drawn uniformly."""
+SHARPNESS = 20.0
+"""A pose that fits by 0.1 better is exp(2) times as likely at a start: the sharper, the fewer beams may be wrong."""
+_BLOCK = 50_000
+
+
+class ParticleFilter:
+    """`poses` (n, 3): x, y, yaw in the map; `weights` (n,), of which the sum is 1; `slow`, `fast`: averages over the
+    past of how well measurements fit.
+    """
+
+    def __init__(self, config: AmclConfig, rng: np.random.Generator):
+        bins.warm()
+        self.config, self.rng = config, rng
+        self._start(np.zeros((config.max_particles, 3)))
+
+    def _start(self, poses):
+        self._take(poses)
+        self.slow = self.fast = self._averaged = 0
+
+    def start_at(self, pose: Sequence[float], covariance: np.ndarray) -> None:
+        """Normally distributed about a pose (x, y, yaw) with a covariance (3, 3), positive semidefinite."""
+        variances, axes = np.linalg.eigh(covariance)
+        scaled = axes * np.sqrt(np.maximum(variances, 0.0))
+        poses = np.asarray(pose, float) + self.rng.standard_normal((self.config.max_particles, 3)) @ scaled.T
+        poses[:, 2] = wrap(poses[:, 2])
+        self._start(poses)
+
+    def start_anywhere(self, random_poses: RandomPoses) -> None:
+        """Uniformly over where the robot may be."""
+        self._start(random_poses(self.config.max_particles))
+
+    def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel, candidates: int) -> None:
+        """Where a first measurement fits best of so many poses that the robot may have: of max_particles over a large
+        map hardly one is near the robot. Drawn by exp(SHARPNESS * fit), a block at a time.
+        """
+        kept, totals = [], []
+        for first in range(0, candidates, _BLOCK):
+            poses = random_poses(min(_BLOCK, candidates - first))
+            weights = np.exp(SHARPNESS * measured.likelihoods(poses).fits)
+            totals.append(weights.sum())
+            kept.append(poses[self._drawn(weights, self.config.max_particles)])
+        shares = self._drawn(np.array(totals), self.config.max_particles)
+        self._start(np.concatenate(kept)[shares * self.config.max_particles + np.arange(len(shares))])
+
+    def move(self, before: Sequence[float], after: Sequence[float]) -> None:
+        """The odometry went from one pose (x, y, yaw) to another."""
+        self.poses = moved(self.poses, before, after, MotionNoise.of(self.config), self.rng)
+
+    def weigh(self, likelihoods: Likelihoods) -> bool:
+        """Take a measurement; False where it fits no particle at all: then all weigh the same again."""
+        weights = self.weights * likelihoods.values
+        total = weights.sum()
+        if not (np.isfinite(total) and total > 0.0):
+            self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
+            return False
+        self.weights = weights / total
+        self._average(float(self.weights @ likelihoods.fits))
+        return True
+
+    def _average(self, quality):
+        """Running averages, which begin as plain means. The particles count as they weigh now: random ones that fit
+        nothing do not make for more of them.
+        """
+        c = self.config
+        self._averaged += 1
+        self.slow += max(c.recovery_alpha_slow, 1.0 / self._averaged) * (quality - self.slow)
+        self.fast += max(c.recovery_alpha_fast, 1.0 / self._averaged) * (quality - self.fast)
+
+    @property
+    def random_share(self) -> float:
+        """Of the particles that the next resampling sets anywhere, because measurements fit worse than they did."""
+        return max(0.0, 1.0 - self.fast / self.slow) if self.slow > 0.0 else 0.0
+
+    @property
+    def effective(self) -> float:
+        """As many particles of the same weight would say as much: 1 / sum w^2."""
+        return 1.0 / float(self.weights @ self.weights)
+
+    def resample(self, random_poses: RandomPoses | None) -> bool:
+        """Draw particles by their weights, as many as KLD sampling wants. False where `selective_resampling` leaves
+        them as they are, for more than half of them count. random_poses: None where the map has no free cell.
+        """
+        c = self.config
+        if c.selective_resampling and self.effective > 0.5 * len(self.poses):
+            return False
+        poses = self.poses[self._drawn(self.weights, c.max_particles)]
+        share = self.random_share if random_poses is not None else 0.0
+        if share > 0.0:
+            anywhere = self.rng.random(len(poses)) < share
+            poses[anywhere] = random_poses(np.count_nonzero(anywhere))
+        count = bins.enough(poses, c.min_particles, c.kld_err, c.kld_z)
+        self._take(poses[:count])
+        return True
+
+    def _drawn(self, weights, count):
+        """(count,) indices, drawn independently by the weights."""
+        cumulative = np.cumsum(weights)
+        drawn = np.searchsorted(cumulative, self.rng.random(count) * cumulative[-1], side='right')
+        return np.minimum(drawn, len(weights) - 1)
+
+    def _take(self, poses):
+        self.poses = np.ascontiguousarray(poses)
+        self.weights = np.full(len(poses), 1.0 / len(poses))

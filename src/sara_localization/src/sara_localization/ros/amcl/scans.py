@@ -1,0 +1,88 @@
+"""Scans of several scanners that wait until tf knows where the robot was."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from sensor_msgs.msg import LaserScan
+
+from sara_common.ros.scans import sweep_of
+from sara_localization.particles.amcl import ScanInput
+from sara_localization.particles.amcl_config import AmclConfig
+from sara_localization.ros import conversions
+from sara_localization.ros.tf2_transforms import Tf2Transforms
+
+MOST_WAITING = 100
+"""Scans of a scanner; more push the oldest out."""
+PATIENCE = 1.0
+"""s that the newest scan may wait before that is told."""
+
+
+class WaitingScans:
+    """`lost`: called with a sentence for each scan that is dropped."""
+
+    def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
+        self._transforms, self._lost, self._waiting = transforms, lost, {}
+
+    def __bool__(self) -> bool:
+        return any(self._waiting.values())
+
+    def add(self, msg: LaserScan) -> None:
+        """One more; the mount of each scan is looked up for its own time."""
+        frame = msg.header.frame_id.lstrip('/')
+        queue = self._waiting.setdefault(frame, deque())
+        if len(queue) == MOST_WAITING:
+            queue.popleft()
+            self._lost(f'scans from the frame "{frame}" are dropped: {self._why(frame)}')
+        queue.append(msg)
+
+    def clear(self) -> None:
+        """Drop them all."""
+        self._waiting.clear()
+
+    def ready(self, config: AmclConfig) -> list[ScanInput]:
+        """Those whose transforms are known by now, oldest first for each scanner."""
+        self._frames = config.odom_frame_id, config.base_frame_id
+        found = []
+        for frame, queue in self._waiting.items():
+            while queue:
+                scan = self._with_transforms(frame, queue[0])
+                if scan is not None:
+                    found.append(scan)
+                elif self._is_too_old(frame, queue[0]):
+                    self._lost(f'a scan from the frame "{frame}" is older than what tf remembers: dropped')
+                else:
+                    break
+                queue.popleft()
+        return sorted(found, key=lambda scan: scan.sweep.stamp)
+
+    def _with_transforms(self, frame, msg):
+        stamp = conversions.seconds(msg.header.stamp)
+        odom, base = self._frames
+        odometry = self._transforms.lookup_at(odom, base, stamp)
+        mount = self._transforms.lookup_at(base, frame, stamp) if frame and odometry is not None else None
+        return None if mount is None else ScanInput(frame, sweep_of(msg)._replace(stamp=stamp), mount, odometry)
+
+    def _is_too_old(self, frame, msg):
+        stamp = conversions.seconds(msg.header.stamp)
+        odom, base = self._frames
+        pairs = ((odom, base), (base, frame)) if frame else ((odom, base),)
+        return any(
+            self._transforms.lookup_at(*pair, stamp) is None and self._transforms.is_past(*pair, stamp)
+            for pair in pairs
+        )
+
+    def _why(self, frame):
+        odom, base = self._frames
+        for target, source in ((odom, base), (base, frame)):
+            if not source or self._transforms.lookup(target, source, None) is None:
+                return f'there is no transform {target} -> {source or "(a frame without a name)"}'
+        return f'the transform {odom} -> {base} is older than the scans'
+
+    def waiting_for(self, now: float) -> str:
+        """What scans have been waiting for since long at a time (s), or ''."""
+        for frame, queue in self._waiting.items():
+            if queue and now - queue[0].header.stamp.to_sec() > PATIENCE:
+                return f'scans from the frame "{frame}" wait: {self._why(frame)}'
+        return ''
