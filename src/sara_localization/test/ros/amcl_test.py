@@ -86,7 +86,7 @@ class AmclTest(unittest.TestCase):
         self.poses, self.clouds, self.second, self.told = [], [], [], {}
         self.scan_pub = rospy.Publisher('base_scan', LaserScan, queue_size=100)
         self.tf_pub = rospy.Publisher('/tf', TFMessage, queue_size=100)
-        self.pose_pub = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=1)
+        self.pose_pub = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=10)
         self.map_pub = rospy.Publisher('second/map', OccupancyGrid, queue_size=1, latch=True)
         rospy.Subscriber('amcl_pose', PoseWithCovarianceStamped, self.poses.append)
         rospy.Subscriber('second/amcl_pose', PoseWithCovarianceStamped, self.second.append)
@@ -219,7 +219,7 @@ class AmclTest(unittest.TestCase):
         before = len(self.clouds)
         self.send()
         cloud = wait_until(lambda: len(self.clouds) > before and self.clouds[-1], 'no particles after a global start')
-        self.assertEqual(len(cloud.poses), 2000)
+        self.assertGreater(len(cloud.poses), 2000)  # until the place is found
         set_map = rospy.ServiceProxy('set_map', SetMap)
         self.assertFalse(set_map(OccupancyGrid(), pose_message(self.truth, 0.1)).success)
         self.assertTrue(set_map(map_message(CELLS), pose_message(self.truth, 0.1)).success)
@@ -256,4 +256,4 @@ class AmclTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('amcl_test')
-    rostest.rosrun('sara_localization', 'amcl', AmclTest)
+    rostest.rosrun('sara_localization', 'amcl_wiring', AmclTest)

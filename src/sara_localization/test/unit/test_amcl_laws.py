@@ -175,7 +175,8 @@ def test_the_likelihood_field_is_its_formula():
         found = scans.scan(beam).likelihoods(poses)
         p = 0.9 * np.exp(-0.5 * (np.array([0.0, 0.5, 1.0, 2.0]) / 0.3) ** 2) + 0.1 / 5.0
         assert found.values == pytest.approx(law(p) if law else p / p.max())
-        assert found.fits == pytest.approx(p**3 if law else p)
+        best = 0.9 + 0.1 / 5.0
+        assert found.fits == pytest.approx((p / best) ** 3 if law else p / best)
 
 
 def test_the_beam_model_is_its_formula():
@@ -186,18 +187,18 @@ def test_the_beam_model_is_its_formula():
     scans = scan_models.ScanModel(c, map_)
     for measured in (1.0, 0.6, 1.4, 5.0):
         beam = beams.Beams(0.5, 0.0, np.array([0.0]), np.array([measured]), 5.0)
-        (found,) = scans.scan(beam).likelihoods(np.array([[1.5, 2.05, 0.0]])).fits
+        (found,) = scans.scan(beam).likelihoods(np.array([[1.5, 2.05, 0.0]])).values
         off = measured - 1.0
         p = 0.95 * math.exp(-0.5 * (off / 0.3) ** 2)
         p += 0.1 * 0.5 * math.exp(-0.5 * measured) if off < 0 else 0.0
         p += 0.05 if measured == 5.0 else 0.05 / 5.0
-        assert found == pytest.approx(p**3, rel=1e-6)
+        assert found == pytest.approx(1.0 + p**3, rel=1e-6)
 
 
 @given(st.integers(0, 2**31))
 def test_logarithms_of_many_beams_do_not_underflow(seed):
     logarithms = RNG(seed).uniform(-5000.0, -900.0, 30)
-    found = Likelihoods.of_logarithms(logarithms, 500)
+    found = Likelihoods.of_logarithms(logarithms, 500, 0.9)
     assert found.values.max() == 1.0 and np.isfinite(found.values).all() and (found.fits > 0.0).all()
 
 

@@ -26,8 +26,10 @@ from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
 
-CANDIDATES_PER_M2, MOST_CANDIDATES = 1000, 1_000_000
-"""Poses that a start anywhere tries: five by five to a square metre, each every 9 deg."""
+PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
+"""Of a start anywhere, per square metre of free cells, and in all."""
+TRIED = 10
+"""Poses that a first scan is tried on for each of these."""
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
@@ -124,7 +126,8 @@ class Amcl:
             return 'there is no map yet'
         if not len(self._free):
             return 'the map has no free cell'
-        self.filter.start_anywhere(self._random_poses)
+        searching = min(int(PARTICLES_PER_M2 * len(self._free) * self.map.resolution**2), MOST_SEARCHING)
+        self.filter.start_anywhere(self._random_poses, max(searching, self.config.max_particles))
         self._begin_again()
         self._anywhere = True
         return ''
@@ -210,9 +213,7 @@ class Amcl:
     def _use(self, frame, measured):
         """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
         if self._anywhere and len(self._free):
-            candidates = int(CANDIDATES_PER_M2 * len(self._free) * self.map.resolution**2)
-            candidates = min(max(candidates, self.config.max_particles), MOST_CANDIDATES)
-            self.filter.start_where_it_fits(self._random_poses, measured, candidates)
+            self.filter.start_where_it_fits(self._random_poses, measured, TRIED * len(self.filter.poses))
             self._anywhere = False
             self.counts['updates'] += 1
         elif self.filter.weigh(measured.likelihoods(self.filter.poses)):

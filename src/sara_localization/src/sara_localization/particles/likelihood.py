@@ -6,25 +6,30 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+_LEAST = 1e-300
+
 
 class Likelihoods(NamedTuple):
     """How well one measurement fits each of n particles. values (n,): by how much its weight grows, up to a common
-    factor. fits (n,): the same as a mean over the parts of the measurement (a scan's beams), so that measurements of
-    different sizes can be compared.
+    factor. fits (n,): the same as a mean over the parts of the measurement (a scan's beams), from 0 to 1, so that
+    measurements of different sizes and models can be compared.
     """
 
     values: np.ndarray
     fits: np.ndarray
 
     @classmethod
-    def of_sums(cls, sums: np.ndarray, parts: int) -> Likelihoods:
-        """Of 1 + sums (n,) over the parts."""
-        return cls(sums, (sums - 1.0) / parts)
+    def of_sums(cls, sums: np.ndarray, parts: int, best: float) -> Likelihoods:
+        """Of 1 + sums (n,) over the parts. best: what a part adds where it fits perfectly."""
+        return cls(sums, np.minimum((sums - 1.0) / max(parts * best, _LEAST), 1.0))
 
     @classmethod
-    def of_logarithms(cls, logarithms: np.ndarray, parts: int) -> Likelihoods:
-        """Of the logarithms (n,) of products over the parts, which may be too small for a float."""
-        return cls(np.exp(logarithms - logarithms.max()), np.exp(logarithms / parts))
+    def of_logarithms(cls, logarithms: np.ndarray, parts: int, best: float) -> Likelihoods:
+        """Of the logarithms (n,) of products over the parts, which may be too small for a float. best: as above, a
+        factor.
+        """
+        fits = np.minimum(np.exp(logarithms / parts) / max(best, _LEAST), 1.0)
+        return cls(np.exp(logarithms - logarithms.max()), fits)
 
 
 class MeasurementModel(Protocol):

@@ -18,9 +18,11 @@ from sara_localization.particles.motion import MotionNoise, moved
 
 RandomPoses = Callable[[int], np.ndarray]
 """(n, 3) poses that the robot may have, drawn uniformly."""
-SHARPNESS = 20.0
-"""A pose that fits by 0.1 better is exp(2) times as likely at a start: the sharper, the fewer beams may be wrong."""
-_BLOCK = 50_000
+FIRST, SEARCHING = 10.0, 5.0
+"""How a fit (0 to 1) counts at a start anywhere: by exp(FIRST fit) at the first scan, and until the place is found each
+weight by exp(SEARCHING fit) besides. The greater, the sooner it is found, and the less may stand about that the map
+does not hold.
+"""
 
 
 class ParticleFilter:
@@ -35,6 +37,7 @@ class ParticleFilter:
 
     def _start(self, poses):
         self._take(poses)
+        self.most = max(self.config.max_particles, len(poses))
         self.slow = self.fast = self._averaged = 0
 
     def start_at(self, pose: Sequence[float], covariance: np.ndarray) -> None:
@@ -45,22 +48,24 @@ class ParticleFilter:
         poses[:, 2] = wrap(poses[:, 2])
         self._start(poses)
 
-    def start_anywhere(self, random_poses: RandomPoses) -> None:
-        """Uniformly over where the robot may be."""
-        self._start(random_poses(self.config.max_particles))
+    def start_anywhere(self, random_poses: RandomPoses, count: int) -> None:
+        """`count` particles, uniformly over where the robot may be. There may be so many until KLD sampling wants less
+        than max_particles: over a large map hardly one of these is near the robot.
+        """
+        self._start(random_poses(count))
 
     def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel, candidates: int) -> None:
-        """Where a first measurement fits best of so many poses that the robot may have: of max_particles over a large
-        map hardly one is near the robot. Drawn by exp(SHARPNESS * fit), a block at a time.
+        """As many particles as there are, where a first measurement fits best of so many poses that the robot may
+        have: drawn by exp(FIRST * fit), a block at a time.
         """
-        kept, totals = [], []
-        for first in range(0, candidates, _BLOCK):
-            poses = random_poses(min(_BLOCK, candidates - first))
-            weights = np.exp(SHARPNESS * measured.likelihoods(poses).fits)
-            totals.append(weights.sum())
-            kept.append(poses[self._drawn(weights, self.config.max_particles)])
-        shares = self._drawn(np.array(totals), self.config.max_particles)
-        self._start(np.concatenate(kept)[shares * self.config.max_particles + np.arange(len(shares))])
+        count, kept, total = len(self.poses), self.poses, 0.0
+        for first in range(0, candidates, count):
+            poses = random_poses(min(count, candidates - first))
+            weights = np.exp(FIRST * measured.likelihoods(poses).fits)
+            total += weights.sum()
+            better = self.rng.random(count) < weights.sum() / total
+            kept = np.where(better[:, None], poses[self._drawn(weights, count)], kept)
+        self._start(kept)
 
     def move(self, before: Sequence[float], after: Sequence[float]) -> None:
         """The odometry went from one pose (x, y, yaw) to another."""
@@ -69,6 +74,8 @@ class ParticleFilter:
     def weigh(self, likelihoods: Likelihoods) -> bool:
         """Take a measurement; False where it fits no particle at all: then all weigh the same again."""
         weights = self.weights * likelihoods.values
+        if self.is_searching:
+            weights *= np.exp(SEARCHING * likelihoods.fits)
         total = weights.sum()
         if not (np.isfinite(total) and total > 0.0):
             self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
@@ -87,6 +94,11 @@ class ParticleFilter:
         self.fast += max(c.recovery_alpha_fast, 1.0 / self._averaged) * (quality - self.fast)
 
     @property
+    def is_searching(self) -> bool:
+        """Whether, since a start anywhere, KLD sampling wants more than max_particles."""
+        return self.most > self.config.max_particles
+
+    @property
     def random_share(self) -> float:
         """Of the particles that the next resampling sets anywhere, because measurements fit worse than they did."""
         return max(0.0, 1.0 - self.fast / self.slow) if self.slow > 0.0 else 0.0
@@ -103,12 +115,15 @@ class ParticleFilter:
         c = self.config
         if c.selective_resampling and self.effective > 0.5 * len(self.poses):
             return False
-        poses = self.poses[self._drawn(self.weights, c.max_particles)]
+        self.most = max(self.most, c.max_particles)
+        poses = self.poses[self._drawn(self.weights, self.most)]
         share = self.random_share if random_poses is not None else 0.0
         if share > 0.0:
             anywhere = self.rng.random(len(poses)) < share
             poses[anywhere] = random_poses(np.count_nonzero(anywhere))
         count = bins.enough(poses, c.min_particles, c.kld_err, c.kld_z)
+        if count < c.max_particles:
+            self.most = c.max_particles
         self._take(poses[:count])
         return True
 

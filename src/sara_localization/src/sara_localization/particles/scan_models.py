@@ -40,7 +40,7 @@ class FieldScan:
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         sums = scan_kernels.field_sums(*self.grid, poses, self.points, self.probabilities**3)
-        return Likelihoods.of_sums(sums, len(self.points))
+        return Likelihoods.of_sums(sums, len(self.points), self.probabilities[0] ** 3)
 
 
 class FieldProductScan(FieldScan):
@@ -58,7 +58,9 @@ class FieldProductScan(FieldScan):
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         points = self.points[self.used(poses)]
         return Likelihoods.of_logarithms(
-            scan_kernels.field_logarithms(*self.grid, poses, points, self.probabilities), len(points)
+            scan_kernels.field_logarithms(*self.grid, poses, points, self.probabilities),
+            len(points),
+            float(self.probabilities[0]),
         )
 
     def used(self, poses: np.ndarray) -> np.ndarray:
@@ -91,7 +93,7 @@ class BeamScan:
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         sums = scan_kernels.beam_sums(*self.grid, poses, self.origin, self.beams, self.law)
-        return Likelihoods.of_sums(sums, len(self.beams))
+        return Likelihoods.of_sums(sums, len(self.beams), (self.law.hit + self.law.random / self.law.most) ** 3)
 
 
 _SCANS = {'likelihood_field': FieldScan, 'likelihood_field_prob': FieldProductScan, 'beam': BeamScan}

@@ -75,6 +75,10 @@ class Tf2Transforms:
         """target_from_source at that very time (s), None where it is not known or not known yet."""
         return IDENTITY if target == source else self._at(target, source, conversions.ros_time(stamp), wait=False)
 
+    def latest(self, target: str, source: str) -> Transform | None:
+        """The newest target_from_source, or None."""
+        return IDENTITY if target == source else self._at(target, source, rospy.Time(0), wait=False)
+
     def is_past(self, target: str, source: str, stamp: float) -> bool:
         """Whether newer transforms than of that time (s) are known: what `lookup_at` lacks will not come any more."""
         try:

@@ -159,7 +159,7 @@ class AmclNode:
         """base at a time (s) -> base now by the odometry; none where tf does not know."""
         c = self.config
         then = self.transforms.lookup_at(c.odom_frame_id, c.base_frame_id, stamp) if stamp > 0.0 else None
-        now = self.transforms.lookup(c.odom_frame_id, c.base_frame_id, None) if then is not None else None
+        now = self.transforms.latest(c.odom_frame_id, c.base_frame_id) if then is not None else None
         return Transform() if now is None else then.inverse() @ now
 
     def on_global_localization(self, _request: EmptyRequest) -> EmptyResponse:

@@ -76,7 +76,7 @@ class WaitingScans:
     def _why(self, frame):
         odom, base = self._frames
         for target, source in ((odom, base), (base, frame)):
-            if not source or self._transforms.lookup(target, source, None) is None:
+            if not source or self._transforms.latest(target, source) is None:
                 return f'there is no transform {target} -> {source or "(a frame without a name)"}'
         return f'the transform {odom} -> {base} is older than the scans'
 
