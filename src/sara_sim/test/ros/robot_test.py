@@ -115,8 +115,8 @@ class RobotTest(unittest.TestCase):
         self.lift.publish(message)
         message.position.x = math.nan
         self.lift.publish(message)
-        rospy.ServiceProxy('reset_positions', Empty)()
-        self.until(lambda: self.pose() == (1.0, 2.0, 0.5), 'it is not put back')
+        reset = rospy.ServiceProxy('reset_positions', Empty)
+        self.until(lambda: self.pose() == (1.0, 2.0, 0.5), 'it is not put back', reset)
 
 
 if __name__ == '__main__':

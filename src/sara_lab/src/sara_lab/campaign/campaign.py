@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.assisted import assisted, assisted_doors
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
@@ -40,6 +41,7 @@ PARTS = {
     'calm': calm,
     'nees': nees,
     'filter_fuzz': filter_fuzz,
+    'amcl': amcl,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
 }
