@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sara_lab.studies.amcl_drives import AMCL_TESTS, MAP
+from sara_lab.studies.amcl_drives import AMCL_TESTS, map_file
 from sara_sim.robot.recording import recorded
 from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.world.world import World
@@ -13,7 +13,7 @@ from sara_sim.world.world import World
 
 @pytest.fixture(scope='module')
 def world():
-    return World.from_yaml(MAP)
+    return World.from_yaml(map_file())
 
 
 def test_there_are_nine():

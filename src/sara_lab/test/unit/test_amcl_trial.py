@@ -35,7 +35,7 @@ class Knowing:
         self.config, self.told, self.scans, self.anywhere = config, [], [], 0
 
     def set_map(self, world_map):
-        self.map = world_map
+        return '' if world_map.cells.size else 'no cells'
 
     def set_pose(self, pose, covariance):
         self.told.append((pose, np.diag(covariance)))
@@ -141,6 +141,12 @@ def test_a_filter_without_an_estimate_fails(knowing, monkeypatch):
     assert found['faults'] == ['there is no estimate']
     lines, figures = part._summary([found])
     assert figures['rosie_multilaser']['passed'] == 0 and part._verdict(figures)
+
+
+def test_a_map_that_the_filter_refuses_ends_the_trial(knowing, monkeypatch):
+    monkeypatch.setattr(Knowing, 'set_map', lambda self, world_map: 'it is turned')
+    with pytest.raises(ValueError, match='it is turned'):
+        tried(EXACT)
 
 
 def test_our_amcl_finds_rosie(knowing, monkeypatch):

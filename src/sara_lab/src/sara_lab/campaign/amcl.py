@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 
 from sara_lab.campaign.part import Part, spread
-from sara_lab.studies.amcl_drives import AMCL_TESTS, MAP
+from sara_lab.studies.amcl_drives import AMCL_TESTS, map_file
 from sara_lab.studies.amcl_trial import trial
 from sara_localization.ranges.range_data import RangeMap
 from sara_nav.maps.map_io import load_map
@@ -33,9 +33,9 @@ def amcl(seeds: int, _folder: Path) -> Part:
 @cache
 def _maps() -> tuple[World, RangeMap]:
     """What the robot meets, and what the filter knows."""
-    grid = load_map(MAP)
+    grid = load_map(map_file())
     origin = grid.geometry.origin_x, grid.geometry.origin_y, grid.origin_yaw
-    return World.from_yaml(MAP), RangeMap.from_occupancy(grid.data, grid.geometry.resolution, origin, 65)
+    return World.from_yaml(map_file()), RangeMap.from_occupancy(grid.data, grid.geometry.resolution, origin, 65)
 
 
 def _summary(results):

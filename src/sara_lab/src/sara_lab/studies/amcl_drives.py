@@ -13,6 +13,7 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
+from sara_bringup.paths import share
 from sara_sim.robot.recording import Moment, recorded
 from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.robot.robot_config import RobotConfig, ScannerConfig
@@ -22,7 +23,6 @@ from sara_sim.world.world import World
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad)."""
 
-MAP = Path(__file__).resolve().parents[3] / 'data' / 'maps' / 'willow.yaml'
 BESIDE: Pose = (47.443, 21.421, -1.003)
 COVARIANCE = (0.25, 0.25, (pi / 12.0) ** 2)
 """Variances of x, y (m2) and yaw (rad2) that amcl takes where it is told none."""
@@ -73,6 +73,11 @@ DIFF = {
 }
 
 
+def map_file() -> Path:
+    """The YAML file of the tests' map."""
+    return share('sara_lab') / 'data' / 'maps' / 'willow.yaml'
+
+
 @dataclass(frozen=True)
 class Told:
     """A pose that the filter is told at `at` s: where the robot was at `stamp` s, or is now where that is 0."""
@@ -104,7 +109,7 @@ class AmclTest:
         return Script((Go(1.0), *self.motions, Face(self.target[2])))
 
     def drive(self, world: World, seed: int) -> Iterator[Moment]:
-        """Its Moments on a World of MAP."""
+        """Its Moments on a World of `map_file`."""
         return recorded(SimulatedRobot(world, self.robot, seed, self.start), self.script(), self.seconds)
 
 

@@ -40,13 +40,15 @@ class Track:
 
 class Localised:
     """An Amcl that is given what a test's robot measures, as its node gives it: each scan with the odometry of its
-    time. `error`: of the estimate, m and rad, after each scan that counted; `estimate` of the pose now.
+    time. seed: of the particles. Raises ValueError for a map that it refuses.
     """
 
     def __init__(self, test: AmclTest, world_map: RangeMap, seed: int) -> None:
-        self._test, self._track, self._told = test, Track(), list(test.told)
+        self._track, self._told = Track(), list(test.told)
         self._amcl = Amcl(AmclConfig.from_params({**test.parameters, 'seed': seed}))
-        self._amcl.set_map(world_map)
+        refused = self._amcl.set_map(world_map)
+        if refused:
+            raise ValueError(refused)
         if not test.told:
             self._amcl.start_anywhere()
         self._mounts = [Transform.from_xyz_rpy(s.x, s.y, s.z, 0.0, 0.0, s.yaw) for s in test.robot.scanners]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import copysign, sqrt
 
 from sara_common.planar import wrap
@@ -51,7 +51,7 @@ class Script:
     motions: Sequence[Motion]
     _next: int = 0
     _since: float | None = None
-    _driver: WayDriver | None = field(default=None)
+    _driver: WayDriver | None = None
 
     @property
     def done(self) -> bool:

@@ -14,7 +14,7 @@ import rosbag
 import rospy
 import yaml
 
-from sara_lab.studies.amcl_drives import AMCL_TESTS, MAP, AmclTest
+from sara_lab.studies.amcl_drives import AMCL_TESTS, AmclTest, map_file
 from sara_sim.robot.recording import Moment
 from sara_sim.ros.messages import laser_scan
 from sara_sim.ros.robot_messages import LASER, ODOM, SCAN, TRUTH, numbered, odometry, transforms
@@ -22,7 +22,7 @@ from sara_sim.world.world import World
 
 
 def write_bag(test: AmclTest, world: World, seed: int, path: Path) -> None:
-    """Write one drive. world: of MAP. Raises OSError."""
+    """Write one drive. world: of its map. Raises OSError."""
     with rosbag.Bag(str(path), 'w', compression=rosbag.Compression.LZ4) as bag:
         for moment in test.drive(world, seed):
             _write(bag, test, moment)
@@ -78,7 +78,7 @@ def main() -> None:
     if arguments.seed < 0:
         parser.error(f'--seed is {arguments.seed}, allowed are whole numbers of 0 or more')
     arguments.out.mkdir(parents=True, exist_ok=True)
-    world = World.from_yaml(MAP)
+    world = World.from_yaml(map_file())
     for name in arguments.names or AMCL_TESTS:
         test, path = AMCL_TESTS[name], arguments.out / f'{name}.bag'
         write_bag(test, world, arguments.seed, path)
