@@ -78,6 +78,21 @@ def test_it_finds_its_place_from_nowhere(seed):
     assert len(amcl.filter.poses) < 2000, 'KLD sampling leaves as many particles as there were'
 
 
+def test_it_searches_with_more_particles_than_allowed_until_the_place_is_found():
+    path = loop(60)
+    amcl, _ = started(max_particles=500, min_particles=100, resample_interval=1)
+    assert amcl.start_anywhere() == ''
+    free = np.count_nonzero(MAP.cells == 0) * MAP.resolution**2
+    assert len(amcl.filter.poses) == int(80 * free) > 500 and amcl.filter.is_searching
+    heard = Heard(1.0, 0.0, '/scan')
+    amcl.on_scan(scan(MAP, path[0], (0.0, 0.0, 0.0)))
+    assert 'searching' in statuses(amcl, 1.0, heard)[0].message
+    amcl.forget_odometry()
+    assert error(driven(amcl, path)[0], path[-1])[0] < 0.2
+    assert not amcl.filter.is_searching and len(amcl.filter.poses) <= 500
+    assert statuses(amcl, 1.0, heard)[0].level == OK
+
+
 def carried_away(seed, **changes):
     """Errors (m) at each step of a drive, 0.1 m each, in which the robot is carried by 5 m after 4 m."""
     path = loop(250)

@@ -49,7 +49,8 @@ LINES = {  # what a line is called: the names of its rows
     ),
 }
 JSON_ONLY = (
-    r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page'
+    r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page|'
+    r'goal to first command'
 )
 
 

@@ -44,6 +44,8 @@ def _state(amcl, now, heard, before):
         level, message = ERROR, heard.waiting
     elif amcl.belief is None:
         level, message = WARN, f'waiting for a scan on {heard.topic}'
+    elif amcl.filter.is_searching:
+        level, message = WARN, f'searching for the place with {len(amcl.filter.poses)} particles'
     elif faults:
         level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {amcl.counts[what]}' for what in faults)
     values = [(what, str(count)) for what, count in sorted(amcl.counts.items())]

@@ -128,10 +128,13 @@ class ParticleFilter:
         return True
 
     def _drawn(self, weights, count):
-        """(count,) indices, drawn independently by the weights."""
+        """(count,) indices, drawn by the weights, one from each of as many equal shares of their sum (stratified: fewer
+        particles are lost by chance than with independent draws), in random order, since KLD sampling takes the first.
+        """
         cumulative = np.cumsum(weights)
-        drawn = np.searchsorted(cumulative, self.rng.random(count) * cumulative[-1], side='right')
-        return np.minimum(drawn, len(weights) - 1)
+        at = (np.arange(count) + self.rng.random(count)) * (cumulative[-1] / count)
+        drawn = np.minimum(np.searchsorted(cumulative, at, side='right'), len(weights) - 1)
+        return self.rng.permutation(drawn)
 
     def _take(self, poses):
         self.poses = np.ascontiguousarray(poses)

@@ -23,10 +23,11 @@ class WaitingScans:
     """`lost`: called with a sentence for each scan that is dropped."""
 
     def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
-        self._transforms, self._lost, self._waiting = transforms, lost, {}
+        self._transforms, self._lost = transforms, lost
+        self._waiting, self._count = {}, 0
 
     def __bool__(self) -> bool:
-        return any(self._waiting.values())
+        return self._count > 0  # asked by threads that do not hold the node's lock
 
     def add(self, msg: LaserScan) -> None:
         """One more; the mount of each scan is looked up for its own time."""
@@ -35,11 +36,14 @@ class WaitingScans:
         if len(queue) == MOST_WAITING:
             queue.popleft()
             self._lost(f'scans from the frame "{frame}" are dropped: {self._why(frame)}')
+        else:
+            self._count += 1
         queue.append(msg)
 
     def clear(self) -> None:
         """Drop them all."""
         self._waiting.clear()
+        self._count = 0
 
     def ready(self, config: AmclConfig) -> list[ScanInput]:
         """Those whose transforms are known by now, oldest first for each scanner."""
@@ -55,6 +59,7 @@ class WaitingScans:
                 else:
                     break
                 queue.popleft()
+                self._count -= 1
         return sorted(found, key=lambda scan: scan.sweep.stamp)
 
     def _with_transforms(self, frame, msg):
