@@ -297,6 +297,14 @@ def test_drawing_is_unbiased():
     assert chi_square < 39 + 4.0 * math.sqrt(2.0 * 39)
 
 
+def test_of_particles_that_weigh_the_same_none_is_lost_and_the_order_is_random():
+    particles = heap([1.0] * 500)
+    before = particles.poses.copy()
+    particles.resample(None)
+    after = particles.poses
+    assert sorted(after[:, 0]) == sorted(before[:, 0]) and abs(np.corrcoef(after[:, 0], before[:, 0])[0, 1]) < 0.2
+
+
 def test_selective_resampling_waits_until_few_particles_count():
     assert not heap([1.0] * 10, selective_resampling=True).resample(None)
     assert heap([1.0] * 10).resample(None)

@@ -194,7 +194,7 @@ class AmclNode:
                 self.waiting.clear()
                 self.amcl.forget_odometry()
             self.last_scan = now
-            self.waiting.add(msg)
+            self.waiting.add(msg, now.to_sec())
         self.on_transforms()
 
     def on_transforms(self) -> None:

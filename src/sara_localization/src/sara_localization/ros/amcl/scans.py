@@ -16,7 +16,7 @@ from sara_localization.ros.tf2_transforms import Tf2Transforms
 MOST_WAITING = 100
 """Scans of a scanner; more push the oldest out."""
 PATIENCE = 1.0
-"""s that the newest scan may wait before that is told."""
+"""s that a scan may wait before that is told."""
 
 
 class WaitingScans:
@@ -29,8 +29,8 @@ class WaitingScans:
     def __bool__(self) -> bool:
         return self._count > 0  # asked by threads that do not hold the node's lock
 
-    def add(self, msg: LaserScan) -> None:
-        """One more; the mount of each scan is looked up for its own time."""
+    def add(self, msg: LaserScan, now: float) -> None:
+        """One more, at a time (s); the mount of each scan is looked up for its own time."""
         frame = msg.header.frame_id.lstrip('/')
         queue = self._waiting.setdefault(frame, deque())
         if len(queue) == MOST_WAITING:
@@ -38,7 +38,7 @@ class WaitingScans:
             self._lost(f'scans from the frame "{frame}" are dropped: {self._why(frame)}')
         else:
             self._count += 1
-        queue.append(msg)
+        queue.append((now, msg))
 
     def clear(self) -> None:
         """Drop them all."""
@@ -51,10 +51,11 @@ class WaitingScans:
         found = []
         for frame, queue in self._waiting.items():
             while queue:
-                scan = self._with_transforms(frame, queue[0])
+                msg = queue[0][1]
+                scan = self._with_transforms(frame, msg)
                 if scan is not None:
                     found.append(scan)
-                elif self._is_too_old(frame, queue[0]):
+                elif self._is_too_old(frame, msg):
                     self._lost(f'a scan from the frame "{frame}" is older than what tf remembers: dropped')
                 else:
                     break
@@ -88,6 +89,6 @@ class WaitingScans:
     def waiting_for(self, now: float) -> str:
         """What scans have been waiting for since long at a time (s), or ''."""
         for frame, queue in self._waiting.items():
-            if queue and now - queue[0].header.stamp.to_sec() > PATIENCE:
+            if queue and now - queue[0][0] > PATIENCE:
                 return f'scans from the frame "{frame}" wait: {self._why(frame)}'
         return ''
