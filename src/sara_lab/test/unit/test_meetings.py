@@ -8,7 +8,7 @@ import pytest
 from sara_bringup.paths import share
 from sara_lab.campaign.meetings import longer_than_alone, meeting_faults, meeting_figures
 from sara_lab.journeys import crowd, travel_cases
-from sara_sim import course
+from sara_sim.pedestrians import course
 from sara_sim.pedestrians.pedestrian import Pedestrian
 from sara_sim.pedestrians.routes import Routes
 from sara_sim.world.obstacles import Body

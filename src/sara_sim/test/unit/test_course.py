@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sara_sim import course
+from sara_sim.pedestrians import course
 from sara_sim.pedestrians.pedestrian import Pedestrian
 from sara_sim.world.obstacles import ObstacleError
 from sara_sim.world.world import World

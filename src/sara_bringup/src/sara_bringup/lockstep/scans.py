@@ -8,14 +8,12 @@ from collections import deque
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from sara_bringup.lockstep.ranges import mountings
 from sara_common.planar import between, compose, quaternion_from_yaw
-from sara_common.scans import Sweep, shares_of, swept
+from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.observations import Observation, scan_rays
-from sara_sim.chips import scanner
+from sara_sim.chips.scanner import Scan, sweep_of
 
 if TYPE_CHECKING:
     from sara_control.gate.guard import Guard
@@ -42,7 +40,7 @@ class ScanFeeds:
         """odom -> base_link (x, y, yaw) at stamp (s), and map -> odom, None before it is known."""
         self._poses.append((stamp, odometry, map_from_odom))
 
-    def step(self, now: float, scan: scanner.Scan | None) -> None:
+    def step(self, now: float, scan: Scan | None) -> None:
         """A sweep that has just ended, or None; what is due is handed on."""
         if scan is not None:
             self._under_way.append((now + TRANSPORT_STEPS * 0.01 - 1e-9, sweep_of(scan)))
@@ -78,17 +76,3 @@ class ScanFeeds:
                 x, y, yaw = compose(pose, self._mount)
                 return (x, y, 0.0), quaternion_from_yaw(yaw)
         return None
-
-
-def sweep_of(scan: scanner.Scan) -> Sweep:
-    """What the simulator publishes of a Scan."""
-    return Sweep(
-        scan.stamp,
-        scanner.ANGLE_MIN,
-        float(scanner.ANGLES[-1]),
-        scanner.ANGLE_INCREMENT,
-        scanner.TIME_INCREMENT,
-        scanner.RANGE_MIN,
-        scanner.RANGE_MAX,
-        np.asarray(scan.ranges),
-    )

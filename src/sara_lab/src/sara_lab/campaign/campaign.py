@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
@@ -41,6 +42,7 @@ PARTS = {
     'calm': calm,
     'nees': nees,
     'filter_fuzz': filter_fuzz,
+    'amcl': amcl,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,

@@ -43,8 +43,7 @@ class Drive:
         self._grip = (1.0, 1.0)
         self.chair = chair
         self.x, self.y, self.yaw = (float(value) for value in start)
-        where = (self.x, self.y, self.yaw, config.length, config.width)
-        if world.overlaps(*where) or world.meets(*where).any():
+        if not world.has_room(self.x, self.y, self.yaw, config.length, config.width):
             raise WorldError(f'start is {tuple(start)!r} but the chair would stand in a wall or an obstacle there.')
         self.right = self.left = 0.0
         self.right_speed = self.left_speed = 0.0
@@ -201,20 +200,8 @@ class Drive:
         return low
 
     def _free(self, x: float, y: float, yaw: float) -> bool:
-        config, world = self.config, self.world
-        if world.overlaps(x, y, yaw, config.length, config.width):
-            return False
-        if not world.obstacles.all:
-            return True
-        met = self._met(x, y, yaw)
-        if not met.any():
-            return True
-        # Somebody who walked into the chair does not hold it: it may leave, but not press on.
-        if (met & ~self._met(self.x, self.y, self.yaw)).any():
-            return False
-        shapes = world.obstacles.shapes[met]
-        before = (shapes[:, 0] - self.x) ** 2 + (shapes[:, 1] - self.y) ** 2
-        return bool(((shapes[:, 0] - x) ** 2 + (shapes[:, 1] - y) ** 2 >= before).all())
+        config = self.config
+        return self.world.may_move((self.x, self.y, self.yaw), (x, y, yaw), config.length, config.width)
 
     def _met(self, x: float, y: float, yaw: float):
         return self.world.meets(x, y, yaw, self.config.length, self.config.width)

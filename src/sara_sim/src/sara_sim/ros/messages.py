@@ -11,9 +11,9 @@ from sensor_msgs.msg import LaserScan
 
 from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_common.ros.diagnostics import diagnostic_array
+from sara_common.scans import Sweep
 from sara_sim.bus.lawicel import LawicelAdapter
-from sara_sim.chair import STEP_S, SimulatedChair
-from sara_sim.chips import scanner
+from sara_sim.chair import SimulatedChair
 
 
 def ground_truth(chair: SimulatedChair, stamp: rospy.Time) -> Odometry:
@@ -28,15 +28,17 @@ def ground_truth(chair: SimulatedChair, stamp: rospy.Time) -> Odometry:
     return message
 
 
-def laser_scan(scan: scanner.Scan) -> LaserScan:
-    """A sweep as a scanner's driver publishes it: stamped with its first ray's time, without intensities."""
+def laser_scan(sweep: Sweep, frame: str, period: float) -> LaserScan:
+    """A sweep as a scanner's driver publishes it: stamped with its first ray's time, without intensities. period: s
+    from one sweep to the next.
+    """
     message = LaserScan()
-    message.header.stamp, message.header.frame_id = rospy.Time.from_sec(scan.stamp), 'scan'
-    message.angle_min, message.angle_max = scanner.ANGLE_MIN, float(scanner.ANGLES[-1])
-    message.angle_increment, message.time_increment = scanner.ANGLE_INCREMENT, scanner.TIME_INCREMENT
-    message.scan_time = scanner.PERIOD_STEPS * STEP_S
-    message.range_min, message.range_max = scanner.RANGE_MIN, scanner.RANGE_MAX
-    message.ranges = scan.ranges.tolist()
+    message.header.stamp, message.header.frame_id = rospy.Time.from_sec(sweep.stamp), frame
+    message.angle_min, message.angle_max = sweep.angle_min, sweep.angle_max
+    message.angle_increment, message.time_increment = sweep.angle_increment, sweep.time_increment
+    message.scan_time = period
+    message.range_min, message.range_max = sweep.range_min, sweep.range_max
+    message.ranges = sweep.ranges.tolist()
     return message
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.config import ConfigError, is_number
+from sara_common.config import ConfigError, fault, is_number, is_whole
 from sara_sim.bus.lawicel import RATES
 from sara_sim.options import ChairOptions
 
@@ -66,22 +66,13 @@ class SimulatorSettings:
 
     def validate(self) -> list[str]:
         """One sentence for every fault found."""
-        faults = []
-        for name, what in (
-            ('map', "a map's YAML file, or '' for an empty floor"),
-            ('obstacles', "a YAML file of obstacles, or '' for none"),
-            ('log', "a file for the log, or '' for none"),
-        ):
-            if not isinstance(getattr(self, name), str):
-                faults.append(f'{name} is {getattr(self, name)!r}, allowed is the path of {what}')
+        faults = common_faults(self)
+        if not isinstance(self.log, str):
+            faults.append(f"log is {self.log!r}, allowed is the path of a file for the log, or '' for none")
         if not isinstance(self.dbc, str) or not self.dbc:
             faults.append(
                 f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths', 'sara_assisted' or the path of a DBC file"
             )
-        if not (isinstance(self.start, tuple) and len(self.start) == 3 and all(map(is_number, self.start))):
-            faults.append(f'start is {self.start!r}, allowed is [x, y, yaw], finite numbers in m and rad')
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            faults.append(f'seed is {self.seed!r}, allowed are whole numbers of 0 or more')
         if not is_number(self.speed) or not 0 < self.speed <= 100:
             faults.append(f'speed is {self.speed!r}, allowed are numbers above 0 to 100, times real time')
         if not isinstance(self.port, str) or not self.port.startswith('/'):
@@ -94,3 +85,20 @@ class SimulatorSettings:
             if not isinstance(getattr(self, name), bool)
         ]
         return faults
+
+
+def common_faults(settings: object) -> list[str]:
+    """A sentence for each of map, obstacles, start and seed that is not allowed."""
+    faults = []
+    for name, what in (
+        ('map', "a map's YAML file, or '' for an empty floor"),
+        ('obstacles', "a YAML file of obstacles, or '' for none"),
+    ):
+        if not isinstance(getattr(settings, name), str):
+            faults.append(fault(settings, name, f'is the path of {what}'))
+    start = settings.start
+    if not (isinstance(start, tuple) and len(start) == 3 and all(map(is_number, start))):
+        faults.append(fault(settings, 'start', 'is [x, y, yaw], finite numbers in m and rad'))
+    if not is_whole(settings.seed, 0):
+        faults.append(fault(settings, 'seed', 'are whole numbers of 0 or more'))
+    return faults

@@ -24,12 +24,13 @@ from canserial.dbc.bus import BusDescription, BusError
 from canserial.dbc.modes import has_assisted
 from sara_common.ros.node import start_node
 from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
-from sara_sim import course
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
+from sara_sim.chips.scanner import PERIOD_STEPS, sweep_of
 from sara_sim.faults.faults import FaultError
+from sara_sim.pedestrians import course
 from sara_sim.ros import messages
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.ros.settings import SettingsError, SimulatorSettings
@@ -173,7 +174,8 @@ class SimulatorNode:
         if self._ticks % GROUND_TRUTH_STEPS == 0:
             self._truth.publish(messages.ground_truth(self._chair, stamp))
         if self._scan and self._chair.scanner.scan:
-            self._scan.publish(messages.laser_scan(self._chair.scanner.scan))
+            sweep = sweep_of(self._chair.scanner.scan)
+            self._scan.publish(messages.laser_scan(sweep, 'scan', PERIOD_STEPS * STEP_S))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
             rospy.logwarn(

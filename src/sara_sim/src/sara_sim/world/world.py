@@ -81,6 +81,17 @@ class World:
         darkness = pixels / 255.0 if negate else (255.0 - pixels) / 255.0
         return cls(darkness[::-1] > threshold, resolution, origin)
 
+    @classmethod
+    def from_grid(
+        cls, cells: np.ndarray, resolution: float, origin: tuple[float, float, float], threshold: int = 65
+    ) -> World:
+        """The map of a nav_msgs/OccupancyGrid. cells: (rows, columns), occupied from `threshold` per cent on; origin:
+        (x, y, yaw) of its lower left corner, m, rad. Raises WorldError.
+        """
+        if not all(map(is_number, origin)) or abs(origin[2]) > 1e-6:
+            raise WorldError(f'origin is {tuple(origin)!r}, allowed is [x, y, 0] (turned maps are not simulated)')
+        return cls(cells >= threshold, resolution, origin[:2])
+
     def sonar(self, x: float, y: float, axis: float, cone: Cone) -> float:
         """Distance (m) to the nearest wall or obstacle in a cone that sends an echo back, inf without one.
 
@@ -133,6 +144,32 @@ class World:
         if len(shapes):
             rays.rectangle_meets_shapes(shapes, (x, y, yaw), (0.5 * length, 0.5 * width), met)
         return met
+
+    def has_room(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
+        """Whether a rectangle (m) centred on (x, y, yaw) overlaps neither an occupied cell nor an obstacle."""
+        return not (self.overlaps(x, y, yaw, length, width) or self.meets(x, y, yaw, length, width).any())
+
+    def may_move(
+        self,
+        before: tuple[float, float, float],
+        after: tuple[float, float, float],
+        length: float,
+        width: float,
+    ) -> bool:
+        """Whether a rectangle (m) whose centre is at the pose `before` (x, y, yaw) may move to `after`: it meets no
+        occupied cell there, nor an obstacle. Somebody who walked into it does not hold it: it may leave, but not press
+        on.
+        """
+        if self.overlaps(*after, length, width):
+            return False
+        met = self.meets(*after, length, width)
+        if not met.any():
+            return True
+        if (met & ~self.meets(*before, length, width)).any():
+            return False
+        shapes = self.obstacles.shapes[met]
+        far = (shapes[:, 0] - before[0]) ** 2 + (shapes[:, 1] - before[1]) ** 2
+        return bool(((shapes[:, 0] - after[0]) ** 2 + (shapes[:, 1] - after[1]) ** 2 >= far).all())
 
 
 def _wall_normals(occupied: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

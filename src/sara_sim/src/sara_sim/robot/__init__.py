@@ -1,0 +1,1 @@
+"""Any differential robot on a map, with odometry, laser scanners and its true pose."""
