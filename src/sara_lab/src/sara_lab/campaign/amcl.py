@@ -1,14 +1,10 @@
 """The campaign's part `amcl`: the nine tests of the C++ node on simulated robots, judged by that node's tolerances."""
 
-from functools import cache
 from pathlib import Path
 
 from sara_lab.campaign.part import Part, spread
-from sara_lab.studies.amcl_drives import AMCL_TESTS, map_file
-from sara_lab.studies.amcl_trial import trial
-from sara_localization.ranges.range_data import RangeMap
-from sara_nav.maps.map_io import load_map
-from sara_sim.world.world import World
+from sara_lab.studies.amcl_drives import AMCL_TESTS
+from sara_lab.studies.amcl_trial import maps, trial
 
 ACCEPTED = dict.fromkeys(AMCL_TESTS, 1.0) | {'global_localization_stage': 0.98}  # share of the seeds
 
@@ -17,7 +13,7 @@ def amcl(seeds: int, _folder: Path) -> Part:
     """Each test with twice as many seeds as chairs: of the odometry, the scanner and the particles."""
 
     def case(name, seed):
-        return trial(AMCL_TESTS[name], *_maps(), seed)
+        return trial(AMCL_TESTS[name], *maps(), seed)
 
     return Part(
         {
@@ -30,14 +26,6 @@ def amcl(seeds: int, _folder: Path) -> Part:
     )
 
 
-@cache
-def _maps() -> tuple[World, RangeMap]:
-    """What the robot meets, and what the filter knows."""
-    grid = load_map(map_file())
-    origin = grid.geometry.origin_x, grid.geometry.origin_y, grid.origin_yaw
-    return World.from_yaml(map_file()), RangeMap.from_occupancy(grid.data, grid.geometry.resolution, origin, 65)
-
-
 def _summary(results):
     figures, lines = {}, []
     for name in AMCL_TESTS:
@@ -47,15 +35,18 @@ def _summary(results):
         row = {'cases': len(of), 'passed': passed}
         if ended:
             row |= {'position_m': spread([r['true'] for r in ended]), 'yaw_rad': spread([r['yaw'] for r in ended])}
+        known = [r['known_from'] for r in ended if r['known_from'] is not None]
+        if known and not AMCL_TESTS[name].told:
+            row['known_from_s'] = spread(known)
         figures[name] = row
-        lines.append(f'{name:30} {passed:3} of {len(of):3}' + _errors(row))
+        lines.append(f'{name:30} {passed:3} of {len(of):3}' + _figures(row))
     return lines, figures
 
 
-def _errors(row):
-    if 'position_m' not in row:
-        return ''
-    return '  position {median:.3f} m, p95 {p95:.3f}, worst {worst:.3f}'.format(**row['position_m'])
+def _figures(row):
+    spreads = (('position', 'm', 'position_m'), ('known after', 's', 'known_from_s'))
+    form = '  {} {median:.3f} {}, p95 {p95:.3f}, worst {worst:.3f}'
+    return ''.join(form.format(what, unit, **row[key]) for what, unit, key in spreads if key in row)
 
 
 def _verdict(figures):

@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from sara_common.planar import between, compose, inverse
-from sara_lab.studies.amcl_drives import AmclTest, Pose, Told
+from sara_lab.studies.amcl_drives import AmclTest, Pose, Told, map_file
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.amcl import Amcl, ScanInput
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.ranges.range_data import RangeMap
+from sara_nav.maps.map_io import load_map
 from sara_sim.robot.recording import Moment
 from sara_sim.world.world import World
+
+
+@cache
+def maps() -> tuple[World, RangeMap]:
+    """What the tests' robot meets, and what the filter knows."""
+    grid = load_map(map_file())
+    origin = grid.geometry.origin_x, grid.geometry.origin_y, grid.origin_yaw
+    return World.from_yaml(map_file()), RangeMap.from_occupancy(grid.data, grid.geometry.resolution, origin, 65)
 
 
 class Track:
@@ -55,17 +65,27 @@ class Localised:
         self._correction: Pose | None = None
         self._tell(0.0)
 
-    def on_moment(self, moment: Moment) -> None:
-        """What has come since the moment before."""
+    def on_moment(self, moment: Moment) -> list[ScanInput]:
+        """What has come since the moment before; returns the scans that counted."""
+        counted = []
         self._track.add(moment.t, moment.odometry)
         self._tell(moment.t)
         for number, sweep in moment.scans:
             odometry = self._track.at(sweep.stamp)
             placed = Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
-            result = self._amcl.on_scan(ScanInput(f'laser_{number}', sweep, self._mounts[number], placed))
+            scan = ScanInput(f'laser_{number}', sweep, self._mounts[number], placed)
+            result = self._amcl.on_scan(scan)
+            if result is not None and result.counted:
+                counted.append(scan)
             if result is not None and result.map_from_odom is not None:
                 found = result.map_from_odom
                 self._correction = (*found.translation[:2], found.yaw)
+        return counted
+
+    @property
+    def particles(self) -> np.ndarray:
+        """(n, 3) their x, y (m) and yaw (rad) in the map."""
+        return self._amcl.filter.poses
 
     def estimate(self) -> Pose | None:
         """map -> base_link now: the last correction after the odometry; None before there is any."""
