@@ -36,7 +36,7 @@ AHEAD = 0.7  # m along the leg, that the rider aims at
 THERE = 0.3  # m from the place, where the rider lets go
 SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
 TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
-STRAIGHT, RUNS_ON = 0.05, 0.15  # rad aside, up to which an arrow leads straight on; that a chair turns on after a press
+STRAIGHT, RUNS_ON = 0.06, 0.15  # rad aside, up to which an arrow leads straight on; that a chair turns on after a press
 STUCK_S, BACK_S = 4.0, 1.5  # without having moved, until the rider backs up, and for how long
 MOVED = (0.03, 0.05)  # m, rad
 
@@ -119,5 +119,5 @@ class Rider:
         if held is None:
             return 'up' if abs(aside) < STRAIGHT else side
         if held == 'up':
-            return 'up' if abs(aside) < 1.4 * STRAIGHT else None
+            return 'up' if abs(aside) < 1.5 * STRAIGHT else None
         return held if held == side and abs(aside) > RUNS_ON else None

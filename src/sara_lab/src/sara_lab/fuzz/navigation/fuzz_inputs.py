@@ -25,8 +25,12 @@ def nothing(trial: Trial, chance: random.Random) -> None:
 
 
 def good_goal(trial: Trial, chance: random.Random) -> None:
-    """A goal in the house."""
-    trial.set_goal(Pose2D(chance.uniform(0.5, 5.5), chance.uniform(0.5, 5.5), chance.uniform(-math.pi, math.pi)))
+    """A goal in the house, one of four near the robot."""
+    if chance.random() < 0.25:
+        here = trial.pose
+        trial.set_goal(Pose2D(*(value + chance.uniform(-0.3, 0.3) for value in (here.x, here.y, here.yaw))))
+    else:
+        trial.set_goal(Pose2D(chance.uniform(0.5, 5.5), chance.uniform(0.5, 5.5), chance.uniform(-math.pi, math.pi)))
 
 
 def goal_message(trial: Trial, chance: random.Random) -> None:
