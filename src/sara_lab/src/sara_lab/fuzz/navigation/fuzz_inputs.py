@@ -25,10 +25,10 @@ def nothing(trial: Trial, chance: random.Random) -> None:
 
 
 def good_goal(trial: Trial, chance: random.Random) -> None:
-    """A goal in the house, one of four near the robot."""
-    if chance.random() < 0.25:
+    """A goal in the house, one of five near the robot."""
+    if chance.random() < 0.2:
         here = trial.pose
-        trial.set_goal(Pose2D(*(value + chance.uniform(-0.3, 0.3) for value in (here.x, here.y, here.yaw))))
+        trial.set_goal(Pose2D(*(value + chance.uniform(-0.1, 0.1) for value in (here.x, here.y, here.yaw))))
     else:
         trial.set_goal(Pose2D(chance.uniform(0.5, 5.5), chance.uniform(0.5, 5.5), chance.uniform(-math.pi, math.pi)))
 
