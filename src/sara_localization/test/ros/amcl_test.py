@@ -7,7 +7,9 @@ computer is.
 """
 
 import math
+import sys
 import unittest
+from pathlib import Path
 
 import numpy as np
 import rospy
@@ -25,6 +27,9 @@ from tf2_msgs.msg import TFMessage
 from sara_common.planar import compose, quaternion_from_yaw, yaw_of
 from sara_localization.ranges import map_echo
 
+sys.path.append(str(Path(__file__).resolve().parent / 'support'))
+from waiting import wait_until  # noqa: E402
+
 CELL, COUNT, MOST = 0.05, 90, 8.0
 DRIFT = (-2.0, 1.0, 0.5)  # the map seen from the odometry's frame at the start
 STEP = rospy.Duration(0.1)
@@ -41,16 +46,6 @@ def room():
 
 
 CELLS = room()
-
-
-def wait_until(condition, what, timeout=20.0):
-    end = rospy.Time.now() + rospy.Duration(timeout)
-    while rospy.Time.now() < end:
-        found = condition()
-        if found:
-            return found
-        rospy.sleep(0.005)
-    raise AssertionError(what)
 
 
 def map_message(cells):

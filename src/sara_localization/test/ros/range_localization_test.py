@@ -6,8 +6,10 @@ Time is that of the stamps, so that nothing depends on how fast the computer is.
 """
 
 import math
+import sys
 import threading
 import unittest
+from pathlib import Path
 
 import rospy
 import rostest
@@ -17,19 +19,12 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 
+sys.path.append(str(Path(__file__).resolve().parent / 'support'))
+from waiting import wait_until  # noqa: E402
+
 CELL, FREE_X, FREE_Y, WALL = 0.05, 60, 52, 3  # a room of 3.0 m x 2.6 m that begins at (0, 0)
 ERROR = (0.06, -0.05)  # of the dead reckoning, m
 STEP = rospy.Duration(0.02)
-
-
-def wait_until(condition, what, timeout=20.0):
-    end = rospy.Time.now() + rospy.Duration(timeout)
-    while rospy.Time.now() < end:
-        found = condition()
-        if found:
-            return found
-        rospy.sleep(0.005)
-    raise AssertionError(what)
 
 
 def room():

@@ -7,7 +7,6 @@ calibrated, or just then.
 
 from __future__ import annotations
 
-import zlib
 from collections import Counter
 from functools import cached_property
 from typing import Any
@@ -26,6 +25,7 @@ from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.drive import Drive
 from sara_sim.options import ChairOptions
+from sara_sim.world import luck
 from sara_sim.world.obstacles import Body
 from sara_sim.world.world import World
 
@@ -88,8 +88,7 @@ class SimulatedChair:
         )
         self.scanner = None
         if options.scan:
-            luck = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(b'scan')]))
-            self.scanner = Scanner(world, luck, start, STEP_S)
+            self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S)
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()

@@ -16,12 +16,20 @@ from sara_localization.ranges.range_data import RangeData, RangeMap
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
+    from sara_nav.maps.map_io import GridMap
 
 
 @lru_cache(maxsize=1)
 def settings() -> RangeConfig:
     """SARA's own RangeConfig."""
     return RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml'))
+
+
+def range_map(grid: GridMap, occupied_above: float) -> RangeMap:
+    """What localization knows of a map. occupied_above: cells of a higher occupancy (0 to 100) are walls."""
+    geometry = grid.geometry
+    origin = geometry.origin_x, geometry.origin_y, grid.origin_yaw
+    return RangeMap.from_occupancy(grid.data, geometry.resolution, origin, occupied_above)
 
 
 class Corrected(Estimate):
@@ -33,16 +41,8 @@ class Corrected(Estimate):
         super().__init__()
         self._inner, self._limits, self._places = inner, limits, mountings()
         self.on_imu, self.on_odometry = inner.on_imu, inner.on_odometry
-        config, geometry = config or settings(), grid.geometry
-        self.correction = RangeCorrection(
-            config,
-            RangeMap.from_occupancy(
-                grid.data,
-                geometry.resolution,
-                (geometry.origin_x, geometry.origin_y, grid.origin_yaw),
-                config.map_occupied_above,
-            ),
-        )
+        config = config or settings()
+        self.correction = RangeCorrection(config, range_map(grid, config.map_occupied_above))
 
     def on_range(self, reading: RangeReading) -> None:
         """A canserial RangeReading."""

@@ -47,14 +47,10 @@ def field_of(grid: LocalGrid, reach: float) -> Field:
         raise GridError(f'the grid has shape {blocked.shape}, resolution and origin {numbers}')
     if min(blocked.shape) < 2:  # distances are told between cells
         blocked = np.pad(blocked, ((0, 2), (0, 2)))
-    return Field(distances(blocked, numbers[0], float(reach)), *numbers, float(reach))
-
-
-def distances(blocked: np.ndarray, resolution: float, reach: float) -> np.ndarray:
-    """See Field."""
-    cells = np.where(blocked, np.uint8(OBSTACLE), np.uint8(0))
+    cells, resolution = np.where(blocked, np.uint8(OBSTACLE), np.uint8(0)), numbers[0]
     squares = squared_distances(cells, math.ceil(reach / resolution) + 1)
-    return np.minimum(resolution * (np.sqrt(squares) - 0.5), reach).astype(np.float32)
+    distances = np.minimum(resolution * (np.sqrt(squares) - 0.5), reach).astype(np.float32)
+    return Field(distances, *numbers, float(reach))
 
 
 class Outline(NamedTuple):

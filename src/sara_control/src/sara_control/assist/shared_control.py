@@ -57,14 +57,13 @@ class SharedControl:
     def __init__(self, config: AssistConfig = AssistConfig()) -> None:
         rollouts.warm()
         way_search.warm()
-        self.config = config
         self._outline = outline_of(config.length, config.width, SPACING)
         self._driven = {  # with what is kept free ahead, or astern
             sense: outline_of(config.length, config.width, SPACING, sense * config.ahead) for sense in (1.0, -1.0)
         }
-        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
         self._field, self._stamp = None, -math.inf
         self._insistence = Insistence(config)
+        self._take(config)
         self._last, self._steady, self._then = 0.0, None, None
         self._grid: LocalGrid | None = None
 
@@ -78,11 +77,14 @@ class SharedControl:
 
     def use(self, config: AssistConfig) -> None:
         """Another rider's config, of the same body, for commands from now on."""
-        self.config = self._insistence.config = config
-        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
+        self._take(config)
         if self._grid is not None:
             self.on_grid(self._grid, self._stamp)  # the room that counts may reach farther
         self._rest()
+
+    def _take(self, config):
+        self.config = self._insistence.config = config
+        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
 
     def override(self, t: float, on: bool = True) -> None:
         """The rider's button: no help for override_time from t on, or help again."""
@@ -176,9 +178,9 @@ class SharedControl:
 
     def _way(self, pose, wish):
         """A Way that keeps `ahead` free, or else one that does not; None where neither leads on."""
-        for outline in (self._driven[wish.sense], self._outline):
-            if gap(self._field, outline, *pose) < self.config.margin and outline is not self._outline:
-                continue
+        driven = self._driven[wish.sense]
+        is_clear = gap(self._field, driven, *pose) >= self.config.margin
+        for outline in (driven, self._outline) if is_clear else (self._outline,):
             way = way_search.search(self._field, outline, pose, wish, self._last, self._weights)
             if len(way.moves) > 0 and way.progress >= LEAST_WAY:
                 return way

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sara_bringup.lockstep.corrected import range_map
 from sara_bringup.paths import share
 from sara_common.planar import compose
 from sara_common.scans import Sweep
@@ -33,11 +34,10 @@ LIMITS = {'likelihood_field': Limit('median', 10.0)}
 def school() -> tuple[RangeMap, tuple[float, float, float]]:
     """The map, and a pose (x, y, yaw) in its most open place."""
     loaded = load_map(share() / 'maps' / 'school.yaml')
-    g = loaded.geometry
-    map_ = RangeMap.from_occupancy(loaded.data, g.resolution, (g.origin_x, g.origin_y, loaded.origin_yaw), 65)
+    map_ = range_map(loaded, AmclConfig.map_occupied_above)
     open_ = np.where(map_.cells == map_echo.FREE, squares_of(map_, 100), 0)
     row, column = np.unravel_index(int(open_.argmax()), open_.shape)
-    return map_, (*g.to_world(int(column), int(row)), 0.3)
+    return map_, (*loaded.geometry.to_world(int(column), int(row)), 0.3)
 
 
 def scan_at(map_: RangeMap, pose: tuple[float, float, float], odometry: tuple[float, float, float]) -> ScanInput:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sara_bringup.lockstep.corrected import range_map
 from sara_common.planar import between, compose, inverse
 from sara_lab.studies.amcl_drives import AmclTest, Pose, Told, map_file
 from sara_localization.geometry.rigid import Transform
@@ -23,9 +24,7 @@ from sara_sim.world.world import World
 @cache
 def maps() -> tuple[World, RangeMap]:
     """What the tests' robot meets, and what the filter knows."""
-    grid = load_map(map_file())
-    origin = grid.geometry.origin_x, grid.geometry.origin_y, grid.origin_yaw
-    return World.from_yaml(map_file()), RangeMap.from_occupancy(grid.data, grid.geometry.resolution, origin, 65)
+    return World.from_yaml(map_file()), range_map(load_map(map_file()), AmclConfig.map_occupied_above)
 
 
 class Track:

@@ -9,13 +9,13 @@ many of that name there were before it: one fault more does not change the luck 
 from __future__ import annotations
 
 import math
-import zlib
 from dataclasses import fields
 
 import numpy as np
 
 from sara_sim.faults import faults as kinds
 from sara_sim.faults.faults import Fault, FaultError, build
+from sara_sim.world import luck
 
 
 class Active:
@@ -52,7 +52,7 @@ class Faults:
         if isinstance(fault, (kinds.ScanSilent, kinds.ScanFrozen)) and self._chair.scanner is None:
             raise FaultError(f'{name}: this chair has no laser scanner; its option scan is false.')
         number = self._number[name] = self._number.get(name, -1) + 1
-        stream = np.random.default_rng(np.random.SeedSequence([self._seed, zlib.crc32(name.encode()), number]))
+        stream = luck.stream(self._seed, name, number)
         active = Active(fault, self._chair.time, stream)
         self._all.append(active)
         if isinstance(fault, kinds.Push):

@@ -8,16 +8,14 @@ robots stall; the wheels stand still as well.
 
 from __future__ import annotations
 
-import zlib
 from math import inf, isfinite
-
-import numpy as np
 
 from sara_common.planar import advanced, compose
 from sara_sim.chips.scanner import Scan, Scanner
 from sara_sim.motion.drive import CONTACT_RELEASE_S
 from sara_sim.robot.robot_config import STEP_S, STEPS_PER_S, RobotConfig
 from sara_sim.robot.wheel_odometry import WheelOdometry
+from sara_sim.world import luck
 from sara_sim.world.obstacles import Body
 from sara_sim.world.world import World, WorldError
 
@@ -44,9 +42,9 @@ class SimulatedRobot:
         self._target, self._commanded = (0.0, 0.0), 0.0
         self.bad_commands = self.stalls = 0
         self.place(*start)
-        self.odometry = WheelOdometry(config, _luck(seed, b'odometry'))
+        self.odometry = WheelOdometry(config, luck.stream(seed, 'odometry'))
         self.scanners = [
-            Scanner(world, _luck(seed, b'scan', number), self.pose, STEP_S, one.optics)
+            Scanner(world, luck.stream(seed, 'scan', number), self.pose, STEP_S, one.optics)
             for number, one in enumerate(config.scanners)
         ]
         self.scans: list[tuple[int, Scan]] = []
@@ -133,12 +131,6 @@ class SimulatedRobot:
         """The footprint's middle in the map, for a pose of base_link."""
         x, y = self.config.centre
         return pose if x == y == 0.0 else compose(pose, (x, y, 0.0))
-
-
-def _luck(seed: int, *names) -> np.random.Generator:
-    """A stream of its own for each source of chance: a change in one leaves the others alone."""
-    words = [zlib.crc32(name) if isinstance(name, bytes) else name for name in names]
-    return np.random.default_rng(np.random.SeedSequence([seed, *words]))
 
 
 def _towards(value, target, step):
