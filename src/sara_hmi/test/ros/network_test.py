@@ -3,6 +3,7 @@
 
 import asyncio
 import contextlib
+import itertools
 import os
 import pathlib
 import re
@@ -25,11 +26,20 @@ PINGS_S = 120.0  # visitors answer pings only while they listen, and most wait h
 SAID = re.compile(r'(https://\S+), the code is (\S+) .*SHA-256: (\S+)', re.DOTALL)
 
 
+PORTS = itertools.count(10_000 + 16 * (os.getpid() % 1250))
+
+
 def free_port():
-    """A TCP port of this computer that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
+    """A TCP port of this computer that nobody listens on; below those (32768 and up) that the kernel gives to whoever
+    asks for any, or another program may have it before the node listens.
+    """
+    for port in PORTS:
+        with socket.socket() as probe:
+            try:
+                probe.bind(('', port))
+            except OSError:
+                continue
+            return port
 
 
 class Node:
