@@ -40,6 +40,7 @@ def idle():
         'op': 'state',
         't': 1_700_000_000_000,
         'pose': [2.0, 3.0, 0.5],
+        'lost': False,
         'v': 0.0,
         'w': 0.0,
         'gate': {'state': 'IDLE', 'reasons': []},

@@ -28,6 +28,21 @@ def test_one_switch_starts_the_way_to_the_kitchen_by_three_presses(page):
     print(f'one switch, kitchen among nine places: 3 presses, {took:.1f} s')
 
 
+def test_one_switch_and_the_keyboard_say_where_the_chair_is(page):
+    page.chair.state['lost'] = True
+    page.load('go', scan='auto', scan_period=1.0)
+    switch_when(page, '!!document.querySelector(".scanned [data-here=kitchen]")')
+    switch_when(page, 'document.querySelector(".scanned")?.dataset.here === "kitchen"')
+    page.chair.wait_for('pose')
+    page.load('why')
+    page.until('!!document.querySelector("[data-here=library]")')
+    page.driver.execute_script('document.querySelector("[data-here=library]").focus()')
+    page.key('Enter')
+    assert page.chair.wait_for('pose', count=2)[-1] == {'op': 'pose', 'place': 'library'}
+    page.chair.state['lost'] = False
+    page.until('document.querySelector(".where").hidden && document.activeElement.id === "screen"')
+
+
 def test_every_place_takes_three_presses_and_at_most_20_s(page):
     """By the order and times of the scan alone: rows, items, the answer; the first of each is lit for 1.5 periods."""
     page.load('go', scan='step')

@@ -100,6 +100,17 @@ def test_no_violation_with_shared_control_and_the_drive_screen_fits(page, langua
     check(page, (language, 'settings'))
 
 
+@pytest.mark.parametrize('language', ['en', 'es'])
+def test_no_violation_while_the_chair_is_lost(page, language):
+    page.chair.state['lost'] = True
+    page.load('go', language=language)
+    page.driver.execute_script(axe_source())
+    for screen in ('go', 'map', 'why'):
+        page.driver.execute_script(f'location.hash = "{screen}"')
+        page.until(f'sara.shown === "{screen}" && document.querySelectorAll("[data-here]").length === 9')
+        check(page, (language, 'lost', screen))
+
+
 def test_no_violation_where_the_code_is_asked(page):
     page.load('go', role='none')
     page.until('!!document.getElementById("code")')

@@ -232,6 +232,55 @@ def test_why_says_what_happens_what_helps_and_what_was(page):
     assert len(silent) == 1 and 'silent' in silent[0]
 
 
+LOST = 'The chair is not sure where it is.'
+
+
+@pytest.mark.parametrize('screen', ['go', 'map', 'why'])
+def test_a_lost_chair_is_told_where_it_is_by_one_tap(page, screen):
+    page.chair.state['lost'] = True
+    page.load(screen)
+    page.until(f'document.getElementById("sentence").textContent === "{LOST}"')
+    assert text(page, '.where p') == LOST and 'drive it a little' in text(page, '.where .help')
+    page.click('[data-here=kitchen]')
+    assert page.chair.wait_for('pose') == [{'op': 'pose', 'place': 'kitchen'}]
+    assert text(page, '#notice') == 'The chair was told that it is here: Kitchen.'
+    page.chair.state['lost'] = False
+    page.until('document.getElementById("sentence").textContent === "The chair is ready."')
+    assert page.js('document.querySelector(".where").hidden') is (screen != 'map')
+
+
+def test_the_map_says_whether_the_chair_is_sure(page):
+    page.load('map')
+    page.until('document.querySelector(".where p").textContent === "The chair is sure where it is."')
+    page.chair.state['lost'] = None
+    page.until('document.querySelector(".where p").textContent.includes("does not say how sure")')
+
+
+def test_a_way_waits_while_the_chair_is_lost(page):
+    page.load('go')
+    page.chair.state['goal'] = {'state': 'going', 'place': 'kitchen', 'pose': [0, 0, 0], 'left': 8.0}
+    page.until('sara.chair.isGoing')
+    page.chair.state['lost'] = True
+    page.until(f'document.getElementById("sentence").textContent === "{LOST} The way to Kitchen waits."')
+    page.chair.state['gate'] = {'state': 'HELD', 'reasons': ['IMPACT']}
+    page.until('document.getElementById("sentence").textContent.includes("hit by something")')
+
+
+def test_who_may_only_look_cannot_say_where_the_chair_is(page):
+    page.chair.state['lost'] = True
+    page.load('go', role='look')
+    page.until(f'document.querySelector(".where p")?.textContent === "{LOST}"')
+    assert page.js('document.querySelectorAll("[data-here]").length') == 0
+
+
+def test_where_the_chair_is_that_is_refused_is_said(page):
+    page.load('map')
+    page.click('[data-here=kitchen]')
+    page.chair.wait_for('pose')
+    page.chair.send({'op': 'error', 'key': 'error.no_place', 'values': {'place': 'kitchen'}, 'of': 'pose'})
+    page.until('document.getElementById("notice").textContent === "There is no place called Kitchen."')
+
+
 def test_settings_are_kept_and_the_language_changes_at_once(page):
     page.load('settings')
     page.click('[data-set=language][data-value=es]')

@@ -103,6 +103,7 @@ class Robot:
         self.odometry = rospy.Publisher('/odometry/filtered', Odometry, queue_size=1)
         self.asked = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
         self.range = rospy.Publisher('/SDI_range', Range, queue_size=1)
+        self.lost = rospy.Publisher('/lost_probability', Float32, queue_size=1)
         self.refusal = ''
         rospy.Service('/emergency_stop/reset', Trigger, self._on_reset)
         self.server = actionlib.SimpleActionServer('move_base', MoveBaseAction, self._go, auto_start=False)
@@ -368,6 +369,25 @@ class HmiTest(unittest.TestCase):
             await page.send('pose', pose=[1.0, -1.0, 0.5])
             self.wait(lambda: self.robot.poses, 'no pose')
             self.assertEqual(self.robot.poses[-1].pose.pose.position.y, -1.0)
+            self.assertEqual(self.robot.poses[-1].pose.covariance[0], 0.05)
+            await page.send('place', name='den', pose=[2.0, 1.0, 0.5])
+            await page.until('places', lambda f: 'den' in f['places'])
+            await page.send('pose', place='den')
+            self.wait(lambda: len(self.robot.poses) == 2, 'no pose of the place')
+            told = self.robot.poses[-1]
+            self.assertEqual((told.header.frame_id, told.pose.pose.position.x), ('map', 2.0))
+            self.assertEqual((told.pose.covariance[0], told.pose.covariance[7]), (1.0, 1.0))
+            self.assertAlmostEqual(told.pose.covariance[35], math.radians(60.0) ** 2)
+
+        self.run_it(test)
+
+    def test_whether_it_is_lost(self):
+        async def test(page, _):
+            await page.until('state', lambda f: f['lost'] is None)
+            for probability, lost in ((0.6, True), (math.nan, True), (0.3, True), (0.1, False)):
+                self.robot.lost.publish(probability)
+                await page.until('state', lambda f, lost=lost: f['lost'] is lost)
+            await page.until('state', lambda f: f['lost'] is None)  # it has been silent
 
         self.run_it(test)
 

@@ -344,7 +344,9 @@ def test_profile_pose_and_speech(desk):
     assert told.frame['limits'] == {'max_forward': 0.5, 'max_reverse': 0.25, 'max_turn': 0.5}
     assert desk.hub.tasks.use_profiles(gentle, 'gentle') == []
     assert desk.send(number, 'profile', name='gentle')[0] == Order(number, 'profile', ('gentle',))
-    assert desk.send(number, 'pose', pose=[1, 2, 3]) == [Order(number, 'pose', (1.0, 2.0, 3.0))]
+    assert desk.send(number, 'pose', pose=[1, 2, 3]) == [Order(number, 'pose', ((1.0, 2.0, 3.0), False))]
+    assert desk.send(number, 'pose', place='kitchen') == [Order(number, 'pose', (KITCHEN, True))]
+    assert errors(desk.send(number, 'pose', place='cellar')) == ['error.no_place']
     assert desk.send(number, 'say', key='goal.going') == [Order(number, 'say', ('goal.going', {}))]
 
 
@@ -381,6 +383,7 @@ def test_nobody_is_sent_off_while_another_drives(desk):
     desk.send(number, 'drive', seq=1, t=0, n=desk.beat(), v=1, w=0)
     assert errors(desk.send(other, 'go', place='kitchen')) == ['error.other_drives']
     assert errors(desk.send(other, 'pose', pose=[0, 0, 0])) == ['error.other_drives']
+    assert errors(desk.send(other, 'pose', place='kitchen')) == ['error.other_drives']
     assert desk.send(number, 'go', place='kitchen')
 
 

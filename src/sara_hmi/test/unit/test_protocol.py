@@ -111,11 +111,13 @@ def test_unknown_ops_and_fields_are_refused():
     assert fault.value.values == {'field': ''}
 
 
-def test_a_goal_is_a_place_or_a_pose():
-    for text in ('{"op": "go"}', '{"op": "go", "place": "a", "pose": [0, 0, 0]}'):
+@pytest.mark.parametrize('op', ['go', 'pose'])
+def test_a_goal_and_where_the_chair_is_are_a_place_or_a_pose(op):
+    for fields in ({}, {'place': 'a', 'pose': [0, 0, 0]}):
         with pytest.raises(ProtocolError, match='field_missing'):
-            parse(text)
-    assert parse('{"op": "go", "pose": [1, 2, 3]}').get('pose') == [1, 2, 3]
+            parse(json.dumps({'op': op, **fields}))
+    assert parse(json.dumps({'op': op, 'pose': [1, 2, 3]})).get('pose') == [1, 2, 3]
+    assert parse(json.dumps({'op': op, 'place': 'a'})).get('place') == 'a'
 
 
 def test_whole_numbers_are_those_of_javascript():

@@ -54,6 +54,14 @@ def test_what_shared_control_does_is_shown_only_where_it_runs():
     assert frame['assist'] == {'does': '', 'command': None, 'left': None, 'lasts': 20} | nothing
 
 
+def test_whether_the_chair_is_lost_is_shown_as_it_is_known():
+    assert [frames.state_frame(0.0, View(lost=lost), None, None)['lost'] for lost in (None, True, False)] == [
+        None,
+        True,
+        False,
+    ]
+
+
 @pytest.mark.parametrize('said, shown', [(math.inf, None), (-math.inf, 0.0), (1.23456, 1.235)])
 def test_ranges(said, shown):
     frame = frames.ranges_frame({'SDI': Seen((0.5, 0.0, 0.0), said, 0.16, 6.0, 1.0)})

@@ -104,11 +104,16 @@ export class Chair extends EventTarget {
     return this.state?.stopped === true || (this.state?.gate?.reasons ?? []).includes('EMERGENCY_STOP');
   }
 
+  get isLost() {
+    return this.state?.lost === true;
+  }
+
   /** The key and values of the sentence that says what the chair does. */
   get sentence() {
     const gate = this.state?.gate;
     if (!gate?.state) return { key: 'ui.no_gate', values: {} };
     const reason = gate.reasons?.[0];
+    if (this.isLost && ['IDLE', 'DRIVING'].includes(gate.state)) return { key: 'ui.where.lost', values: {} };
     if (!reason && !['IDLE', 'DRIVING'].includes(gate.state)) return { key: `ui.state_alone.${gate.state}`, values: {} };
     return { key: `state.${gate.state}`, values: { reason: reason ? `reason.${reason}` : '' } };
   }

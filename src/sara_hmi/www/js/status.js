@@ -56,8 +56,10 @@ export class Status {
     const { chair } = this.app;
     const goal = chair.state.goal;
     const gate = chair.sentence;
-    if (goal && (gate.key === 'state.DRIVING' || gate.key === 'state.IDLE') && ['going', 'paused', 'pending'].includes(goal.state)) {
-      return { key: `goal.${goal.state}`, values: { place: goal.place } };
+    if (goal && ['going', 'paused', 'pending'].includes(goal.state)) {
+      const values = { place: goal.place };
+      if (gate.key === 'ui.where.lost') return { key: 'ui.where.waits', values };
+      if (gate.key === 'state.DRIVING' || gate.key === 'state.IDLE') return { key: `goal.${goal.state}`, values };
     }
     return gate;
   }

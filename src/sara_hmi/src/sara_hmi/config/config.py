@@ -170,6 +170,8 @@ class RobotConfig(Group):
         'ranges_hz': (0.5, 50.0),
         'plan_hz': (0.1, 50.0),
         'history': (1, 1000),
+        'lost_limit': (0.0, 1.0),
+        'found_limit': (0.0, 1.0),
     }
     places: str = ''
     base_frame: str = 'base_link'
@@ -185,6 +187,8 @@ class RobotConfig(Group):
     plan_hz: float = 2.0
     history: int = 20
     speech: bool = True
+    lost_limit: float = 0.5
+    found_limit: float = 0.2
 
     def more_faults(self) -> list[str]:
         """Names, switches and profiles."""
@@ -198,6 +202,8 @@ class RobotConfig(Group):
         if not isinstance(self.speech, bool):
             faults.append(f'speech is {self.speech!r}, allowed are true and false')
         faults += profile_faults(self.profiles)
+        if is_number(self.lost_limit) and is_number(self.found_limit) and self.found_limit > self.lost_limit:
+            faults.append(f'found_limit is {self.found_limit!r}, allowed is at most lost_limit, {self.lost_limit!r}')
         if not faults and self.profile not in self.profiles:
             faults.append(f'profile is {self.profile!r}, allowed are {", ".join(self.profiles)}')
         return faults

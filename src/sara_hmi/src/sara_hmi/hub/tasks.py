@@ -59,11 +59,17 @@ class Tasks:
         return handle(client, frame)
 
     def _on_go(self, client, frame):
-        place = frame.get('place', '')
-        if place and place not in self.places:
-            return [error(client, 'error.no_place', 'go', {'place': place})]
-        pose = self.places[place] if place else tuple(map(float, frame.get('pose')))
-        return _orders(client, self.mission.go(place, pose))
+        pose, fault = self._where(client, frame)
+        return fault or _orders(client, self.mission.go(frame.get('place', ''), pose))
+
+    def _where(self, client, frame):
+        """(the pose of a frame that names a place or holds one, what is refused where there is no such place)."""
+        place = frame.get('place')
+        if place is None:
+            return tuple(map(float, frame.get('pose'))), []
+        if place not in self.places:
+            return None, [error(client, 'error.no_place', frame.op, {'place': place})]
+        return self.places[place], []
 
     def _on_pause(self, client, _frame):
         return _done(client, 'pause', *self.mission.pause())
@@ -75,7 +81,8 @@ class Tasks:
         return _done(client, 'cancel', *self.mission.cancel())
 
     def _on_pose(self, client, frame):
-        return [Order(client, 'pose', tuple(map(float, frame.get('pose'))))]
+        pose, fault = self._where(client, frame)
+        return fault or [Order(client, 'pose', (pose, 'place' in frame.fields))]
 
     def _on_profile(self, client, frame):
         name = frame.get('name')

@@ -115,7 +115,7 @@ OPS = {
     'pause': Op(MOVERS),
     'resume': Op(MOVERS),
     'cancel': Op(MOVERS),
-    'pose': Op(MOVERS, {'pose': _pose}),
+    'pose': Op(MOVERS, {}, {'place': _match(PLACE), 'pose': _pose}),
     'profile': Op(MOVERS, {'name': _text(40)}),
     'override': Op(MOVERS, {'on': _flag}),
     'help': Op(MOVERS, {'name': _text(40)}),
@@ -167,6 +167,6 @@ def parse(text: str) -> Frame:
             continue
         if key not in op.may or not op.may[key](value):
             raise ProtocolError('error.field_wrong', name, field=key if len(key) <= 40 and key.isprintable() else '')
-    if name == 'go' and len(data) != 1:
+    if name in ('go', 'pose') and len(data) != 1:
         raise ProtocolError('error.field_missing', name, field='place')
     return Frame(name, data)

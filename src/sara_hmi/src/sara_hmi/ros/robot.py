@@ -34,7 +34,8 @@ from sara_nav.maps import places
 
 SERVICE_S = 1.0  # of wall time that a service is waited for
 RELEASE_TRIES, RELEASE_PAUSE_S = 5, 0.1
-POSE_VARIANCES = {0: 0.05, 7: 0.05, 35: 0.03}  # m2, m2, rad2: of a pose that is given by hand
+POSE_VARIANCES = {0: 0.05, 7: 0.05, 35: 0.03}  # m2, m2, rad2: of a pose that is marked on the map
+PLACE_VARIANCES = {0: 1.0, 7: 1.0, 35: math.radians(60.0) ** 2}  # of being somewhere in a named place
 
 
 class RosRobot(RobotInputs):
@@ -154,13 +155,14 @@ class RosRobot(RobotInputs):
 
     # Pose and profile
 
-    def _do_pose(self, _client, x, y, yaw):
+    def _do_pose(self, _client, pose, somewhere):
+        x, y, yaw = pose
         message = PoseWithCovarianceStamped()
         message.header.frame_id, message.header.stamp = self._config.map_frame, rospy.Time.now()
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
         message.pose.pose.orientation = Quaternion(*quaternion_from_yaw(yaw))
         covariance = [0.0] * 36
-        for index, variance in POSE_VARIANCES.items():
+        for index, variance in (PLACE_VARIANCES if somewhere else POSE_VARIANCES).items():
             covariance[index] = variance
         message.pose.covariance = covariance
         self._set_pose.publish(message)

@@ -21,6 +21,7 @@ from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig
 from sara_hmi.view.frames import Assist, Pose, Seen, View, finite_pairs
 from sara_hmi.words.keys import assist
+from sara_nav.move_base.lost import LostWatch
 
 LATELY_S = 2.0  # of wall time: what came within is connected
 ASKED_S = 0.5  # of wall time for which a command counts as asked
@@ -65,6 +66,8 @@ class RobotInputs:
         self._listen('cmd_vel_assisted', Twist, lambda m: setattr(self, '_assisted', m), shown=False)
         self._listen('shared_control/override_left', Float32, self._on_override_left, shown=False)
         self._listen('shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False)
+        self._lost = LostWatch()
+        self._listen('lost_probability', Float32, self._on_lost, shown=False)
         self._assist_status = self._listen(
             'shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False
         )
@@ -110,6 +113,12 @@ class RobotInputs:
     def _on_override_left(self, message):
         self._override_left = message.data if math.isfinite(message.data) else 0.0
 
+    def _on_lost(self, message):
+        config = self._config
+        dropped = self._lost.hear(message.data, time.monotonic(), config.lost_limit, config.found_limit)
+        if dropped:
+            rospy.logwarn_once('%s', dropped)
+
     def _on_plan(self, message):
         self._plan = finite_pairs((held.pose.position.x, held.pose.position.y) for held in message.poses)
 
@@ -140,6 +149,7 @@ class RobotInputs:
             view.assist = Assist(
                 self._does, command, self._override_left, self.override_s, self._help, tuple(self.helps)
             )
+        view.lost = None if self._lost.silent(now) else self._lost.lost
         if self._battery is not None:
             view.battery = (self._battery.percentage, self._battery.voltage)
         view.connected = {

@@ -31,7 +31,7 @@ class View:
 
     gate: (State's name, Reason's name or "", the sentence). asked: the newest (v, w) of page or navigation.
     battery: (share 0 to 1 or None, V or None). connected: {topic: whether something came of late}. assist: None where
-    shared control does not run.
+    shared control does not run. lost: whether the localization doubts the pose; None: it does not say.
     """
 
     pose: Pose | None = None
@@ -43,6 +43,7 @@ class View:
     stopped: bool = False
     connected: Mapping[str, bool] = field(default_factory=dict)
     assist: Assist | None = None
+    lost: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,7 @@ def state_frame(t: float, view: View, driver: int | None, goal: Mapping | None) 
         'op': 'state',
         't': round(1000.0 * t),
         'pose': pose_field(view.pose),
+        'lost': view.lost,
         'v': number(view.v),
         'w': number(view.w),
         'gate': gate,

@@ -23,6 +23,7 @@ ENDINGS = {
 _WHYS = (
     (r'out of date', 'why.old_data'),
     (r'no pose of the robot', 'why.no_pose'),
+    (r'lost_patience', 'why.unsure'),
     (r'time went back|time jumped back', 'why.clock'),
     (r'NaN|infinity|quaternion|commanded', 'why.not_finite'),
     (r'transform|frame_id', 'why.transform'),

@@ -36,6 +36,7 @@ WHYS = tuple(
         'oscillation',
         'blocked',
         'no_pose',
+        'unsure',
         'old_data',
         'clock',
         'not_finite',

@@ -2,6 +2,7 @@
 
 import { ask, button, el, fill } from '../dom.js';
 import { number, placeName, say } from '../words.js';
+import { whereCard } from './where.js';
 
 const USES = 'sara.uses'; // how often each place was chosen here
 const FEW = 4; // as many places are shown as near, or as often used
@@ -11,15 +12,17 @@ export function show(app, screen) {
   const journey = el('section', { class: 'journey', 'aria-label': say('ui.journey'), 'data-scan': 'row', 'data-scan-order': 0 });
   const tiles = el('div', { class: 'tiles' });
   const filters = el('div', { class: 'row filters', 'data-scan': 'row', 'data-scan-order': 6, role: 'group', 'aria-label': say('ui.filter') });
+  const where = whereCard(app);
   const wide = matchMedia('(min-width: 600px)');
   const told = {};
   const draw = () => {
     drawFilters(filters, filter, () => draw());
     drawTiles(app, tiles, filter.name, wide.matches ? 3 : 2);
   };
-  fill(screen, el('h1', {}, say('ui.go.title')), journey, filters, tiles);
+  fill(screen, el('h1', {}, say('ui.go.title')), journey, where.node, filters, tiles);
   const update = (op) => {
     drawJourney(app, journey, told);
+    where.update();
     if (op === undefined || op === 'places' || op === 'welcome') draw();
   };
   wide.addEventListener('change', draw);

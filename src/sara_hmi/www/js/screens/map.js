@@ -5,6 +5,7 @@ import { paint } from '../painter.js';
 import { number, say } from '../words.js';
 import { View } from '../view.js';
 import { askName, placesRow } from './places.js';
+import { whereCard } from './where.js';
 
 const STEP = 0.25; // m
 const TURN = Math.PI / 12;
@@ -38,10 +39,11 @@ export function show(app, screen) {
   const sized = new ResizeObserver(draw);
   sized.observe(canvas);
   const places = placesRow(app);
+  const where = whereCard(app, true);
   fill(screen,
     el('h1', {}, say('ui.tab.map')),
     el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, looks(scene, draw))),
-    places.node,
+    where.node, places.node,
   );
   drawMarking(app, marking, scene, mark);
   const told = {};
@@ -50,6 +52,7 @@ export function show(app, screen) {
     const text = pose ? say('ui.map.label', { x: number(pose[0]), y: number(pose[1]) }) : say('ui.map.nowhere');
     if (told.label !== text) canvas.setAttribute('aria-label', (told.label = text));
     if (op === 'welcome') drawMarking(app, marking, scene, mark);
+    where.update();
     places.update(op);
     draw();
   };

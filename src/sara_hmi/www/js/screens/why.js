@@ -2,6 +2,7 @@
 
 import { button, el, fill } from '../dom.js';
 import { currentLanguage, has, number, say } from '../words.js';
+import { whereCard } from './where.js';
 
 export function show(app, screen) {
   const now = el('section', { class: 'card' });
@@ -10,11 +11,12 @@ export function show(app, screen) {
   const assist = el('p', { class: 'doing' });
   fill(now, sentence, assist, help, el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 1 },
     button(say('ui.say_it'), () => sayAll(app), { 'data-do': 'say' })));
+  const where = whereCard(app);
   const battery = el('p', {});
   const sensors = el('ul', { class: 'sensors' });
   const history = el('ol', { class: 'history' });
   fill(screen,
-    el('h1', {}, say('ui.why.title')), now,
+    el('h1', {}, say('ui.why.title')), now, where.node,
     el('section', { class: 'card' }, el('h2', {}, say('ui.why.history')), history),
     el('section', { class: 'card' }, el('h2', {}, say('ui.why.sensors')), battery, sensors),
   );
@@ -24,6 +26,7 @@ export function show(app, screen) {
     put(told, 'sentence', say(chair.sentence.key, chair.sentence.values), (text) => { sentence.textContent = text; });
     put(told, 'assist', assistText(chair), (text) => { assist.textContent = text; });
     put(told, 'help', helpText(chair), (text) => { help.textContent = text; });
+    where.update();
     put(told, 'battery', batteryText(chair), (text) => { battery.textContent = text; });
     put(told, 'sensors', JSON.stringify(chair.state?.connected ?? {}), () => drawSensors(chair, sensors));
     put(told, 'history', JSON.stringify(chair.history), () => drawHistory(chair, history));
@@ -40,7 +43,8 @@ function put(told, name, value, act) {
 
 function helpKey(chair) {
   const reason = chair.state?.gate?.reasons?.[0];
-  return reason ? `help.${reason}` : 'ui.why.nothing';
+  if (reason) return `help.${reason}`;
+  return chair.isLost ? 'ui.where.help' : 'ui.why.nothing';
 }
 
 function helpText(chair) {

@@ -31,6 +31,7 @@ class Goal:
     why: what led to the last recovery; recovery_index: the behaviour whose
     turn is next, recovery: the one under way; recovered_at: where (Pose2D) recoveries began, and which behaviour is
     next there.
+    doubted_since: since when it waits, for the robot may be lost; None: it does not.
     begins_anew: a recovery is over, which may have moved the robot: nothing counts as reached any more.
     """
 
@@ -56,6 +57,7 @@ class Goal:
     recovery_index: int = 0
     recovery: object = None
     begins_anew: bool = False
+    doubted_since: float = None
 
     def watch_oscillation(self, t: float, pose: Pose2D, distance: float) -> None:
         """Take note of the robot's pose: ``distance`` (m) from where it was last noted it is getting on."""

@@ -29,6 +29,9 @@ LIMITS = {
     'localization_patience': (0.0, 60.0),
     'stuck_timeout': (0.0, 600.0),
     'recovery_memory': (0.0, 100.0),
+    'lost_limit': (0.0, 1.0),
+    'found_limit': (0.0, 1.0),
+    'lost_patience': (0.0, 600.0),
 }
 """What is allowed, both ends included."""
 
@@ -46,7 +49,9 @@ class MoveBaseConfig:
     something new on the plan. stuck_timeout: recover when the robot is told to move for so long and does not, 0: never.
     recovery_memory: a recovery within so many metres of where one began before, for the same goal, goes on with the
     behaviour after the last one
-    there, 0: with the first, once what led to it was over.
+    there, 0: with the first, once what led to it was over. lost_topic: where the localization publishes the probability
+    of being lost; from lost_limit on, until it falls to found_limit, the robot stands and the goal waits, lost_patience
+    at most.
     """
 
     base_global_planner: str = 'navfn/NavfnROS'
@@ -70,10 +75,19 @@ class MoveBaseConfig:
     replan_when_blocked: bool = False
     stuck_timeout: float = 0.0
     recovery_memory: float = 0.0
+    lost_topic: str = ''
+    lost_limit: float = 0.5
+    found_limit: float = 0.2
+    lost_patience: float = 30.0
 
     def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
-        return range_faults(self, LIMITS)
+        faults = range_faults(self, LIMITS)
+        if not faults and self.found_limit > self.lost_limit:
+            faults.append(
+                f'found_limit is {self.found_limit!r}, allowed is at most lost_limit, which is {self.lost_limit!r}'
+            )
+        return faults
 
 
 class StepResult(NamedTuple):

@@ -29,7 +29,9 @@ from sara_nav.goals.move_base_config import (
 )
 from sara_nav.goals.plan_maker import PlanMaker
 from sara_nav.move_base.control_step import ZERO, ControlStep, Cycle, End, Means, exhausted, standing
+from sara_nav.move_base.lost import LostWatch
 from sara_nav.move_base.robot_state import RobotState, sound
+from sara_nav.move_base.waiting import in_doubt, out_of_date, without_pose
 
 FAR = 2.0
 """m: what is farther from the robot than this, its sensors do not see well enough to refuse a goal for it."""
@@ -67,6 +69,7 @@ class MoveBase:
         self._lets_pass = False
         self._pose = None  # the last that was sound
         self._state = RobotState(self.counters)
+        self.lost = LostWatch()
         self._command = ZERO
         self._track = Track()
         self._steps = ControlStep(self.costmaps, self._plans, self.counters, self._track)
@@ -236,12 +239,18 @@ class MoveBase:
         """Return the StepResult of a cycle with a goal, or its End."""
         t, pose = cycle.t, cycle.pose
         if cycle.age is None:
-            return self._without_pose(goal, t)
+            return without_pose(goal, t, self._means)
         goal.pose_at = t - cycle.age
+        doubt = self.lost.doubt(t, self.config)
+        if doubt:
+            if goal.doubted_since is None:
+                self.restart()  # what was planned, or tried to get free, is of a pose that may be wrong
+            return in_doubt(self._goal, t, doubt, self.lost.help(t), self._means)
+        goal.doubted_since = None
         goal.watch_oscillation(t, pose, self.config.oscillation_distance)
         stale = self.local_costmap.current(t)
         if stale:
-            return self._out_of_date(goal, t, stale)
+            return out_of_date(goal, t, stale, self._means)
         goal.stale_since = None
         if goal.phase == CLEARING:
             return self._steps.recover(goal, cycle, self._means)
@@ -255,20 +264,6 @@ class MoveBase:
     @property
     def _means(self):
         return Means(self.config, self.local_planner, self.recoveries)
-
-    def _without_pose(self, goal, t):
-        text = f'no pose of the robot newer than {self.config.transform_tolerance:.2f} s (transform_tolerance)'
-        if goal.lost(t, self.config):
-            return End(ABORTED, f'Goal aborted: there is {text}.')
-        return standing(goal, self._means, text)
-
-    def _out_of_date(self, goal, t, stale):
-        self.counters.stale_sensors += 1
-        patience = self.config.controller_patience
-        text = f"Sensor data is out of date, we're not going to allow commanding of the base for safety: {stale}"
-        if goal.stale_for(t) >= patience:
-            return End(ABORTED, f'Goal aborted: {text} for controller_patience ({patience:.1f} s).')
-        return standing(goal, self._means, text, stale=stale)
 
     def _plan_if_due(self, goal, t, pose):
         """Plan when that is due; return (the new plan or None, the End of the goal or None)."""

@@ -11,7 +11,7 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import Twist
 from move_base_msgs.msg import RecoveryStatus
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
@@ -51,7 +51,7 @@ class MoveBaseNode:
         self.settings = settings
         self.machine = settings.make_move_base()
         self.lock = threading.RLock()
-        self._abort_reasons = deque(maxlen=10)
+        self._abort_reasons, self._lost_heard = deque(maxlen=10), deque(maxlen=10)
         self._excused = False
         self._stopped = False
         warming.warm()
@@ -66,6 +66,8 @@ class MoveBaseNode:
         self.asked = ''  # what a person is asked for now
         self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
+        topic = settings.move_base.lost_topic
+        self._lost_subscriber = topic and rospy.Subscriber(topic, Float32, self._on_lost, queue_size=1, tcp_nodelay=True)
         self._wait_subscriber = rospy.Subscriber('~wait', Bool, self._on_wait, queue_size=1, tcp_nodelay=True)
         self.shells = {
             'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
@@ -78,6 +80,9 @@ class MoveBaseNode:
 
     def _on_abort(self, msg):
         self._abort_reasons.append(msg.data)
+
+    def _on_lost(self, msg):
+        self._lost_heard.append((msg.data, rospy.get_time()))
 
     def _on_wait(self, msg):
         self._excused |= msg.data
@@ -126,6 +131,8 @@ class MoveBaseNode:
         rospy.logwarn('time went back: transforms and the goal are forgotten')
         self.robot.forget()
         self.watch.forget()
+        self._lost_heard.clear()
+        self.machine.lost.forget()
         for shell in self.shells.values():
             shell.time_went_back()
         self.report.forget()
@@ -189,6 +196,7 @@ class MoveBaseNode:
         if late:
             rospy.logwarn_throttle(5.0, '%s', late)
         self._take_in(now)
+        self._hear_whether_lost()
         self._hear_who_stops()
         self.goals.take(t)
         pose, pose_time, local_pose = self.robot.poses()
@@ -228,6 +236,14 @@ class MoveBaseNode:
         if result.goal_used is not None:
             rospy.logwarn('%s', result.text)
             self.goals.show(result.goal_used, now)
+
+    def _hear_whether_lost(self):
+        config = self.machine.config
+        while self._lost_heard:
+            dropped = self.machine.lost.hear(*self._lost_heard.popleft(), config.lost_limit, config.found_limit)
+            if dropped:
+                self.robot.counts['bad_lost'] += 1
+                rospy.logwarn_once('%s', dropped)
 
     def _hear_who_stops(self):
         """Give up the goal that whoever stops the robot says cannot be reached now, one that comes later is not meant;

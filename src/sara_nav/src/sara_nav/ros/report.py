@@ -24,6 +24,7 @@ class Report:
     def cycle(self, result: StepResult, t: float) -> None:
         """Report on a control cycle at t (s) and its StepResult; what is missed is logged, too."""
         node, machine = self._node, self._node.machine
+        doubt = machine.lost.doubt(t, machine.config)
         stale = '; '.join(filter(None, (shell.current(t) for shell in node.shells.values())))
         if node.robot.problem:
             text = (
@@ -43,6 +44,8 @@ class Report:
                 WARN if result.text else OK,
                 result.text or result.doing or f'{result.phase} ({machine.local_planner.phase})',
             )
+        elif doubt:
+            self.publish(WARN, doubt)
         else:
             self.publish(OK, 'waiting for a goal on move_base or move_base_simple/goal')
 
@@ -58,5 +61,5 @@ class Report:
         )
         for shell in node.shells.values():
             values.update(shell.values())
-        values.update(last_end=node.goals.last_end, help=node.asked)
+        values.update(lost=node.machine.lost.probability, last_end=node.goals.last_end, help=node.asked)
         self._diagnostics.publish(level, text, values)

@@ -26,7 +26,7 @@ class RobotInputs:
         self._tf = tf
         self._odom = None
         self.problem = ''
-        self.counts = {'bad_odometry': 0}
+        self.counts = {'bad_odometry': 0, 'bad_lost': 0}
         topic = getattr(settings.local_planner.config, 'odom_topic', 'odom')
         self._subscriber = rospy.Subscriber(topic, Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
 
