@@ -102,8 +102,8 @@ def test_no_violation_with_shared_control_and_the_drive_screen_fits(page, langua
 
 @pytest.mark.parametrize('language', ['en', 'es'])
 def test_no_violation_while_the_chair_is_lost(page, language):
-    page.chair.state['lost'] = True
     page.load('go', language=language)
+    page.chair.state['lost'] = True
     page.driver.execute_script(axe_source())
     for screen in ('go', 'map', 'why'):
         page.driver.execute_script(f'location.hash = "{screen}"')

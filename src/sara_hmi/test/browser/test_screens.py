@@ -237,8 +237,8 @@ LOST = 'The chair is not sure where it is.'
 
 @pytest.mark.parametrize('screen', ['go', 'map', 'why'])
 def test_a_lost_chair_is_told_where_it_is_by_one_tap(page, screen):
-    page.chair.state['lost'] = True
     page.load(screen)
+    page.chair.state['lost'] = True
     page.until(f'document.getElementById("sentence").textContent === "{LOST}"')
     assert text(page, '.where p') == LOST and 'drive it a little' in text(page, '.where .help')
     page.click('[data-here=kitchen]')
@@ -267,8 +267,8 @@ def test_a_way_waits_while_the_chair_is_lost(page):
 
 
 def test_who_may_only_look_cannot_say_where_the_chair_is(page):
-    page.chair.state['lost'] = True
     page.load('go', role='look')
+    page.chair.state['lost'] = True
     page.until(f'document.querySelector(".where p")?.textContent === "{LOST}"')
     assert page.js('document.querySelectorAll("[data-here]").length') == 0
 

@@ -7,6 +7,7 @@ import asyncio
 import contextlib
 import io
 import json
+import math
 import pathlib
 import threading
 import time

@@ -126,7 +126,8 @@ def test_a_goal_on_which_it_was_found_has_its_whole_patience_again():
 
 def test_being_lost_is_no_reason_to_recover_and_ends_a_recovery():
     behaviour = Turning()
-    robot = Lost(0.9, grid_map=room(walled=True), recoveries=(behaviour,), planner_patience=1.0, oscillation_timeout=2.0)
+    walled = {'grid_map': room(walled=True), 'recoveries': (behaviour,)}
+    robot = Lost(0.9, planner_patience=1.0, oscillation_timeout=2.0, **walled)
     robot.move_base.set_goal(GOAL, 0.0)
     assert robot.go(200).command == ZERO and behaviour.begun == 0
     robot.probability = 0.0
@@ -146,8 +147,12 @@ def test_a_goal_that_waits_is_cancelled():
 
 @pytest.mark.parametrize(
     'values, name',
-    [({'lost_limit': 1.5}, 'lost_limit'), ({'found_limit': math.nan}, 'found_limit'),
-     ({'lost_limit': 0.1}, 'found_limit'), ({'lost_patience': -1.0}, 'lost_patience')],
+    [
+        ({'lost_limit': 1.5}, 'lost_limit'),
+        ({'found_limit': math.nan}, 'found_limit'),
+        ({'lost_limit': 0.1}, 'found_limit'),
+        ({'lost_patience': -1.0}, 'lost_patience'),
+    ],
 )
 def test_bad_limits_are_named(values, name):
     assert [fault for fault in MoveBaseConfig(**values).faults() if name in fault]

@@ -67,7 +67,7 @@ class MoveBaseNode:
         self.topics = self._planner_topics()
         self._abort_subscriber = rospy.Subscriber('~abort', String, self._on_abort, queue_size=10, tcp_nodelay=True)
         topic = settings.move_base.lost_topic
-        self._lost_subscriber = topic and rospy.Subscriber(topic, Float32, self._on_lost, queue_size=1, tcp_nodelay=True)
+        self._lost_subscriber = topic and rospy.Subscriber(topic, Float32, self._on_lost, queue_size=1)
         self._wait_subscriber = rospy.Subscriber('~wait', Bool, self._on_wait, queue_size=1, tcp_nodelay=True)
         self.shells = {
             'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
