@@ -1,5 +1,6 @@
 """The document of the bus: docs/bus.md is what the command prints, and every signal of any DBC has its row."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,12 @@ BU_: A
 BO_ 2147483649 LONG: 8 A
  SG_ big : 7|16@0- (0.5,-3) [0|0] "K" Vector__XXX
 """
+TWINS = """
+BO_ 1 FIRST: 2 A
+ SG_ small : 0|8@1+ (2,0) [0|0] "" Vector__XXX
+BO_ 2 SECOND: 2 A
+ SG_ small : 0|8@1+ (2,0) [0|0] "" Vector__XXX
+"""
 
 
 def test_the_committed_document_is_what_the_command_prints():
@@ -29,18 +36,26 @@ def test_every_signal_is_described(name):
     bus = BusDescription.named(name)
     text = markdown(bus)
     for message in bus.messages:
-        assert message.cycle_time and f'## {message.name}\n`0x{message.frame_id:03X}`' in text
+        assert message.cycle_time and f'| 0x{message.frame_id:03X} | {message.name} |' in text
         for signal in message.signals:
-            assert signal.comment and signal.comment in text
+            assert signal.comment and re.search(rf'`{signal.name}` \| .*{re.escape(signal.comment)}', text)
 
 
 def test_a_bus_of_another_kind(tmp_path):
     path = tmp_path / 'other.dbc'
     path.write_text(BIG_ENDIAN)
     text = markdown(BusDescription.named(str(path)))
-    assert '| 0x00000001 | [LONG](#long) | `A` | - | - |' in text
-    assert '`0x00000001`, 8 bytes.' in text
-    assert '| `big` | from 7 | int16, big-endian | 0.5 K, offset -3 |  |' in text
+    assert '| 0x00000001 | LONG | `A` | - | - |  |' in text
+    assert 'Every frame has 8 bytes.' in text
+    assert '| LONG | `big` | from 7, int16, big-endian | 0.5 K, offset -3 |  |' in text
+
+
+def test_alike_signals_are_told_once_and_unlike_lengths_each(tmp_path):
+    path = tmp_path / 'twins.dbc'
+    path.write_text(BIG_ENDIAN + TWINS)
+    text = markdown(BusDescription.named(str(path)))
+    assert '| FIRST, SECOND | `small` | 0..7, uint8 | 2 | ' in text and text.count('`small`') == 1
+    assert '| LONG, 8 bytes |' in text and '| FIRST, 2 bytes |' in text and 'Every frame' not in text
 
 
 def test_the_command(capsys):

@@ -9,37 +9,47 @@ from canserial.dbc.bus import BusDescription, BusError
 
 
 def markdown(bus: BusDescription) -> str:
-    """The document of a BusDescription: one section per message, one row per signal."""
+    """The document of a BusDescription: a table of its messages, and one of their signals."""
+    lengths = {message.length for message in bus.messages}
+    length = f'Every frame has {lengths.pop()} bytes.' if len(lengths) == 1 else ''
+    nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
     lines = [
         '# The bus',
         '',
-        'Made from the DBC file by `rosrun canserial bus2md`; change that file, not this one.',
+        'Made by `rosrun canserial bus2md` from the DBC file; change that, not this page.',
         '',
-        'A value is the raw number times its step, plus its offset if it has one. '
-        'Numbers are little-endian unless stated. Bit 8 n is the lowest of byte n.',
+        *((bus.comment, '') if bus.comment else ()),
+        *((*nodes, '') if nodes else ()),
+        '| id | message | from | to | every | |',
+        '| --- | --- | --- | --- | --- | --- |',
+        *(_message(message, not length) for message in bus.messages),
         '',
+        '## Signals',
+        f'{length} A value is the raw number times its step, plus its offset if it has one. '
+        'Numbers are little-endian unless stated. Bit 8 n is the lowest of byte n.'.lstrip(),
+        '',
+        '| message | signal | bits | step | meaning |',
+        '| --- | --- | --- | --- | --- |',
     ]
-    if bus.comment:
-        lines += [bus.comment, '']
-    nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
-    lines += [*nodes, ''] if nodes else []
-    lines += ['| id | message | from | to | every |', '| --- | --- | --- | --- | --- |']
-    lines += [
-        f'| {_identifier(message)} | [{message.name}](#{message.name.lower()}) | {_names(message.senders)} '
-        f'| {_names(message.receivers)} | {_period(message)} |'
-        for message in bus.messages
-    ]
-    for message in bus.messages:
-        lines += [
-            '',
-            f'## {message.name}',
-            f'`{_identifier(message)}`, {message.length} bytes. {message.comment or ""}'.rstrip(),
-            '',
-            '| signal | bits | type | step | meaning |',
-            '| --- | --- | --- | --- | --- |',
-        ]
-        lines += [_row(signal) for signal in message.signals]
+    for rows, names in _signals(bus.messages).items():
+        lines += [f'| {name} | {row}' for name, row in zip([', '.join(names)] + [''] * len(rows), rows, strict=False)]
     return '\n'.join(lines) + '\n'
+
+
+def _message(message, with_length):
+    """The row of a message."""
+    name = f'{message.name}, {message.length} bytes' if with_length else message.name
+    senders, receivers = _names(message.senders), _names(message.receivers)
+    cells = (_identifier(message), name, senders, receivers, _period(message), message.comment or '')
+    return f'| {" | ".join(cells)} |'
+
+
+def _signals(messages):
+    """{rows of the signals: names of the messages that hold just these}."""
+    found = {}
+    for message in messages:
+        found.setdefault(tuple(_row(signal) for signal in message.signals), []).append(message.name)
+    return found
 
 
 def _row(signal):
@@ -52,7 +62,7 @@ def _row(signal):
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return f'| `{signal.name}` | {bits} | {kind}{order} | {step} | {meaning} |'
+    return f'`{signal.name}` | {bits}, {kind}{order} | {step} | {meaning} |'
 
 
 def _identifier(message):

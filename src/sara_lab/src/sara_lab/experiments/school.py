@@ -125,7 +125,7 @@ def _all(found):
         for (planner, name), of in found.items()
     ]
     ranks = (
-        'By the distance from the goal (`<`: better beyond chance over the same chairs, `~`: perhaps not): '
+        'By the distance from the goal (`<`: better beyond chance, `~`: perhaps not): '
         + '; '.join(
             f'{planner}: ' + ranking({name: of['values'] for (whose, name), of in found.items() if whose == planner})
             for planner in ('thesis', 'ours')
