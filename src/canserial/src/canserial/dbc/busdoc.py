@@ -9,9 +9,9 @@ from canserial.dbc.bus import BusDescription, BusError
 
 
 def markdown(bus: BusDescription) -> str:
-    """The document of a BusDescription: a table of its messages, and one of their signals."""
-    lengths = {message.length for message in bus.messages}
-    length = f'Every frame has {lengths.pop()} bytes.' if len(lengths) == 1 else ''
+    """The document of a BusDescription: a section for each message, a line for each signal. Messages with the same
+    signals share a section.
+    """
     nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
     lines = [
         '# The bus',
@@ -20,39 +20,26 @@ def markdown(bus: BusDescription) -> str:
         '',
         *((bus.comment, '') if bus.comment else ()),
         *((*nodes, '') if nodes else ()),
-        '| id | message | from | to | every | |',
-        '| --- | --- | --- | --- | --- | --- |',
-        *(_message(message, not length) for message in bus.messages),
-        '',
-        '## Signals',
-        f'{length} A value is the raw number times its step, plus its offset if it has one. '
-        'Numbers are little-endian unless stated. Bit 8 n is the lowest of byte n.'.lstrip(),
-        '',
-        '| message | signal | bits | step | meaning |',
-        '| --- | --- | --- | --- | --- |',
+        'For each signal: its bits (8 n is the lowest of byte n), type, and step: the value is the raw number times its '
+        'step, plus its offset if it has one. Numbers are little-endian unless stated.',
     ]
-    for rows, names in _signals(bus.messages).items():
-        lines += [f'| {name} | {row}' for name, row in zip([', '.join(names)] + [''] * len(rows), rows, strict=False)]
+    alike = {}
+    for message in bus.messages:
+        alike.setdefault(tuple(map(_signal, message.signals)), []).append(message)
+    for signals, messages in alike.items():
+        lines += ['', f'## {", ".join(f"{_identifier(message)} {message.name}" for message in messages)}']
+        lines += [*map(_message, messages), '', *signals]
     return '\n'.join(lines) + '\n'
 
 
-def _message(message, with_length):
-    """The row of a message."""
-    name = f'{message.name}, {message.length} bytes' if with_length else message.name
+def _message(message):
+    """From whom to whom, how often, how long, and what it is."""
     senders, receivers = _names(message.senders), _names(message.receivers)
-    cells = (_identifier(message), name, senders, receivers, _period(message), message.comment or '')
-    return f'| {" | ".join(cells)} |'
+    every = f', every {message.cycle_time} ms' if message.cycle_time else ''
+    return f'{senders} to {receivers}{every}, {message.length} bytes. {message.comment or ""}'.rstrip()
 
 
-def _signals(messages):
-    """{rows of the signals: names of the messages that hold just these}."""
-    found = {}
-    for message in messages:
-        found.setdefault(tuple(_row(signal) for signal in message.signals), []).append(message.name)
-    return found
-
-
-def _row(signal):
+def _signal(signal):
     order = ', big-endian' if signal.length > 8 and signal.byte_order != 'little_endian' else ''
     kind = ('float' if signal.is_float else 'int' if signal.is_signed else 'uint') + str(signal.length)
     scale = '' if signal.unit and signal.scale == 1 else _number(signal.scale)
@@ -62,7 +49,7 @@ def _row(signal):
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return f'`{signal.name}` | {bits}, {kind}{order} | {step} | {meaning} |'
+    return f'- `{signal.name}`: {bits}, {kind}{order}, {step}' + (f'. {meaning[0].upper()}{meaning[1:]}' if meaning else '')
 
 
 def _identifier(message):
@@ -71,10 +58,6 @@ def _identifier(message):
 
 def _names(names):
     return ', '.join(f'`{name}`' for name in sorted(names)) or '-'
-
-
-def _period(message):
-    return f'{message.cycle_time} ms' if message.cycle_time else '-'
 
 
 def _number(value):
