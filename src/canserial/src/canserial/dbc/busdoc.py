@@ -20,8 +20,8 @@ def markdown(bus: BusDescription) -> str:
         '',
         *((bus.comment, '') if bus.comment else ()),
         *((*nodes, '') if nodes else ()),
-        'For each signal: its bits (8 n is the lowest of byte n), type, and step: the value is the raw number times its '
-        'step, plus its offset if it has one. Numbers are little-endian unless stated.',
+        'For each signal: its bits (8 n is the lowest of byte n), type, and step: the value is the raw number times '
+        'its step, plus its offset if it has one. Numbers are little-endian unless stated.',
     ]
     alike = {}
     for message in bus.messages:
@@ -49,7 +49,8 @@ def _signal(signal):
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return f'- `{signal.name}`: {bits}, {kind}{order}, {step}' + (f'. {meaning[0].upper()}{meaning[1:]}' if meaning else '')
+    meaning = f'. {meaning[0].upper()}{meaning[1:]}' if meaning else ''
+    return f'- `{signal.name}`: {bits}, {kind}{order}, {step}{meaning}'
 
 
 def _identifier(message):

@@ -14,8 +14,8 @@ SETTING = """
 The square of E8 and the thesis's second course, with the wheel inputs that the thesis fuses with the IMU's yaw and turn
 rate: vx; x and y; x, y and vx (`ekf_thesis_vx.yaml`, `ekf_thesis_xy.yaml`, `ekf_thesis.yaml`; thesis 4.3.3). It raises
 its planner's `sim_time` twice and gives no values: here 1.0, 1.5 and 2.5 s. "Ours" is SARA's planner; `default` is its
-fusion with the chair's own k, `true pose` is fake_localization. Corners are judged by the true pose; the thesis had only
-the filter's estimate ("as seen").
+fusion with the chair's own k, `true pose` is fake_localization. Corners are judged by the true pose; the thesis had
+only the filter's estimate ("as seen").
 """
 
 HEAD = (
