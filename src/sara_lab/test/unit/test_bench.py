@@ -111,7 +111,7 @@ def test_a_line_of_several_cases_gives_their_range_and_says_how_many_a_limit_is_
         row('planning by P, 2 x 2 cells'),
     ]
     (line,) = [line for line in page.page(rows, None).splitlines() if 'GridPlanner' in line and line.startswith('|')]
-    assert line == '| plan: GridPlanner (2 cases) | 2 to 4 ms | 4 | 2 to 4 |  |  | ≤ 3 ms (1 of 2) |'
+    assert line == '| plan: GridPlanner (2) | 2\N{EN DASH}4 ms | 4 | 2\N{EN DASH}4 |  | ≤ 3 ms (1 of 2) |'
 
 
 def test_the_check_names_what_got_slower_in_yardsticks_and_nothing_else():

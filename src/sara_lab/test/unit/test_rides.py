@@ -244,7 +244,7 @@ def test_the_table_sets_the_ways_beside_each_other(tmp_path, capsys):
     ]
     file = tmp_path / 'figures.json'
     file.write_text(json.dumps({'assisted': {'seeds': 1, **part._summary(rows)[1]}}))
-    ride_table.main([str(file)])
+    ride_table.main([str(file), '--circuits'])
     cells = [cell.strip() for cell in capsys.readouterr().out.splitlines()[-1].split('|')[1:-1]]
     assert cells[:5] == ['door', 'late', '1 / 1 / 1', '0 / 0 / 0', '60 / 80 / 70'] and cells[-1] == '5.0%'
     doors = {
@@ -253,6 +253,23 @@ def test_the_table_sets_the_ways_beside_each_other(tmp_path, capsys):
         for way, stops in (('gate', 3), ('assisted', 19))
     }
     assert ride_table.doors_table(doors)[2] == '| tremor | 20 / 20 | 3 / 19 | 0 / 0 | 9 / 9 |'
+
+
+def test_the_table_of_riders_adds_their_circuits_up(tmp_path, capsys):
+    rows = [
+        _ride(circuit=circuit, way=way, seconds=seconds, stops=stops, gap=gap, changed=changed).to_json()
+        for way, slower in (('free', 0.0), ('gate', 20.0), ('assisted', 10.0))
+        for circuit, seconds, stops, gap, changed in (
+            ('door', 60.0 + slower, 1, 0.3, 0.02),
+            ('office', 30.0 + slower, 0, 0.1, 0.04),
+        )
+    ]
+    file = tmp_path / 'figures.json'
+    file.write_text(json.dumps({'assisted': {'seeds': 1, **part._summary(rows)[1]}}))
+    ride_table.main([str(file)])
+    cells = [cell.strip() for cell in capsys.readouterr().out.splitlines()[-1].split('|')[1:-1]]
+    assert cells[:4] == ['late', '2/2/2', '0/0/0', '90/130/110']
+    assert cells[5:] == ['0.5/0.5/0.5', '0.10/0.10/0.10', '3.0%']
 
 
 def test_a_table_of_nothing_is_refused(tmp_path):

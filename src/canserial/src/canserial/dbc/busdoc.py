@@ -9,40 +9,37 @@ from canserial.dbc.bus import BusDescription, BusError
 
 
 def markdown(bus: BusDescription) -> str:
-    """The document of a BusDescription: one section per message, one row per signal."""
+    """The document of a BusDescription: a section for each message, a line for each signal. Messages with the same
+    signals share a section.
+    """
+    nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
     lines = [
         '# The bus',
         '',
-        'Made from the DBC file by `rosrun canserial bus2md`; change that file, not this one.',
+        'Made by `rosrun canserial bus2md` from the DBC file; change that, not this page.',
         '',
-        'A value is the raw number times its step, plus its offset if it has one. '
-        'Numbers are little-endian unless stated. Bit 8 n is the lowest of byte n.',
-        '',
+        *((bus.comment, '') if bus.comment else ()),
+        *((*nodes, '') if nodes else ()),
+        'For each signal: its bits (8 n is the lowest of byte n), type, and step: the value is the raw number times '
+        'its step, plus its offset if it has one. Numbers are little-endian unless stated.',
     ]
-    if bus.comment:
-        lines += [bus.comment, '']
-    nodes = [f'- `{name}`: {comment}' for name, comment in bus.nodes.items() if comment]
-    lines += [*nodes, ''] if nodes else []
-    lines += ['| id | message | from | to | every |', '| --- | --- | --- | --- | --- |']
-    lines += [
-        f'| {_identifier(message)} | [{message.name}](#{message.name.lower()}) | {_names(message.senders)} '
-        f'| {_names(message.receivers)} | {_period(message)} |'
-        for message in bus.messages
-    ]
+    alike = {}
     for message in bus.messages:
-        lines += [
-            '',
-            f'## {message.name}',
-            f'`{_identifier(message)}`, {message.length} bytes. {message.comment or ""}'.rstrip(),
-            '',
-            '| signal | bits | type | step | meaning |',
-            '| --- | --- | --- | --- | --- |',
-        ]
-        lines += [_row(signal) for signal in message.signals]
+        alike.setdefault(tuple(map(_signal, message.signals)), []).append(message)
+    for signals, messages in alike.items():
+        lines += ['', f'## {", ".join(f"{_identifier(message)} {message.name}" for message in messages)}']
+        lines += [*map(_message, messages), '', *signals]
     return '\n'.join(lines) + '\n'
 
 
-def _row(signal):
+def _message(message):
+    """From whom to whom, how often, how long, and what it is."""
+    senders, receivers = _names(message.senders), _names(message.receivers)
+    every = f', every {message.cycle_time} ms' if message.cycle_time else ''
+    return f'{senders} to {receivers}{every}, {message.length} bytes. {message.comment or ""}'.rstrip()
+
+
+def _signal(signal):
     order = ', big-endian' if signal.length > 8 and signal.byte_order != 'little_endian' else ''
     kind = ('float' if signal.is_float else 'int' if signal.is_signed else 'uint') + str(signal.length)
     scale = '' if signal.unit and signal.scale == 1 else _number(signal.scale)
@@ -52,7 +49,8 @@ def _row(signal):
     meaning = '; '.join(part for part in (signal.comment, choices) if part)
     last = signal.start + signal.length - 1
     bits = f'{signal.start}..{last}' if signal.byte_order == 'little_endian' else f'from {signal.start}'
-    return f'| `{signal.name}` | {bits} | {kind}{order} | {step} | {meaning} |'
+    meaning = f'. {meaning[0].upper()}{meaning[1:]}' if meaning else ''
+    return f'- `{signal.name}`: {bits}, {kind}{order}, {step}{meaning}'
 
 
 def _identifier(message):
@@ -61,10 +59,6 @@ def _identifier(message):
 
 def _names(names):
     return ', '.join(f'`{name}`' for name in sorted(names)) or '-'
-
-
-def _period(message):
-    return f'{message.cycle_time} ms' if message.cycle_time else '-'
 
 
 def _number(value):

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 HEAD = f"""# How fast SARA is
 
-Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case with its
-yardsticks and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got slower.
+Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case, the peers'
+times and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got slower.
 
-The speed of this machine varies by a factor of two. So a yardstick, a fixed piece of work, is timed before and after
-each figure. "At the peers' speed" is the median scaled to a machine whose yardstick takes {PEERS_YARDSTICK_MS:.0f} ms,
-on which the C++ peers were timed; the ratio is that by the peer's figure (inverse for rates): below 1 is faster. Times
-are CPU times; nodes are shares of one core. Limits hold at the peers' speed, those on latencies, start-up and memory as
-measured. A line of several cases gives the range.
+The speed of this machine varies by a factor of two, so a yardstick, a fixed piece of work, is timed beside each figure.
+"At the peers' speed": the median scaled to the machine on which the C++ peers were timed (yardstick
+{PEERS_YARDSTICK_MS:.0f} ms). Ratio: that by the peer's figure (inverse for rates); below 1 is faster. Times are CPU
+times; nodes are shares of one core. Limits hold at the peers' speed, those on latencies, start-up and memory as
+measured. Brackets: how many cases give the range.
 
 """
-COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'peer', 'ratio', 'wanted')
+COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'ratio', 'wanted')
 LINES = {  # what a line is called: the names of its rows
     'EKF predict + correct, compiled loop': r'EKF predict.* in the compiled loop',
     'EKF predict + correct, called from Python': r'EKF predict.* called from Python',
@@ -83,11 +83,10 @@ def _cells(name, rows):
     p99 = [row.p99 for row in rows if row.p99 is not None]
     limits = Counter(wanted(row) for row in rows if row.limit)
     return (
-        name + (f' ({len(rows)} cases)' if len(rows) > 1 else ''),
+        name + (f' ({len(rows)})' if len(rows) > 1 else ''),
         _range([row.median for row in rows]) + unit,
         number((min if rows[0].rate else max)(p99)) if p99 else '',
         _range([row.at_peers_speed(row.median) for row in rows if row.scaled]) or '-',
-        _range([row.peer for row in rows if row.peer]),
         _range([row.ratio for row in rows if row.ratio]),
         ', '.join(limit + (f' ({of} of {len(rows)})' if of < len(rows) else '') for limit, of in limits.items()),
     )
@@ -98,7 +97,7 @@ def _range(values):
     if not values:
         return ''
     least, most = number(min(values)), number(max(values))
-    return least if least == most else f'{least} to {most}'
+    return least if least == most else f'{least}\N{EN DASH}{most}'
 
 
 def _row(cells):

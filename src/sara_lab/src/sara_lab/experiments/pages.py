@@ -45,16 +45,13 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
     lines = [
         f'# {experiment.name}: {experiment.title}',
         '',
-        f'Written by `rosrun sara_lab experiment {experiment.name} --seeds {seeds}`: {_chairs(seeds)}.',
+        f'Written by `rosrun sara_lab experiment {experiment.name} --seeds {seeds}`.',
         '',
         experiment.setting.strip(),
         '',
         f'## Verdict: {report.verdict}',
         '',
-        table(
-            ('the thesis finds', 'we find', 'verdict'),
-            [(theirs, ours, verdict) for theirs, ours, verdict in report.findings],
-        ),
+        _findings(report),
         '',
     ]
     if report.rows:
@@ -63,7 +60,7 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
-        lines += ['## Pictures', '', 'A single run is that of chair 0.', '']
+        lines += ['## Pictures', '']
     for figure in report.figures:
         lines += [f'![{figure.name}]({figure.name}.png)', '', f'*{figure.caption}*', '']
     if report.faults:
@@ -79,8 +76,11 @@ def _compared(rows):
         given |= {row.why} - {''}
 
 
-def _chairs(seeds):
-    return f'{seeds} chairs' if seeds > 1 else 'one chair'
+def _findings(report):
+    """The table of the findings; without their verdicts where all are the heading's."""
+    alike = all(verdict == report.verdict for _, _, verdict in report.findings)
+    columns = slice(2 if alike else 3)
+    return table(('the thesis finds', 'we find', 'verdict')[columns], [row[columns] for row in report.findings])
 
 
 def summary(experiments: dict[str, Experiment], folder: Path) -> str:
@@ -104,10 +104,10 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
         [
             "# The thesis's experiments, repeated",
             '',
-            'Written by `make experiments SEEDS=50`: simulated chairs drawn by seeds, in lockstep, whose true pose is '
-            'known. The thesis measured one chair once.',
-            'Brackets hold 95 % intervals of the mean; more figures are in the JSON file beside each page. How to run '
-            'one: [experiments](../../src/sara_lab/docs/experiments.md).',
+            'Written by `make experiments SEEDS=50` ([how](../../src/sara_lab/docs/experiments.md)): as many simulated '
+            'chairs in lockstep, whose true pose is known. The thesis measured one chair once.',
+            'Brackets hold 95 % intervals of the mean; a single run is that of chair 0. Each page has a JSON file '
+            'with all figures.',
             '',
             table(('', 'what', 'verdict', 'in short'), rows),
             '',

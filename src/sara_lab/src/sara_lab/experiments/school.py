@@ -124,12 +124,9 @@ def _all(found):
         )
         for (planner, name), of in found.items()
     ]
-    ranks = (
-        'By the distance from the goal (`<`: better beyond chance over the same chairs, `~`: perhaps not): '
-        + '; '.join(
-            f'{planner}: ' + ranking({name: of['values'] for (whose, name), of in found.items() if whose == planner})
-            for planner in ('thesis', 'ours')
-        )
+    ranks = 'By the distance from the goal (`<`: better beyond chance, `~`: perhaps not): ' + '; '.join(
+        f'{planner}: ' + ranking({name: of['values'] for (whose, name), of in found.items() if whose == planner})
+        for planner in ('thesis', 'ours')
     )
     return table(head, lines) + '\n\n' + ranks
 

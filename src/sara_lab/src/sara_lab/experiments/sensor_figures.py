@@ -32,14 +32,14 @@ def at_rest(rest: dict[str, AtRest], which: str) -> list[Figure]:
         found.append(
             Figure(
                 name(first + offset),
-                f'{label.capitalize()} at rest {when} calibration: a minute of frames and their mean.',
+                f'{label.capitalize()} {when} calibration: a minute of frames and their mean.',
                 lambda path, s=samples: _over_a_minute(path, s, which),
             )
         )
         found.append(
             Figure(
                 name(first + offset + 1),
-                'Its deviations from the mean beside a normal distribution of the same sigma.',
+                'Its deviations beside a normal distribution.',
                 lambda path, s=samples: histograms(path, s - s.mean(axis=0), AXES, QUANTITIES[which][1]),
             )
         )
@@ -92,15 +92,15 @@ def histograms(path: Path, errors: np.ndarray, names: Sequence[str], unit: str) 
 def yaw_at_rest(minutes: dict[str, Any]) -> list[Figure]:
     """Figures 4.9 to 4.11 and 4.14 of {'node', 'pc': list, 'fixed', 'tenths'} of YawAtRest."""
     captions = (
-        (9, 'node', "the sensor node's calibration alone"),
+        (9, 'node', 'calibrated in the sensor node alone'),
         (10, 'pc', 'calibrated on the PC, four times'),
-        (11, 'fixed', 'less a fixed offset of -0.645 deg/s'),
-        (14, 'tenths', 'rates sent in tenths of deg/s (last firmware)'),
+        (11, 'fixed', 'with a fixed offset of -0.645 deg/s'),
+        (14, 'tenths', 'sent in tenths of deg/s (last firmware)'),
     )
     return [
         Figure(
             name(number),
-            f'Yaw over a minute at rest: {caption}.',
+            f'Yaw, {caption}.',
             lambda path, trials=(minutes[key] if isinstance(minutes[key], list) else [minutes[key]]): _yaw(
                 path, trials
             ),

@@ -88,7 +88,7 @@ class Rider:
         return left, wrap(math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2])
 
     def frees(self, t: float, pose: Sequence[float]) -> int:
-        """-1, 1: the chair has not moved for long, and the rider drives it back or on now, in turn; 0: neither. t: s."""
+        """-1, 1: the chair has not moved for long, and the rider drives it back or on, in turn; 0: neither. t: s."""
         if t < self._frees_until:
             return self._frees
         since = self._still
