@@ -192,6 +192,12 @@ class TestHelp:
         assert min(row[3] for row in rows) > 0.0
         assert rows[-1][1].correction in (Correction.STOPS, Correction.SLOWER)
 
+    def test_who_pushes_towards_a_wall_right_after_a_turn_in_place_is_stopped_too(self):
+        law, room = knows(world(6.0, 4.0)), CONFIG.length / 2.0 + CONFIG.margin
+        for k in range(40):
+            assert law.step(0.01 * k, (0.0, 0.5), (3.0, 2.0, 0.0)).w > 0.0
+        assert law.step(0.4, (0.3, 0.01), (5.9 - room, 2.0, 0.0)).v < 0.1
+
     def test_more_help_keeps_further_from_a_wall(self):
         far = []
         for share in (0.0, 1.0):

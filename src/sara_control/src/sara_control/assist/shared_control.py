@@ -114,7 +114,7 @@ class SharedControl:
             return Assisted(v, w, Correction.UNKNOWN)
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
         steady = self._averaged(t, v, w)
-        if v == 0.0 or abs(steady[0]) < SLOW or abs(steady[1]) / self.config.turn_slip > SHARPEST * abs(steady[0]):
+        if v == 0.0 or self._turns(steady):
             self._last = 0.0
             result = self._turn(v, w, pose)
         else:
@@ -135,9 +135,16 @@ class SharedControl:
     def _knows(self, t):
         return self._field is not None and -AHEAD <= t - self._stamp <= self.config.grid_timeout
 
+    def _turns(self, wish):
+        """Whether a wish (m/s, rad/s) is to turn in place, or nearly."""
+        return abs(wish[0]) < SLOW or abs(wish[1]) / self.config.turn_slip > SHARPEST * abs(wish[0])
+
     def _turn(self, v, w, pose):
-        """A wish to turn in place, or nearly: less of it where there is no room."""
+        """Less of a command where there is no room to turn; or to drive, where the rider just begins to."""
         c = self.config
+        if not self._turns((v, w)):
+            wish = Wish(math.copysign(1.0, v), w / abs(v) / c.turn_slip, OWN_LOOK)
+            return self._slower(v, w, rollouts.follow(self._field, self._outline, pose, wish, c.margin))
         free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
         rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
         if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
