@@ -14,6 +14,7 @@ FILES = {
     'M': 'unit/test_mux.py',
     'Z': 'unit/test_zones.py',
     'R': 'ros/safety_test.py',
+    'N': '../../sara_nav/test/unit/test_lost.py',
 }
 
 
@@ -29,9 +30,9 @@ def read_rows():
 
 def test_every_hazard_names_a_test_that_exists(rows):
     for row in rows:
-        letters = re.findall(r'\b([USPMZR])\b', row[-1])
+        letters = re.findall(r'\b([USPMZRN])\b', row[-1])
         assert letters, row[0]
-        for letter, name in re.findall(r'\b([USPMZR]) `([^`]+)`', row[-1]):
+        for letter, name in re.findall(r'\b([USPMZRN]) `([^`]+)`', row[-1]):
             source = (TESTS / FILES[letter]).read_text()
             bracket = re.search(r'\[(\w+)\]', name)
             if bracket:
