@@ -41,8 +41,8 @@ class Agreement(NamedTuple):
 class LostLaw(NamedTuple):
     """The model's numbers. found, lost: the Dirichlet distributions' four parameters, as Agreement has its counts.
     loses, finds: probability from one measurement to the next that a right pose becomes wrong, and a wrong one right.
-    share: how much a measurement says beside those before it, 0 to 1; at_rest: times this, where the robot has not moved
-    since. rivals: how much of the log odds that the particles elsewhere have by their weights is believed.
+    share: how much a measurement says beside those before it, 0 to 1; at_rest: times this, where the robot has not
+    moved since. rivals: how much of the log odds that the particles elsewhere have by their weights is believed.
     """
 
     found: tuple[float, float, float, float]
