@@ -75,6 +75,12 @@ def test_a_rider_who_is_stuck_backs_up_for_a_moment():
     assert rider.stick(6.0, (0.8, 0.0, 0.0))[0] > 0.0
 
 
+def test_a_rider_who_cannot_back_up_drives_on_for_a_moment_and_then_tries_again():
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
+    held = [rider.arrow(0.1 * k, (1.0, 0.0, 1.0), None) for k in range(150)]
+    assert [held[k] for k in (0, 45, 60, 90, 110, 130)] == ['right', 'down', 'right', 'up', 'right', 'down']
+
+
 def test_a_journey_is_read_as_it_was_written_and_a_broken_line_is_told():
     one = TouchJourney('stick', 2, 'kitchen', 'bathroom', 0.2, 0, 0.1, 7.0, 30.0)
     late = TouchJourney('stick', 3, 'bathroom', 'kitchen', 0.9, 1, 0.0, 7.0, 30.0)

@@ -1,7 +1,8 @@
 """A rider who drives the flat by hand, by a joystick or by arrow buttons: from room to room through its doors.
 
 The rider knows what the page shows, the chair's pose, and follows straight legs: aims at a point a little ahead on the
-leg, turns in place where that lies aside, and backs up a little where the chair does not move any more.
+leg, turns in place where that lies aside, and backs up a little where the chair does not move any more; a chair that
+does not back up either is driven on a little, then back again.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ THERE = 0.3  # m from the place, where the rider lets go
 SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
 TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
 STRAIGHT, RUNS_ON = 0.06, 0.15  # rad aside, up to which an arrow leads straight on; that a chair turns on after a press
-STUCK_S, BACK_S = 4.0, 1.5  # without having moved, until the rider backs up, and for how long
+STUCK_S, FREES_S = 4.0, 1.5  # without having moved, until the rider drives back or on, and for how long
 MOVED = (0.03, 0.05)  # m, rad
 
 
@@ -62,7 +63,7 @@ class Rider:
     def __init__(self, way: Sequence[Point], passed: float) -> None:
         self._way, self._leg, self._passed = list(way), 1, passed
         self._still: tuple[float, tuple[float, ...]] | None = None
-        self._backs_until = -math.inf
+        self._frees_until, self._frees = -math.inf, 0
         self._turns = False
 
     def is_there(self, pose: Sequence[float]) -> bool:
@@ -86,22 +87,24 @@ class Rider:
         aim = end[0] - short * along[0], end[1] - short * along[1]
         return left, wrap(math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2])
 
-    def backs(self, t: float, pose: Sequence[float]) -> bool:
-        """Whether the rider backs up now, as the chair has not moved for long. t: s."""
-        if t < self._backs_until:
-            return True
+    def frees(self, t: float, pose: Sequence[float]) -> int:
+        """-1, 1: the chair has not moved for long, and the rider drives it back or on now, in turn; 0: neither. t: s."""
+        if t < self._frees_until:
+            return self._frees
         since = self._still
-        if since is None or math.dist(pose[:2], since[1][:2]) > MOVED[0] or abs(wrap(pose[2] - since[1][2])) > MOVED[1]:
-            self._still = t, tuple(pose)
+        moved = since is None or math.dist(pose[:2], since[1][:2]) > MOVED[0]
+        if moved or abs(wrap(pose[2] - since[1][2])) > MOVED[1]:
+            self._still, self._frees = (t, tuple(pose)), 0
         elif t - since[0] > STUCK_S:
-            self._still, self._backs_until = None, t + BACK_S
-            return True
-        return False
+            self._still, self._frees_until = (t, tuple(pose)), t + FREES_S
+            self._frees = 1 if self._frees < 0 else -1
+            return self._frees
+        return 0
 
     def stick(self, t: float, pose: Sequence[float]) -> tuple[float, float]:
         """(forward, left): the joystick's way in shares of its radius."""
-        if self.backs(t, pose):
-            return -0.6, 0.0
+        if frees := self.frees(t, pose):
+            return 0.6 * frees, 0.0
         left, aside = self.look(pose)
         self._turns = abs(aside) > (TURNED if self._turns else TURNS)
         if self._turns:
@@ -112,8 +115,9 @@ class Rider:
         """The button that the rider holds down now: up, left, right or down; None: the chair is to come to rest.
         `held`: the one that is held, None where the chair rests.
         """
-        if self.backs(t, pose):
-            return 'down' if held in ('down', None) else None
+        if frees := self.frees(t, pose):
+            button = 'up' if frees > 0 else 'down'
+            return button if held in (button, None) else None
         aside = self.look(pose)[1]
         side = 'left' if aside > 0.0 else 'right'
         if held is None:
