@@ -21,6 +21,7 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, TransformSta
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, SetMap
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float32
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
@@ -79,11 +80,13 @@ def pose_message(pose, sigma):
 class AmclTest(unittest.TestCase):
     def setUp(self):
         self.poses, self.clouds, self.second, self.told = [], [], [], {}
+        self.lost = []
         self.scan_pub = rospy.Publisher('base_scan', LaserScan, queue_size=100)
         self.tf_pub = rospy.Publisher('/tf', TFMessage, queue_size=100)
         self.pose_pub = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=10)
         self.map_pub = rospy.Publisher('second/map', OccupancyGrid, queue_size=1, latch=True)
         rospy.Subscriber('amcl_pose', PoseWithCovarianceStamped, self.poses.append)
+        rospy.Subscriber('lost_probability', Float32, lambda msg: self.lost.append(msg.data))
         rospy.Subscriber('second/amcl_pose', PoseWithCovarianceStamped, self.second.append)
         rospy.Subscriber('particlecloud', PoseArray, self.clouds.append)
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
@@ -166,6 +169,9 @@ class AmclTest(unittest.TestCase):
         last = wait_until(lambda: self.poses and self.poses[-1], 'no amcl_pose')
         self.assertEqual(last.header.frame_id, 'map')
         self.assertTrue(all(0.0 < last.pose.covariance[k] < 0.05 for k in (0, 7, 35)))
+        wait_until(lambda: self.lost and self.lost[-1] < 0.2, 'a pose that is right counts as lost')
+        heard = len(self.lost)
+        wait_until(lambda: len(self.lost) > heard, 'lost_probability is not repeated at rest')
         cloud = wait_until(lambda: self.clouds and self.clouds[-1], 'no particlecloud')
         self.assertTrue(300 <= len(cloud.poses) <= 2000)
         place = np.mean([(p.position.x, p.position.y) for p in cloud.poses], 0)
@@ -211,6 +217,7 @@ class AmclTest(unittest.TestCase):
 
     def can_be_set_anywhere_and_given_another_map(self):
         rospy.ServiceProxy('global_localization', Empty)()
+        wait_until(lambda: self.lost[-1] == 1.0, 'anywhere does not count as lost')
         before = len(self.clouds)
         self.send()
         cloud = wait_until(lambda: len(self.clouds) > before and self.clouds[-1], 'no particles after a global start')

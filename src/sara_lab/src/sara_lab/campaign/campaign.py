@@ -18,6 +18,7 @@ from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
+from sara_lab.campaign.kidnapped import kidnapped
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.squares import squares
@@ -43,6 +44,7 @@ PARTS = {
     'nees': nees,
     'filter_fuzz': filter_fuzz,
     'amcl': amcl,
+    'kidnapped': kidnapped,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,

@@ -7,6 +7,7 @@ Injury Prevention 19, 2013). One in twenty stops for nobody.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,10 +23,12 @@ DISTRACTED, NOTICES = 0.3, 1.0  # share of them; m at which they notice the chai
 BLIND = 0.05  # share of those who stop for nobody
 
 
-def crowd(name: str, number: int) -> list[Pedestrian]:
-    """The pedestrians of journey `number` on a map: each walks between STROLL random places."""
+def crowd(name: str, number: int, start: Sequence[float] | None = None) -> list[Pedestrian]:
+    """The pedestrians of journey `number` on a map: each walks between STROLL random places. start: the robot's (x, y;
+    m), without it that journey's.
+    """
     world, random, found = World.from_yaml(map_file(name)), random_of(name, 'crowd', number), []
-    routes, start = Routes(world), pairs(name)[number].start
+    routes, start = Routes(world), pairs(name)[number].start if start is None else start
     while len(found) < CROWD[name]:
         luck = random.random()
         config = PedestrianConfig(

@@ -28,10 +28,10 @@ def maps() -> tuple[World, RangeMap]:
 
 
 class Track:
-    """Poses (x, y, yaw; m, rad) by their times (s), which only grow."""
+    """Poses (x, y, yaw; m, rad) by their times (s), which only grow. start: the pose at 0 s."""
 
-    def __init__(self) -> None:
-        self._times, self._poses = [0.0], [(0.0, 0.0, 0.0)]
+    def __init__(self, start: Pose = (0.0, 0.0, 0.0)) -> None:
+        self._times, self._poses = [0.0], [start]
 
     def add(self, t: float, pose: Pose) -> None:
         """The pose at t."""

@@ -22,18 +22,24 @@ from sara_localization.particles import beams as beam_choice
 from sara_localization.particles import field, scan_kernels
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
-from sara_localization.particles.particle_filter import ParticleFilter
+from sara_localization.particles.likelihood import MeasurementModel
+from sara_localization.particles.lost import LostFilter, outside
+from sara_localization.particles.particle_filter import TRIED, ParticleFilter
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
 
 PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
-TRIED = 10
-"""Poses that a first scan is tried on for each of these."""
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
 """m."""
+NOT_KNOWN = 0.5
+"""The probability of being lost at a pose that was told, until a scan bears it out."""
+LOST_WAITS = 1.0
+"""s after which a scan counts although the robot stands, while it is lost."""
+SEARCH_AGAIN = 15
+"""Scans used from one search for the place to the next, while it is lost."""
 
 
 class ScanInput(NamedTuple):
@@ -63,7 +69,7 @@ class Amcl:
         scan_kernels.warm()
         self.config, self.say = config, say
         self.rng = np.random.default_rng(config.seed)
-        self.filter = ParticleFilter(config, self.rng)
+        self.filter, self.lost = ParticleFilter(config, self.rng), LostFilter()
         self.counts, self._said = Counter(), set()
         self.map: RangeMap | None = None
         self._model = self._free = self._wanted = None
@@ -76,7 +82,8 @@ class Amcl:
     def _begin_again(self):
         """The next scan counts at once; the odometry up to it does not."""
         self._last: tuple[float, float, float] | None = None  # the odometry's pose when a scan last counted
-        self._due, self._since = {}, 0
+        self._due, self._since, self._searched = {}, 0, 0
+        self._moved, self._counted_at = True, math.nan
 
     # What is told from outside
 
@@ -117,6 +124,7 @@ class Amcl:
 
     def _start(self, pose, covariance):
         self.filter.start_at(pose, covariance)
+        self.lost.start(NOT_KNOWN)
         self._begin_again()
         self._anywhere = False
 
@@ -126,11 +134,17 @@ class Amcl:
             return 'there is no map yet'
         if not len(self._free):
             return 'the map has no free cell'
-        searching = min(int(PARTICLES_PER_M2 * len(self._free) * self.map.resolution**2), MOST_SEARCHING)
-        self.filter.start_anywhere(self._random_poses, max(searching, self.config.max_particles))
+        self.filter.start_anywhere(self._random_poses, self._searching)
+        self.lost.start(1.0)
         self._begin_again()
         self._anywhere = True
         return ''
+
+    @property
+    def _searching(self):
+        """Particles with which the place is searched for anywhere."""
+        wanted = min(int(PARTICLES_PER_M2 * len(self._free) * self.map.resolution**2), MOST_SEARCHING)
+        return max(wanted, self.config.max_particles)
 
     def force_update(self) -> None:
         """The next scan of each scanner counts, although the robot stands (`request_nomotion_update`)."""
@@ -164,17 +178,21 @@ class Amcl:
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
         first = self._last is None
-        if not first and (self._force or self._has_moved(odometry)):
-            self._due = dict.fromkeys(self._due, True)
+        moved = first or self._has_moved(odometry)
+        if not first and (moved or self._force or self._is_due_at_rest(scan.sweep.stamp)):
+            self._due, self._moved = dict.fromkeys(self._due, True), moved
         self._force = self._force and first
-        resampled = counted = False
-        if self._due.setdefault(scan.frame, True):
-            self._due[scan.frame] = False
-            resampled, counted = self._count(scan, odometry), True
+        resampled, counted, measured = False, self._due.setdefault(scan.frame, True), None
+        if counted:
+            self._due[scan.frame], self._counted_at = False, scan.sweep.stamp
+            measured = self._count(scan, odometry)
+            resampled = self._resample()
         if resampled or first:
             self.belief = belief(self.filter.poses, self.filter.weights)
             x, y, yaw = self.belief.pose
             self.map_from_odom = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ scan.odometry.inverse()
+        if measured is not None:
+            self._judge(measured, self.map_from_odom @ scan.odometry)
         return Result(self.map_from_odom, counted, self.belief if resampled or first else None)
 
     def _fault(self, scan):
@@ -195,16 +213,42 @@ class Amcl:
         turn = abs(float(wrap(odometry[2] - self._last[2])))
         return way > self.config.update_min_d or turn > self.config.update_min_a
 
-    def _count(self, scan, odometry) -> bool:
-        """The scan counts; returns whether particles were drawn anew."""
+    def _is_due_at_rest(self, stamp):
+        waited = not 0.0 <= stamp - self._counted_at < LOST_WAITS
+        return waited and self.lost.probability > self.config.lost_limit
+
+    def _judge(self, measured, pose):
+        """Whether the pose that is given is wrong, by a measurement; where it is, the place is searched for."""
+        place = *pose.translation[:2], pose.yaw
+        far = outside(place, self.filter.poses, self.filter.weights)
+        self.lost.update(measured.agreement(place), far, self._moved)
+        self._searched += 1
+        if (
+            self.config.lost_recovery
+            and self.lost.probability > self.config.lost_limit
+            and self._searched > SEARCH_AGAIN
+            and not self.filter.is_searching
+            and len(self._free)
+        ):
+            self._searched = 0
+            self.counts['searches'] += 1
+            self.filter.search(self._random_poses, measured, self._searching)
+
+    def _count(self, scan, odometry) -> MeasurementModel | None:
+        """The particles move and are weighed; returns the measurement, None where the scan says nothing."""
         if self._last is not None:
             self.filter.move(self._last, odometry)
         self._last = odometry
         chosen = beam_choice.chosen(scan.sweep, scan.mount, self._model.choice)
         if not len(chosen.ranges):
             self.trouble('no_beams', f'{scan.frame}: a scan has no range that can be used')
-        else:
-            self._use(scan.frame, self._model.scan(chosen))
+            return None
+        measured = self._model.scan(chosen)
+        self._use(scan.frame, measured)
+        return measured
+
+    def _resample(self) -> bool:
+        """Draw the particles anew where it is time to; whether it was done."""
         self._since += 1
         if self._since % self.config.resample_interval:
             return False

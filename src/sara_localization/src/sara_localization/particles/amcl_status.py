@@ -46,9 +46,13 @@ def _state(amcl, now, heard, before):
         level, message = WARN, f'waiting for a scan on {heard.topic}'
     elif amcl.filter.is_searching:
         level, message = WARN, f'searching for the place with {len(amcl.filter.poses)} particles'
+    elif amcl.lost.probability > amcl.config.lost_limit:
+        level = WARN
+        message = f'lost: the pose is wrong with a probability of {amcl.lost.probability:.2f}'
     elif faults:
         level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {amcl.counts[what]}' for what in faults)
     values = [(what, str(count)) for what, count in sorted(amcl.counts.items())]
+    values += [('probability of being lost', f'{amcl.lost.probability:.3f}')]
     values += [('particles', str(len(amcl.filter.poses))), ('random share', f'{amcl.filter.random_share:.3f}')]
     if amcl.belief is not None:
         x, y, yaw = np.sqrt(amcl.belief.cluster_covariance.diagonal())

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+
+from sara_localization.particles.lost import Agreement
 
 _LEAST = 1e-300
 
@@ -37,4 +40,8 @@ class MeasurementModel(Protocol):
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         """Of poses (n, 3) of the robot in the map: x, y, yaw; m, rad."""
+        ...
+
+    def agreement(self, pose: Sequence[float]) -> Agreement:
+        """How its readings agree with the map at one pose (x, y, yaw)."""
         ...

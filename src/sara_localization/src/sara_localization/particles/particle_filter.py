@@ -18,6 +18,8 @@ from sara_localization.particles.motion import MotionNoise, moved
 
 RandomPoses = Callable[[int], np.ndarray]
 """(n, 3) poses that the robot may have, drawn uniformly."""
+KEPT, TRIED = 0.25, 10
+"""The share of particles that a new search keeps; poses that a first scan is tried on for each particle."""
 FIRST, SEARCHING = 10.0, 5.0
 """How a fit (0 to 1) counts at a start anywhere: by exp(FIRST fit) at the first scan, and until the place is found each
 weight by exp(SEARCHING fit) besides. The greater, the sooner it is found, and the less may stand about that the map
@@ -66,6 +68,15 @@ class ParticleFilter:
             better = self.rng.random(count) < weights.sum() / total
             kept = np.where(better[:, None], poses[self._drawn(weights, count)], kept)
         self._start(kept)
+
+    def search(self, random_poses: RandomPoses, measured: MeasurementModel, count: int) -> None:
+        """Look for the place anew with `count` particles where a measurement fits, as after a start anywhere, beside
+        a share KEPT of those that there are: for it may be they that are right.
+        """
+        kept = self.poses[self._drawn(self.weights, max(int(KEPT * count), 1))]
+        self.start_anywhere(random_poses, count)
+        self.start_where_it_fits(random_poses, measured, TRIED * count)
+        self.poses[: len(kept)] = kept
 
     def move(self, before: Sequence[float], after: Sequence[float]) -> None:
         """The odometry went from one pose (x, y, yaw) to another."""
@@ -124,8 +135,19 @@ class ParticleFilter:
         count = bins.enough(poses, c.min_particles, c.kld_err, c.kld_z)
         if count < c.max_particles:
             self.most = c.max_particles
-        self._take(poses[:count])
+        self._take(self._thinned(poses, count))
         return True
+
+    def _thinned(self, poses, count):
+        """(count, 3) of the poses, one from each of as many equal shares of them in the order of their places: every
+        cluster keeps its share, so that of two that measurements cannot tell apart none dies out by chance (M. Gerber,
+        N. Chopin, N. Whiteley, "Negative association, ordering and convergence of resampling methods", 2019).
+        """
+        if count == len(poses):
+            return poses
+        order = np.lexsort(np.floor(poses[:, :2].T / bins.BIN_M))
+        at = (np.arange(count) + self.rng.random(count)) * (len(poses) / count)
+        return poses[order[at.astype(int)]]
 
     def _drawn(self, weights, count):
         """(count,) indices, drawn by the weights, one from each of as many equal shares of their sum (stratified: fewer

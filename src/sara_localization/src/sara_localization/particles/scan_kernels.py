@@ -13,10 +13,12 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common import distances
 from sara_localization.particles.field import Placement, to_cells
-from sara_localization.ranges.map_echo import cast
+from sara_localization.ranges.map_echo import OCCUPIED, UNKNOWN, cast
 
 _TOGETHER = 8
 """Probabilities that are multiplied before a logarithm is taken."""
+NEAR, NEARER = 0.15, 0.03
+"""m, and m per m of range: from a wall within which a beam's end agrees with it."""
 _LEAST = 1e-30
 """A probability below this counts as this: eight of them still are a number."""
 
@@ -115,6 +117,55 @@ def agreeing(place: Placement, squares: np.ndarray, poses: np.ndarray, points: n
 
 
 @kernel
+def agreement(
+    place: Placement, cells: np.ndarray, pose: np.ndarray, origin: tuple[float, float], beams: np.ndarray, most: float
+) -> tuple[int, int, int, int]:
+    """How many beams agree with the map at a pose, agree behind a wall, are shorter and longer than the map has them:
+    the counts of lost.Agreement.
+
+    cells, origin, beams: as of `beam_sums`. pose: (1, 3). most: m, the range of no echo. A beam agrees that ends within
+    NEAR + NEARER * range of a wall.
+    """
+    agree = behind = short = long = 0
+    x, y, c, s = _placed(place, pose, 0)
+    x, y = x + c * origin[0] - s * origin[1], y + s * origin[0] + c * origin[1]
+    turn = math.atan2(place.sine, place.cosine)
+    for b in range(len(beams)):
+        measured, angle = beams[b, 1] / place.resolution, pose[0, 2] + beams[b, 0] - turn
+        within = NEAR / place.resolution + NEARER * measured
+        distance, what = cast(cells, x, y, angle, measured + within)
+        if what == UNKNOWN:
+            continue
+        through = distance < measured - within
+        if beams[b, 1] < most and _wall_about(
+            cells, x + measured * math.cos(angle), y + measured * math.sin(angle), within
+        ):
+            agree += not through
+            behind += through
+        elif through:
+            long += 1
+        elif beams[b, 1] < most:
+            short += 1
+        else:
+            agree += 1
+    return agree, behind, short, long
+
+
+@kernel
+def _wall_about(cells, x, y, within):
+    """Whether a wall is within so many cells of a place."""
+    rows, columns = cells.shape
+    first_row, last_row = max(int(y - within), 0), min(int(y + within), rows - 1)
+    first_column, last_column = max(int(x - within), 0), min(int(x + within), columns - 1)
+    for row in range(first_row, last_row + 1):
+        for column in range(first_column, last_column + 1):
+            dx, dy = column + 0.5 - x, row + 0.5 - y
+            if cells[row, column] == OCCUPIED and dx * dx + dy * dy <= within * within:
+                return True
+    return False
+
+
+@kernel
 def beam_sums(
     place: Placement, cells: np.ndarray, poses: np.ndarray, origin: tuple[float, float], beams: np.ndarray, law: BeamLaw
 ) -> np.ndarray:
@@ -154,4 +205,5 @@ def warm() -> None:
     field_sums(place, squares, poses, pairs, table)
     field_logarithms(place, squares, poses, pairs, table)
     agreeing(place, squares, poses, pairs, 1.0)
+    agreement(place, cells, poses, (0.0, 0.0), pairs, 5.0)
     beam_sums(place, cells, poses, (0.0, 0.0), pairs, BeamLaw(1.0, 0.1, 0.1, 0.1, 0.2, 0.1, 5.0))

@@ -6,6 +6,7 @@ of all p, the textbook's law, of which beams that most particles disagree with c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from sara_localization.particles import field, scan_kernels
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.beams import BeamChoice, Beams
 from sara_localization.particles.likelihood import Likelihoods, MeasurementModel
+from sara_localization.particles.lost import Agreement
 from sara_localization.particles.scan_kernels import BeamLaw
 from sara_localization.ranges.range_data import RangeMap
 
@@ -31,10 +33,23 @@ class Skipping(NamedTuple):
     error_threshold: float
 
 
-class FieldScan:
+class _Scan:
+    """A scan's beams on the map."""
+
+    def __init__(self, model: ScanModel, beams: Beams):
+        self.walls, self.origin, self.most = (model.place, model.cells), (float(beams.x), float(beams.y)), beams.most
+        self.beams = np.stack((beams.directions, beams.ranges), 1)
+
+    def agreement(self, pose: Sequence[float]) -> Agreement:
+        place = np.array(pose, float)[None]
+        return Agreement(*scan_kernels.agreement(*self.walls, place, self.origin, self.beams, float(self.most)))
+
+
+class FieldScan(_Scan):
     """A scan against the likelihood field: how far from the nearest wall do its beams end?"""
 
     def __init__(self, model: ScanModel, beams: Beams):
+        super().__init__(model, beams)
         self.grid, self.points = (model.place, model.squares), beams.points
         self.probabilities = model.hits + model.config.laser_z_rand / beams.most
 
@@ -74,13 +89,12 @@ class FieldProductScan(FieldScan):
         return kept if np.count_nonzero(~kept) <= self.skipping.error_threshold * len(kept) else everything
 
 
-class BeamScan:
+class BeamScan(_Scan):
     """A scan against rays cast through the map."""
 
     def __init__(self, model: ScanModel, beams: Beams):
+        super().__init__(model, beams)
         c = model.config
-        self.grid, self.origin = (model.place, model.cells), (float(beams.x), float(beams.y))
-        self.beams = np.stack((beams.directions, beams.ranges), 1)
         self.law = BeamLaw(
             c.laser_z_hit,
             c.laser_z_short,
@@ -92,7 +106,7 @@ class BeamScan:
         )
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
-        sums = scan_kernels.beam_sums(*self.grid, poses, self.origin, self.beams, self.law)
+        sums = scan_kernels.beam_sums(*self.walls, poses, self.origin, self.beams, self.law)
         return Likelihoods.of_sums(sums, len(self.beams), (self.law.hit + self.law.random / self.law.most) ** 3)
 
 

@@ -83,6 +83,8 @@ def _wrong(amcl):
             np.isfinite(amcl.belief.pose).all() and np.isfinite(covariance).all() and covariance.diagonal().min() >= 0
         ):
             yield f'the pose or its covariance is not finite: {amcl.belief}'
+    if not 0.0 <= amcl.lost.probability <= 1.0:
+        yield f'the probability of being lost is {amcl.lost.probability}'
     offset = amcl.map_from_odom
     if offset is not None and not np.isfinite((*offset.translation, *offset.rotation)).all():
         yield 'map -> odom is not finite'
@@ -105,7 +107,7 @@ def _config(rng):
             'laser_model_type': str(rng.choice(SCAN_MODELS)),
             'odom_model_type': str(rng.choice(ODOM_MODELS)),
             'seed': int(rng.integers(1000)),
-            **{name: bool(rng.random() < 0.5) for name in ('do_beamskip', 'selective_resampling')},
+            **{name: bool(rng.random() < 0.5) for name in ('do_beamskip', 'selective_resampling', 'lost_recovery')},
             **{
                 name: float(rng.choice([0.0, 0.001, 0.1, 1.0]))
                 for name in ('recovery_alpha_slow', 'recovery_alpha_fast')
@@ -120,6 +122,7 @@ def _config(rng):
             'laser_likelihood_max_dist': float(rng.choice([1e-300, 0.5, 2.0])),
             'laser_max_beams': int(rng.choice([1, 2, 30, 1000])),
             'laser_max_range': float(rng.choice([-1.0, 3.0])),
+            'lost_limit': float(rng.choice([0.0, 0.5, 0.9, 1.0])),
             'resample_interval': int(rng.integers(1, 4)),
             'kld_err': float(rng.choice([1e-300, 0.01, 10.0])),
         }

@@ -1,7 +1,8 @@
 """amcl: where a robot with laser scanners is in a known map, under the names of the C++ node.
 
 In: scan (LaserScan, of any number of scanners), initialpose, static_map (service) or map, /tf. Out: map -> odom,
-amcl_pose, particlecloud, /diagnostics. Services: global_localization, request_nomotion_update, set_map.
+amcl_pose, particlecloud, lost_probability, /diagnostics. Services: global_localization, request_nomotion_update,
+set_map.
 """
 
 from __future__ import annotations
@@ -219,6 +220,7 @@ class AmclNode:
         if result.pose is not None:
             self.outputs.pose(stamp, result.pose)
         if result.counted:
+            self.outputs.lost(self.amcl.lost.probability)
             self.outputs.cloud(stamp, self.amcl.filter.poses)
         return self.outputs.save_is_due(stamp)
 
@@ -241,6 +243,7 @@ class AmclNode:
             heard = Heard(last, self.began.to_sec(), self.scans.resolved_name, self.waiting.waiting_for(now.to_sec()))
             told = statuses(self.amcl, now.to_sec(), heard, self.counted)
             self.counted = dict(self.amcl.counts)
+            self.outputs.lost(self.amcl.lost.probability)
         if told[0].level:
             rospy.logwarn_throttle(PATIENCE, told[0].message)
         publish(self.diagnostics_pub, diagnostic_array(now, told))

@@ -7,6 +7,7 @@ from struct import Struct
 import numpy as np
 import rospy
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
 from sara_localization.geometry.rigid import Transform
@@ -48,6 +49,7 @@ class Outputs:
         self._transform = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
         self._pose = rospy.Publisher('amcl_pose', PoseWithCovarianceStamped, queue_size=2, latch=True)
         self._cloud = rospy.Publisher('particlecloud', PoseArray, queue_size=2, latch=True)
+        self._lost = rospy.Publisher('lost_probability', Float32, queue_size=2, latch=True)
         self._last_cloud = self._last_saved = None
 
     def transform(self, stamp: float, map_from_odom: Transform) -> None:
@@ -68,6 +70,10 @@ class Outputs:
         covariance[PLANAR] = belief.covariance
         msg.pose.covariance = covariance.ravel().tolist()
         publish(self._pose, msg)
+
+    def lost(self, probability: float) -> None:
+        """Publish lost_probability."""
+        publish(self._lost, Float32(probability))
 
     def cloud(self, stamp: float, poses: np.ndarray) -> None:
         """Publish the particles (n, 3), at most gui_publish_rate times a second where that is above 0."""

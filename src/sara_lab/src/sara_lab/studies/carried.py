@@ -1,0 +1,199 @@
+"""Drives of a robot with a laser scanner that is carried away: how soon amcl notices, and finds its place again.
+
+The robot wanders between random places of a map, is lifted CARRIED (m) far by a random turn, and wanders on; alone, or
+among the pedestrians of crowd.py. Nobody tells the filter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_bringup.lockstep.corrected import range_map
+from sara_common.planar import wrap
+from sara_lab.journeys.crowd import crowd
+from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, shortest_way
+from sara_lab.studies.amcl_trial import Track
+from sara_localization.geometry.rigid import Transform
+from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl_config import AmclConfig
+from sara_localization.particles.lost import NEAR, TURNED, Agreement, LostFilter
+from sara_localization.ranges.range_data import RangeMap
+from sara_nav.maps import map_io
+from sara_sim.robot.recording import recorded
+from sara_sim.robot.robot import SimulatedRobot
+from sara_sim.robot.robot_config import RobotConfig, ScannerConfig
+from sara_sim.robot.script import Along, Go, Script
+from sara_sim.world.world import World
+
+SCANNER = ScannerConfig(x=0.15, fov=math.radians(200.0), samples=201, rate=5, sweep=0.1, range_max=10.0)
+ROBOT = RobotConfig(scanners=(SCANNER,))
+MOUNT = Transform.from_xyz_rpy(SCANNER.x, SCANNER.y, SCANNER.z)
+ROOM = 0.40  # m about the robot's middle that its ways keep free
+SPEED = 0.8  # m/s
+BEFORE = (5.0, 15.0)  # m driven until it is carried away
+AFTER = 30.0  # m driven from then on
+CARRIED = (2.0, 10.0)  # m
+PAUSES = 0.3  # share of the places where it stands for PAUSE s
+PAUSE = 3.0
+TOLD = (0.1, 0.1, 0.1)  # m, m, rad: standard deviations of what the filter is told at the start
+SLOWEST = 0.2  # m/s: a drive that gets on more slowly ends
+
+
+class Case(NamedTuple):
+    """A drive on a map: its number is the seed of everything. people: whether pedestrians are about; carried: whether
+    the robot is carried away.
+    """
+
+    map: str
+    number: int
+    people: bool = False
+    carried: bool = True
+
+
+class Step(NamedTuple):
+    """After a scan that counted. way: m driven; after: m since the robot was carried away, None before. off, turned: by
+    how much the pose is wrong, m, rad. probability: of being lost; agreement, outside, moved: what it came from.
+    """
+
+    way: float
+    after: float | None
+    off: float
+    turned: float
+    probability: float
+    agreement: Agreement
+    outside: float
+    moved: bool
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the pose is wrong, as lost.py has it."""
+        return self.off > NEAR or self.turned > TURNED
+
+
+@cache
+def world_map(name: str) -> RangeMap:
+    """What the filter knows of a map."""
+    return range_map(grid_of(name), AmclConfig.map_occupied_above)
+
+
+class Wanderer:
+    """Ways between random places of a map."""
+
+    def __init__(self, name: str, world: World, random: np.random.Generator) -> None:
+        self._name, self._world, self._random = name, world, random
+        self._free = np.argwhere(grid_of(name).data == map_io.FREE)
+
+    def pose(self) -> tuple[float, float, float]:
+        """A random pose where the robot has room."""
+        while True:
+            row, column = self._free[self._random.integers(len(self._free))]
+            x, y = grid_of(self._name).geometry.to_world(int(column), int(row))
+            pose = float(x), float(y), float(self._random.uniform(-math.pi, math.pi))
+            if self._world.has_room(*pose, 2.0 * ROOM, 2.0 * ROOM):
+                return pose
+
+    def away_from(self, place: tuple[float, float, float]) -> tuple[float, float, float]:
+        """A random pose CARRIED (m) away that it can drive to as well."""
+        while True:
+            pose = self.pose()
+            if CARRIED[0] <= math.dist(pose[:2], place[:2]) <= CARRIED[1] and self._way(place, pose) is not None:
+                return pose
+
+    def script(self, start: tuple[float, float, float], metres: float) -> Script:
+        """Motions of at least so many m."""
+        motions, driven, at = [], 0.0, start
+        while driven < metres:
+            goal = self.pose()
+            way = self._way(at, goal)
+            if way is None:
+                continue
+            points, length = way
+            motions.append(Along(tuple(map(tuple, points[5:-3:5].tolist())) + (goal[:2],), SPEED))
+            if self._random.random() < PAUSES:
+                motions.append(Go(PAUSE))
+            driven, at = driven + length, goal
+        return Script(motions)
+
+    def _way(self, start, goal):
+        points, length = shortest_way(self._name, start, goal, ROOM)
+        return None if points is None or length < 1.0 else (points, length)
+
+
+def drive(case: Case, parameters: dict | None = None) -> Iterator[Step]:
+    """The Steps of a drive. parameters: of amcl that differ from its defaults."""
+    random = random_of(case.map, 'carried', case.number)
+    world = World.from_yaml(map_file(case.map))
+    wanderer = Wanderer(case.map, world, random)
+    start = wanderer.pose()
+    if case.people:
+        for person in crowd(case.map, case.number, start):
+            world.obstacles.add(person)
+    robot = SimulatedRobot(world, ROBOT, case.number, start)
+    amcl = Amcl(AmclConfig.from_params({**(parameters or {}), 'seed': case.number}))
+    amcl.set_map(world_map(case.map))
+    watch = _Watch(robot, amcl)
+    amcl.set_pose(start, np.diag(np.square(TOLD)))
+    before = float(random.uniform(*BEFORE))
+    yield from watch.steps(wanderer.script(start, before + AFTER), before + (0.0 if case.carried else AFTER))
+    if case.carried:
+        place = wanderer.away_from(robot.pose)
+        while not world.has_room(*place, *ROBOT.size):  # somebody stands there
+            place = wanderer.away_from(robot.pose)
+        robot.place(*place)
+        watch.lifted()
+        yield from watch.steps(wanderer.script(place, AFTER + 5.0), before + AFTER)
+
+
+class _Recording(LostFilter):
+    """`taken`: what the last update was given."""
+
+    def update(self, agreement: Agreement, outside: float, moved: bool) -> None:
+        self.taken = agreement, outside, moved
+        super().update(agreement, outside, moved)
+
+
+class _Watch:
+    """Gives the filter what the robot measures, and compares."""
+
+    def __init__(self, robot, amcl):
+        self.robot, self.amcl = robot, amcl
+        self.odometry, self.truth = Track(), Track(robot.pose)
+        amcl.lost = _Recording()
+        self.way, self.carried_at, self._last = 0.0, None, robot.pose
+
+    def lifted(self):
+        """The robot was carried away."""
+        self.carried_at, self._last = self.way, self.robot.pose
+
+    def steps(self, script, until):
+        """Steps until so many m are driven."""
+        seconds = (until - self.way) / SLOWEST
+        for moment in recorded(self.robot, script, seconds):
+            self.way += math.dist(moment.truth[:2], self._last[:2])
+            self._last = moment.truth
+            self.odometry.add(moment.t, moment.odometry)
+            self.truth.add(moment.t, moment.truth)
+            for _, sweep in moment.scans:
+                step = self._step(sweep)
+                if step is not None:
+                    yield step
+            if self.way >= until:
+                return
+
+    def _step(self, sweep):
+        odometry, truth = self.odometry.at(sweep.stamp), self.truth.at(sweep.stamp)
+        placed = Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
+        result = self.amcl.on_scan(ScanInput('laser', sweep, MOUNT, placed))
+        if result is None or not result.counted:
+            return None
+        pose = result.map_from_odom @ placed
+        error = np.array((*pose.translation[:2], pose.yaw)) - truth
+        error[2] = wrap(error[2])
+        after = None if self.carried_at is None else self.way - self.carried_at
+        lost = self.amcl.lost
+        return Step(self.way, after, math.hypot(*error[:2]), abs(float(error[2])), lost.probability, *lost.taken)

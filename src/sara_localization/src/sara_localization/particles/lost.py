@@ -1,0 +1,112 @@
+"""The probability that the pose is wrong, from how well the newest readings agree with the map there.
+
+A hidden Markov model of two states, found and lost (S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005,
+section 2.4; K. Murphy, "Machine Learning", 2012, section 17.4). The spread of the particles does not tell: in a place
+that looks alike they are as close together.
+
+Each reading agrees with the map, ends before the wall that the map has there, or goes through one. People and furniture
+cause the second kind, never the third. Readings of one measurement err together, for one person hides many of them;
+their counts follow a Dirichlet-multinomial distribution in each state (T. Minka, "Estimating a Dirichlet
+distribution", 2000), which is sure of nothing after one measurement, however many readings it has. Where a place fits
+as badly as among many people, that is no proof of being lost.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_common.planar import wrap
+
+NEAR, TURNED = 0.5, math.radians(30.0)
+"""m, rad from the robot from which on a pose is wrong."""
+
+
+_LEAST = 1e-6
+
+
+class Agreement(NamedTuple):
+    """How many readings of a measurement, at one pose: agree with the map; agree, but behind a wall (past a corner, as
+    a rule); are shorter than the map has them; are longer. Readings that the map says nothing of count nowhere.
+    """
+
+    agree: int
+    behind: int
+    short: int
+    long: int
+
+
+class LostLaw(NamedTuple):
+    """The model's numbers. found, lost: the Dirichlet distributions' four parameters, as Agreement has its counts.
+    loses, finds: probability from one measurement to the next that a right pose becomes wrong, and a wrong one right.
+    share: how much a measurement says beside those before it, 0 to 1; at_rest: times this, where the robot has not
+    moved since. rivals: how much of the log odds that the particles elsewhere have by their weights is believed.
+    """
+
+    found: tuple[float, float, float, float]
+    lost: tuple[float, float, float, float]
+    loses: float
+    finds: float
+    share: float
+    at_rest: float
+    rivals: float
+
+
+LAW = LostLaw((10.7, 0.58, 1.35, 0.027), (4.16, 1.05, 1.06, 2.3), 0.001, 0.114, 0.83, 0.13, 0.62)
+"""The likeliest over 72 simulated drives of 40 m in a flat, a school and a hall, half of them among pedestrians; in
+each the robot was carried away once.
+"""
+
+
+class LostFilter:
+    """`hidden`: the probability that none of the particles is right; `probability`: that the pose is wrong. Both 0 to
+    1.
+    """
+
+    def __init__(self, law: LostLaw = LAW):
+        self.law = law
+        self.start(1.0)
+
+    def start(self, probability: float) -> None:
+        """Begin anew, lost with that probability."""
+        self.hidden = self.probability = probability
+
+    def update(self, agreement: Agreement, outside: float, moved: bool) -> None:
+        """Take a measurement. outside: `outside` of the pose that is judged; moved: whether the robot has since the
+        measurement before.
+        """
+        law = self.law
+        weight = law.share * (1.0 if moved else law.at_rest)
+        before = self.hidden * (1.0 - law.finds) + (1.0 - self.hidden) * law.loses if moved else self.hidden
+        before = min(max(before, _LEAST), 1.0 - _LEAST)
+        log_odds = math.log(before / (1.0 - before)) + weight * evidence(agreement, law)
+        self.hidden = 1.0 / (1.0 + math.exp(-log_odds))
+        self.probability = 1.0 - (1.0 - self.hidden) * (1.0 - _tempered(outside, law.rivals))
+
+
+def _tempered(share, exponent):
+    """A probability whose log odds count by a factor."""
+    kept, lost = (max(part, _LEAST) ** exponent for part in (1.0 - share, share))
+    return lost / (kept + lost)
+
+
+def evidence(agreement: Agreement, law: LostLaw) -> float:
+    """The logarithm of how many times likelier a measurement is where the pose is wrong than where it is right."""
+    return _log_likelihood(agreement, law.lost) - _log_likelihood(agreement, law.found)
+
+
+def _log_likelihood(counts, alphas):
+    """Of the Dirichlet-multinomial distribution, but for what does not depend on alphas."""
+    total, n = sum(alphas), sum(counts)
+    parts = sum(math.lgamma(alpha + count) - math.lgamma(alpha) for alpha, count in zip(alphas, counts))
+    return math.lgamma(total) - math.lgamma(total + n) + parts
+
+
+def outside(pose: tuple[float, float, float], poses: np.ndarray, weights: np.ndarray) -> float:
+    """The share, by weight, of particles (n, 3) that say that a pose is wrong."""
+    x, y, yaw = pose
+    far = np.hypot(poses[:, 0] - x, poses[:, 1] - y) > NEAR
+    far |= np.abs(wrap(poses[:, 2] - yaw)) > TURNED
+    return min(float(weights[far].sum()), 1.0)
