@@ -393,6 +393,7 @@ def test_a_silent_sensor_stops_the_robot_with_the_sentence_why_and_lets_it_go_on
     result = robot.go(1)
     assert (result.status, result.command) == ('active', ZERO)
     assert 'Sensor data is out of date' in result.text and '/SDI_range' in result.text and result.stale == sensor.text
+    assert robot.move_base.counters.stale_sensors == 1
     sensor.text = ''
     assert robot.go(600, until='succeeded').status == 'succeeded'
 

@@ -250,6 +250,7 @@ class MoveBase:
         goal.watch_oscillation(t, pose, self.config.oscillation_distance)
         stale = self.local_costmap.current(t)
         if stale:
+            self.counters.stale_sensors += 1
             return out_of_date(goal, t, stale, self._means)
         goal.stale_since = None
         if goal.phase == CLEARING:
