@@ -3,12 +3,10 @@
 
 import asyncio
 import contextlib
-import itertools
 import os
 import pathlib
 import re
 import signal
-import socket
 import ssl
 import stat
 import subprocess
@@ -20,26 +18,12 @@ import aiohttp
 import rospy
 import rostest
 
+from sara_common.ports import free_port
+
 PATIENCE_S = 30.0
 ADDRESS = '127.0.0.2'  # not the one of this computer's own pages: served by TLS, and its clients are strangers
 PINGS_S = 120.0  # visitors answer pings only while they listen, and most wait here for others
 SAID = re.compile(r'(https://\S+), the code is (\S+) .*SHA-256: (\S+)', re.DOTALL)
-
-
-PORTS = itertools.count(10_000 + 16 * (os.getpid() % 1250))
-
-
-def free_port():
-    """A TCP port of this computer that nobody listens on; below those (32768 and up) that the kernel gives to whoever
-    asks for any, or another program may have it before the node listens.
-    """
-    for port in PORTS:
-        with socket.socket() as probe:
-            try:
-                probe.bind(('', port))
-            except OSError:
-                continue
-            return port
 
 
 class Node:

@@ -4,13 +4,12 @@ import pytest
 
 from sara_lab.campaign.kidnapped import _summary, _verdict, judged, reliability
 from sara_lab.studies.carried import CARRIED, Case, Step, drive
-from sara_localization.particles.lost import Agreement
 
 CASE = Case('flat', 3)
 
 
 def step(way, after, off, probability):
-    return Step(way, after, off, 0.0, probability, Agreement(30, 0, 0, 0), 0.0, True)
+    return Step(way, after, off, 0.0, probability)
 
 
 def result(noticed=2.0, found=8.0, people=False):

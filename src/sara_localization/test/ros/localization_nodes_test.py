@@ -7,6 +7,8 @@ import random
 import sys
 import threading
 import unittest
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import rospy
@@ -28,21 +30,16 @@ from sara_localization.geometry.rigid import quaternion_from_rpy, rpy_from_quate
 from sara_localization.ros import conversions, wire
 from sara_localization.srv import SetPose, ToggleFilterProcessing
 
+sys.path.append(str(Path(__file__).resolve().parent / 'support'))
+import waiting  # noqa: E402
+
+wait_until = partial(waiting.wait_until, timeout=8.0)
+
 IDENTITY_6 = [1.0 if k % 7 == 0 else 0.0 for k in range(36)]
 IDENTITY_3 = [1.0 if k % 4 == 0 else 0.0 for k in range(9)]
 KINDS = ('imu0', 'odom0', 'pose0', 'twist0')
 # Topics as this test's node resolves them.
 PREFIX = '/full/example/'
-
-
-def wait_until(condition, what, timeout=8.0):
-    end = rospy.Time.now() + rospy.Duration(timeout)
-    while rospy.Time.now() < end:
-        found = condition()
-        if found:
-            return found
-        rospy.sleep(0.02)
-    raise AssertionError(what() if callable(what) else what)
 
 
 class Sensors:
@@ -108,7 +105,7 @@ class LocalizationNodesTest(unittest.TestCase):
     def test_1_every_kind_of_input_is_used_and_what_is_wrong_is_in_the_diagnostics(self):
         outputs = []
         rospy.Subscriber('/full/odometry/filtered', Odometry, outputs.append)
-        wait_until(self.sensors.connected, 'the node does not subscribe to its inputs', 20.0)
+        wait_until(self.sensors.connected, 'the node does not subscribe to its inputs', timeout=20.0)
         for _ in range(10):
             self.sensors.publish(rospy.Time.now())
             rospy.sleep(0.1)

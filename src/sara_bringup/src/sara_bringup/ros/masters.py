@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sara_bringup.ros.own_master import free_port
+from sara_common.ports import free_port
 
 
 def environment() -> dict[str, str]:

@@ -4,26 +4,20 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from sara_common.ports import free_port
+
 PATIENCE = 20.0  # s
-
-
-def free_port() -> int:
-    """Return a TCP port of this machine that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(('localhost', 0))
-        return probe.getsockname()[1]
 
 
 @contextmanager
 def own_master() -> Iterator[int]:
     """Start a master on a free port and point this process's environment at it; gives the port."""
-    import rosgraph  # free_port is asked for where ROS is not, too
+    import rosgraph  # this module is imported where ROS is not, too
 
     port = free_port()
     os.environ['ROS_MASTER_URI'] = f'http://localhost:{port}'

@@ -144,7 +144,7 @@ class SharedControl:
         c = self.config
         if not self._turns((v, w)):
             wish = Wish(math.copysign(1.0, v), w / abs(v) / c.turn_slip, OWN_LOOK)
-            return self._slower(v, w, rollouts.follow(self._field, self._outline, pose, wish, c.margin))
+            return self._slower(v, w, pose, wish)
         free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
         rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
         if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
@@ -168,7 +168,7 @@ class SharedControl:
             return Assisted(v, w, None)
         way = self._way(pose, wish)
         if way is None:
-            return self._slower(v, w, rollouts.follow(self._field, self._outline, pose, ahead, c.margin))
+            return self._slower(v, w, pose, ahead)
         if way.moves[0, 0] == 0.0:
             self._last = 0.0
             side = math.copysign(1.0, way.moves[0, 1])
@@ -193,8 +193,9 @@ class SharedControl:
                 return way
         return None
 
-    def _slower(self, v, w, own):
-        """The wish itself, as fast as what is free of it allows."""
+    def _slower(self, v, w, pose, wish):
+        """The command of a Wish itself, as fast as what is free of it allows."""
+        own = rollouts.follow(self._field, self._outline, pose, wish, self.config.margin)
         speed = math.sqrt(2.0 * self.config.braking * max(own.free - SPARE, 0.0))
         if speed < SLOW:
             return Assisted(0.0, 0.0, Correction.STOPS)

@@ -36,8 +36,7 @@ def riders_table(figures: Figures) -> list[str]:
         rows = [figures[f'{circuit}_{rider}'] for circuit in circuits() if f'{circuit}_{rider}' in figures]
         if rows:
             over = {way: _over([row[way] for row in rows]) for way in WAYS}
-            cells = ['/'.join(cell.format(**over[way]) for way in WAYS) for cell in COLUMNS.values()]
-            lines.append(_row((rider, *cells, f'{over["assisted"]["changed"]:.1%}')))
+            lines.append(_row((rider, *_beside(over, '/'))))
     return lines
 
 
@@ -56,9 +55,14 @@ def rides_table(figures: Figures) -> list[str]:
         for rider in RIDERS:
             ways = figures.get(f'{circuit}_{rider}')
             if ways:
-                cells = [' / '.join(cell.format(**ways[way]) for way in WAYS) for cell in COLUMNS.values()]
-                lines.append(_row((circuit, rider, *cells, f'{ways["assisted"]["changed"]:.1%}')))
+                lines.append(_row((circuit, rider, *_beside(ways, ' / '))))
     return lines
+
+
+def _beside(ways, between):
+    """The cells of COLUMNS with the WAYS beside each other, and how much of the wish is changed."""
+    cells = [between.join(cell.format(**ways[way]) for way in WAYS) for cell in COLUMNS.values()]
+    return [*cells, f'{ways["assisted"]["changed"]:.1%}']
 
 
 def doors_table(figures: Figures) -> list[str]:

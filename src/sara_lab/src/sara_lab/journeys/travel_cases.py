@@ -67,7 +67,7 @@ def random_of(name: str, purpose: str, *numbers: int) -> np.random.Generator:
 
 def shortest_way(
     name: str, start: tuple[float, float, float], goal: tuple[float, float, float], radius: float = 0.5 * BODY[1]
-) -> float | None:
+) -> tuple[np.ndarray | None, float]:
     """(n, 2) points and m of the shortest way for a disc of that radius (m) between two places; (None, NaN) where there
     is none.
     """

@@ -21,7 +21,7 @@ from sara_lab.studies.amcl_trial import Track
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.amcl import Amcl, ScanInput
 from sara_localization.particles.amcl_config import AmclConfig
-from sara_localization.particles.lost import NEAR, TURNED, Agreement, LostFilter
+from sara_localization.particles.lost import NEAR, TURNED
 from sara_localization.ranges.range_data import RangeMap
 from sara_nav.maps import map_io
 from sara_sim.robot.recording import recorded
@@ -57,7 +57,7 @@ class Case(NamedTuple):
 
 class Step(NamedTuple):
     """After a scan that counted. way: m driven; after: m since the robot was carried away, None before. off, turned: by
-    how much the pose is wrong, m, rad. probability: of being lost; agreement, outside, moved: what it came from.
+    how much the pose is wrong, m, rad. probability: of being lost.
     """
 
     way: float
@@ -65,9 +65,6 @@ class Step(NamedTuple):
     off: float
     turned: float
     probability: float
-    agreement: Agreement
-    outside: float
-    moved: bool
 
     @property
     def wrong(self) -> bool:
@@ -149,21 +146,12 @@ def drive(case: Case, parameters: dict | None = None) -> Iterator[Step]:
         yield from watch.steps(wanderer.script(place, AFTER + 5.0), before + AFTER)
 
 
-class _Recording(LostFilter):
-    """`taken`: what the last update was given."""
-
-    def update(self, agreement: Agreement, outside: float, moved: bool) -> None:
-        self.taken = agreement, outside, moved
-        super().update(agreement, outside, moved)
-
-
 class _Watch:
     """Gives the filter what the robot measures, and compares."""
 
     def __init__(self, robot, amcl):
         self.robot, self.amcl = robot, amcl
         self.odometry, self.truth = Track(), Track(robot.pose)
-        amcl.lost = _Recording()
         self.way, self.carried_at, self._last = 0.0, None, robot.pose
 
     def lifted(self):
@@ -195,5 +183,4 @@ class _Watch:
         error = np.array((*pose.translation[:2], pose.yaw)) - truth
         error[2] = wrap(error[2])
         after = None if self.carried_at is None else self.way - self.carried_at
-        lost = self.amcl.lost
-        return Step(self.way, after, math.hypot(*error[:2]), abs(float(error[2])), lost.probability, *lost.taken)
+        return Step(self.way, after, math.hypot(*error[:2]), abs(float(error[2])), self.amcl.lost.probability)

@@ -137,6 +137,11 @@ class Goal:
         self.stale_since = t if self.stale_since is None else self.stale_since
         return t - self.stale_since
 
+    def doubted_for(self, t: float) -> float:
+        """The robot may be lost; return for how long (s) so far."""
+        self.doubted_since = t if self.doubted_since is None else self.doubted_since
+        return t - self.doubted_since
+
     def lead_to(self, used: Pose2D | None) -> bool:
         """Note where the plan leads (Pose2D or None: to ``pose``); return True when that is another place than
         before.

@@ -26,9 +26,7 @@ def out_of_date(goal: Goal, t: float, stale: str, means: Means) -> StepResult | 
 
 def in_doubt(goal: Goal, t: float, doubt: str, help_wanted: str, means: Means) -> StepResult | End:
     """The robot may be lost; doubt: why, help_wanted: what a person is asked for."""
-    if goal.doubted_since is None:
-        goal.doubted_since = t
     patience = means.config.lost_patience
-    if t - goal.doubted_since >= patience - 1e-6:
+    if goal.doubted_for(t) >= patience - 1e-6:
         return End(ABORTED, f'Goal aborted: {doubt}, for lost_patience ({patience:.1f} s).')
     return standing(goal, means, doubt)._replace(help=help_wanted)

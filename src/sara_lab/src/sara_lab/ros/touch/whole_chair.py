@@ -19,8 +19,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 
 from sara_bringup.ros.masters import launched
-from sara_bringup.ros.own_master import free_port, own_master
+from sara_bringup.ros.own_master import own_master
 from sara_common.planar import yaw_of
+from sara_common.ports import free_port
 from sara_lab.ros.touch.stand_in import url
 
 PATIENCE_S = 60.0
