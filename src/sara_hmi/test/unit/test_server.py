@@ -2,6 +2,8 @@
 
 import asyncio
 
+from aiohttp import ClientSession, test_utils
+
 from sara_hmi.config.config import HmiConfig, NetworkConfig
 from sara_hmi.hub.hub import Hub
 from sara_hmi.pairing.pairing import Pairing
@@ -26,3 +28,28 @@ def test_what_a_robot_tells_before_the_server_runs_is_heard_in_order(tmp_path):
     asyncio.run(run())
     server.post(heard.append, 'too late')
     assert heard == ['places', 'profiles']
+
+
+def test_a_page_whose_frames_come_at_once_gets_every_answer(tmp_path):
+    config = HmiConfig()
+    count = config.limits.frames_burst - 10
+    assert count > config.limits.urgent_frames
+    hub = Hub(config, Pairing(config.pairing, lambda most: 0, lambda: 'token', ()), lambda: 0.0)
+
+    async def run():
+        server = Server(config, hub, tmp_path, lambda text: None, '')
+        server._loop = asyncio.get_running_loop()
+        async with (
+            test_utils.TestServer(server.application()) as site,
+            ClientSession() as session,
+            session.ws_connect(site.make_url('/ws')) as page,
+        ):
+            await page.send_json({'op': 'hello', 'version': 1})
+            await asyncio.gather(*(page.send_json({'op': 'echo', 't': k}) for k in range(count)))
+            told = []
+            while len(told) < count:
+                frame = await page.receive_json(timeout=30.0)
+                told += [frame['t']] if frame['op'] == 'echo' else []
+            assert told == list(range(count))
+
+    asyncio.run(run())

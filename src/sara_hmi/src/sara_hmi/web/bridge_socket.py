@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from aiohttp import WSMsgType, web
+from aiohttp import WSMsgType
 
 from sara_hmi.config.config import HmiConfig
 from sara_hmi.protocol.limits import Bucket
@@ -52,11 +52,11 @@ class BridgeConnection:
         if self._bridge.offer(self._loop.time(), topic, form, encoded):
             self.client.wake()
 
-    async def serve(self, socket: web.WebSocketResponse) -> None:
+    async def serve(self) -> None:
         """Until the client is gone."""
         pump = asyncio.create_task(self.client.pump())
         try:
-            async for message in socket:
+            async for message in self.client.messages():
                 if message.type != WSMsgType.TEXT:
                     self.fail('frames to the server are text')
                 elif self._bucket.take(self._loop.time()):

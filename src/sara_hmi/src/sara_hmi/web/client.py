@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+from collections.abc import AsyncIterator
 from typing import Any
 
-from aiohttp import web
+from aiohttp import WSMessage, web
 
 from sara_hmi.config.config import LimitsConfig
 from sara_hmi.protocol.outbox import Outbox
@@ -76,6 +77,14 @@ class Client:
     def is_ending(self) -> bool:
         """Whether the connection is as good as gone."""
         return self._transport.is_closing()
+
+    async def messages(self) -> AsyncIterator[WSMessage]:
+        """What the client sends, until the connection ends. Answers go out between messages that come at once, or more
+        of them would wait than a client may have.
+        """
+        async for message in self._socket:
+            yield message
+            await asyncio.sleep(0)
 
     async def pump(self) -> None:
         """Send until the connection ends."""

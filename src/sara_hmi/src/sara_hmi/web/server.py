@@ -189,7 +189,7 @@ class Server:
         try:
             await socket.prepare(request)
             pump = asyncio.create_task(client.pump())
-            async for message in socket:
+            async for message in client.messages():
                 now = self._loop.time()
                 if message.type == WSMsgType.TEXT:
                     self.apply(self.hub.receive(now, known.number, message.data))
@@ -234,7 +234,7 @@ class Server:
         one = BridgeConnection(config, role, self.ros_side, lambda outbox: make(outbox=outbox))
         self._bridges[one] = self._is_local(request)
         try:
-            await one.serve(socket)
+            await one.serve()
         finally:
             del self._bridges[one]
         return socket
