@@ -15,7 +15,6 @@ from sara_nav.lattice.shortcuts import Shortcuts
 from sara_nav.lattice.world import Body, Rules, World
 from sara_nav.pursuit.speed_ahead import Regulation
 
-
 RADII = (1.0, 1.6, 2.6, 4.0)
 """Of the arcs of shortcuts, as multiples of the least."""
 

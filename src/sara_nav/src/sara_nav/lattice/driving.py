@@ -62,16 +62,19 @@ def pace(world: World, driving: Driving, pose: Pose2D, sense: float, here: float
 
 
 @kernel
-def seconds_of(world: World, driving: Driving, pose: Pose2D, length: float, turn: float, limit: float) -> float:
-    """Return the seconds of a move (m, rad) from a Pose2D; inf where the body does not fit with the gap ``limit`` (m).
-    Turns in place are timed as by body.move.
+def seconds_of(
+    world: World, driving: Driving, pose: Pose2D, run: tuple[float, float], limit: float, most: float
+) -> float:
+    """Return the seconds of a move, ``run`` (m, rad), from a Pose2D; inf where the body does not fit with the gap
+    ``limit`` (m), or as soon as they are more than ``most``. Turns in place are timed as by body.move.
     """
+    length, turn = run
     if length == 0.0:
         return move(world, pose, length, turn, limit)[0]
     rules, sense = world.rules, math.copysign(1.0, length)
     path, least = abs(length) + rules.radius * abs(turn), unhindered(rules, abs(length), turn) / abs(length)
-    total, done, before = 0.0, 0.0, -1.0
-    step = 0.0
+    scale = abs(length) * (rules.reverse_factor if length < 0.0 else 1.0)
+    total, done, before, step = 0.0, 0.0, -1.0, 0.0
     while True:
         there = place(pose, length, turn, done)
         here = gap(world, there, limit)
@@ -82,12 +85,14 @@ def seconds_of(world: World, driving: Driving, pose: Pose2D, length: float, turn
             now *= blindness(world, there, here, False)
         if before >= 0.0:
             total += 0.5 * (before + now) * step
+            if scale * (total + least * (1.0 - done)) > most:
+                return np.inf
         if done >= 1.0:
             break
         before, step = now, min(max(here - rules.hard_margin, CLOSEST), COARSE) / path
         step = min(step, 1.0 - done) if done + step < 1.0 - 1e-9 else 1.0 - done
         done = min(done + step, 1.0)
-    return total * abs(length) * (rules.reverse_factor if length < 0.0 else 1.0)
+    return scale * total
 
 
 def example_driving() -> Driving:
@@ -98,4 +103,4 @@ def example_driving() -> Driving:
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     world, pose = example_world(), Pose2D(1.0, 1.0, 0.0)
-    seconds_of(world, example_driving(), pose, 0.1, 0.1, 0.0)
+    seconds_of(world, example_driving(), pose, (0.1, 0.1), 0.0, np.inf)

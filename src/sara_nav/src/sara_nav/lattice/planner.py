@@ -15,7 +15,20 @@ import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap import Costmap
-from sara_nav.lattice import arrivals, driving, dubins, gates, joining, moves, rounding, search, shortcuts, smooth, straighten, tree
+from sara_nav.lattice import (
+    arrivals,
+    driving,
+    dubins,
+    gates,
+    joining,
+    moves,
+    rounding,
+    search,
+    shortcuts,
+    smooth,
+    straighten,
+    tree,
+)
 from sara_nav.lattice import body as lattice_body
 from sara_nav.lattice import field as lattice_field
 from sara_nav.lattice.config import LatticePlannerConfig

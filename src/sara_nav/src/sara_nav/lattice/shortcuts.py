@@ -19,7 +19,7 @@ from sara_nav.lattice.world import Rules, World, example_world
 
 PIECES = ((0.4, 0.4), (0.27, 0.3), (0.45, 0.5))
 """m, rad: pieces that the path is cut into, one after another."""
-WINDOW = 60
+WINDOW = 16
 """Poses that a shortcut may span."""
 NOTHING = 3
 """The kind of the last move where there was none; see moves.py."""
@@ -87,7 +87,8 @@ def delay(by: Shortcuts, start: np.ndarray, moves: np.ndarray, limits: tuple[flo
         if abs(length) < 1e-9 and abs(turn) < 1e-9:
             continue
         limit = limits[0] if length != 0.0 and turn != 0.0 else limits[1]
-        total += seconds_of(by.world, by.driving, pose, length, turn, limit) - unhindered(by.world.rules, length, turn)
+        free = unhindered(by.world.rules, length, turn)
+        total += seconds_of(by.world, by.driving, pose, (length, turn), limit, most - total + free) - free
         if total > most:
             return np.inf
         pose = place(pose, length, turn, 1.0)
@@ -117,6 +118,8 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
         one[0] = moves[i]
         _relax(rules, one, own[i], best, source, (i, i + 1, joins))
         for j in range(min(count, i + WINDOW), i, -1):
+            if np.abs(moves[i:j, 1]).max() == 0.0:
+                continue  # straight as it is
             for number in range(joins):
                 if not dubins_join(number, poses[i], poses[j], by.radii, three):
                     continue
