@@ -37,8 +37,9 @@ class Driving(NamedTuple):
 
 @kernel
 def room_ahead(world: World, driving: Driving, pose: Pose2D, sense: float) -> float:
-    """Return what is free (m) before the edge that leads (sense 1.0 ahead, -1.0 astern) of a body at a Pose2D, at most
-    FARTHEST.
+    """Return how far (m, at most FARTHEST) a circle as wide as the cone can go before the edge that leads (sense 1.0
+    ahead, -1.0 astern) of a body at a Pose2D: to what stands beside the cone, and half-way to what stands straight
+    ahead, for the safety function behind slows earlier in bends than on straights.
     """
     c, s = sense * math.cos(pose.yaw), sense * math.sin(pose.yaw)
     edge, at = driving.front if sense > 0.0 else driving.rear, 0.0

@@ -23,6 +23,8 @@ WINDOW = 16
 """Poses that a shortcut may span."""
 NOTHING = 3
 """The kind of the last move where there was none; see moves.py."""
+BITTY = 0.3
+"""s that each join counts besides, so that a path is not made of many small pieces."""
 SPARE = 0.002
 """m by which a path's own moves may lack the margin, as they are sampled elsewhere."""
 
@@ -110,7 +112,7 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
         pose = place(Pose2D(poses[i, 0], poses[i, 1], poses[i, 2]), moves[i, 0], moves[i, 1], 1.0)
         poses[i + 1, 0], poses[i + 1, 1], poses[i + 1, 2] = pose.x, pose.y, pose.yaw
         one[0] = moves[i]
-        own[i] = delay(by, poses[i], one, as_found, np.inf)
+        own[i] = delay(by, poses[i], one, as_found, np.inf) + (BITTY if moves[i, 1] != 0.0 else 0.0)
         _relax(rules, one, own[i], best, source, (i, i + 1, joins))
     if best[count].min() == np.inf:
         return moves  # it was found with another margin
@@ -127,7 +129,7 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
                 if spare > 0.0:
                     late = delay(by, poses[i], three, (by.arc_margin, rules.hard_margin), spare)
                     if late < spare:
-                        _relax(rules, three, late, best, source, (i, j, number))
+                        _relax(rules, three, late + BITTY, best, source, (i, j, number))
     return chained(poses, moves, by.radii, source, int(np.argmin(best[count])))
 
 
@@ -138,7 +140,7 @@ def _spare(rules, moves, best, i, j):
     for kind in range(4):
         if best[i, kind] < np.inf:
             seconds, last = least_seconds(rules, moves, kind)
-            most = max(most, best[j, last] - best[i, kind] - seconds - 1e-6)
+            most = max(most, best[j, last] - best[i, kind] - seconds - BITTY - 1e-6)
     return most
 
 
