@@ -67,11 +67,12 @@ def seconds_of(
     world: World, driving: Driving, pose: Pose2D, run: tuple[float, float], limit: float, most: float
 ) -> float:
     """Return the seconds of a move, ``run`` (m, rad), from a Pose2D; inf where the body does not fit with the gap
-    ``limit`` (m), or as soon as they are more than ``most``. Turns in place are timed as by body.move.
+    ``limit`` (m), or as soon as they are more than ``most``. What is near counts twice for turns in place (body.move),
+    so that others are preferred.
     """
     length, turn = run
     if length == 0.0:
-        return move(world, pose, length, turn, limit)[0]
+        return 2.0 * move(world, pose, length, turn, limit)[0] - unhindered(world.rules, length, turn)
     rules, sense = world.rules, math.copysign(1.0, length)
     path, least = abs(length) + rules.radius * abs(turn), unhindered(rules, abs(length), turn) / abs(length)
     scale = abs(length) * (rules.reverse_factor if length < 0.0 else 1.0)

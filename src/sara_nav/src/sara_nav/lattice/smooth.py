@@ -257,7 +257,8 @@ def smooth(
     moves = rounded(world, relax(world, moves, np.array([start.yaw, goal.yaw])))
     moves = with_turns(world, moves, start, goal)
     if by is not None:
-        moves = with_shortcuts(by, start, moves)
+        last_turn = len(moves) - 1 if moves[-1, 3] == 0.0 else len(moves)  # the goal is come to straight
+        moves = np.vstack([with_shortcuts(by, start, moves[:last_turn]), moves[last_turn:]])
     return np.vstack([steps[:first], moves, steps[last:]])
 
 
