@@ -77,29 +77,25 @@ def _compared(rows):
 
 
 def _findings(report):
-    """The table of the findings; without their verdicts where all are the heading's."""
+    """The list of the findings; without their verdicts where all are the heading's."""
     alike = all(verdict == report.verdict for _, _, verdict in report.findings)
-    columns = slice(2 if alike else 3)
-    return table(('the thesis finds', 'we find', 'verdict')[columns], [row[columns] for row in report.findings])
+    lines = [
+        f'- *{thesis}*{"" if alike else f" (**{verdict}**)"}: {ours}' for thesis, ours, verdict in report.findings
+    ]
+    return '\n'.join(['*What the thesis finds*: what we find.', '', *lines])
 
 
 def summary(experiments: dict[str, Experiment], folder: Path) -> str:
     """The summary page of all experiments whose JSON is in `folder`; written there. Returns its text."""
-    rows = []
+    lines = []
     for name, experiment in experiments.items():
         path = folder / f'{name}.json'
         if not path.exists():
-            rows.append((name, experiment.title, 'not run', ''))
+            lines.append(f'- {name}, {experiment.title}: not run')
             continue
         data = json.loads(path.read_text(encoding='utf-8'))
-        rows.append(
-            (
-                f'[{name}]({name}.md)',
-                experiment.title,
-                data['verdict'] + (f'; {len(data["faults"])} not met' if data['faults'] else ''),
-                data['short'],
-            )
-        )
+        verdict = data['verdict'] + (f'; {len(data["faults"])} not met' if data['faults'] else '')
+        lines.append(f'- [{name}]({name}.md), {experiment.title} (**{verdict}**): {data["short"]}')
     text = '\n'.join(
         [
             "# The thesis's experiments, repeated",
@@ -109,7 +105,7 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
             'Brackets hold 95 % intervals of the mean; a single run is that of chair 0. Each page has a JSON file '
             'with all figures.',
             '',
-            table(('', 'what', 'verdict', 'in short'), rows),
+            *lines,
             '',
         ]
     )
