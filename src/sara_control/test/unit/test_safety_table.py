@@ -23,7 +23,7 @@ def read_rows():
     if not DOCUMENT.exists():
         pytest.skip('docs/safety.md is not here: the package stands alone')
     rows = [line.strip('| ').split(' | ') for line in DOCUMENT.read_text().splitlines() if line.startswith('| ')]
-    rows = [row for row in rows if row[0] not in ('hazard', '---')]
+    rows = [row for row in rows if row[0] != 'hazard']
     assert len(rows) > 12
     return rows
 

@@ -58,7 +58,7 @@ def page(rows: Sequence[Row], image: str) -> str:
     """The page; image: path of the figure of growth, or None."""
     missed = [row.name for row in rows if row.met is False]
     lines = summary(rows)
-    text = HEAD + '\n'.join([_row(COLUMNS), '|' + ' --- |' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
+    text = HEAD + '\n'.join([_row(COLUMNS), '|' + '---|' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
     text += '\n\n' + ''.join(f'- {row.name}: not measured: {row.text}\n' for row in rows if row.skipped)
     text += '\nNot met: ' + ('; '.join(missed) if missed else 'nothing') + '.\n'
     if image:

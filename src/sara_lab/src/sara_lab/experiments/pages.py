@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sara_lab.experiments.core import rounded, table
+from sara_lab.experiments.core import rounded
 
 if TYPE_CHECKING:
     from sara_lab.experiments.core import Experiment, Report
@@ -55,8 +55,7 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
         '',
     ]
     if report.rows:
-        compared = table(('', 'thesis', 'ours', 'why they differ'), _compared(report.rows))
-        lines += ['## Figures beside the thesis', '', compared, '']
+        lines += ['## Figures beside the thesis', '', *_compared(report.rows), '']
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
@@ -69,11 +68,13 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
 
 
 def _compared(rows):
-    """The cells of the rows; an explanation that a row above gave is a ditto mark."""
+    """Lines of a list: ours, the thesis's figure, and why they differ; what a line above explained is a ditto mark."""
     given = set()
     for row in rows:
-        yield row.what, row.thesis, row.ours, '″' if row.why in given else row.why
-        given |= {row.why} - {''}
+        thesis = f'; thesis: {row.thesis}' if row.thesis != '-' else ''
+        why = f' ({"″" if row.why in given else row.why})' if row.why else ''
+        yield f'- {row.what}: **{row.ours}**{thesis}{why}'
+        given |= {row.why}
 
 
 def _findings(report):
