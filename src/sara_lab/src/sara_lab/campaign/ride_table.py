@@ -81,7 +81,7 @@ def doors_table(figures: Figures) -> list[str]:
 
 
 def _head(names):
-    return [_row(names), _row(['---'] * len(names))]
+    return [_row(names), '|' + '---|' * len(names)]
 
 
 def _row(cells):
