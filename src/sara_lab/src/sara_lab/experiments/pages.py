@@ -55,7 +55,7 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
         '',
     ]
     if report.rows:
-        lines += ['## Figures beside the thesis', '', *_compared(report.rows), '']
+        lines += ['## Figures', '', *_compared(report.rows), '']
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
@@ -83,7 +83,7 @@ def _findings(report):
     lines = [
         f'- *{thesis}*{"" if alike else f" (**{verdict}**)"}: {ours}' for thesis, ours, verdict in report.findings
     ]
-    return '\n'.join(['*What the thesis finds*: what we find.', '', *lines])
+    return '\n'.join(["*The thesis's finding*: ours.", '', *lines])
 
 
 def summary(experiments: dict[str, Experiment], folder: Path) -> str:
