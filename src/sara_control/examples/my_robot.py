@@ -1,5 +1,5 @@
-"""A robot's wheels for `diff_drive_controller`: with this file on the Python path, start it with `base: my_robot:MyRobot`
-among its parameters. Replace Motor by your driver.
+"""A robot's wheels for `diff_drive_controller`, which takes them by the parameter `base: my_robot:MyRobot` when this
+file is on the Python path. Replace Motor by your driver.
 """
 
 import math

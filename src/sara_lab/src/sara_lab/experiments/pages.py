@@ -80,9 +80,7 @@ def _compared(rows):
 def _findings(report):
     """The list of the findings; without their verdicts where all are the heading's."""
     alike = all(verdict == report.verdict for _, _, verdict in report.findings)
-    lines = [
-        f'- *{thesis}*{"" if alike else f" (**{verdict}**)"}: {ours}' for thesis, ours, verdict in report.findings
-    ]
+    lines = [f'- *{thesis}*{"" if alike else f" (**{verdict}**)"}: {ours}' for thesis, ours, verdict in report.findings]
     return '\n'.join(["*The thesis's finding*: ours.", '', *lines])
 
 

@@ -137,8 +137,8 @@ def _explained(found):
     return (
         (
             'One thing changed: vx instead of x, y and vx',
-            'With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the '
-            "wheels, transformed by the filter's own last output, then turn it. "
+            'With `imu0_differential: true` only changes of the heading are measured; x and y of the wheels, '
+            "transformed by the filter's own last output, then turn it. "
             f'With vx alone the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead of '
             f'{mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off instead '
             f'of {mean(true["end_m"], 1, "m")}. So the cause is not the jump between IMU and RViz, as the thesis '
