@@ -35,7 +35,7 @@ def main():
     for name in RIDERS:
         chair, frames = drive(World.from_yaml(sys.argv[1]), 20.0, name)
         x, y, yaw = chair.pose
-        print(f'{name}: at ({x:.2f}, {y:.2f}, {yaw:.2f}), {len(frames)} frames, {len(chair.contacts)} contacts')
+        print(f'{name}: at ({x:.2f}, {y:.2f}, {yaw:.2f}), {len(frames)} frames, {chair.contacts} contacts')
 
 
 if __name__ == '__main__':
