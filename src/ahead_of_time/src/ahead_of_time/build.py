@@ -1,11 +1,12 @@
-"""Compiles the kernels of packages: `python3 -m ahead_of_time.build FOLDER PACKAGE...`, with FOLDER on the path that
-will be searched.
+"""Compiles the kernels of packages: `python3 -m ahead_of_time.build [--portable] FOLDER PACKAGE...`, with FOLDER on the
+path that will be searched. `--portable`: for every processor of this architecture, not just for this one.
 
 The modules that say `@kernel` are imported and their `warm()` is called; what is called then, and with which types, is
 compiled into one object per package (numba.pycc), with the index that library.py reads beside it. What is fresh is left
 alone.
 """
 
+import argparse
 import ast
 import importlib
 import importlib.util
@@ -180,15 +181,15 @@ def mend_pycc() -> None:
     compiler.compile_extra = compile_extra
 
 
-def compile_package(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
+def compile_package(folder: Path, package: str, modules: dict, packages: list[str], processor: str = 'host') -> dict:
     """Compile a package's kernels into an object in the folder; returns the package's entry of the index. `packages`:
-    names of all packages whose sources its machine code may depend on.
+    names of all packages whose sources its machine code may depend on. `processor`: LLVM's name; '': any.
     """
     from numba.pycc import CC
 
     stamps = {name: {path: library.stamp(path) for path in sources_of(name, packages)} for name in modules}
     object_code = CC(library.object_name(package))
-    object_code.target_cpu, object_code.output_dir = 'host', str(folder)
+    object_code.target_cpu, object_code.output_dir = processor, str(folder)
     entry = {
         'object': object_code.output_file,
         'modules': {name: {'sources': stamps[name], 'kernels': {}} for name in modules},
@@ -209,10 +210,10 @@ def compile_package(folder: Path, package: str, modules: dict, packages: list[st
     return entry
 
 
-def compile_aloud(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
+def compile_aloud(folder: Path, package: str, modules: dict, packages: list[str], processor: str) -> dict:
     """compile_package, and say so."""
     print(f'compiling the kernels of {package}', flush=True)
-    return compile_package(folder, package, modules, packages)
+    return compile_package(folder, package, modules, packages, processor)
 
 
 def compile_dispatch(folder: Path) -> None:
@@ -231,13 +232,12 @@ def compile_dispatch(folder: Path) -> None:
         os.replace(os.path.join(scratch, target.name), target)
 
 
-def main() -> None:
-    """Compile what is not fresh."""
-    folder, packages = Path(sys.argv[1]).resolve(), sys.argv[2:]
-    path = folder / library.INDEX
+def build(folder: Path, packages: list[str], portable: bool = False) -> list[str]:
+    """Compile what is not fresh; names of the packages whose kernels could not be compiled."""
+    path, machine = folder / library.INDEX, library.machine(portable)
     index = json.loads(path.read_text()) if path.exists() else {}
-    if index.get('machine') != library.machine():
-        index = {'machine': library.machine(), 'packages': {}}
+    if index.get('machine') != machine:
+        index = {'machine': machine, 'packages': {}}
     library.recorder = Recorder()  # before anything with a kernel is imported
     warnings.simplefilter('ignore')  # pycc is what there is; it warns that it will be replaced one day
     modules = {package: kernel_modules(package) for package in packages}
@@ -258,7 +258,12 @@ def main() -> None:
         # Each in a process of its own, as many at a time as there are cores, the largest first.
         with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
             compiled = [
-                (package, pool.apply_async(compile_aloud, (folder, package, modules[package], packages)))
+                (
+                    package,
+                    pool.apply_async(
+                        compile_aloud, (folder, package, modules[package], packages, '' if portable else 'host')
+                    ),
+                )
                 for package in stale
             ]
             for package, result in compiled:
@@ -270,6 +275,17 @@ def main() -> None:
     new = path.with_suffix('.new')
     new.write_text(json.dumps(index, indent=1))
     os.replace(new, path)
+    return failed
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description='Compile the kernels of packages.')
+    parser.add_argument('--portable', action='store_true', help='for every processor of this architecture')
+    parser.add_argument('folder', type=Path)
+    parser.add_argument('packages', nargs='+')
+    arguments = parser.parse_args()
+    failed = build(arguments.folder.resolve(), arguments.packages, arguments.portable)
     if failed:
         sys.exit(f'the kernels of {", ".join(failed)} could not be compiled')
 

@@ -292,6 +292,22 @@ def test_another_machines_code_is_not_run(workshop):
     path.write_text(was)
 
 
+def test_portable_code_runs_on_another_processor(tmp_path):
+    (tmp_path / 'lower').mkdir()
+    (tmp_path / 'lower/__init__.py').write_text('')
+    (tmp_path / 'lower/one.py').write_text(
+        'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    return a + 1.0\ndef warm(): f(1.0)\n'
+    )
+    elsewhere = (
+        'import sys\nfrom ahead_of_time import library\nhere = library.machine\n'
+        'library.machine = lambda portable=False: [*here(True), "another processor"]\n'
+        'from lower import one\nprint(one.f(1.0), "numba" in sys.modules)'
+    )
+    for options, imports_numba in (((), 'True'), (('--portable',), 'False')):
+        assert python(tmp_path, '-m', 'ahead_of_time.build', *options, str(tmp_path), 'lower').returncode == 0
+        assert python(tmp_path, '-c', elsewhere).stdout.split() == ['2.0', imports_numba]
+
+
 def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_path):
     for name, line in (('good', 'return a + 1.0'), ('bad', 'return a.no_such_thing')):
         (tmp_path / name).mkdir()
