@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.metadata
-import json
 import os
 import re
 import shutil
@@ -26,7 +25,6 @@ ROOT = Path(__file__).resolve().parent.parent
 PREFIX = Path('opt/sara')
 MODULES = PREFIX / 'lib/python3/dist-packages'
 PYTHON = '/usr/bin/python3'
-INDEX = 'ahead_of_time.index.json'
 SHEBANG = re.compile(rb'\A#!.*python3?\s*\n')
 # Only ours and Debian's: a sourced workspace must not be frozen into the packages.
 CLEAN = {
@@ -140,13 +138,8 @@ def compile_kernels(work: Path, packages: list[deb_control.Package], seconds: in
         package.name for package in packages if 'ahead_of_time' in package.needs and (modules / package.name).is_dir()
     ]
     env = {'PYTHONPATH': str(modules), 'PYTHONDONTWRITEBYTECODE': '1'}
-    run(log, PYTHON, '-m', 'ahead_of_time.build', '--portable', modules, *users, **env)
-    index = json.loads((modules / INDEX).read_text())
-    for package in index['packages'].values():
-        for module in package['modules'].values():
-            sources = module['sources'].items()
-            module['sources'] = {f'/{Path(path).relative_to(together)}': stamp for path, stamp in sources}
-    (modules / INDEX).write_text(json.dumps(index))
+    options = ('--portable', '--installed', f'/{MODULES}')
+    run(log, PYTHON, '-m', 'ahead_of_time.build', *options, modules, *users, **env)
     target = work / 'stage' / deb_control.BASE
     for path in set(modules.iterdir()) - before:
         shutil.copyfile(path, target / MODULES / path.name)
