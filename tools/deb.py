@@ -73,7 +73,7 @@ def pinned_names() -> list[str]:
 
 def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distribution], set[str]]:
     """The distributions that lie in the virtual environment, of those named and all that they need; the Debian
-    packages of the rest. Raises PackageNotFoundError, and CalledProcessError for what no Debian package brought.
+    packages of the rest. Raises PackageNotFoundError, and SystemExit where no Debian package brought one of the rest.
     """
     own, elsewhere, waiting = {}, [], list(names)
     while waiting:
@@ -87,8 +87,11 @@ def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distri
             wanted = map(Requirement, distribution.requires or ())
             waiting += [want.name for want in wanted if not want.marker or want.marker.evaluate({'extra': ''})]
     paths = sorted({str(distribution._path) for distribution in elsewhere})  # type: ignore[attr-defined]
-    owners = subprocess.run(['dpkg', '-S', *paths], capture_output=True, text=True, check=True).stdout if paths else ''
-    return [own[name] for name in sorted(own, key=str.lower)], {line.split(':')[0] for line in owners.splitlines()}
+    owners = subprocess.run(['dpkg', '-S', *paths], capture_output=True, text=True) if paths else None
+    if owners and owners.returncode:
+        raise SystemExit(f'neither in .venv nor from Debian: a robot would not have it\n{owners.stderr.strip()}')
+    lines = owners.stdout.splitlines() if owners else []
+    return [own[name] for name in sorted(own, key=str.lower)], {line.split(':')[0] for line in lines}
 
 
 def copy_pinned(distributions: list[importlib.metadata.Distribution], modules: Path) -> None:
@@ -169,14 +172,19 @@ def pack(stage: Path, control: deb_control.Control, seconds: int, out: Path, log
 
 
 def commit_of(root: Path, now: float) -> tuple[int, str]:
-    """(time (s since 1970), name) of what is built: of the commit, or now where files have been changed since."""
+    """(time (s since 1970), name) of what is built: of the commit, or now where files have been changed since or there
+    is no git.
+    """
 
     def git(*words: str) -> str:
         return subprocess.run(
             ['git', '-C', str(root), *words], capture_output=True, text=True, check=True
         ).stdout.strip()
 
-    name = git('rev-parse', '--short=8', 'HEAD')
+    try:
+        name = git('rev-parse', '--short=8', 'HEAD')
+    except (OSError, subprocess.CalledProcessError):
+        return int(now), 'unknown'
     if git('status', '--porcelain', '--untracked-files=no'):
         return int(now), f'{name}.changed'
     return int(git('log', '-1', '--format=%ct')), name

@@ -16,7 +16,7 @@ bag=$1 parameters=$2 work=$PWD/build/deb_check debs=$PWD/out/deb
 mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1)
 log=$work/deb_check.log
 ls "$debs"/sara-python_*.deb >/dev/null
-mkdir -p "$work"
+mkdir -p "$work/archives/partial"
 : >"$log"
 
 failed() { tail -n 40 "$log" >&2; echo "FAILED: $1 ($log)" >&2; exit 1; }
@@ -31,6 +31,7 @@ bare() {
     cp /etc/resolv.conf /etc/hosts "$root/etc/"
     mount -t proc proc "$root/proc"
     mount --rbind /dev "$root/dev"
+    mount --bind "$work/archives" "$root/var/cache/apt/archives"
     mkdir "$root/debs" "$root/tmp/home"
     cp "$debs"/*.deb "$root/debs/"
     chmod 1777 "$root/tmp" "$root/tmp/home"

@@ -55,7 +55,7 @@ class Control:
 
     def text(self, kibibytes: int) -> str:
         """The file, for contents of that size."""
-        synopsis = re.split(r'[:;,.]', self.description)[0]
+        synopsis = textwrap.shorten(re.split('[:;.]', self.description)[0], 78, placeholder=' ...')
         lines = [
             f'Package: {self.name}',
             f'Version: {self.version}',

@@ -149,6 +149,14 @@ def test_the_pinned_packages_come_whole_and_without_the_tools():
     assert [name for name in names(control) if name not in installed()] == []
 
 
+def test_what_neither_the_venv_nor_debian_brought_stops_the_build(tmp_path, monkeypatch):
+    (tmp_path / 'stray-1.0.dist-info').mkdir()
+    (tmp_path / 'stray-1.0.dist-info/METADATA').write_text('Metadata-Version: 2.1\nName: stray\nVersion: 1.0\n')
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SystemExit, match=r'a robot would not have it\n.*stray'):
+        deb.pinned(['stray'], deb.ROOT / '.venv')
+
+
 def test_a_later_commit_is_a_later_version_and_a_release_later_than_all():
     text = '# Changelog\n\n## 0.2.0{}\nNew\n\n## 0.1.0\n'
     versions = [
@@ -231,6 +239,7 @@ def test_what_was_changed_since_the_commit_is_of_now(tmp_path):
         command = ['git', '-C', tmp_path, '-c', 'user.name=a', '-c', 'user.email=a@b.c', *words]
         subprocess.run(command, env=env, stdout=subprocess.DEVNULL, check=True)
 
+    assert deb.commit_of(tmp_path, 5e9) == (5 * 10**9, 'unknown')
     git('init', '-q')
     (tmp_path / 'file').write_text('one')
     git('add', 'file')
