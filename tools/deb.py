@@ -211,10 +211,14 @@ def build(out: Path, now: float) -> None:
     architecture = subprocess.run(['dpkg', '--print-architecture'], capture_output=True, text=True, check=True).stdout
     controls = [deb_control.control(package, [other.name for other in packages], version) for package in packages]
     controls.append(deb_control.base_control(packages[0], version, architecture.strip(), names, others))
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir(parents=True)
+    made = work / 'made'
+    shutil.rmtree(made, ignore_errors=True)
+    made.mkdir()
     for control in controls:
-        pack(work / 'stage' / control.name, control, seconds, out, log)
+        pack(work / 'stage' / control.name, control, seconds, made, log)
+    shutil.rmtree(out, ignore_errors=True)  # only now: a failure leaves the earlier ones
+    out.parent.mkdir(parents=True, exist_ok=True)
+    shutil.move(made, out)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -267,9 +267,12 @@ def build(target: Target, packages: list[str]) -> list[str]:
     stale = [
         package
         for package in packages
-        if package not in known
-        or set(known[package]['modules']) != set(modules[package])
-        or not all(map(library.fresh, known[package]['modules'].values()))
+        if modules[package]
+        and (
+            package not in known
+            or set(known[package]['modules']) != set(modules[package])
+            or not all(map(library.fresh, known[package]['modules'].values()))
+        )
     ]
     compile_dispatch(target.folder)
     failed = []
