@@ -2,18 +2,18 @@
 # Tries the packages of `make deb` on a bare Debian 12 (debootstrap in a chroot below build/). Needs root, debootstrap and a
 # mirror; not part of `make test`.
 #
-#     tools/deb_check.sh BAG PARAMETERS        a bag, and a file of ekf_localization_node's parameters for it
+#     tools/deb_check.sh BAG PARAMETERS [OPTION ...]    ekf_localization_node's parameters for the bag; filter_bag's options
 #
 # First sara-localization and what it needs: an ordinary user filters the bag, to the digit as in devel/. Then all packages:
 # the simulated chair drives to a goal without a network. Each time apt purge must leave no file.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-[ $# -eq 2 ] || { sed -n '5s/^# *//p' "$0" >&2; exit 2; }
+[ $# -ge 2 ] || { sed -n '5s/^# *//p' "$0" >&2; exit 2; }
 [ "$(id -u)" -eq 0 ] || { echo "root is needed: chroot" >&2; exit 2; }
 # In namespaces of its own: nothing that is mounted or started here outlives it.
 [ -n "${SARA_DEB_CHECK:-}" ] || SARA_DEB_CHECK=1 exec unshare --mount --pid --fork --kill-child --mount-proc "$0" "$@"
 trap "exit 130" INT TERM  # the first process of a namespace ignores them otherwise
-bag=$1 parameters=$2 work=$PWD/build/deb_check debs=$PWD/out/deb
+bag=$1 parameters=$2 more=("${@:3}") work=$PWD/build/deb_check debs=$PWD/out/deb
 root=$work/robot log=$work/deb_check.log
 environment=(PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp/home LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive)
 options='-q -y -o Dpkg::Use-Pty=0 -o Dpkg::Options::=--force-unsafe-io --no-install-recommends'
@@ -22,15 +22,17 @@ ls "$debs"/sara-python_*.deb >/dev/null
 failed() { tail -n 40 "$log" >&2; echo "FAILED: $1 ($log)" >&2; exit 1; }
 within() { chroot "$root" env -i "${environment[@]}" bash -ec "$1"; }
 aptly() { within "apt-get $options $*" >>"$log" 2>&1 || failed "apt-get $*"; }
-files() { within 'find / -xdev \( -path /proc -o -path /dev -o -path /sys -o -path /tmp -o -path /var/cache -o -path /var/log -o -path /var/lib/apt \) -prune -o -print | sort'; }
+files() { within 'find / -xdev \( -path /proc -o -path /dev -o -path /sys -o -path /tmp -o -path /var/cache -o -path /var/log -o -path /var/lib/apt \) -prune -o -path /opt -o -print | sort'; }  # dpkg takes an empty /opt along
 # Debian's packages first, as apt chooses them, then ours: what is there in between must be there after `apt purge`.
 put() {
     local theirs
-    theirs=$(within "apt-get -s $options install $1" | sed -n 's/^Inst \([^ ]*\) .*/\1/p' | grep -v '^sara-')
+    theirs=$(within "apt-get -s $options install $1" | sed -n '/^Inst sara-/d; s/^Inst \([^ ]*\) .*/\1/p' | tr '\n' ' ')
     aptly install "$theirs"
     files >"$work/before.txt"
     aptly install "$1"
-    echo "installed: $(wc -w <<<"$theirs") more packages of Debian, $(within 'ls /var/lib/dpkg/info/sara-*.list | wc -l') of SARA, $(du -sm "$root/opt/sara" | cut -f 1) MB in /opt/sara; compiler: $(within 'command -v cc || echo none')"
+    echo "installed: $(wc -w <<<"$theirs") more packages of Debian, $(within 'ls /var/lib/dpkg/info/sara-*.list | wc -l') of SARA, $(du -sm "$root/opt/sara" | cut -f 1) MB in /opt/sara"
+    # Debian's python3-tf2-ros brings a compiler along; ours must not need it.
+    [ ! -d "$root/usr/lib/gcc" ] || find "$root/usr/lib/gcc" -name 'cc1*' -exec chmod a-x {} +
 }
 gone() {
     aptly purge "'sara-*'"
@@ -64,10 +66,14 @@ within 'useradd --home-dir /tmp/home rider'
 
 echo "== deb_check: sara-localization alone"
 put "$(cd "$root/tmp/debs" && printf '/tmp/debs/%s ' sara-{localization,common,ahead-of-time,python}_*.deb)"
-within 'su rider -c "bash -ec \"source /opt/sara/setup.bash; rosrun sara_localization filter_bag /tmp/in.bag /tmp/home/out.bag --params /tmp/in.yaml --csv /tmp/home/out.csv\""' >>"$log" 2>&1 || failed 'filter_bag'
-(set +u; source devel/setup.bash; rosrun sara_localization filter_bag "$bag" - --params "$parameters" --csv "$work/devel.csv") >>"$log" 2>&1 || failed 'filter_bag in devel/'
+cat >"$root/tmp/filter" <<'END'
+source /opt/sara/setup.bash
+rosrun sara_localization filter_bag /tmp/in.bag /tmp/home/out.bag --params /tmp/in.yaml --csv /tmp/home/out.csv "$@"
+END
+chroot --userspec=rider "$root" env -i "${environment[@]}" bash -e /tmp/filter "${more[@]}" >>"$log" 2>&1 || failed 'filter_bag'
+(set +u; source devel/setup.bash; rosrun sara_localization filter_bag "$bag" - --params "$parameters" --csv "$work/devel.csv" "${more[@]}") >>"$log" 2>&1 || failed 'filter_bag in devel/'
 cmp "$work/devel.csv" "$root/tmp/home/out.csv" || failed 'the packages filter otherwise than devel/'
-echo "filtered: $(wc -l <"$work/devel.csv") lines, to the digit as in devel/; the last: $(tail -n 1 "$work/devel.csv" | cut -c 1-80)"
+echo "filtered: $(wc -l <"$work/devel.csv") lines, to the digit as in devel/; $(tail -n 1 "$log")"
 gone
 
 echo "== deb_check: all packages"
