@@ -81,13 +81,14 @@ put "$(cd "$root/tmp/debs" && printf '/tmp/debs/%s ' *.deb)"
 cat >"$root/tmp/drive" <<'END'
 source /opt/sara/setup.bash
 roslaunch sara_bringup sara.launch >/tmp/launch.log 2>&1 &
+until (: </dev/tcp/127.0.0.1/11311) 2>/dev/null; do kill -0 $! || exit 1; sleep 1; done
 rosrun sara_bringup go 3.0 1.0 0 --timeout 180 --wait 180
 status=$?
-kill -INT %1
+kill $!
 wait
 exit $status
 END
-unshare --net bash -c 'ip link set lo up && exec chroot "$@"' chroot "$root" env -i "${environment[@]}" bash -m /tmp/drive >"$work/drive.log" 2>&1 \
+unshare --net bash -c 'ip link set lo up && exec chroot "$@"' chroot "$root" env -i "${environment[@]}" bash /tmp/drive >"$work/drive.log" 2>&1 \
     || { cat "$root/tmp/launch.log" "$work/drive.log" >>"$log"; failed 'the chair did not reach its goal'; }
 echo "drove: $(grep -a reached "$work/drive.log" | tail -n 1)"
 caches=$(find "$root/opt/sara" "$root/tmp/home" -name '*.nbi' | wc -l)
