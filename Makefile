@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install
+.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install deb
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -52,6 +52,9 @@ build: venv ## build the catkin workspace into devel/
 install: build ## install the packages into install/
 	@echo "== install: into install/"
 	@tools/build.sh install
+
+deb: venv ## Debian packages for robots without a compiler, into out/deb
+	@$(VENV)/bin/python3 tools/deb.py
 
 setup: venv ## only the Debian packages and the Python environment
 

@@ -1,11 +1,13 @@
 """Compiles the kernels of packages: `python3 -m ahead_of_time.build FOLDER PACKAGE...`, with FOLDER on the path that
-will be searched.
+will be searched. `--portable`: for every processor of this architecture, not just for this one. `--installed PLACE`:
+what lies in FOLDER will run from there.
 
 The modules that say `@kernel` are imported and their `warm()` is called; what is called then, and with which types, is
 compiled into one object per package (numba.pycc), with the index that library.py reads beside it. What is fresh is left
 alone.
 """
 
+import argparse
 import ast
 import importlib
 import importlib.util
@@ -17,6 +19,7 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,14 +71,31 @@ def _number(class_, classes):
     return chr(ord('0') + classes.index(name))
 
 
+@dataclass(frozen=True)
+class Target:
+    """Where machine code goes (`folder`), where that will be when it runs, and whether any processor will do."""
+
+    folder: Path
+    installed: Path | None = None
+    portable: bool = False
+
+    def place(self, path: str) -> str:
+        """Where a source file will be when its machine code runs."""
+        if self.installed is None or not Path(path).is_relative_to(self.folder):
+            return path
+        return str(self.installed / Path(path).relative_to(self.folder))
+
+
 class Recorder:
     """Takes in every kernel that is made, and with which types Python calls it."""
 
-    def __init__(self):
-        self.kernels = []
+    def __init__(self, target: Target):
+        self.kernels, self._target = [], target
 
     def record(self, function: Callable, options: dict) -> 'Recorded':
         """A kernel that remembers its calls."""
+        place = self._target.place(function.__code__.co_filename)  # what it raises says where
+        function.__code__ = function.__code__.replace(co_filename=place)
         self.kernels.append(Recorded(function, options))
         return self.kernels[-1]
 
@@ -180,15 +200,18 @@ def mend_pycc() -> None:
     compiler.compile_extra = compile_extra
 
 
-def compile_package(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
-    """Compile a package's kernels into an object in the folder; returns the package's entry of the index. `packages`:
-    names of all packages whose sources its machine code may depend on.
+def compile_package(target: Target, package: str, modules: dict, packages: list[str]) -> dict:
+    """Compile a package's kernels into an object in the target's folder; returns the package's entry of the index.
+    `packages`: names of all packages whose sources its machine code may depend on.
     """
     from numba.pycc import CC
 
-    stamps = {name: {path: library.stamp(path) for path in sources_of(name, packages)} for name in modules}
+    folder = target.folder
+    stamps = {
+        name: {target.place(path): library.stamp(path) for path in sources_of(name, packages)} for name in modules
+    }
     object_code = CC(library.object_name(package))
-    object_code.target_cpu, object_code.output_dir = 'host', str(folder)
+    object_code.target_cpu, object_code.output_dir = '' if target.portable else 'host', str(folder)
     entry = {
         'object': object_code.output_file,
         'modules': {name: {'sources': stamps[name], 'kernels': {}} for name in modules},
@@ -209,10 +232,10 @@ def compile_package(folder: Path, package: str, modules: dict, packages: list[st
     return entry
 
 
-def compile_aloud(folder: Path, package: str, modules: dict, packages: list[str]) -> dict:
+def compile_aloud(target: Target, package: str, modules: dict, packages: list[str]) -> dict:
     """compile_package, and say so."""
     print(f'compiling the kernels of {package}', flush=True)
-    return compile_package(folder, package, modules, packages)
+    return compile_package(target, package, modules, packages)
 
 
 def compile_dispatch(folder: Path) -> None:
@@ -231,25 +254,27 @@ def compile_dispatch(folder: Path) -> None:
         os.replace(os.path.join(scratch, target.name), target)
 
 
-def main() -> None:
-    """Compile what is not fresh."""
-    folder, packages = Path(sys.argv[1]).resolve(), sys.argv[2:]
-    path = folder / library.INDEX
+def build(target: Target, packages: list[str]) -> list[str]:
+    """Compile what is not fresh; names of the packages whose kernels could not be compiled."""
+    path, machine = target.folder / library.INDEX, library.machine(target.portable)
     index = json.loads(path.read_text()) if path.exists() else {}
-    if index.get('machine') != library.machine():
-        index = {'machine': library.machine(), 'packages': {}}
-    library.recorder = Recorder()  # before anything with a kernel is imported
+    if index.get('machine') != machine:
+        index = {'machine': machine, 'packages': {}}
+    library.recorder = Recorder(target)  # before anything with a kernel is imported
     warnings.simplefilter('ignore')  # pycc is what there is; it warns that it will be replaced one day
     modules = {package: kernel_modules(package) for package in packages}
     known = index['packages']
     stale = [
         package
         for package in packages
-        if package not in known
-        or set(known[package]['modules']) != set(modules[package])
-        or not all(map(library.fresh, known[package]['modules'].values()))
+        if modules[package]
+        and (
+            package not in known
+            or set(known[package]['modules']) != set(modules[package])
+            or not all(map(library.fresh, known[package]['modules'].values()))
+        )
     ]
-    compile_dispatch(folder)
+    compile_dispatch(target.folder)
     failed = []
     if stale:
         teach_numba()
@@ -258,7 +283,7 @@ def main() -> None:
         # Each in a process of its own, as many at a time as there are cores, the largest first.
         with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
             compiled = [
-                (package, pool.apply_async(compile_aloud, (folder, package, modules[package], packages)))
+                (package, pool.apply_async(compile_aloud, (target, package, modules[package], packages)))
                 for package in stale
             ]
             for package, result in compiled:
@@ -270,6 +295,19 @@ def main() -> None:
     new = path.with_suffix('.new')
     new.write_text(json.dumps(index, indent=1))
     os.replace(new, path)
+    return failed
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description='Compile the kernels of packages.')
+    parser.add_argument('--portable', action='store_true', help='for every processor of this architecture')
+    parser.add_argument('--installed', type=Path, metavar='PLACE', help='what lies in FOLDER will run from there')
+    parser.add_argument('folder', type=Path)
+    parser.add_argument('packages', nargs='+')
+    arguments = parser.parse_args()
+    target = Target(arguments.folder.resolve(), arguments.installed, arguments.portable)
+    failed = build(target, arguments.packages)
     if failed:
         sys.exit(f'the kernels of {", ".join(failed)} could not be compiled')
 

@@ -1,8 +1,9 @@
 """Where the machine code is: an index beside it, looked for along sys.path, says what was compiled of which sources.
 
-The index is JSON: {"machine": ..., "packages": {name: {"object": file, "modules": {name: {"sources": {path: [mtime_ns,
-size]}, "kernels": {function: [[types, symbol, class, ...], ...]}}}}}}. `types` is a letter per argument, as dispatch.c
-reads them; the classes are those of NamedTuples among them, "module.Name:field,field".
+The index is JSON: {"machine": what `machine` returned, "packages": {name: {"object": file, "modules": {name:
+{"sources": {path: [mtime_ns, size]}, "kernels": {function: [[types, symbol, class, ...], ...]}}}}}}. `types` is a
+letter per argument, as dispatch.c reads them; the classes are those of NamedTuples among them,
+"module.Name:field,field".
 """
 
 import importlib.machinery
@@ -21,8 +22,12 @@ DISPATCH = '_ahead_of_time'  # the extension module made of dispatch.c
 recorder = None  # set by build.py: takes every kernel in
 
 
-def machine() -> list[str]:
-    """What machine code depends on: the interpreter, and the processor with all it can do."""
+def machine(portable: bool = False) -> list[str]:
+    """What machine code depends on: the interpreter and the architecture, and unless it is portable the processor with
+    all it can do.
+    """
+    if portable:
+        return [sys.implementation.cache_tag, os.uname().machine]
     try:
         lines = Path('/proc/cpuinfo').read_text().split('\n\n', 1)[0].splitlines()
     except OSError:
@@ -30,7 +35,7 @@ def machine() -> list[str]:
     abilities = [
         line for line in lines if line.split(':')[0].strip() in ('model name', 'flags', 'Features', 'CPU part')
     ]
-    return [sys.implementation.cache_tag, os.uname().machine, *abilities]
+    return [*machine(portable=True), *abilities]
 
 
 def stamp(path: str) -> list[int] | None:
@@ -50,7 +55,8 @@ def _index():
             path = os.path.join(entry, INDEX)
             if os.path.isfile(path):
                 index = json.loads(Path(path).read_text())
-                return (entry, index['packages']) if index['machine'] == machine() else (None, {})
+                known = index['machine']
+                return (entry, index['packages']) if machine()[: len(known)] == known else (None, {})
     return None, {}
 
 

@@ -4,6 +4,7 @@ in otherwise.
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -290,6 +291,43 @@ def test_another_machines_code_is_not_run(workshop):
     path.write_text(json.dumps({**json.loads(was), 'machine': ['another']}))
     assert probe(workshop)[1]
     path.write_text(was)
+
+
+@pytest.fixture
+def one_kernel(tmp_path):
+    """A folder with the module lower.one, whose kernel `f` adds 1 and refuses what is below 0; a package without."""
+    for name in ('lower', 'plain'):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / '__init__.py').write_text('')
+    (tmp_path / 'lower/one.py').write_text(
+        'from ahead_of_time import kernel\n\n\n@kernel\ndef f(a):\n    if a < 0.0:\n'
+        "        raise ValueError('below')\n    return a + 1.0\n\n\ndef warm():\n    f(1.0)\n"
+    )
+    return tmp_path
+
+
+def test_portable_code_runs_on_another_processor(one_kernel):
+    elsewhere = (
+        'import sys\nfrom ahead_of_time import library\nhere = library.machine\n'
+        'library.machine = lambda portable=False: [*here(True), "another processor"]\n'
+        'from lower import one\nprint(one.f(1.0), "numba" in sys.modules)'
+    )
+    for options, imports_numba in (((), 'True'), (('--portable',), 'False')):
+        assert python(one_kernel, '-m', 'ahead_of_time.build', *options, str(one_kernel), 'lower').returncode == 0
+        assert python(one_kernel, '-c', elsewhere).stdout.split() == ['2.0', imports_numba]
+
+
+def test_what_is_installed_elsewhere_runs_there_and_does_not_know_where_it_was_compiled(one_kernel, tmp_path_factory):
+    robot = tmp_path_factory.mktemp('robot')
+    options = ('--installed', str(robot), str(one_kernel))
+    assert python(one_kernel, '-m', 'ahead_of_time.build', *options, 'lower', 'plain').returncode == 0
+    assert not list(one_kernel.glob('_ahead_of_plain*'))
+    shutil.copytree(one_kernel, robot, dirs_exist_ok=True, ignore=shutil.ignore_patterns('__pycache__'))
+    called = 'import sys\nfrom lower import one\nprint(one.f(1.0), "numba" in sys.modules)'
+    assert python(robot, '-c', called).stdout.split() == ['2.0', 'False']
+    (code,) = robot.glob('_ahead_of_lower*.so')
+    assert f'{robot}/lower/one.py'.encode() in code.read_bytes()
+    assert f'{one_kernel}/lower'.encode() not in code.read_bytes()
 
 
 def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_path):
