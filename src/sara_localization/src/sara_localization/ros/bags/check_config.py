@@ -1,4 +1,5 @@
-"""What is wrong with the parameters of a filter or of amcl, without running it; with a bag, also with a filter's data.
+"""What is wrong with the parameters of a filter, amcl or navsat_transform_node, without running it;
+with a bag, also with a filter's data.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
@@ -22,6 +23,7 @@ from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
 from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
+from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import IDENTITY
@@ -119,7 +121,8 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
         description='What is wrong with the parameters of ekf_localization_node, '
-        'ukf_localization_node or amcl, without running it; with a bag, which sensor misleads a filter.',
+        'ukf_localization_node, amcl or navsat_transform_node, without running it; with a bag, which sensor misleads a '
+        'filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
@@ -131,6 +134,12 @@ def main(argv: list[str] | None = None) -> None:
             if arguments.bag:
                 raise UsageError('a bag is compared with the parameters of a filter, not with those of amcl')
             sys.exit(report(check_amcl(params)))
+        if is_for_navsat(params):
+            if arguments.bag:
+                raise UsageError(
+                    'a bag is compared with the parameters of a filter, not with those of navsat_transform_node'
+                )
+            sys.exit(report(check_navsat(params)))
         config, findings = check_config.check(params)
         if arguments.bag and config is not None:
             static = [bag_tools.static_transform(text) for text in arguments.static_tf]
