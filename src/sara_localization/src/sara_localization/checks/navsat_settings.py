@@ -115,9 +115,7 @@ def _gps_input(config, i):
     wrong = ', '.join(NAMES[k] for k in range(ROLL, len(i.mask)) if i.mask[k])
     if wrong:
         found.append(
-            error(
-                key, f'{i.name} is {_GPS}, which knows nothing of {", ".join(wrong)}. Take them out of {i.name}_config.'
-            )
+            error(key, f'{i.name} is {_GPS}, which knows nothing of {wrong}: take that out of {i.name}_config.')
         )
     sigma = math.sqrt(config.initial_estimate_covariance[YAW, YAW])
     if not any(other.mask[YAW] and not other.differential for other in config.inputs) and sigma < _KNOWN_YAW:

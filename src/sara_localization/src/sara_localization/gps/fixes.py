@@ -14,8 +14,10 @@ NO_FIX = -1
 """sensor_msgs/NavSatStatus.STATUS_NO_FIX."""
 UNKNOWN, KNOWN = 0, 3
 """sensor_msgs/NavSatFix.COVARIANCE_TYPE_*."""
-LARGEST_VARIANCE = 1e8
-"""m2: who does not know where he is within 10 km has no fix."""
+SMALLEST_VARIANCE, LARGEST_VARIANCE = 1e-6, 1e6
+"""m2: no receiver knows its place to a millimetre, and one that does not know it within a kilometre has no fix."""
+_UNCORRELATED = 1e-9
+"""Least eigenvalue of a covariance, of the largest one."""
 HIGHEST = 1e5
 """m of altitude, up or down."""
 
@@ -86,19 +88,23 @@ def _covariance(fix, assumed_sigma):
         return assumed, Problem(
             'no_covariance', f'fixes do not say how exact they are: {assumed_sigma:g} m is assumed (assumed_sigma)'
         )
-    if not (np.isfinite(own).all() and variances.min() > 0.0):
+    if not (np.isfinite(own).all() and variances.min() >= SMALLEST_VARIANCE):
         told = ' '.join(f'{v:g}' for v in variances)
         return assumed, Problem(
             'bad_covariance',
-            f'the variances of a fix are {told} m2, allowed are numbers above 0: {assumed_sigma:g} m is assumed',
+            f'the variances of a fix are {told} m2, allowed are numbers from {SMALLEST_VARIANCE:g}: '
+            f'{assumed_sigma:g} m is assumed',
         )
     if variances[:2].max() > LARGEST_VARIANCE:
         return None, Problem(
             'huge_covariance',
             f'a fix is dropped: its variance of {variances[:2].max():g} m2 says that its place is not known',
         )
+    if variances[2] > LARGEST_VARIANCE:  # the height is not known
+        return np.diag([*variances[:2], LARGEST_VARIANCE]), None
     own = 0.5 * (own + own.T)
-    if np.linalg.eigvalsh(own).min() <= 0.0:
+    eigenvalues = np.linalg.eigvalsh(own)
+    if eigenvalues[0] <= _UNCORRELATED * eigenvalues[2] and np.count_nonzero(own) > 3:
         return np.diag(variances), Problem(
             'bad_correlations', 'the correlations of a fix are impossible: its variances alone are used'
         )
