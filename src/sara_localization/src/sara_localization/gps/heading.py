@@ -30,6 +30,27 @@ class Correction(NamedTuple):
     sentence: str
 
 
+def robot_heading(data: ImuData, base_frame: str, transforms: Transforms) -> float | Problem:
+    """The robot's yaw (rad) by an IMU's message, before any correction; or why there is none."""
+    if not (math.isfinite(data.stamp) and data.stamp > 0.0):
+        return Problem('no_stamp', 'a message has no time stamp: dropped')
+    if not measures(data.orientation_covariance):
+        return Problem(
+            'no_orientation',
+            'its messages say (orientation_covariance -1) that it does not measure orientation: no heading comes from '
+            'it. Give another imu/data, use_odometry_yaw or a datum',
+        )
+    try:
+        rotation = normalised(data.orientation)
+    except ValueError as error:
+        return Problem('bad_orientation', f'a message is dropped: {error}')
+    frame = data.frame_id.lstrip('/') or base_frame
+    mounting = transforms.lookup(base_frame, frame, data.stamp)
+    if mounting is None:
+        return Problem('no_transform', f'there is no transform {base_frame} -> {frame}: its heading cannot be used')
+    return yaw_from_quaternion(without_mounting(rotation, mounting))
+
+
 class ImuHeading:
     """The newest headings of the robot that an IMU told: rad, 0 east, before any correction."""
 
@@ -42,23 +63,9 @@ class ImuHeading:
 
     def add(self, data: ImuData, base_frame: str) -> Problem | None:
         """Take a message; returns why it cannot be used."""
-        if not (math.isfinite(data.stamp) and data.stamp > 0.0):
-            return Problem('no_stamp', 'a message has no time stamp: dropped')
-        if not measures(data.orientation_covariance):
-            return Problem(
-                'no_orientation',
-                'its messages say (orientation_covariance -1) that it does not measure orientation: no heading comes '
-                'from it. Give another imu/data, use_odometry_yaw or a datum',
-            )
-        try:
-            rotation = normalised(data.orientation)
-        except ValueError as error:
-            return Problem('bad_orientation', f'a message is dropped: {error}')
-        frame = data.frame_id.lstrip('/') or base_frame
-        mounting = self._transforms.lookup(base_frame, frame, data.stamp)
-        if mounting is None:
-            return Problem('no_transform', f'there is no transform {base_frame} -> {frame}: its heading cannot be used')
-        yaw = yaw_from_quaternion(without_mounting(rotation, mounting))
+        yaw = robot_heading(data, base_frame, self._transforms)
+        if isinstance(yaw, Problem):
+            return yaw
         self._headings.append((data.stamp, yaw))
         return None
 

@@ -161,7 +161,12 @@ class Warnings:
 
     def __call__(self, sentence):
         self.counts[sentence] += 1
-        if not self.quiet and self.counts[sentence] == 1:
+        if self.counts[sentence] == 1:
+            self.note('warning: ' + sentence)
+
+    def note(self, sentence: str) -> None:
+        """A sentence that is no warning."""
+        if not self.quiet:
             from tqdm import tqdm
 
-            tqdm.write('warning: ' + sentence, file=sys.stderr)
+            tqdm.write(sentence, file=sys.stderr)

@@ -153,7 +153,7 @@ def run(
             said(sentence)
         rest = {'on_output': _spread(to_bag, tables), 'report': said, 'on_input': tracks.add}
         if wanted.gps:
-            machine = GpsBagFilter(wanted.gps, config, static, _gps_writer(sink), **rest)
+            machine = GpsBagFilter(wanted.gps, config, static, _gps_writer(sink), inform=said.note, **rest)
         else:
             machine = BagFilter(config, static, **rest)
         seconds = _play(source, machine, quiet)

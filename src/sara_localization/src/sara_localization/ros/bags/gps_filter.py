@@ -43,6 +43,7 @@ class GpsBagFilter(BagFilter):
         gps: what the node runs on. config, static and the rest: as of BagFilter.
         on_gps: called with (time of the tick in s, OdometryData) for every odometry/gps.
         given: whether odometry/gps of a stamp (s) is given to the filter.
+        inform: called with a sentence when the world frame has been laid on the earth.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class GpsBagFilter(BagFilter):
         static: Sequence = (),
         on_gps: Callable[[Stamp, OdometryData], None] = lambda now, data: None,
         given: Callable[[float], bool] = lambda stamp: True,
+        inform: Callable[[str], None] = lambda sentence: None,
         **rest,
     ):
         super().__init__(config, static, **rest)
@@ -59,7 +61,7 @@ class GpsBagFilter(BagFilter):
             raise UsageError(f'no input of the filter is {GPS}: give it one, for instance odom1: {GPS[1:]}')
         self.gps, self._on_gps, self._given = gps, on_gps, given
         names = {**TOPICS, 'fix': gps.fix, 'imu': gps.imu}
-        self.navsat = NavSat(gps.config, self.buffer, self.report, self.report, _no_date, topics=names)
+        self.navsat = NavSat(gps.config, self.buffer, self.report, inform, no_date, topics=names)
         self._cycles = 0
 
     @property
@@ -89,7 +91,7 @@ class GpsBagFilter(BagFilter):
                 self._enter(GPS, data)
 
 
-def _no_date() -> datetime.date:
+def no_date() -> datetime.date:
     """A bag without real dates: its declination is not known, whenever it is played."""
     return datetime.date.min
 

@@ -20,6 +20,11 @@ def add(parser: argparse.ArgumentParser, required: bool = False) -> None:
         metavar='NAVSAT.yaml',
         help='the parameters of navsat_transform_node, which runs beside the filter',
     )
+    add_topics(parser)
+
+
+def add_topics(parser: argparse.ArgumentParser) -> None:
+    """--fix, --imu."""
     parser.add_argument('--fix', default=GpsInputs._field_defaults['fix'], help='topic of its fixes (%(default)s)')
     parser.add_argument('--imu', default=GpsInputs._field_defaults['imu'], help='topic of its IMU (%(default)s)')
 
