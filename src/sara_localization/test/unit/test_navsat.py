@@ -430,7 +430,7 @@ def test_an_imu_of_no_use_is_told_and_waited_for(changes, kind):
         ({'stamp': 0.0}, 'not_usable'),
         ({'stamp': START - 100.0}, 'went_back'),
         ({'stamp': math.nan}, 'not_usable'),
-        ({'frame_id': 'map'}, 'frame_changed'),
+        ({'frame_id': 'map'}, 'other_frame'),
     ],
 )
 def test_odometry_that_cannot_be_used_is_told(changes, kind):
@@ -453,6 +453,16 @@ def test_a_clock_that_goes_back_is_told_and_a_simulation_begins_anew(restarts):
     (answer,) = robot.tick()
     assert robot.off(answer) == pytest.approx(0.0 if restarts else 500.0, abs=1e-5)
     assert len(robot.informed) == (2 if restarts else 1)
+
+
+def test_a_simulation_that_begins_anew_may_have_another_world_frame():
+    robot = GpsRobot(restarts=True, **TRUE).laid()
+    robot.now = START - 50.0
+    robot.tick()
+    robot.node.on_odometry(robot.odometry(frame_id='map'))
+    robot.node.on_imu(robot.imu())
+    robot.node.on_fix(robot.fix(), robot.now)
+    assert robot.tick()[0].frame_id == 'map'
 
 
 def test_fixes_that_nobody_takes_do_not_pile_up():

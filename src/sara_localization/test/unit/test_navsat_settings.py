@@ -68,6 +68,7 @@ def test_a_name_that_is_none_is_told_with_what_would_do(params, hint):
         {'zero_altitude': 2},
         {'datum': [1.0, 2.0]},
         {'datum': [91.0, 0.0, 0.0]},
+        {'datum': [85.0, 0.0, 0.0]},
         {'datum': [1.0, 0.0, float('inf')]},
         {'datum': 'here'},
         {'cartesian_frame_id': ''},

@@ -106,6 +106,10 @@ class NavSat:
         if not frame:
             self._problem('odometry', 'no_frame', 'a message has no frame_id: dropped')
             return
+        if self._last is not None and frame != self.frames.world:
+            why = f'a message in the frame {frame} is dropped; those before were in {self.frames.world}'
+            self._problem('odometry', 'other_frame', f'{why}. Do two nodes publish it?')
+            return
         if self._track.newest is not None and 0.0 < data.stamp < self._track.newest.stamp - BACK:
             self._problem('odometry', 'went_back', 'its time went back: what came before is forgotten')
             self._track.clear()
@@ -113,9 +117,6 @@ class NavSat:
         if why:
             self._problem('odometry', 'not_usable', f'a message is dropped: {why}')
             return
-        if self._last is not None and frame != self.frames.world:
-            self._problem('odometry', 'frame_changed', f'its frame is {frame} now; it was {self.frames.world}')
-            self._told = False
         account.used += 1
         self.frames, self._last = Frames(frame, base or self.frames.base), data
 
@@ -205,8 +206,9 @@ class NavSat:
             self._placed.clear()
             self._imu.clear()
             self._began = now
-            if self.restarts and not self._by_datum:
-                self.world = None
+            if self.restarts:
+                self._last, self._told = None, False
+                self.world = self.world if self._by_datum else None
         self._now = now
         if self._began is None:
             self._began = now

@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 from sara_common.config import ConfigError
 from sara_localization.config.parameters import ParameterReader, as_number
 from sara_localization.gps.grid import NoPlace, place
+from sara_localization.gps.tangent_plane import TangentPlane
+from sara_localization.gps.utm import Zone
 
 _OLD_NAMES = {
     'broadcast_utm_transform': 'broadcast_cartesian_transform',
@@ -70,7 +72,7 @@ class NavSatConfig:
                 values[f.name] = reader.boolean(f.name, f.default)
         usual = 'local_enu' if values['use_local_cartesian'] else cls.cartesian_frame_id
         values['cartesian_frame_id'] = reader.frame('cartesian_frame_id', usual)
-        values['datum'] = _datum(reader, warnings)
+        values['datum'] = _datum(reader, warnings, values['use_local_cartesian'])
         for name in sorted(reader.left):
             hint = _HINTS.get(name)
             warnings.append(f'{name} is no parameter of navsat_transform_node: {hint or "ignored"}.')
@@ -89,7 +91,7 @@ def _renamed(params):
     return said
 
 
-def _datum(reader, warnings):
+def _datum(reader, warnings, local):
     """Latitude, longitude, heading; frames that may follow do not count."""
     value = reader.take('datum')
     if value is None:
@@ -103,7 +105,12 @@ def _datum(reader, warnings):
     if len(value) > 3:
         warnings.append('datum: only latitude, longitude and heading count; frames are those of odometry/filtered.')
     try:
-        return (*place(numbers[0], numbers[1]), numbers[2])
+        latitude, longitude = place(numbers[0], numbers[1])
+        if local:
+            TangentPlane(latitude, longitude)
+        else:
+            Zone.of(latitude, longitude)
+        return latitude, longitude, numbers[2]
     except NoPlace as error:
         reader.faults.append(f'datum is {value!r}: {error}')
         return None

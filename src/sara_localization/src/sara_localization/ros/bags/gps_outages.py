@@ -4,8 +4,9 @@ another window withheld.
     rosrun sara_localization gps_outages IN.bag --params FILE.yaml --navsat NAVSAT.yaml [--fix /fix] [--imu /imu/data]
         [--windows 20] [--seconds 60] [--filter ekf|ukf] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
-A window's error is the distance of the filter's position at its end from odometry/gps, interpolated, of the same time.
-The last line on stdout is JSON: {"median": m, "worst": m, "errors": [m, ...], "driven": [m, ...]}.
+Windows lie evenly over the drive, the first after as long with GPS as without. A window's error is the distance of the
+filter's position at its end from odometry/gps, interpolated, of the same time. The last line on stdout is JSON:
+{"median": m, "worst": m, "errors": [m, ...], "driven": [m, ...]}.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 import rosbag
@@ -25,9 +26,6 @@ from sara_localization.ros.bags import bag_tools, gps_options
 from sara_localization.ros.bags.bag_tools import UsageError
 from sara_localization.ros.bags.gps_filter import GpsBagFilter, GpsInputs
 from sara_localization.ros.inputs import resolved
-
-LEAD = 30.0
-"""s of a drive before the first window, for the filter to find its heading."""
 
 
 class Drive:
@@ -63,14 +61,16 @@ class Drive:
         return np.reshape(track, (-1, 3)), np.reshape(places, (-1, 3))
 
 
-def outages(drive: Drive, windows: int, seconds: float, progress=lambda found: found) -> list[tuple[float, float]]:
-    """(error, way driven) in m of each window, evenly over the drive."""
+def outages(
+    drive: Drive, windows: int, seconds: float, progress: Callable[[Iterable[float]], Iterable[float]] = iter
+) -> list[tuple[float, float]]:
+    """(error, way driven) in m of each window: evenly over the drive, the first after as long with GPS as without."""
     track, places = drive.filtered()
     if len(places) < 2:
         raise UsageError('no odometry/gps came out of the bag')
-    first, last = places[0, 0] + LEAD, places[-1, 0] - seconds
+    first, last = places[0, 0] + seconds, places[-1, 0] - seconds
     if first > last:
-        raise UsageError(f'the drive is too short: {seconds:g} s without GPS after {LEAD:g} s with it')
+        raise UsageError(f'the drive is too short: {seconds:g} s without GPS come after as long with it')
     found = []
     for begin in progress(np.linspace(first, last, windows)):
         end = begin + seconds
