@@ -317,6 +317,7 @@ def test_nobody_answers_before_it_is_known():
     [
         ((math.nan, 0.0, 0.0, IDENTITY.rotation), 'latitude is nan'),
         ((89.0, 0.0, 0.0, IDENTITY.rotation), 'too near to a pole'),
+        ((10.0, 0.0, 1e300, IDENTITY.rotation), 'the altitude is 1e'),
         ((10.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0)), 'stands for no rotation; w = 1 alone heads east'),
     ],
 )
@@ -389,6 +390,23 @@ def test_an_antenna_without_a_transform_is_waited_for_a_second_then_taken_at_the
     robot.tell()
     assert robot.tick()[0].position[0] == pytest.approx(-0.5, abs=1e-6)
     assert len(robot.said) == 1
+
+
+@pytest.mark.parametrize('arm', [(0.0, math.nan, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, 1e6)])
+def test_an_antenna_where_no_robot_has_one_is_told_and_taken_at_the_origin(arm):
+    robot = GpsRobot(transforms=False, **TRUE)
+    robot.buffer.set_transform('base_link', 'gps', Transform(arm))
+    robot.laid()
+    robot.tell()
+    assert robot.off(robot.tick()[0]) < 1e-6
+    assert len(robot.said) == 1 and 'gps is at ' in robot.said[0]
+
+
+def test_altitudes_that_no_robot_has_are_refused():
+    robot = GpsRobot(**TRUE).laid()
+    for call in (lambda: robot.node.from_ll(*ORIGIN[:2], 1e15), lambda: robot.node.to_ll((0.0, 0.0, 1e300))):
+        with pytest.raises(NoPlace, match='the altitude is 1e'):
+            call()
 
 
 def test_fixes_without_a_frame_are_the_robot_s_own():

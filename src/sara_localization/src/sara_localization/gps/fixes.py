@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_localization.gps.grid import NoPlace, place
+from sara_localization.gps.grid import HIGHEST, NoPlace, place
 from sara_localization.inputs.raw_measurement import Problem
 
 NO_FIX = -1
@@ -18,8 +18,6 @@ SMALLEST_VARIANCE, LARGEST_VARIANCE = 1e-6, 1e6
 """m2: no receiver knows its place to a millimetre, and one that does not know it within a kilometre has no fix."""
 _UNCORRELATED = 1e-9
 """Least eigenvalue of a covariance, of the largest one."""
-HIGHEST = 1e5
-"""m of altitude, up or down."""
 
 
 class FixData(NamedTuple):

@@ -10,6 +10,10 @@ class NoPlace(ValueError):
     """A place or a point that cannot be converted; the text says which and why."""
 
 
+HIGHEST = 1e5
+"""m of altitude, up or down."""
+
+
 class Grid(Protocol):
     """Latitudes and longitudes in degrees (WGS 84) to plane coordinates in metres, x east and y north, and back."""
 
@@ -34,6 +38,12 @@ def place(latitude: float, longitude: float) -> tuple[float, float]:
     if -180.0 <= longitude < 180.0:
         return latitude, longitude
     return latitude, (longitude + 180.0) % 360.0 - 180.0
+
+
+def level(altitude: float) -> None:
+    """Raises NoPlace for an altitude (m) that no robot has."""
+    if not abs(altitude) <= HIGHEST:
+        raise NoPlace(f'the altitude is {altitude:g} m, allowed are {-HIGHEST:g} to {HIGHEST:g} m')
 
 
 def finite(x: float, y: float) -> None:

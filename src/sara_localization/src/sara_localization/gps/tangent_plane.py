@@ -61,7 +61,7 @@ class TangentPlane:
         return 0.0
 
     def _near(self, x, y):
-        if not max(abs(x), abs(y)) <= MOST:
+        if not (abs(x) <= MOST and abs(y) <= MOST):
             raise NoPlace(f'({x:.0f}, {y:.0f}) m is too far from {self.name}: allowed are {MOST:.0f} m')
 
 

@@ -15,6 +15,8 @@ PATIENCE = 1.0
 """s for which a fix waits for what is missing."""
 MOST = 1000
 _ORIGIN = (0.0, 0.0, 0.0)
+LONGEST_ARM = 1e3
+"""m from a robot's origin to an antenna."""
 
 
 class PlacedFix(NamedTuple):
@@ -64,7 +66,7 @@ class WaitingFixes:
         while self._queue:
             fix, arrived = self._queue[0]
             patient = 0.0 <= now - arrived <= PATIENCE
-            if patient and not (self._track.covers(fix.stamp) or self._track.ahead(fix.stamp) < 0.0):
+            if patient and self._track.ahead(fix.stamp) > 0.0:
                 break
             pose = self._track.at(fix.stamp)
             if pose is None:
@@ -103,6 +105,12 @@ class WaitingFixes:
             )
             return _ORIGIN
         found = self._transforms.lookup(base_frame, frame, fix.stamp)
+        if found is not None and not all(abs(v) <= LONGEST_ARM for v in found.translation):
+            at = ', '.join(f'{v:g}' for v in found.translation)
+            self._problem(
+                'bad_antenna', f'{frame} is at {at} m of {base_frame}: the antenna is taken to be at its origin'
+            )
+            return _ORIGIN
         if found is not None:
             self._without.discard(frame)
             return found.translation

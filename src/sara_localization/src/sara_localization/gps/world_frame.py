@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_localization.geometry.rigid import Transform, Vector, quaternion_from_rpy, rotation_matrix
-from sara_localization.gps.grid import Grid, NoPlace
+from sara_localization.gps.grid import Grid, NoPlace, level
 
 
 class Anchor(NamedTuple):
@@ -31,6 +31,7 @@ class WorldFrame:
     """
 
     def __init__(self, anchor: Anchor, grid: Grid):
+        level(anchor.altitude)
         self.anchor, self.grid = anchor, grid
         x, y = grid.forward(anchor.latitude, anchor.longitude, anchor.altitude)
         self.convergence = grid.convergence(anchor.latitude, anchor.longitude)
@@ -52,6 +53,7 @@ class WorldFrame:
 
     def from_earth(self, latitude: float, longitude: float, altitude: float) -> Vector:
         """The point (m) of a place (deg, m). Raises NoPlace."""
+        level(altitude)
         x, y = self.grid.forward(latitude, longitude, altitude)
         return self.grid_from_world.inverse().apply((x, y, altitude))
 
@@ -60,6 +62,7 @@ class WorldFrame:
         if not all(map(math.isfinite, point)):
             raise NoPlace('the point ({:g}, {:g}, {:g}) m is not finite'.format(*point))
         x, y, altitude = self.grid_from_world.apply(point)
+        level(altitude)
         return (*self.grid.inverse(x, y, altitude), altitude)
 
     def covariance_from_earth(self, covariance: np.ndarray) -> np.ndarray:
