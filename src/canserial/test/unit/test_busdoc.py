@@ -45,7 +45,7 @@ def test_a_bus_of_another_kind(tmp_path):
     path = tmp_path / 'other.dbc'
     path.write_text(BIG_ENDIAN)
     text = markdown(BusDescription.named(str(path)))
-    assert '## 0x00000001 LONG\n`A` to -, 8 bytes.\n\n- `big`: from 7, int16, big-endian, 0.5 K, offset -3\n' in text
+    assert '## 0x00000001 LONG\n`A` to -.\n\n- `big`: from 7, int16, big-endian, 0.5 K, offset -3\n' in text
 
 
 def test_messages_with_the_same_signals_share_a_section(tmp_path):

@@ -7,10 +7,8 @@ The test is the clock. It waits for the controllers: how fast the machine is doe
 
 import math
 import os
-import re
 import socketserver
 import subprocess
-import tempfile
 import threading
 import time
 import unittest
@@ -194,12 +192,9 @@ def yaw(odometry):
 class ControllersTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.mkdtemp()
-        example = re.search(r'```python\n# my_robot.py.*?```', (PACKAGE / 'README.md').read_text(), re.S).group(0)
-        Path(folder, 'my_robot.py').write_text(example.removeprefix('```python\n').removesuffix('```'))
         cls.environment = {
             **os.environ,
-            'PYTHONPATH': f'{folder}:{PACKAGE / "test" / "ros"}:{os.environ.get("PYTHONPATH", "")}',
+            'PYTHONPATH': f'{PACKAGE / "examples"}:{PACKAGE / "test" / "ros"}:{os.environ.get("PYTHONPATH", "")}',
         }
         cls.odometry, cls.frames, cls.limited, cls.states, cls.joints = (
             {name: [] for name in CONTROLLERS},

@@ -1,8 +1,7 @@
-"""Other robots: the README's example drives, and what is no base is refused with a sentence."""
+"""Other robots: the example drives, and what is no base is refused with a sentence."""
 
-import re
+import importlib
 import sys
-import types
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from sara_control.wheels.base import BaseError, WheelBase, WheelPositions, load_
 from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.controller import DiffDriveController
 
-README = Path(__file__).resolve().parents[2] / 'README.md'
+EXAMPLES = Path(__file__).resolve().parents[2] / 'examples'
 PARAMS = {
     'wheel_separation': 0.5,
     'wheel_radius': 0.1,
@@ -25,20 +24,19 @@ CONFIG = ControllerConfig.from_params(PARAMS)
 
 
 @pytest.fixture
-def robots():
-    """The README's module under its name, and a few that are none."""
-    module = types.ModuleType('my_robot')
-    exec(re.search(r'```python\n(# my_robot.py.*?)```', README.read_text(), re.S).group(1), module.__dict__)
+def robots(monkeypatch):
+    """The example's module, and a few robots that are none."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    module = importlib.import_module('my_robot')
     module.NotABase = object
     module.Broken = type(
         'Broken', (WheelBase,), {'__init__': lambda self, config, params: 1 / 0, 'read': None, 'write': None}
     )
-    sys.modules['my_robot'] = module
     yield module
     del sys.modules['my_robot']
 
 
-def test_the_readmes_robot_drives_a_metre(robots):
+def test_the_example_drives_a_metre(robots):
     base, controller = load_base('my_robot:MyRobot', CONFIG, PARAMS), DiffDriveController(CONFIG)
     t = 0.0
     for k in range(501):

@@ -23,7 +23,7 @@ def read_rows():
     if not DOCUMENT.exists():
         pytest.skip('docs/safety.md is not here: the package stands alone')
     rows = [line.strip('| ').split(' | ') for line in DOCUMENT.read_text().splitlines() if line.startswith('| ')]
-    rows = [row for row in rows if row[0] not in ('hazard', '---')]
+    rows = [row for row in rows if row[0] != 'hazard']
     assert len(rows) > 12
     return rows
 
@@ -48,4 +48,4 @@ def test_the_times_allowed_are_those_that_are_tested(rows):
         if name:
             allowed = float(re.search(rf"'{name.group(1)}': ([0-9.]+)", source).group(1))
             assert float(row[2]) == allowed, row[0]
-            assert 0.0 < float(row[3]) <= allowed + 0.8 / 1.5 + 0.25
+            assert 0.0 < float(row[3].split(',')[0]) <= allowed + 0.8 / 1.5 + 0.25

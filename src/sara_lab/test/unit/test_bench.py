@@ -106,12 +106,12 @@ def test_the_page_is_short_and_is_that_of_the_kept_figures():
 
 def test_a_line_of_several_cases_gives_their_range_and_says_how_many_a_limit_is_for():
     rows = [
-        row('plan on a: GridPlanner', 2.0),
-        row('plan on b: GridPlanner', 4.0, limit=Limit('median', 3.0)),
+        row('plan on a: GlobalPlanner', 2.0),
+        row('plan on b: GlobalPlanner', 4.0, limit=Limit('median', 3.0)),
         row('planning by P, 2 x 2 cells'),
     ]
-    (line,) = [line for line in page.page(rows, None).splitlines() if 'GridPlanner' in line and line.startswith('|')]
-    assert line == '| plan: GridPlanner (2) | 2\N{EN DASH}4 ms | 4 | 2\N{EN DASH}4 |  | ≤ 3 ms (1 of 2) |'
+    (line,) = [line for line in page.page(rows, None).splitlines() if 'GlobalPlanner' in line and line.startswith('|')]
+    assert line == '| plan: GlobalPlanner (2) | 2\N{EN DASH}4 ms | 4 |  | ≤ 3 ms (1 of 2) |'
 
 
 def test_the_check_names_what_got_slower_in_yardsticks_and_nothing_else():

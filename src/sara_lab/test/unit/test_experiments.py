@@ -131,7 +131,7 @@ def test_pages_and_figures_are_the_same_to_the_byte_when_written_again(tmp_path)
         'a title',
         'so it does',
         CONFIRMED,
-        '| a | 1 m | 2 m | why |',
+        '- a: **2 m**; thesis: 1 m (why)',
         'fig_4_99.png',
         'a caption',
         '## Heading',

@@ -252,7 +252,7 @@ def test_the_table_sets_the_ways_beside_each_other(tmp_path, capsys):
         for rider in part.DOOR_RIDERS
         for way, stops in (('gate', 3), ('assisted', 19))
     }
-    assert ride_table.doors_table(doors)[2] == '| tremor | 20 / 20 | 3 / 19 | 0 / 0 | 9 / 9 |'
+    assert ride_table.doors_table(doors)[2] == '| tremor | 20/20 | 3/19 | 0/0 | 9/9 |'
 
 
 def test_the_table_of_riders_adds_their_circuits_up(tmp_path, capsys):

@@ -21,7 +21,7 @@ def markdown(bus: BusDescription) -> str:
         *((bus.comment, '') if bus.comment else ()),
         *((*nodes, '') if nodes else ()),
         'For each signal: its bits (8 n is the lowest of byte n), type, and step: the value is the raw number times '
-        'its step, plus its offset if it has one. Numbers are little-endian unless stated.',
+        'its step, plus its offset if it has one. Unless stated, numbers are little-endian and frames have 8 bytes.',
     ]
     alike = {}
     for message in bus.messages:
@@ -36,7 +36,8 @@ def _message(message):
     """From whom to whom, how often, how long, and what it is."""
     senders, receivers = _names(message.senders), _names(message.receivers)
     every = f', every {message.cycle_time} ms' if message.cycle_time else ''
-    return f'{senders} to {receivers}{every}, {message.length} bytes. {message.comment or ""}'.rstrip()
+    length = f', {message.length} bytes' if message.length != 8 else ''
+    return f'{senders} to {receivers}{every}{length}. {message.comment or ""}'.rstrip()
 
 
 def _signal(signal):

@@ -19,14 +19,13 @@ HEAD = f"""# How fast SARA is
 Written by `rosrun sara_lab bench --save-baseline` with [bench.json](bench.json), which holds every case, the peers'
 times and remarks. `make bench` measures the same into out/; with `CHECK=1` it fails on what got slower.
 
-The speed of this machine varies by a factor of two, so a yardstick, a fixed piece of work, is timed beside each figure.
-"At the peers' speed": the median scaled to the machine on which the C++ peers were timed (yardstick
-{PEERS_YARDSTICK_MS:.0f} ms). Ratio: that by the peer's figure (inverse for rates); below 1 is faster. Times are CPU
-times; nodes are shares of one core. Limits hold at the peers' speed, those on latencies, start-up and memory as
-measured. Brackets: how many cases give the range.
+Times are CPU times; nodes take shares of one core. This machine's speed varies by a factor of two, so a yardstick, a
+fixed piece of work, is timed beside each figure. Figures are those of the machine on which the C++ peers were timed
+(yardstick {PEERS_YARDSTICK_MS:.0f} ms); latencies, start-up and memory are as measured. Ratio: the median by the peer's
+(inverse for rates); below 1 is faster. Brackets: how many cases give the range.
 
 """
-COLUMNS = ('', 'median', 'worst p99', "at the peers' speed", 'ratio', 'wanted')
+COLUMNS = ('', 'median', 'worst p99', 'ratio', 'wanted')
 LINES = {  # what a line is called: the names of its rows
     'EKF predict + correct, compiled loop': r'EKF predict.* in the compiled loop',
     'EKF predict + correct, called from Python': r'EKF predict.* called from Python',
@@ -36,11 +35,9 @@ LINES = {  # what a line is called: the names of its rows
     'offline filters over a recorded drive': r'offline [EU]KF over test1',
     'amcl: a scan, 5000 particles x 60 beams': r'amcl, 5000',
     'inflation of 1000 x 1000 cells': r'inflation',
-    'costmap update with ranges or a scan': r'update with',
     'plan: NavfnROS': r'plan on \w+: NavfnROS$',
     'plan: NavfnROS, A*': r'plan on \w+: NavfnROS, A\*',
     'plan: GlobalPlanner': r'plan on \w+: GlobalPlanner',
-    'plan: GridPlanner': r'plan on \w+: GridPlanner',
     'plan: LatticePlanner': r'plan on \w+: LatticePlanner',
     'cycle of TrajectoryPlannerROS, DWAPlannerROS': r'cycle of (Trajectory|DWA)Planner',
     'trajectories scored by them': r'trajectories scored',
@@ -50,7 +47,7 @@ LINES = {  # what a line is called: the names of its rows
 }
 JSON_ONLY = (
     r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page|'
-    r'goal to first command'
+    r'goal to first command|frames decoded|update with|plan on \w+: GridPlanner'
 )
 
 
@@ -58,7 +55,7 @@ def page(rows: Sequence[Row], image: str) -> str:
     """The page; image: path of the figure of growth, or None."""
     missed = [row.name for row in rows if row.met is False]
     lines = summary(rows)
-    text = HEAD + '\n'.join([_row(COLUMNS), '|' + ' --- |' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
+    text = HEAD + '\n'.join([_row(COLUMNS), '|' + '---|' * len(COLUMNS), *(_row(_cells(*line)) for line in lines)])
     text += '\n\n' + ''.join(f'- {row.name}: not measured: {row.text}\n' for row in rows if row.skipped)
     text += '\nNot met: ' + ('; '.join(missed) if missed else 'nothing') + '.\n'
     if image:
@@ -80,13 +77,12 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
 
 def _cells(name, rows):
     unit = f' {rows[0].unit}' if rows[0].unit else ''
-    p99 = [row.p99 for row in rows if row.p99 is not None]
+    p99 = [row.at_peers_speed(row.p99) for row in rows if row.p99 is not None]
     limits = Counter(wanted(row) for row in rows if row.limit)
     return (
         name + (f' ({len(rows)})' if len(rows) > 1 else ''),
-        _range([row.median for row in rows]) + unit,
+        _range([row.at_peers_speed(row.median) for row in rows]) + unit,
         number((min if rows[0].rate else max)(p99)) if p99 else '',
-        _range([row.at_peers_speed(row.median) for row in rows if row.scaled]) or '-',
         _range([row.ratio for row in rows if row.ratio]),
         ', '.join(limit + (f' ({of} of {len(rows)})' if of < len(rows) else '') for limit, of in limits.items()),
     )

@@ -76,12 +76,12 @@ def doors_table(figures: Figures) -> list[str]:
     lines = _head(('rider', *cells))
     for rider in DOOR_RIDERS:
         rows = [figures[f'{rider}_{way}'] for way in DOOR_WAYS]
-        lines.append(_row((rider, *(' / '.join(cell.format(**row) for row in rows) for cell in cells.values()))))
+        lines.append(_row((rider, *('/'.join(cell.format(**row) for row in rows) for cell in cells.values()))))
     return lines
 
 
 def _head(names):
-    return [_row(names), _row(['---'] * len(names))]
+    return [_row(names), '|' + '---|' * len(names)]
 
 
 def _row(cells):

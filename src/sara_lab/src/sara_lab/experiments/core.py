@@ -146,7 +146,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return '\n'.join(
         [
             '| ' + ' | '.join(head) + ' |',
-            '|' + ' --- |' * len(head),
+            '|' + '---|' * len(head),
             *('| ' + ' | '.join(cell.replace('|', '\\|') for cell in row) + ' |' for row in rows),
         ]
     )

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sara_lab.experiments.core import rounded, table
+from sara_lab.experiments.core import rounded
 
 if TYPE_CHECKING:
     from sara_lab.experiments.core import Experiment, Report
@@ -55,8 +55,7 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
         '',
     ]
     if report.rows:
-        compared = table(('', 'thesis', 'ours', 'why they differ'), _compared(report.rows))
-        lines += ['## Figures beside the thesis', '', compared, '']
+        lines += ['## Figures', '', *_compared(report.rows), '']
     for heading, text in report.sections:
         lines += [f'## {heading}', '', text.strip(), '']
     if report.figures:
@@ -69,37 +68,33 @@ def page(experiment: Experiment, report: Report, seeds: int) -> str:
 
 
 def _compared(rows):
-    """The cells of the rows; an explanation that a row above gave is a ditto mark."""
+    """Lines of a list: ours, the thesis's figure, and why they differ; what a line above explained is a ditto mark."""
     given = set()
     for row in rows:
-        yield row.what, row.thesis, row.ours, '″' if row.why in given else row.why
-        given |= {row.why} - {''}
+        thesis = f'; thesis: {row.thesis}' if row.thesis != '-' else ''
+        why = f' ({"″" if row.why in given else row.why})' if row.why else ''
+        yield f'- {row.what}: **{row.ours}**{thesis}{why}'
+        given |= {row.why}
 
 
 def _findings(report):
-    """The table of the findings; without their verdicts where all are the heading's."""
+    """The list of the findings; without their verdicts where all are the heading's."""
     alike = all(verdict == report.verdict for _, _, verdict in report.findings)
-    columns = slice(2 if alike else 3)
-    return table(('the thesis finds', 'we find', 'verdict')[columns], [row[columns] for row in report.findings])
+    lines = [f'- *{thesis}*{"" if alike else f" (**{verdict}**)"}: {ours}' for thesis, ours, verdict in report.findings]
+    return '\n'.join(["*The thesis's finding*: ours.", '', *lines])
 
 
 def summary(experiments: dict[str, Experiment], folder: Path) -> str:
     """The summary page of all experiments whose JSON is in `folder`; written there. Returns its text."""
-    rows = []
+    lines = []
     for name, experiment in experiments.items():
         path = folder / f'{name}.json'
         if not path.exists():
-            rows.append((name, experiment.title, 'not run', ''))
+            lines.append(f'- {name}, {experiment.title}: not run')
             continue
         data = json.loads(path.read_text(encoding='utf-8'))
-        rows.append(
-            (
-                f'[{name}]({name}.md)',
-                experiment.title,
-                data['verdict'] + (f'; {len(data["faults"])} not met' if data['faults'] else ''),
-                data['short'],
-            )
-        )
+        verdict = data['verdict'] + (f'; {len(data["faults"])} not met' if data['faults'] else '')
+        lines.append(f'- [{name}]({name}.md), {experiment.title} (**{verdict}**): {data["short"]}')
     text = '\n'.join(
         [
             "# The thesis's experiments, repeated",
@@ -109,7 +104,7 @@ def summary(experiments: dict[str, Experiment], folder: Path) -> str:
             'Brackets hold 95 % intervals of the mean; a single run is that of chair 0. Each page has a JSON file '
             'with all figures.',
             '',
-            table(('', 'what', 'verdict', 'in short'), rows),
+            *lines,
             '',
         ]
     )

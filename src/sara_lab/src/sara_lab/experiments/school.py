@@ -46,11 +46,11 @@ SETUPS = {
 }
 
 SETTING = """
-From (1.2, 7.1, 90 deg) in the school's corridor 12.8 m to (14, 7.1, 0 deg); filter and IMU start at zero. The pose is
-given by RViz's "2D Pose Estimate" (again, if the next odometry pulls the filter back), the goal by "2D Nav Goal".
+From (1.2, 7.1, 90 deg) along the school's corridor to (14, 7.1, 0 deg); filter and IMU start at zero. RViz's "2D Pose
+Estimate" gives the pose (again, if the next odometry pulls the filter back), "2D Nav Goal" the goal.
 `imu0_differential` is true (the thesis's method 1: the IMU keeps its own zero) or false (method 2: `/set_pose` also
-sets read.py's yaw), with the thesis's fusion (x, y, vx, yaw, vyaw) under the thesis's planner (longer `sim_time`) and
-SARA's. Then SARA's fusion and the true pose follow.
+sets read.py's yaw). The first rows use the thesis's fusion (x, y, vx, yaw, vyaw), under the thesis's planner (longer
+`sim_time`) and under SARA's; the last two SARA's fusion and the true pose.
 """
 
 
@@ -124,7 +124,7 @@ def _all(found):
         )
         for (planner, name), of in found.items()
     ]
-    ranks = 'By the distance from the goal (`<`: better beyond chance, `~`: perhaps not): ' + '; '.join(
+    ranks = 'Ranked by that distance (`<`: better beyond chance, `~`: perhaps not): ' + '; '.join(
         f'{planner}: ' + ranking({name: of['values'] for (whose, name), of in found.items() if whose == planner})
         for planner in ('thesis', 'ours')
     )
@@ -137,8 +137,8 @@ def _explained(found):
     return (
         (
             'One thing changed: vx instead of x, y and vx',
-            'With `imu0_differential: true` nothing holds the heading: only its changes are measured. x and y of the '
-            "wheels, transformed by the filter's own last output, then turn it. "
+            'With `imu0_differential: true` only changes of the heading are measured; x and y of the wheels, '
+            "transformed by the filter's own last output, then turn it. "
             f'With vx alone the heading error is {mean(vx_true["heading_deg"], 1, "deg")} instead of '
             f'{mean(true["heading_deg"], 1, "deg")}, and the chair ends {mean(vx_true["end_m"], 2, "m")} off instead '
             f'of {mean(true["end_m"], 1, "m")}. So the cause is not the jump between IMU and RViz, as the thesis '
