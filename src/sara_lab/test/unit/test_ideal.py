@@ -7,12 +7,13 @@ import pytest
 
 from sara_control.gate.comfort import Profile
 from sara_lab.ideal.ideal import ideal, limits_of, space_of
-from sara_lab.ideal.joins import JOINS, join
+from sara_lab.ideal.joins import JOINS, RADII
 from sara_lab.ideal.moves import after
 from sara_lab.journeys import ideal_times, travel_cases
 from sara_lab.judge import gaps
 from sara_lab.judge.judge import BODY, judge
 from sara_lab.judge.judgement import Goal, Track
+from sara_nav.lattice.dubins import dubins_join
 from sara_sim.world.world import World
 
 LIMITS = limits_of(Profile())
@@ -54,7 +55,7 @@ def test_every_join_ends_at_its_pose():
     for _ in range(100):
         start, end = random.uniform((-3.0, -3.0, -3.2), (3.0, 3.0, 3.2), (2, 3))
         for number in range(JOINS):
-            if join(number, start, end, moves):
+            if dubins_join(number, start, end, RADII, moves):
                 pose, joined = tuple(start), joined + 1
                 for length, turn in moves:
                     pose = after(*pose, length, turn)

@@ -21,9 +21,10 @@ from sara_common.planar import wrap
 from sara_control.gate.comfort import Profile
 from sara_lab.ideal.moves import Limits, Space, after
 from sara_lab.ideal.search import FAR, search, seconds_left
-from sara_lab.ideal.shorten import cut, shorten
+from sara_lab.ideal.shorten import shorten
 from sara_lab.ideal.timing import seconds_along
 from sara_lab.judge.body_space import BodySpace
+from sara_nav.lattice.shortcuts import cut
 
 HEADINGS, MARGIN = 64, 0.03  # -, m
 CANDIDATES = ((1.0, 1.3), (0.6, 1.3))  # share of what stops are charged with, and the search's greed

@@ -13,8 +13,9 @@ import math
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_lab.ideal.joins import JOINS, cost_of, free_along, join
+from sara_lab.ideal.joins import JOINS, RADII, cost_of, free_along
 from sara_lab.ideal.moves import Limits, Space, after, change, example, passes, seconds_of
+from sara_nav.lattice.dubins import dubins_join
 from sara_nav.lattice.moves import kind_of
 from sara_nav.lattice.tree import slot_of
 
@@ -112,7 +113,7 @@ def search(space: Space, limits: Limits, ends: np.ndarray, left: np.ndarray, cha
             seconds, number = best_join(space, limits, states[n], ends[1], charge, found - spent)
             if number >= 0:
                 found, joined = spent + seconds, n
-                join(number, states[n], ends[1], joint)
+                dubins_join(number, states[n], ends[1], RADII, joint)
             wait = int(2.0 + 2.0 * left[int((y - space.y) / space.size), int((x - space.x) / space.size)])
         for option in range(OPTIONS):
             length, turn = option_of(option, step, level)
@@ -165,7 +166,7 @@ def best_join(
     """
     moves, which = np.empty((3, 2)), -1
     for number in range(JOINS):
-        if not join(number, state, end, moves):
+        if not dubins_join(number, state, end, RADII, moves):
             continue
         seconds, kind = cost_of(moves, limits, int(state[6]), charge)
         seconds += charge * change(limits, kind, -1)

@@ -4,31 +4,16 @@ them best.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_lab.ideal.joins import JOINS, cost_of, free_along, join
+from sara_lab.ideal.joins import JOINS, RADII, cost_of, free_along
 from sara_lab.ideal.moves import Limits, Space, after, change, example
+from sara_nav.lattice.dubins import dubins_join
+from sara_nav.lattice.shortcuts import chained, cut
 
 PIECE, TWIST = 0.4, 0.4  # m, rad: longer moves are cut before
 WINDOW = 80  # poses that a join may span
-
-
-@kernel
-def cut(moves: np.ndarray, piece: float, twist: float) -> np.ndarray:
-    """Moves (n, 2) cut into pieces no longer than that (m, rad); empty ones left out."""
-    count = 0
-    for k in range(len(moves)):
-        count += int(math.ceil(max(abs(moves[k, 0]) / piece, abs(moves[k, 1]) / twist) - 1e-9))
-    result, n = np.empty((count, 2)), 0
-    for k in range(len(moves)):
-        parts = int(math.ceil(max(abs(moves[k, 0]) / piece, abs(moves[k, 1]) / twist) - 1e-9))
-        for _ in range(parts):
-            result[n, 0], result[n, 1] = moves[k, 0] / parts, moves[k, 1] / parts
-            n += 1
-    return result
 
 
 @kernel
@@ -52,11 +37,11 @@ def shorten(space: Space, limits: Limits, start: np.ndarray, moves: np.ndarray, 
         _relax(limits, charge, one, best, source, i, i + 1, JOINS)
         for j in range(min(count, i + WINDOW), i, -1):
             for number in range(JOINS):
-                if not join(number, poses[i], poses[j], three):
+                if not dubins_join(number, poses[i], poses[j], RADII, three):
                     continue
                 if _promising(limits, charge, three, best, i, j) and free_along(three, space, poses[i]):
                     _relax(limits, charge, three, best, source, i, j, number)
-    return _chained(poses, moves, limits, charge, best, source)
+    return chained(poses, moves, RADII, source, _last(limits, charge, best[count]))
 
 
 @kernel
@@ -84,25 +69,14 @@ def _relax(limits, charge, moves, best, source, i, j, number):
 
 
 @kernel
-def _chained(poses, moves, limits, charge, best, source):
-    """The moves that Bellman's recursion found, read from their end."""
-    at, kind, least = len(poses) - 1, 0, np.inf
+def _last(limits, charge, best):
+    """The kind of the last move with which a path that comes to rest takes least time; best (4,): s until then."""
+    kind, least = 0, np.inf
     for last in range(4):
-        total = best[at, last] + charge * change(limits, -1 if last == 3 else last, -1)
+        total = best[last] + charge * change(limits, -1 if last == 3 else last, -1)
         if total < least:
             least, kind = total, last
-    result, n, three = np.empty((3 * len(poses), 2)), 3 * len(poses), np.empty((3, 2))
-    while at > 0:
-        i, before, number = source[at, kind, 0], source[at, kind, 1], source[at, kind, 2]
-        if number == JOINS:
-            n -= 1
-            result[n] = moves[i]
-        else:
-            join(number, poses[i], poses[at], three)
-            n -= 3
-            result[n : n + 3] = three
-        at, kind = i, before
-    return result[n:].copy()
+    return kind
 
 
 def warm() -> None:

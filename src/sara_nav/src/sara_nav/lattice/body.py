@@ -145,7 +145,8 @@ def place(pose: Pose2D, length: float, turn: float, share: float) -> Pose2D:
 @kernel
 def unhindered(rules: Rules, length: float, turn: float) -> float:
     """Return the seconds of a move where nothing is near."""
-    seconds = max(abs(length) / rules.speed, abs(turn) / rules.turn_rate)
+    across = math.sqrt(abs(length * turn) / rules.lateral)
+    seconds = max(abs(length) / rules.speed, abs(turn) / rules.turn_rate, across)
     return seconds * rules.reverse_factor if length * rules.sense < 0.0 else seconds
 
 

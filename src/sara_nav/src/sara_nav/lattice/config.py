@@ -1,13 +1,22 @@
 """Parameters of LatticePlanner."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from sara_common.config import range_faults
+from sara_nav.grids.clearance import lead
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.lattice.world import Body, Rules
+from sara_nav.lattice.driving import Driving
+from sara_nav.lattice.shortcuts import Shortcuts
+from sara_nav.lattice.world import Body, Rules, World
+from sara_nav.pursuit.speed_ahead import Regulation
+
+RADII = (1.0, 1.6, 2.6, 4.0)
+"""Of the arcs of shortcuts, as multiples of the least."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +34,10 @@ class LatticePlannerConfig:
     that doors are approached straight. blind, beside, blind_weight: a turn or an arc takes up to 1 + blind_weight
     times as long with something nearer than blind before the front or behind the rear, where sensors do not measure; so
     does a turn in place with something nearer than beside, which is at most blind. smooth: move corners to where the
-    path takes less time, and round them where there is room. greed: how much more the search, whose path is then made
+    path takes less time, and round them where there is room. curve_radius: m of the least arc by which turns in place
+    become turns while driving, where that takes less time; 0: none do. curve_margin: gap on such arcs. curve_stop: s
+    that stopping to turn in place takes then. max_vel_x ... ahead_stop_distance: how the local planner drives, by which
+    such paths are timed; see RotateThenPursueConfig. greed: how much more the search, whose path is then made
     straight, minds what is left than what is behind. max_expansions: states looked at before it gives up.
     """
 
@@ -49,6 +61,18 @@ class LatticePlannerConfig:
     beside: float = 0.0
     blind_weight: float = 20.0
     smooth: bool = True
+    curve_radius: float = 0.0
+    curve_margin: float = 0.12
+    curve_stop: float = 3.0
+    max_vel_x: float = 0.5
+    max_vel_theta: float = 0.4
+    max_lateral_acc: float = 0.2
+    wide_gap: float = 0.35
+    narrow_vel: float = 0.1
+    ahead_angle: float = 0.7
+    ahead_reaction_time: float = 1.35
+    ahead_dec: float = 0.8
+    ahead_stop_distance: float = 0.15
     greed: float = 6.0
     max_expansions: int = 30000
 
@@ -75,6 +99,18 @@ class LatticePlannerConfig:
                 'blind': (0.0, 2.0),
                 'beside': (0.0, 2.0),
                 'blind_weight': (0.0, 1000.0),
+                'curve_radius': (0.0, 10.0),
+                'curve_margin': (0.0, 1.0),
+                'curve_stop': (0.0, 100.0),
+                'max_vel_x': (0.0, 10.0, True),
+                'max_vel_theta': (0.0, 10.0, True),
+                'max_lateral_acc': (0.0, 10.0, True),
+                'wide_gap': (0.0, 2.0, True),
+                'narrow_vel': (0.0, 10.0, True),
+                'ahead_angle': (0.0, 1.3),
+                'ahead_reaction_time': (0.0, 10.0),
+                'ahead_dec': (0.0, 10.0, True),
+                'ahead_stop_distance': (0.0, 10.0),
                 'greed': (1.0, 10.0),
                 'max_expansions': (1, 2000000),
             },
@@ -90,6 +126,7 @@ class LatticePlannerConfig:
         return Rules(
             speed=float(self.speed),
             turn_rate=float(self.turn_rate),
+            lateral=math.inf,
             reverse_factor=float(self.reverse_factor),
             hard_margin=float(self.hard_margin),
             greatest_gap=float(self.soft),
@@ -112,6 +149,31 @@ class LatticePlannerConfig:
             beside=float(self.beside),
             blind_weight=float(self.blind_weight),
         )
+
+    def shortcuts(self, world: World, corners: np.ndarray) -> Shortcuts | None:
+        """Return what shortcuts in a World are made by, for a body with these corners (k, 2), m; None: none are
+        made.
+        """
+        if self.curve_radius == 0.0:
+            return None
+        rules = world.rules._replace(
+            speed=float(self.max_vel_x),
+            turn_rate=float(self.max_vel_theta),
+            lateral=float(self.max_lateral_acc),
+            turn_cost=float(self.curve_stop),
+        )
+        regulation = Regulation(
+            float(self.wide_gap),
+            float(self.narrow_vel),
+            math.tan(self.ahead_angle),
+            float(self.ahead_stop_distance),
+            float(self.ahead_reaction_time),
+            float(self.ahead_dec),
+        )
+        (front, span), (rear, _) = lead(corners, False), lead(corners, True)
+        driving = Driving(regulation, front, rear, span)
+        margin = float(max(self.curve_margin, self.hard_margin))
+        return Shortcuts(self.curve_radius * np.array(RADII), margin, world._replace(rules=rules), driving)
 
     def pace(self, gap: np.ndarray) -> np.ndarray:
         """Return s/m that a path takes at least where the gap (m, array) is no more than that; inf below the hard

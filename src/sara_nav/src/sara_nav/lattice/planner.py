@@ -15,7 +15,20 @@ import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap import Costmap
-from sara_nav.lattice import arrivals, gates, joining, moves, rounding, search, smooth, straighten, tree
+from sara_nav.lattice import (
+    arrivals,
+    driving,
+    dubins,
+    gates,
+    joining,
+    moves,
+    rounding,
+    search,
+    shortcuts,
+    smooth,
+    straighten,
+    tree,
+)
 from sara_nav.lattice import body as lattice_body
 from sara_nav.lattice import field as lattice_field
 from sara_nav.lattice.config import LatticePlannerConfig
@@ -121,6 +134,6 @@ class LatticePlanner:
 @functools.cache
 def warm() -> None:
     """Compile, or load from the cache, every kernel of this planner, once; making a planner does it too."""
-    kernels = (lattice_field, lattice_body, arrivals, gates, joining, moves, rounding, search, smooth, straighten, tree)
-    for module in kernels:
+    first = (lattice_field, lattice_body, arrivals, gates, joining, moves, rounding, search)
+    for module in (*first, smooth, straighten, tree, dubins, driving, shortcuts):
         module.warm()

@@ -116,7 +116,8 @@ class Problem:
         if not self.config.smooth:
             return steps
         start, goal = (Pose2D(*row.tolist()) for row in (poses[0], poses[-1]))
-        return smooth.smooth(self.world, steps, start, goal, limit, limit_end)
+        by = self.config.shortcuts(self.world, self.body.corners)
+        return smooth.smooth(self.world, steps, (start, goal), (limit, limit_end), by)
 
     # -- finding a path ------------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.lattice.body import move, place, turn_to
 from sara_nav.lattice.rounding import LEAST_TURN, rounded
+from sara_nav.lattice.shortcuts import Shortcuts, with_shortcuts
 from sara_nav.lattice.world import World, example_world
 
 STEPS = (0.32, 0.16, 0.08, 0.04)
@@ -230,12 +231,15 @@ def with_turns(world: World, moves: np.ndarray, start: Pose2D, goal: Pose2D) -> 
     return result[:count].copy()
 
 
-def smooth(world: World, steps: np.ndarray, start: Pose2D, goal: Pose2D, limit: float, limit_end: float) -> np.ndarray:
-    """Return moves (m, 5) that take less time than ``steps`` (n, 5); both from a Pose2D to a Pose2D.
+def smooth(
+    world: World, steps: np.ndarray, ends: tuple[Pose2D, Pose2D], limits: tuple[float, float], by: Shortcuts | None
+) -> np.ndarray:
+    """Return moves (m, 5) that take less time than ``steps`` (n, 5); both from the first to the second of ``ends``.
 
-    limit, limit_end: the gaps allowed at the start and at the goal, m. What begins or ends nearer to something than the
-    margin stays as it is.
+    limits: the gaps allowed at the start and at the goal, m. What begins or ends nearer to something than the margin
+    stays as it is. by: what shortcuts are made by; None: none are.
     """
+    (start, goal), (limit, limit_end) = ends, limits
     hard, first, last = world.rules.hard_margin, 0, len(steps)
     while first < last and limit < hard:
         x, y, yaw, length, turn = steps[first].tolist()
@@ -251,7 +255,11 @@ def smooth(world: World, steps: np.ndarray, start: Pose2D, goal: Pose2D, limit: 
     if len(moves) == 0:
         return steps
     moves = rounded(world, relax(world, moves, np.array([start.yaw, goal.yaw])))
-    return np.vstack([steps[:first], with_turns(world, moves, start, goal), steps[last:]])
+    moves = with_turns(world, moves, start, goal)
+    if by is not None:
+        last_turn = len(moves) - 1 if moves[-1, 3] == 0.0 else len(moves)  # the goal is come to straight
+        moves = np.vstack([with_shortcuts(by, start, moves[:last_turn]), moves[last_turn:]])
+    return np.vstack([steps[:first], moves, steps[last:]])
 
 
 def warm() -> None:

@@ -17,6 +17,8 @@ class Rules(NamedTuple):
     """m/s that legs and arcs are timed with."""
     turn_rate: float
     """rad/s that turns are timed with."""
+    lateral: float
+    """m/s2 across that arcs are timed with."""
     reverse_factor: float
     """How many times longer a move astern counts than one ahead."""
     hard_margin: float
