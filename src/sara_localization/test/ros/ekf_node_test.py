@@ -14,8 +14,8 @@ from geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStam
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
+from robot_localization.srv import SetPose
 from sara_localization.geometry.rigid import quaternion_from_rpy, rpy_from_quaternion
-from sara_localization.srv import SetPose
 
 SPEED = 0.2
 

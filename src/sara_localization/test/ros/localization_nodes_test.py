@@ -26,9 +26,9 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
 
+from robot_localization.srv import SetPose, ToggleFilterProcessing
 from sara_localization.geometry.rigid import quaternion_from_rpy, rpy_from_quaternion
 from sara_localization.ros import conversions, wire
-from sara_localization.srv import SetPose, ToggleFilterProcessing
 
 sys.path.append(str(Path(__file__).resolve().parent / 'support'))
 import waiting  # noqa: E402

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from sara_common.config import ConfigError
 from sara_localization.checks.findings import Finding, error, warning
+from sara_localization.checks.navsat_settings import gps_inputs
 from sara_localization.checks.variables import (
     accelerations,
     contradicting,
@@ -51,6 +52,7 @@ def check_settings(config: FilterConfig) -> list[Finding]:
         _gates,
         _times,
         _control,
+        gps_inputs,
     ):
         found += checker(config)
     return found

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
+from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, WARN
 
 
@@ -31,3 +33,20 @@ def sorted_findings(findings: list[Finding]) -> list[Finding]:
     """Errors first, each sentence once, in the order they were found."""
     unique = list(dict.fromkeys(findings))
     return sorted(unique, key=lambda finding: -finding.level)
+
+
+def config_findings(
+    config_class: Any, params: dict[str, object], doubtful: Callable[[Any], Iterable[tuple[bool, str, str]]]
+) -> list[Finding]:
+    """Everything found in a node's parameters.
+
+    config_class: what refuses them, by its from_params. doubtful: (whether it is so, key, sentence) for what can be
+    started with but is probably not meant.
+    """
+    try:
+        config = config_class.from_params(params)
+    except ConfigError as refused:
+        found = [error('configuration', sentence.rstrip('.') + '.') for sentence in refused.faults]
+        return found + [warning('parameters', sentence) for sentence in refused.warnings]
+    found = [warning('parameters', sentence) for sentence in config.warnings]
+    return found + [warning(key, sentence) for applies, key, sentence in doubtful(config) if applies]

@@ -88,6 +88,17 @@ def pose(
     return raw.measurement(data.stamp, part.source, part.threshold, frames.two_d), raw.problems
 
 
+def without_mounting(rotation: Quaternion, base_from_imu: Transform) -> Quaternion:
+    """The robot's orientation where an IMU that is mounted so has the orientation `rotation`.
+
+    The angles of the mounting are subtracted, and what is left is turned by the mounting's yaw, so that a pitch of a
+    sensor that looks to the side is a roll of the robot.
+    """
+    offsets, a = base_from_imu.rpy, rpy_from_quaternion(rotation)
+    angles = wrap_exact(a[0] - offsets[0]), wrap_exact(a[1] - offsets[1]), wrap_exact(a[2] - offsets[2])
+    return quaternion_from_rpy(*rotate(base_from_imu.turn_of_yaw, angles))
+
+
 def imu_orientation(
     data: ImuData,
     part: Part,
@@ -95,22 +106,17 @@ def imu_orientation(
     options: PoseOptions = PoseOptions(),
     rates: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Prepared:
-    """An IMU's orientation as a measurement of the robot's roll, pitch, yaw.
+    """An IMU's orientation as a measurement of the robot's roll, pitch, yaw, without those of the mounting.
 
-    The angles of the mounting are subtracted, and what is left is turned by the mounting's yaw, so that a pitch of a
-    sensor that looks to the side is a roll of the robot. Relative and differential as in `pose`. Raises
-    MissingTransform.
+    Relative and differential as in `pose`. Raises MissingTransform.
     """
     trans = frames.lookup(frames.base, data.frame_id, data.stamp)
     raw, first = _angles_of(data, part, options.differential)
     q = orientation(raw, data.orientation, first)
     rotation, turn = q or IDENTITY.rotation, IDENTITY.rotation
     if not trans.is_identity:
-        offsets = trans.rpy
         turn = trans.turn_of_yaw
-        a = rpy_from_quaternion(rotation)
-        angles = wrap_exact(a[0] - offsets[0]), wrap_exact(a[1] - offsets[1]), wrap_exact(a[2] - offsets[2])
-        rotation = quaternion_from_rpy(*rotate(turn, angles))
+        rotation = without_mounting(rotation, trans)
     if options.differential:
         reading = _Reading(data.stamp, Transform(rotation=rotation) if q else None, frames.base, turn)
         return _difference(raw, reading, part, frames, options, rates)

@@ -13,6 +13,14 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from robot_localization.srv import (
+    SetPose,
+    SetPoseRequest,
+    SetPoseResponse,
+    ToggleFilterProcessing,
+    ToggleFilterProcessingRequest,
+    ToggleFilterProcessingResponse,
+)
 from sara_common.diagnostics import ERROR
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
@@ -29,14 +37,6 @@ from sara_localization.ros.mailbox import Mailbox
 from sara_localization.ros.outbox import Outbox
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 from sara_localization.ros.topic_watch import TopicWatch
-from sara_localization.srv import (
-    SetPose,
-    SetPoseRequest,
-    SetPoseResponse,
-    ToggleFilterProcessing,
-    ToggleFilterProcessingRequest,
-    ToggleFilterProcessingResponse,
-)
 
 DIAGNOSTICS_PERIOD = 1.0
 WAITING_LOG_PERIOD = 5.0

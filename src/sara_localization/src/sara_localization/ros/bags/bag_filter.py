@@ -14,6 +14,7 @@ from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.stamps import Stamp
 from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.inputs.data import FilterOutput
 from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools
 from sara_localization.ros.bags.bag_tools import TF_TOPICS, Unread
@@ -73,10 +74,17 @@ class BagFilter:
             stamp, command = conversions.command(read, now)
             self.engine.add_control(command, stamp)
         for i in self._by_topic.get(topic, ()):
-            data = bag_tools.converted(i, topic, msg)
-            getattr(self.engine, KINDS[i.kind].method)(i.name, data)
-            self.on_input(i, data)
-            self.messages += 1
+            self._give(i, bag_tools.converted(i, topic, msg))
+
+    def _enter(self, topic: str, data: object) -> None:
+        """Plain data to every input of a topic."""
+        for i in self._by_topic.get(topic, ()):
+            self._give(i, data)
+
+    def _give(self, i, data):
+        getattr(self.engine, KINDS[i.kind].method)(i.name, data)
+        self.on_input(i, data)
+        self.messages += 1
 
     def finish(self) -> None:
         """The ticks after the last message."""
@@ -99,3 +107,7 @@ class BagFilter:
             t = output.transform
             self.buffer.set_transform(t.parent, t.child, t.transform, t.stamp)
         self.on_output(now, output)
+        self._took(now, output)
+
+    def _took(self, now: Stamp, output: FilterOutput) -> None:
+        """After an output has been given out at `now`."""

@@ -11,6 +11,9 @@ from typing import Any
 import rosbag
 import yaml
 
+from sara_common.diagnostics import ERROR
+from sara_localization.checks import check_config
+from sara_localization.checks.findings import sorted_findings
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import Transform
 from sara_localization.ros import conversions
@@ -36,6 +39,17 @@ def load_params(path: str) -> dict:
     if not isinstance(params, dict):
         raise UsageError(f'{path} must hold parameters by name')
     return params
+
+
+def checked_config(params: dict, kind: str, quiet: bool = False) -> FilterConfig:
+    """The configuration of a filter ('ekf' or 'ukf'); what is doubtful about it goes to stderr. Raises UsageError."""
+    config, findings = check_config.check(params, kind)
+    if config is None:
+        raise UsageError('\n'.join(finding.sentence for finding in findings))
+    if not quiet:
+        for finding in sorted_findings(findings):
+            print('{}: {}'.format('error' if finding.level == ERROR else 'warning', finding.sentence), file=sys.stderr)
+    return config
 
 
 def static_transform(text: str) -> tuple[str, str, Transform]:
@@ -147,7 +161,12 @@ class Warnings:
 
     def __call__(self, sentence):
         self.counts[sentence] += 1
-        if not self.quiet and self.counts[sentence] == 1:
+        if self.counts[sentence] == 1:
+            self.note('warning: ' + sentence)
+
+    def note(self, sentence: str) -> None:
+        """A sentence that is no warning."""
+        if not self.quiet:
             from tqdm import tqdm
 
-            tqdm.write('warning: ' + sentence, file=sys.stderr)
+            tqdm.write(sentence, file=sys.stderr)

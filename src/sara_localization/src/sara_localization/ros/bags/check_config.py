@@ -1,6 +1,8 @@
-"""What is wrong with the parameters of a filter or of amcl, without running it; with a bag, also with a filter's data.
+"""What is wrong with the parameters of a filter, amcl or navsat_transform_node, without running it; with a bag, also
+with a filter's data, or with the heading that navsat_transform_node takes.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
+        [--fix TOPIC] [--imu TOPIC]
 
 One line for each finding, errors first. The status is 1 where something is an error, 2 where the arguments are of no
 use, else 0.
@@ -22,11 +24,13 @@ from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
 from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
+from sara_localization.checks.gps_heading import heading_findings
+from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import IDENTITY
 from sara_localization.geometry.transforms import TransformBuffer
-from sara_localization.ros.bags import bag_tools
+from sara_localization.ros.bags import bag_tools, gps_options, gps_survey
 from sara_localization.ros.bags.bag_tools import TF_TOPICS, UsageError
 from sara_localization.ros.inputs import resolved
 
@@ -119,21 +123,25 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
         description='What is wrong with the parameters of ekf_localization_node, '
-        'ukf_localization_node or amcl, without running it; with a bag, which sensor misleads a filter.',
+        'ukf_localization_node, amcl or navsat_transform_node, without running it; with a bag, which sensor misleads a '
+        'filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
+    gps_options.add_topics(parser)
     bag_tools.add_static_option(parser)
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
         params = bag_tools.load_params(arguments.params)
+        static = [bag_tools.static_transform(text) for text in arguments.static_tf]
         if is_for_amcl(params):
             if arguments.bag:
                 raise UsageError('a bag is compared with the parameters of a filter, not with those of amcl')
             sys.exit(report(check_amcl(params)))
+        if is_for_navsat(params):
+            sys.exit(report(check_navsat(params) + _against_gps(arguments, static)))
         config, findings = check_config.check(params)
         if arguments.bag and config is not None:
-            static = [bag_tools.static_transform(text) for text in arguments.static_tf]
             found, survey = survey_bag(arguments.bag, config, static)
             findings = [finding for finding in findings if finding.key not in survey.replaces] + found
             _print_comparison(survey.comparison())
@@ -141,6 +149,22 @@ def main(argv: list[str] | None = None) -> None:
         print(f'check_config: {error}', file=sys.stderr)
         sys.exit(2)
     sys.exit(report(findings))
+
+
+def _against_gps(arguments, static):
+    """What a bag says of the heading that navsat_transform_node takes."""
+    if not arguments.bag:
+        return []
+    arguments.navsat = arguments.params
+    gps = gps_options.inputs(arguments, quiet=True)
+    drive = gps_survey.survey(arguments.bag, gps, static)
+    if len(drive.courses):
+        low, high = map(math.degrees, drive.quartiles)
+        print(
+            f'the way by the GPS less the heading: median {math.degrees(drive.median):.1f} deg, half within '
+            f'{low:.1f} to {high:.1f} deg, {len(drive.courses)} straight stretches'
+        )
+    return heading_findings(drive, gps.config.yaw_offset)
 
 
 def _print_comparison(comparison):

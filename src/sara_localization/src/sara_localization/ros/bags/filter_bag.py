@@ -4,10 +4,12 @@
     compiled|filterpy]
         [--plot FILE.png] [--csv FILE.csv] [--tum FILE.tum] [--reference TOPIC] [--static-tf "X Y Z YAW PITCH ROLL
         PARENT CHILD"]...
+        [--navsat NAVSAT.yaml [--fix TOPIC] [--imu TOPIC]]
 
 How time passes: bag_filter.py. OUT.bag holds odometry/filtered, /tf (what the filter broadcasts) and, if configured,
 accel/filtered; "-" for OUT.bag writes none. With --reference (a topic of the bag: NavSatFix, Odometry, PoseStamped,
-PoseWithCovarianceStamped) the distance from it after the best turn and move is told. The last line on stdout is JSON.
+PoseWithCovarianceStamped) the distance from it after the best turn and move is told. With --navsat
+navsat_transform_node runs beside the filter, and odometry/gps is in OUT.bag too. The last line on stdout is JSON.
 """
 
 from __future__ import annotations
@@ -28,19 +30,18 @@ import rospy
 from tf2_msgs.msg import TFMessage
 from tqdm import tqdm
 
-from sara_common.diagnostics import ERROR
 from sara_localization.bags.alignment import aligned, local_plane, rmse
 from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
 from sara_localization.bags.plots import draw_drive
-from sara_localization.checks import check_config
-from sara_localization.checks.findings import sorted_findings
 from sara_localization.config.filter_config import BACKENDS, FilterConfig
 from sara_localization.geometry.rigid import rpy_from_quaternion
 from sara_localization.ros import conversions
-from sara_localization.ros.bags import bag_tools
+from sara_localization.ros.bags import bag_tools, gps_options
 from sara_localization.ros.bags.bag_filter import BagFilter
-from sara_localization.ros.bags.bag_tools import UsageError, load_params, static_transform
+from sara_localization.ros.bags.bag_tools import UsageError, checked_config, load_params, static_transform
+from sara_localization.ros.bags.gps_filter import GPS, GpsBagFilter, GpsInputs
 from sara_localization.ros.inputs import resolved
+from sara_localization.ros.navsat import messages
 
 
 def _bag_writer(sink, config):
@@ -52,6 +53,14 @@ def _bag_writer(sink, config):
             sink.write('odometry/filtered', conversions.odometry_message(output), stamp)
             if config.publish_acceleration:
                 sink.write('accel/filtered', conversions.acceleration_message(output), stamp)
+
+    return write
+
+
+def _gps_writer(sink):
+    def write(now, data):
+        if sink:
+            sink.write('odometry/gps', messages.odometry_message(data), conversions.ros_time(now))
 
     return write
 
@@ -105,13 +114,14 @@ def _compared(track, times, places):
 
 class Wanted(NamedTuple):
     """What is asked for besides the bag: files to be written (a table, the poses in TUM's format, a picture), and the
-    topic of the bag that holds better positions.
+    topic of the bag that holds better positions; gps: navsat_transform_node beside the filter.
     """
 
     csv: str | None = None
     tum: str | None = None
     plot: str | None = None
     reference: str | None = None
+    gps: GpsInputs | None = None
 
 
 def run(
@@ -128,7 +138,8 @@ def run(
     tracks, track = _Tracks(wanted.plot is not None), Track()
     with contextlib.ExitStack() as files:
         source = files.enter_context(rosbag.Bag(in_bag))
-        to_bag = _bag_writer(files.enter_context(rosbag.Bag(out_bag, 'w')), config) if out_bag is not None else None
+        sink = files.enter_context(rosbag.Bag(out_bag, 'w')) if out_bag is not None else None
+        to_bag = _bag_writer(sink, config) if sink else None
         tables = [
             writer(files.enter_context(open(path, 'w')))
             for path, writer in ((wanted.csv, CsvWriter), (wanted.tum, TumWriter))
@@ -137,21 +148,30 @@ def run(
         tables += [track] if wanted.plot or wanted.reference else []
         known = _reference(source, wanted.reference) if wanted.reference else None
         said = bag_tools.Warnings(quiet)
-        for _, sentence in bag_tools.wrong_topics(config, bag_tools.topic_types(source)):
+        own = [(GPS, 'nav_msgs/Odometry')] if wanted.gps else []
+        for _, sentence in bag_tools.wrong_topics(config, bag_tools.topic_types(source) + own):
             said(sentence)
-        machine = BagFilter(config, static, _spread(to_bag, tables), said, tracks.add)
+        rest = {'on_output': _spread(to_bag, tables), 'report': said, 'on_input': tracks.add}
+        if wanted.gps:
+            machine = GpsBagFilter(wanted.gps, config, static, _gps_writer(sink), inform=said.note, **rest)
+        else:
+            machine = BagFilter(config, static, **rest)
         seconds = _play(source, machine, quiet)
     if machine.last is None:
         lines = machine.engine.status_lines(0.0)
         raise UsageError('no estimate came out of {}:\n  {}'.format(in_bag, '\n  '.join(lines)))
     if not quiet:
-        for line in machine.engine.status_lines(machine.last.stamp):
+        accounts = machine.navsat.accounts.values() if wanted.gps else ()
+        for line in [*machine.engine.status_lines(machine.last.stamp), *(a.line(machine.last.stamp) for a in accounts)]:
             print(line, file=sys.stderr)
     result = {
         'final': [float(v) for v in machine.last.state[:6]],
         'messages': machine.messages,
         'seconds': round(seconds, 3),
     }
+    if wanted.gps:
+        fix = machine.navsat.accounts['fix']
+        result['gps'] = {'fixes': fix.received, 'converted': fix.used}
     laid = None
     if known is not None:
         distance, laid = _compared(track, *known)
@@ -204,32 +224,25 @@ def _parser():
     add('--plot', metavar='FILE.png', help='a picture of the way, the yaw, their uncertainty and the speeds')
     add('--reference', metavar='TOPIC', help='a topic of the bag with better positions: the distance from it is told')
     add('--quiet', action='store_true', help='no progress, no warnings')
+    gps_options.add(parser)
     bag_tools.add_static_option(parser)
     return parser
 
 
-def _config(arguments) -> FilterConfig:
-    """The configuration of the arguments; what is doubtful about it goes to stderr. Raises UsageError."""
+def _params(arguments):
     params = load_params(arguments.params)
-    if arguments.backend:
-        params = {**params, 'backend': arguments.backend}
-    config, findings = check_config.check(params, arguments.filter)
-    if config is None:
-        raise UsageError('\n'.join(finding.sentence for finding in findings))
-    if not arguments.quiet:
-        for finding in sorted_findings(findings):
-            print('{}: {}'.format('error' if finding.level == ERROR else 'warning', finding.sentence), file=sys.stderr)
-    return config
+    return {**params, 'backend': arguments.backend} if arguments.backend else params
 
 
 def main(argv: list[str] | None = None) -> None:
     """The program; its status is 1 where something cannot be used."""
     arguments = _parser().parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
-        config = _config(arguments)
+        config = checked_config(_params(arguments), arguments.filter, arguments.quiet)
         static = [static_transform(text) for text in arguments.static_tf]
         out_bag = None if arguments.out_bag == '-' else arguments.out_bag
-        wanted = Wanted(arguments.csv, arguments.tum, arguments.plot, arguments.reference)
+        gps = gps_options.inputs(arguments, arguments.quiet) if arguments.navsat else None
+        wanted = Wanted(arguments.csv, arguments.tum, arguments.plot, arguments.reference, gps)
         result = run(arguments.in_bag, out_bag, config, static, arguments.quiet, wanted)
     except (UsageError, OSError, rosbag.ROSBagException) as error:
         sys.exit(f'filter_bag: {error}')

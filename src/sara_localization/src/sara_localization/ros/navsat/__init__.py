@@ -1,0 +1,1 @@
+"""The node navsat_transform_node."""
