@@ -19,7 +19,7 @@ import numpy as np
 from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import parameters
-from sara_common.planar import Pose2D, compose, inverse
+from sara_common.planar import Pose2D, compose, inverse, wrap
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of
 from sara_lab.judge import gaps
@@ -29,6 +29,7 @@ from sara_nav.maps import map_io
 from sara_nav.planners.grid_planner import GridPlanner
 from sara_nav.planners.planning import PlanError
 from sara_sim.riders.driving import WayDriver
+from sara_sim.riders.stick import CENTRED, Stick
 from sara_sim.riders.way import rounded
 from sara_sim.world.world import World
 
@@ -43,7 +44,9 @@ SHORTEST = 1.5  # m of a way
 OPEN = 0.5  # m about the chair within which a way may be nearer to walls than ROOM
 CORNER = 0.5  # m by which corners are cut
 STICK_STEPS = 5  # 20 Hz: the stick is read
-GETS_ON = (15.0, 0.5)  # s in which the rider gets on by so many m, or chooses another place
+GETS_ON = (8.0, 0.4, 0.8)  # s in which the rider gets on by so many m or rad, or backs out
+OUT = (3.5, 0.6)  # s, and share of full deflection
+STUCK_S = 60.0  # without getting on by that much, and the drive ends
 LIMIT_S = 300.0  # of driving
 
 
@@ -88,14 +91,15 @@ class _Ear(Estimate):
 
 def record(name: str, number: int) -> Recording:
     """Drive `number` on a map: the seed of chair, start and way."""
-    random = random_of(name, 'wandering', number)
+    random = random_of(name, 'wander', number)
     world = World.from_yaml(map_file(name))
     lockstep = Lockstep(map_file(name), _start(name, world, random), number, ranges=False)
     ear = lockstep.localization = _Ear(lockstep.localization, lockstep.chair)
     joystick = Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
     lockstep.start_up()
     rider, way, end = _Rider(name, random), 0.0, lockstep.time + LIMIT_S
-    while way < WAY and lockstep.time < end:
+    moved = lockstep.time, lockstep.chair.pose
+    while way < WAY and lockstep.time < min(end, moved[0] + STUCK_S):
         if lockstep.tick % STICK_STEPS == 0:
             command = joystick.on_axes(rider.stick(lockstep.time, lockstep.chair.pose), ())
             if command is not None:
@@ -103,12 +107,14 @@ def record(name: str, number: int) -> Recording:
         before = lockstep.chair.pose
         lockstep.step()
         way += math.dist(before[:2], lockstep.chair.pose[:2])
+        if math.dist(moved[1][:2], lockstep.chair.pose[:2]) > GETS_ON[1]:
+            moved = lockstep.time, lockstep.chair.pose
     return Recording(np.array(ear.poses), np.array(ear.ranges), tuple(ear.sensors), way)
 
 
 def kept(name: str, number: int, folder: Path) -> Recording:
     """As `record`; made once and kept in a folder."""
-    path = folder / f'wandering_{name}_{number}.npz'
+    path = folder / f'wander_{name}_{number}.npz'
     if not path.exists():
         made = record(name, number)
         folder.mkdir(parents=True, exist_ok=True)
@@ -142,18 +148,28 @@ def _costmap(name):
 
 
 class _Rider:
-    """Drives from place to place; to another one where it does not get on."""
+    """Drives from place to place. Where it does not get on it backs out or goes on straight, in turns, and chooses
+    another place.
+    """
 
     def __init__(self, name, random):
         self._name, self._places = name, _places(name, random)
-        self._driver = self._mark = None
+        self._driver = self._mark = self._until = None
+        self._away = 1.0
 
     def stick(self, t, pose):
         """The Stick at t (s), at a pose (x, y, yaw)."""
-        if self._mark is None or math.dist(self._mark[1], pose[:2]) > GETS_ON[1]:
-            self._mark = t, pose[:2]
-        if self._driver is None or self._driver.arrived or t - self._mark[0] > GETS_ON[0]:
-            self._driver, self._mark = self._next(pose), (t, pose[:2])
+        if self._until is not None:
+            if t < self._until:
+                return Stick(0.0, self._away * OUT[1])
+            self._driver = self._until = None
+        if self._mark is None or _apart(self._mark[1], pose):
+            self._mark = t, pose
+        if t - self._mark[0] > GETS_ON[0]:
+            self._until, self._away, self._mark = t + OUT[0], -self._away, None
+            return CENTRED
+        if self._driver is None or self._driver.arrived:
+            self._driver = self._next(pose)
         return self._driver.stick(t, pose)
 
     def _next(self, pose):
@@ -166,6 +182,10 @@ class _Rider:
             points = [pose[:2], *plan[6:-6:6, :2].tolist(), place[:2]]
             if np.hypot(*np.diff(plan[:, :2], axis=0).T).sum() >= SHORTEST:
                 return WayDriver(rounded(points, CORNER))
+
+
+def _apart(pose, other):
+    return math.dist(pose[:2], other[:2]) > GETS_ON[1] or abs(wrap(pose[2] - other[2])) > GETS_ON[2]
 
 
 def _open_about(costmap, pose):

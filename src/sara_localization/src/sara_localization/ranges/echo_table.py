@@ -155,17 +155,16 @@ def logarithms(model: BeamModel, limit: float, least: float) -> np.ndarray:
     width = limit / BINS
     middles = (np.arange(BINS) + 0.5) * width
     total = model.hit + model.short + model.lost + model.random
-    table = np.zeros((256, READINGS))
-    table[:, :BINS] = model.random / BINS
+    table = np.full((256, READINGS), model.random / BINS)
     for code in range(BINS):
         hit = np.exp(-0.5 * ((middles - middles[code]) / model.sigma) ** 2)
         table[code, :BINS] += model.hit * hit / hit.sum()
         table[code, : code + 1] += model.short / (code + 1)
-        table[code, FAR] = model.lost + model.random / BINS
+        table[code, FAR] += model.lost
     table[SILENT, :BINS] += model.short / BINS
-    table[SILENT, FAR] = model.hit + model.lost + model.random / BINS
+    table[SILENT, FAR] += model.hit + model.lost
     near = middles < least
-    table[:, NEAR] = table[:, :BINS][:, near].sum(axis=1) + model.random / BINS
+    table[:, NEAR] = table[:, :BINS][:, near].sum(axis=1)
     table[UNHEARD_OF] = total / READINGS
     return np.log(table / total)
 
