@@ -3,7 +3,7 @@
 The forward model of S. Thrun, "Learning occupancy grid maps with forward sensor models", 2003: the nearest surface in
 the cone that sends its echo back is heard. A smooth wall does so only up to a steepest angle between its normal and the
 cone's axis (J. Leonard, H. Durrant-Whyte, "Directed Sonar Sensing for Mobile Robot Navigation", 1992, chapter 2);
-steeper ones are not there for the sensor, and what stands behind them is not heard through them by this ray.
+of a ray that meets a steeper one nothing is heard.
 
 A reading is then as likely as the beam model of S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005, section
 6.3, says: heard as expected, with an error; shorter, for people stand about; no echo, for it was lost; anything at all.
@@ -21,7 +21,7 @@ from sara_common import distances
 from sara_localization.particles import field
 from sara_localization.particles.field import Placement, to_cells
 from sara_localization.ranges import map_echo
-from sara_localization.ranges.range_data import RangeMap
+from sara_localization.ranges.range_data import BeamModel, RangeMap
 
 HEADINGS = 72
 """Directions for which echoes are worked out, all round."""
@@ -32,8 +32,9 @@ SILENT, UNHEARD_OF = 254, 255
 NEAR, FAR, READINGS = BINS, BINS + 1, BINS + 2
 """Bins of readings nearer than a sensor can measure, and of no echo; how many bins there are."""
 STEEPEST = math.radians(60.0)
+"""Between a wall's normal and the cone's axis."""
 MOST_CELLS = 2_000_000
-"""Free cells of a map, at 72 bytes each."""
+"""Free cells of a map that is searched, at 72 bytes each."""
 NORMAL_REACH = 4
 """Cells to the nearest wall up to which its direction is known."""
 
@@ -112,10 +113,8 @@ def _fill(cells, normals, free, limits, codes):
 
 
 def make(map_: RangeMap, field_of_view: float, limit: float) -> EchoTable:
-    """Of sensors with a full cone (rad) that hear up to `limit` (m). Raises ValueError with a sentence."""
+    """Of sensors with a full cone (rad) that hear up to `limit` (m)."""
     free = field.free_cells(map_)
-    if not 0 < len(free) <= MOST_CELLS:
-        raise ValueError(f'the map has {len(free)} free cells, allowed are 1 to {MOST_CELLS}')
     rows = np.full(map_.cells.shape, -1, np.int32)
     rows.ravel()[free] = np.arange(len(free), dtype=np.int32)
     codes = np.empty((len(free), HEADINGS), np.uint8)
@@ -136,16 +135,6 @@ def _normals(map_):
     slope_x, slope_y = down[:, 2:] - down[:, :-2], along[2:] - along[:-2]
     known = (squares <= NORMAL_REACH**2) & ((slope_x != 0.0) | (slope_y != 0.0))
     return np.where(known, np.arctan2(-slope_y, -slope_x), np.nan).astype(np.float32)
-
-
-class BeamModel(NamedTuple):
-    """sigma, m; shares of readings as expected, shorter, without an echo, and anything."""
-
-    sigma: float
-    hit: float
-    short: float
-    lost: float
-    random: float
 
 
 def logarithms(model: BeamModel, limit: float, least: float) -> np.ndarray:
@@ -205,6 +194,17 @@ def add_logarithms(
                     heading = int(math.floor((yaw + readings[k, 2] - turned) * to_heading + 0.5)) % HEADINGS
                     code = int(table.codes[at, heading])
             sums[i] += logs[code, int(readings[k, 3])]
+
+
+def is_marked(table: EchoTable, marks: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """bool (n,): whether poses (n, 3) in the map are on marked cells, bool (rows, columns) of the table's map."""
+    dx, dy = (poses[:, :2] - (table.place.x, table.place.y)).T / table.place.resolution
+    columns = np.floor(table.place.cosine * dx + table.place.sine * dy)
+    rows = np.floor(table.place.cosine * dy - table.place.sine * dx)
+    inside = (rows >= 0) & (rows < marks.shape[0]) & (columns >= 0) & (columns < marks.shape[1])
+    found = np.zeros(len(poses), np.bool_)
+    found[inside] = marks[rows[inside].astype(np.int64), columns[inside].astype(np.int64)]
+    return found
 
 
 def warm() -> None:
