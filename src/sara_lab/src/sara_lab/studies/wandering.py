@@ -120,9 +120,7 @@ def kept(name: str, number: int, folder: Path) -> Recording:
         folder.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(path, **made._asdict())
     with np.load(path) as found:
-        return Recording(
-            found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way'])
-        )
+        return Recording(found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way']))
 
 
 def _start(name, world, random):

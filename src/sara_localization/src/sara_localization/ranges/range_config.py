@@ -96,7 +96,8 @@ class RangeConfig:
     range_z_short: float = 0.06
     range_z_max: float = 0.06
     range_z_rand: float = 0.08
-    """Shares of readings that are as the map has it, shorter, without an echo, and anything; their sum need not be 1."""
+    """Shares of readings that are as the map has it, shorter, without an echo, and anything; any sum, for they are
+    divided by it."""
     seed: int = 0
     """Of the search's random numbers."""
 

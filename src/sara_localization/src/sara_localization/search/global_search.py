@@ -24,9 +24,9 @@ from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
 from sara_localization.particles.likelihood import Likelihoods
 from sara_localization.particles.particle_filter import ParticleFilter
-from sara_localization.search import echo_table
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.search import echo_table
 from sara_localization.search.rivals import Rivals, Station
 
 PARTICLES_PER_M2, LEAST, MOST = 150, 2000, 100_000
@@ -99,9 +99,9 @@ class Found(NamedTuple):
 
 
 class GlobalSearch:
-    """A search over a map. `filter`: the particles; `belief`: what the particles say, None before the first step; `rival`: the pose of another
-    place that explains what was heard about as well as the best does, None where there is none or the particles do not
-    agree yet; `steps`: how many there were.
+    """A search over a map. `filter`: the particles; `belief`: what they say, None before the first step; `rival`: the
+    pose of another place that explains what was heard about as well as the one they agree on, None where there is none
+    or they do not agree; `steps`: how many there were.
     """
 
     def __init__(self, config: RangeConfig, map_: RangeMap, places: Places, field_of_view: float, limit: float):
@@ -141,7 +141,10 @@ class GlobalSearch:
         self.filter.resample(None)
         self.belief = belief(self.filter.poses, self.filter.weights)
         self.steps += 1
-        return self._compare(here) if self._agree() else None
+        if self._agree():
+            return self._compare(here)
+        self.rival = None
+        return None
 
     def _move(self, here):
         particles = self.filter

@@ -55,6 +55,20 @@ class RangeLocalizer:
         self.searching, self.search, self._places = False, None, None
         self._newest = {}
 
+    @property
+    def told(self) -> str:
+        """While searching a sentence about it; else ''."""
+        if not self.searching:
+            return ''
+        search = self.search
+        if search is None or search.belief is None:
+            return 'not sure where the robot is: drive it about'
+        if search.rival is not None:
+            x, y, yaw = search.rival
+            like = f'({x:.1f}, {y:.1f}, {math.degrees(yaw):.0f} deg) fits about as well as the best place'
+            return f'not sure where the robot is: {like}; drive on'
+        return f'not sure where the robot is: {search.belief.clusters} places fit; drive it about'
+
     def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
         """See RangeCorrection. Where the dead reckoning jumps, a search begins anew."""
         jumps = self.correction.counts['jumped']

@@ -112,7 +112,12 @@ class Rivals:
         """Each pose moved to where it explains the readings best, close by."""
         for metres, radians in STEPS:
             offsets = np.array(
-                [(dx, dy, turn) for dx in (-metres, 0, metres) for dy in (-metres, 0, metres) for turn in (-radians, 0, radians)]
+                [
+                    (dx, dy, turn)
+                    for dx in (-metres, 0, metres)
+                    for dy in (-metres, 0, metres)
+                    for turn in (-radians, 0, radians)
+                ]
             )
             tried = (poses[:, None, :] + offsets).reshape(-1, 3)
             scores = self._scores(tried, readings).reshape(len(poses), -1)
