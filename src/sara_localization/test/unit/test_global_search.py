@@ -1,5 +1,6 @@
-"""A start anywhere by ranges: what the map predicts, the search over it, and when it is sure. Ranges are reckoned by the
-simulated sensors' own law in a grid that is finer than the map, not taken from the table.
+"""A start anywhere by ranges: what the map predicts, the search over it, and when it is sure.
+
+Ranges are reckoned ray by ray in a grid that is finer than the map, not taken from the table.
 """
 
 import math

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from sara_common.config import ConfigError
+from sara_common.config import ConfigError, is_whole
 from sara_localization.config.parameters import ParameterReader
 from sara_localization.ranges.range_data import BeamModel
 
@@ -159,7 +159,10 @@ class RangeConfig:
                 values[f.name] = reader.boolean(f.name, f.default)
             elif isinstance(f.default, float):
                 values[f.name] = reader.number(f.name, f.default)
-        values['seed'] = int(reader.number('seed', cls.seed, low=0))
+        seed = reader.take('seed', cls.seed)
+        values['seed'] = seed if is_whole(seed, 0) else cls.seed
+        if not is_whole(seed, 0):
+            reader.faults.append(f'seed is {seed!r}, allowed are whole numbers of 0 or more')
         values['turn_scale_file'] = reader.take('turn_scale_file', cls.turn_scale_file)
         if not isinstance(values['turn_scale_file'], str):
             reader.faults.append(f'turn_scale_file is {values["turn_scale_file"]!r}, allowed is the name of a file')

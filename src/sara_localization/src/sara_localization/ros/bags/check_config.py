@@ -1,4 +1,5 @@
-"""What is wrong with the parameters of a filter or of amcl, without running it; with a bag, also with a filter's data.
+"""What is wrong with the parameters of a filter, of amcl or of range_localization, without running it; with a bag, also
+with a filter's data.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
 
@@ -22,6 +23,7 @@ from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks import check_config
 from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
+from sara_localization.checks.range_settings import check_ranges, is_for_ranges
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import IDENTITY
@@ -30,6 +32,8 @@ from sara_localization.ros.bags import bag_tools
 from sara_localization.ros.bags.bag_tools import TF_TOPICS, UsageError
 from sara_localization.ros.inputs import resolved
 
+NODES = (('range_localization', is_for_ranges, check_ranges), ('amcl', is_for_amcl, check_amcl))
+"""Nodes besides the filters: name, whether parameters are its own, the check; the first that fits counts."""
 WORDS = {ERROR: 'error', WARN: 'warning', OK: 'note'}
 
 
@@ -119,7 +123,8 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
         description='What is wrong with the parameters of ekf_localization_node, '
-        'ukf_localization_node or amcl, without running it; with a bag, which sensor misleads a filter.',
+        'ukf_localization_node, amcl or range_localization, without running it; with a bag, which sensor misleads a '
+        'filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
@@ -127,10 +132,11 @@ def main(argv: list[str] | None = None) -> None:
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:] if argv is None else argv)
     try:
         params = bag_tools.load_params(arguments.params)
-        if is_for_amcl(params):
-            if arguments.bag:
-                raise UsageError('a bag is compared with the parameters of a filter, not with those of amcl')
-            sys.exit(report(check_amcl(params)))
+        for node, its_own, check in NODES:
+            if its_own(params):
+                if arguments.bag:
+                    raise UsageError(f'a bag is compared with the parameters of a filter, not with those of {node}')
+                sys.exit(report(check(params)))
         config, findings = check_config.check(params)
         if arguments.bag and config is not None:
             static = [bag_tools.static_transform(text) for text in arguments.static_tf]
