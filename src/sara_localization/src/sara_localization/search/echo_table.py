@@ -51,37 +51,6 @@ class EchoTable(NamedTuple):
 
 
 @kernel
-def _ray(cells, x, y, angle, limit):
-    """As map_echo.cast, from x, y (cells): (distance in cells or inf, what is there, row, column of the last free cell
-    before it).
-    """
-    rows, columns = cells.shape
-    dx, dy = math.cos(angle), math.sin(angle)
-    column, row = int(math.floor(x)), int(math.floor(y))
-    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-    gap_x = abs(1.0 / dx) if dx != 0.0 else math.inf
-    gap_y = abs(1.0 / dy) if dy != 0.0 else math.inf
-    next_x = ((column + 1 - x) if dx > 0.0 else (x - column)) * gap_x if dx != 0.0 else math.inf
-    next_y = ((row + 1 - y) if dy > 0.0 else (y - row)) * gap_y if dy != 0.0 else math.inf
-    distance, free_row, free_column = 0.0, row, column
-    while distance <= limit:
-        if not (0 <= row < rows and 0 <= column < columns):
-            return distance, map_echo.UNKNOWN, free_row, free_column
-        if cells[row, column] != map_echo.FREE:
-            return distance, int(cells[row, column]), free_row, free_column
-        free_row, free_column = row, column
-        if next_x < next_y:
-            distance = next_x
-            next_x += gap_x
-            column += step_x
-        else:
-            distance = next_y
-            next_y += gap_y
-            row += step_y
-    return math.inf, map_echo.FREE, free_row, free_column
-
-
-@kernel
 def _fill(cells, normals, free, limits, codes):
     """Work out the codes of the free cells (flat indices). normals: float32 (rows, columns), the direction of the wall
     near a cell, rad, NaN far from walls; limits: (cells, half a cone in directions, steepest angle, cells in a bin).
@@ -93,15 +62,15 @@ def _fill(cells, normals, free, limits, codes):
     for i in range(len(free)):
         row, column = free[i] // columns, free[i] % columns
         for k in range(HEADINGS):
-            reach[k], what[k], r, c = _ray(cells, column + 0.5, row + 0.5, k * gap, limit)
-            wall[k] = normals[r, c]
+            reach[k], what[k], r, c = map_echo.walk(cells, column + 0.5, row + 0.5, k * gap, limit)
+            wall[k] = normals[r, c] if what[k] == map_echo.OCCUPIED else math.nan
         for k in range(HEADINGS):
             best, nearest = math.inf, map_echo.FREE
             for j in range(k - half, k + half + 1):
                 at = j % HEADINGS
                 if reach[at] < best:
                     steep = abs((wall[at] - k * gap + math.pi) % (2.0 * math.pi) - math.pi)
-                    if what[at] == map_echo.OCCUPIED and steep > steepest:  # false where it is NaN
+                    if steep > steepest:  # false where it is NaN
                         continue
                     best, nearest = reach[at], what[at]
             if best == math.inf:
@@ -158,16 +127,11 @@ def logarithms(model: BeamModel, limit: float, least: float) -> np.ndarray:
     return np.log(table / total)
 
 
-@kernel
-def _bin_of(distance, width):
-    return min(int(distance / width), BINS - 1)
-
-
 def bin_of(table: EchoTable, distance: float, least: float) -> int:
     """The bin of a reading (m, REP-117), which is no NaN."""
     if distance < least:
         return NEAR
-    return FAR if distance >= table.bin * BINS else _bin_of(distance, table.bin)
+    return FAR if distance >= table.bin * BINS else min(int(distance / table.bin), BINS - 1)
 
 
 @kernel
@@ -213,5 +177,4 @@ def warm() -> None:
     cells = np.zeros((3, 3), np.uint8)
     cells[0, 0] = map_echo.OCCUPIED
     table = make(RangeMap(cells, 1.0), 0.5, 1.0)
-    bin_of(table, 0.5, 0.1)
     add_logarithms(table, np.zeros((256, READINGS)), np.zeros((1, 3)), np.zeros((1, 4)), np.zeros(1))
