@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from sara_common.config import ConfigError
-from sara_localization.checks.findings import Finding, error, warning
+from sara_localization.checks.findings import Finding, of_parameters
 from sara_localization.particles.amcl_config import AmclConfig
 
 _ITS_OWN = ('laser_', 'odom_alpha', 'odom_model_type', 'min_particles', 'max_particles', 'kld_', 'resample_interval')
@@ -20,13 +19,7 @@ def is_for_amcl(params: dict[str, object]) -> bool:
 
 def check_amcl(params: dict[str, object]) -> list[Finding]:
     """Everything found in amcl's parameters."""
-    try:
-        config = AmclConfig.from_params(params)
-    except ConfigError as refused:
-        found = [error('configuration', sentence.rstrip('.') + '.') for sentence in refused.faults]
-        return found + [warning('parameters', sentence) for sentence in refused.warnings]
-    found = [warning('parameters', sentence) for sentence in config.warnings]
-    return found + [warning(key, sentence) for applies, key, sentence in _doubtful(config) if applies]
+    return of_parameters(AmclConfig.from_params, params, _doubtful)
 
 
 def _doubtful(c):

@@ -4,8 +4,7 @@ remedy.
 
 from __future__ import annotations
 
-from sara_common.config import ConfigError
-from sara_localization.checks.findings import Finding, error, warning
+from sara_localization.checks.findings import Finding, of_parameters
 from sara_localization.ranges.range_config import RangeConfig
 
 _WIDE_STEP = 0.5
@@ -21,13 +20,7 @@ def is_for_ranges(params: dict[str, object]) -> bool:
 
 def check_ranges(params: dict[str, object]) -> list[Finding]:
     """Everything found in range_localization's parameters."""
-    try:
-        config = RangeConfig.from_params(params)
-    except ConfigError as refused:
-        found = [error('configuration', sentence.rstrip('.') + '.') for sentence in refused.faults]
-        return found + [warning('parameters', sentence) for sentence in refused.warnings]
-    found = [warning('parameters', sentence) for sentence in config.warnings]
-    return found + [warning(key, sentence) for applies, key, sentence in _doubtful(config) if applies]
+    return of_parameters(RangeConfig.from_params, params, _doubtful)
 
 
 def _doubtful(c):

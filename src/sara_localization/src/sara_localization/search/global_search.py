@@ -30,6 +30,7 @@ from sara_localization.search import echo_table
 from sara_localization.search.rivals import Rivals, Station
 
 PARTICLES_PER_M2, LEAST, MOST = 150, 2000, 100_000
+"""Per square metre where the robot has room at the start, and at least and at most in all."""
 MOTION = {
     'odom_model_type': 'diff-corrected',
     'odom_alpha1': 0.002,
@@ -41,6 +42,7 @@ MOTION = {
 JITTER = (0.04, 0.04, math.radians(2.0))
 """m, m, rad: standard deviations by which particles are spread after a step."""
 WEIGHT = 0.15
+"""Of a reading, as the exponent of its likelihood."""
 IN_WALL = -10.0
 """Logarithm by which a place without room for the robot is less likely."""
 CLUSTER, SPREAD_M, SPREAD_RAD = 0.99, 0.25, math.radians(6.0)
