@@ -118,7 +118,9 @@ def kept(name: str, number: int, folder: Path) -> Recording:
     if not path.exists():
         made = record(name, number)
         folder.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **made._asdict())
+        part = path.with_suffix('.part.npz')
+        np.savez_compressed(part, **made._asdict())
+        part.replace(path)  # whole or not at all
     with np.load(path) as found:
         return Recording(found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way']))
 

@@ -67,7 +67,7 @@ class RangeLocalizer:
             x, y, yaw = search.rival
             like = f'({x:.1f}, {y:.1f}, {math.degrees(yaw):.0f} deg) fits about as well as the best place'
             return f'not sure where the robot is: {like}; drive on'
-        return f'not sure where the robot is: {search.belief.clusters} places fit; drive it about'
+        return f'not sure where the robot is: places that fit: {search.belief.clusters}; drive it about'
 
     def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
         """See RangeCorrection. Where the dead reckoning jumps, a search begins anew."""
