@@ -5,6 +5,7 @@ diagnostics out.
 Time is that of the stamps, so that nothing depends on how fast the computer is.
 """
 
+import itertools
 import math
 import sys
 import threading
@@ -18,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
+from std_srvs.srv import Empty
 
 sys.path.append(str(Path(__file__).resolve().parent / 'support'))
 from waiting import wait_until  # noqa: E402
@@ -158,6 +160,57 @@ class RangeLocalizationTest(unittest.TestCase):
         message.header.frame_id, message.pose.pose.orientation.w = 'map', 1.0
         self.set_pose_pub.publish(message)
         wait_until(lambda: self.value('correction (m, m, deg)') == '0.000 0.000 0.00', 'set_pose is not taken')
+
+    def test_the_search_is_told_and_nothing_else_is_published(self):
+        """After the test above: the map is known. A rectangle looks alike after half a turn: the node is never sure."""
+        self.map_pub.publish(room())
+        rospy.wait_for_service('global_localization', 60.0)
+        search = rospy.ServiceProxy('global_localization', Empty)
+        last = self.send(0)[0]
+        wait_until(lambda: last in self.corrected, 'odometry/corrected does not answer')
+        search()
+        poses = len(self.poses)
+        steps = itertools.count(1)
+
+        def heeded():
+            _, x, y = self.send(next(steps))
+            self.send_range('left', FREE_Y * CELL - (y + 0.3))
+            self.send_range('front', FREE_X * CELL - (x + 0.5))
+            return int(self.value('searched') or 0) > 20
+
+        wait_until(heeded, 'readings are not heeded')
+        wait_until(
+            lambda: 'not sure where the robot is' in self.status.message, lambda: f'nothing is told: {self.status}'
+        )
+        self.assertFalse([s for s in self.corrected if s > last], 'a pose is given out that nobody knows')
+        self.assertEqual(len(self.poses), poses)
+
+        # A map without room ends the search in words; then it cannot be begun.
+        solid = room()
+        solid.data = [100] * len(solid.data)
+        self.map_pub.publish(solid)
+        wait_until(lambda: 'not sure' not in self.status.message, 'the search goes on in another map')
+        with self.assertRaises(rospy.ServiceException) as refused:
+            search()
+        self.assertIn('no free place', str(refused.exception))
+
+        # A pose that is set ends a search.
+        self.map_pub.publish(room())
+        wait_until(lambda: begins(search), 'there is no search in the first map')
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id, message.pose.pose.orientation.w = 'map', 1.0
+        self.set_pose_pub.publish(message)
+        wait_until(lambda: 'not sure' not in self.status.message, 'set_pose does not end the search')
+        stamp = self.send(next(steps))[0]
+        wait_until(lambda: stamp in self.corrected, 'there is no pose after set_pose')
+
+
+def begins(search):
+    try:
+        search()
+    except rospy.ServiceException:
+        return False
+    return True
 
 
 if __name__ == '__main__':

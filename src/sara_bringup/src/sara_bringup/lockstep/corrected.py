@@ -11,8 +11,8 @@ from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import parameters
 from sara_common.planar import compose
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.search.range_localizer import RangeLocalizer
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
@@ -42,11 +42,11 @@ class Corrected(Estimate):
         self._inner, self._limits, self._places = inner, limits, mountings()
         self.on_imu, self.on_odometry = inner.on_imu, inner.on_odometry
         config = config or settings()
-        self.correction = RangeCorrection(config, range_map(grid, config.map_occupied_above))
+        self.localizer = RangeLocalizer(config, range_map(grid, config.map_occupied_above))
 
     def on_range(self, reading: RangeReading) -> None:
         """A canserial RangeReading."""
-        self.correction.on_range(
+        self.localizer.on_range(
             RangeData(
                 reading.name, reading.stamp, self._places[reading.name], reading.range, *self._limits, FIELD_OF_VIEW
             )
@@ -56,15 +56,25 @@ class Corrected(Estimate):
         """As Filter's; from there on the filter is believed anew."""
         refused = self._inner.set_pose(pose, now)
         if refused is None:
-            self.correction.forget()
+            self.localizer.forget()
         return refused
 
+    def start_anywhere(self) -> str:
+        """As the service `global_localization`; returns '' or why that cannot be."""
+        return self.localizer.start_anywhere()
+
     def step(self, now: float) -> bool:
-        """The filter's tick, and what is given out with the correction on it."""
-        inner, correction = self._inner, self.correction
+        """The filter's tick, and what is given out with the correction on it; nothing while the place is searched
+        for.
+        """
+        inner, localizer = self._inner, self.localizer
         if not inner.step(now):
             return False
-        correction.on_pose(inner.stamp, inner.pose)
+        localizer.on_pose(inner.stamp, inner.pose)
+        if localizer.searching:
+            self.pose = self.map_from_odom = None
+            return False
+        correction = localizer.correction
         self.velocity, self.stamp, self.pose = inner.velocity, inner.stamp, compose(correction.offset, inner.pose)
         self.map_from_odom = inner.map_from_odom and compose(correction.offset, inner.map_from_odom)
         return True

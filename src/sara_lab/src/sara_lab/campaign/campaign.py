@@ -18,6 +18,7 @@ from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.filters import filter_fuzz, nees
+from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
@@ -45,6 +46,7 @@ PARTS = {
     'filter_fuzz': filter_fuzz,
     'amcl': amcl,
     'kidnapped': kidnapped,
+    'global_start': global_start,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sara_localization.checks.findings import Finding, config_findings
+from sara_localization.checks.findings import Finding, of_parameters
 from sara_localization.particles.amcl_config import AmclConfig
 
 _ITS_OWN = ('laser_', 'odom_alpha', 'odom_model_type', 'min_particles', 'max_particles', 'kld_', 'resample_interval')
@@ -19,7 +19,7 @@ def is_for_amcl(params: dict[str, object]) -> bool:
 
 def check_amcl(params: dict[str, object]) -> list[Finding]:
     """Everything found in amcl's parameters."""
-    return config_findings(AmclConfig, params, _doubtful)
+    return of_parameters(AmclConfig.from_params, params, _doubtful)
 
 
 def _doubtful(c):

@@ -29,24 +29,24 @@ def error(key: str, sentence: str) -> Finding:
     return Finding(ERROR, key, sentence)
 
 
-def sorted_findings(findings: list[Finding]) -> list[Finding]:
-    """Errors first, each sentence once, in the order they were found."""
-    unique = list(dict.fromkeys(findings))
-    return sorted(unique, key=lambda finding: -finding.level)
-
-
-def config_findings(
-    config_class: Any, params: dict[str, object], doubtful: Callable[[Any], Iterable[tuple[bool, str, str]]]
+def of_parameters(
+    read: Callable[[dict[str, object]], Any],
+    params: dict[str, object],
+    doubtful: Callable[[Any], Iterable[tuple[bool, str, str]]],
 ) -> list[Finding]:
-    """Everything found in a node's parameters.
-
-    config_class: what refuses them, by its from_params. doubtful: (whether it is so, key, sentence) for what can be
-    started with but is probably not meant.
+    """Everything found in a node's parameters. read: makes a configuration with `warnings` of them, or raises
+    ConfigError; doubtful: (whether it applies, key, sentence) of what is probably not meant in it.
     """
     try:
-        config = config_class.from_params(params)
+        config = read(params)
     except ConfigError as refused:
         found = [error('configuration', sentence.rstrip('.') + '.') for sentence in refused.faults]
         return found + [warning('parameters', sentence) for sentence in refused.warnings]
     found = [warning('parameters', sentence) for sentence in config.warnings]
     return found + [warning(key, sentence) for applies, key, sentence in doubtful(config) if applies]
+
+
+def sorted_findings(findings: list[Finding]) -> list[Finding]:
+    """Errors first, each sentence once, in the order they were found."""
+    unique = list(dict.fromkeys(findings))
+    return sorted(unique, key=lambda finding: -finding.level)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from sara_localization.checks.findings import Finding, config_findings, error, warning
+from sara_localization.checks.findings import Finding, error, of_parameters, warning
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import NAMES, ROLL, VX, YAW, X, Y
 from sara_localization.gps.navsat_config import NavSatConfig
@@ -38,7 +38,7 @@ def is_for_navsat(params: dict[str, object]) -> bool:
 
 def check_navsat(params: dict[str, object]) -> list[Finding]:
     """Everything found in navsat_transform_node's parameters."""
-    return config_findings(NavSatConfig, params, _doubtful)
+    return of_parameters(NavSatConfig.from_params, params, _doubtful)
 
 
 def _doubtful(c):

@@ -35,9 +35,9 @@ PLANE_LEAST = 0.10
 
 
 @kernel
-def cast(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tuple[float, int]:
+def walk(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tuple[float, int, int, int]:
     """Walk a ray through uint8 cells (rows, columns) from x, y (cells) until one that is not FREE; returns (distance in
-    cells or inf, what is there).
+    cells or inf, what is there, row and column of the cell before).
 
     The traversal of J. Amanatides and A. Woo, 1987. Outside of the grid all is UNKNOWN.
     """
@@ -49,12 +49,13 @@ def cast(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tu
     gap_y = abs(1.0 / dy) if dy != 0.0 else math.inf
     next_x = ((column + 1 - x) if dx > 0.0 else (x - column)) * gap_x if dx != 0.0 else math.inf
     next_y = ((row + 1 - y) if dy > 0.0 else (y - row)) * gap_y if dy != 0.0 else math.inf
-    distance = 0.0
+    distance, free_row, free_column = 0.0, row, column
     while distance <= limit:
         if not (0 <= row < rows and 0 <= column < columns):
-            return distance, UNKNOWN
+            return distance, UNKNOWN, free_row, free_column
         if grid[row, column] != FREE:
-            return distance, int(grid[row, column])
+            return distance, int(grid[row, column]), free_row, free_column
+        free_row, free_column = row, column
         if next_x < next_y:
             distance = next_x
             next_x += gap_x
@@ -63,7 +64,14 @@ def cast(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tu
             distance = next_y
             next_y += gap_y
             row += step_y
-    return math.inf, FREE
+    return math.inf, FREE, free_row, free_column
+
+
+@kernel
+def cast(grid: np.ndarray, x: float, y: float, angle: float, limit: float) -> tuple[float, int]:
+    """As `walk`: (distance in cells or inf, what is there)."""
+    distance, what, _, _ = walk(grid, x, y, angle, limit)
+    return distance, what
 
 
 class Cone(NamedTuple):

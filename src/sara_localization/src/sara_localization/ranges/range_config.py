@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from sara_common.config import ConfigError
+from sara_common.config import ConfigError, is_whole
 from sara_localization.config.parameters import ParameterReader
+from sara_localization.ranges.range_data import BeamModel
 
 _FRAMES = ('base_frame_id', 'odom_frame_id', 'global_frame_id')
 _ABOVE_ZERO = (
@@ -24,6 +25,11 @@ _ABOVE_ZERO = (
     'initial_cov_xx',
     'initial_cov_yy',
     'initial_cov_aa',
+    'search_min_d',
+    'search_min_a',
+    'search_sigma_hit',
+    'range_z_hit',
+    'range_z_rand',
 )
 
 
@@ -79,6 +85,22 @@ class RangeConfig:
     update_min_a: float = 0.05
     """m driven or rad turned between two readings of a sensor that are used: a robot that stands learns nothing new."""
 
+    search_min_d: float = 0.2
+    search_min_a: float = 0.35
+    """m driven or rad turned between two steps of a search for the place (global_localization)."""
+    search_clearance: float = 0.25
+    """m from the walls that the robot's middle keeps: half its width, or less."""
+    search_sigma_hit: float = 0.1
+    """m; of the beam model while searching."""
+    range_z_hit: float = 0.8
+    range_z_short: float = 0.06
+    range_z_max: float = 0.06
+    range_z_rand: float = 0.08
+    """Shares of readings that are as the map has it, shorter, without an echo, and anything; any sum, for they are
+    divided by it."""
+    seed: int = 0
+    """Of the search's random numbers."""
+
     max_correction_rate: float = 0.05
     """m/s at which what is given out follows the estimate."""
     max_correction_turn_rate: float = 0.0175
@@ -87,6 +109,13 @@ class RangeConfig:
     max_vel_theta: float = 2.0
     """m/s and rad/s; dead reckoning that goes faster was put elsewhere, and is believed anew."""
     warnings: tuple[str, ...] = ()
+
+    @property
+    def beam_model(self) -> BeamModel:
+        """Of the search."""
+        return BeamModel(
+            self.search_sigma_hit, self.range_z_hit, self.range_z_short, self.range_z_max, self.range_z_rand
+        )
 
     def faults(self) -> list[str]:
         """Sentences, one for each bad value."""
@@ -130,6 +159,10 @@ class RangeConfig:
                 values[f.name] = reader.boolean(f.name, f.default)
             elif isinstance(f.default, float):
                 values[f.name] = reader.number(f.name, f.default)
+        seed = reader.take('seed', cls.seed)
+        values['seed'] = seed if is_whole(seed, 0) else cls.seed
+        if not is_whole(seed, 0):
+            reader.faults.append(f'seed is {seed!r}, allowed are whole numbers of 0 or more')
         values['turn_scale_file'] = reader.take('turn_scale_file', cls.turn_scale_file)
         if not isinstance(values['turn_scale_file'], str):
             reader.faults.append(f'turn_scale_file is {values["turn_scale_file"]!r}, allowed is the name of a file')

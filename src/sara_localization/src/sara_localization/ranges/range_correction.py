@@ -63,6 +63,15 @@ class RangeCorrection:
         self._trail = deque()  # (stamp, (x, y, yaw)) by dead reckoning
         self._passed, self._used = {}, {}
 
+    def start_at(self, pose: tuple[float, float, float], covariance: np.ndarray) -> None:
+        """The robot is at (x, y, yaw) in the map now, with a covariance (3, 3): given out at once. There must have been
+        dead reckoning.
+        """
+        self.offset = self._wanted = _offset(pose, self._trail[-1][1])
+        self._P[:3, :] = self._P[:, :3] = 0.0
+        self._P[:3, :3] = covariance
+        self._passed, self._used = {}, {}
+
     @property
     def P(self) -> np.ndarray:
         """(3, 3): the covariance of the pose estimated."""
@@ -77,6 +86,11 @@ class RangeCorrection:
     def pose(self) -> tuple[float, float, float] | None:
         """The pose estimated, (x, y, yaw) in the map; None before there is any."""
         return compose(self._wanted, self._trail[-1][1]) if self._trail else None
+
+    @property
+    def dead_reckoned(self) -> tuple[float, float, float] | None:
+        """The newest (x, y, yaw) by dead reckoning; None before there is any."""
+        return self._trail[-1][1] if self._trail else None
 
     @property
     def sigma(self) -> tuple[float, float]:
@@ -165,18 +179,12 @@ class RangeCorrection:
 
     def _take(self, r):
         c = self.config
-        if not (
-            math.isfinite(r.stamp)
-            and not math.isnan(r.range)
-            and 0.0 < r.field_of_view <= math.pi
-            and all(map(math.isfinite, r.mount))
-        ):
-            return 'bad_range'
-        if self.map is None:
-            return 'no_map'
-        here = self._at(r.stamp - c.range_delay)
+        fault = self.fault(r)
+        if fault:
+            return fault
+        here = self.at(r.stamp - c.range_delay)
         if here is None:
-            return 'waiting' if self._young(r.stamp - c.range_delay) else 'no_pose'
+            return 'waiting' if self.is_young(r.stamp - c.range_delay) else 'no_pose'
         passed, self._passed[r.name] = self._passed.get(r.name), None
         if not max(c.range_min_range, r.least) <= r.range <= min(c.range_max_range, r.most):
             return 'out_of_span'
@@ -201,13 +209,24 @@ class RangeCorrection:
         self._correct(H, y, S)
         return 'used'
 
-    def _young(self, stamp):
+    def fault(self, r: RangeData) -> str:
+        """Why a reading cannot be used wherever the robot is, as on_range has it; '' where it can."""
+        if not (
+            math.isfinite(r.stamp)
+            and not math.isnan(r.range)
+            and 0.0 < r.field_of_view <= math.pi
+            and all(map(math.isfinite, r.mount))
+        ):
+            return 'bad_range'
+        return 'no_map' if self.map is None else ''
+
+    def is_young(self, stamp: float) -> bool:
         """Whether a time (s) is not remembered because the dead reckoning has not gone on for long."""
         trail = self._trail
         return not trail or (stamp < trail[0][0] and trail[-1][0] - trail[0][0] < 0.9 * MEMORY_S)
 
-    def _at(self, stamp):
-        """The dead-reckoned pose at a time (s), None where that is not remembered."""
+    def at(self, stamp: float) -> tuple[float, float, float] | None:
+        """The dead-reckoned pose (x, y, yaw) at a time (s), None where that is not remembered."""
         trail = self._trail
         if not trail or stamp < trail[0][0] or stamp > trail[-1][0] + self.config.transform_tolerance:
             return None

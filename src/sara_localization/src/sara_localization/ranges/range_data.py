@@ -47,3 +47,15 @@ class RangeData(NamedTuple):
     least: float
     most: float
     field_of_view: float
+
+
+class BeamModel(NamedTuple):
+    """How readings scatter about what a map predicts: sigma, m; shares of readings as predicted, shorter, without an
+    echo, and anything; their sum need not be 1.
+    """
+
+    sigma: float
+    hit: float
+    short: float
+    lost: float
+    random: float

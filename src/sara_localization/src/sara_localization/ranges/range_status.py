@@ -16,19 +16,20 @@ LOST_SIGMA = 0.3
 
 class Heard(NamedTuple):
     """When the last pose and the last range came (s), None before the first; the sentence about a transform that is not
-    there.
+    there; while the place is searched for, the sentence how far that has come.
     """
 
     last_pose: float | None = None
     last_range: float | None = None
     missing: str = ''
+    searching: str = ''
 
 
 def status(
     name: str, correction: RangeCorrection, now: float, heard: Heard, before: dict[str, int] | None = None
 ) -> Status:
     """The node's status at a time (s); `before`: the counts of the last time, for faults are told when they are new."""
-    last_pose, last_range, missing = heard
+    last_pose, last_range, missing, searching = heard
     counts, (place, yaw) = correction.counts, correction.sigma
     faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
     level, message = OK, f'the pose is corrected by {counts["used"]} ranges'
@@ -39,7 +40,10 @@ def status(
     elif missing:
         level, message = ERROR, missing
     elif last_range is None or now - last_range > SILENT_AFTER:
-        level, message = WARN, f'no range has come for {SILENT_AFTER:g} s or more: the pose is dead reckoning'
+        what = 'the place is not found' if searching else 'the pose is dead reckoning'
+        level, message = WARN, f'no range has come for {SILENT_AFTER:g} s or more: {what}'
+    elif searching:
+        level, message = WARN, searching
     elif place > LOST_SIGMA:
         level, message = WARN, f'the pose is uncertain by {place:.2f} m: no wall of the map was heard for long'
     elif faults:

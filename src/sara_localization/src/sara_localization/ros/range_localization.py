@@ -2,7 +2,8 @@
 frames.
 
 In: odom (Odometry: a pose in the map by dead reckoning), map, ~range_topics (Range), set_pose, /tf. Out: map -> odom,
-odometry/corrected, amcl_pose, /diagnostics.
+odometry/corrected, amcl_pose, /diagnostics. Service: global_localization. While the place is searched for only
+/diagnostics is published.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from sara_common.ros.diagnostics import diagnostic_array
@@ -28,12 +30,12 @@ from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import StampedTransform
 from sara_localization.ranges import turn_scale
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData
 from sara_localization.ranges.range_status import Heard, status
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
+from sara_localization.search.range_localizer import RangeLocalizer
 
 QUEUE = 100
 DIAGNOSTICS_PERIOD = 1.0
@@ -46,7 +48,8 @@ class RangeNode:
     """Callbacks and the timer share one lock."""
 
     def __init__(self, config: RangeConfig):
-        self.config, self.correction = config, RangeCorrection(config, turn_scale=_kept(config))
+        self.config, self.localizer = config, RangeLocalizer(config, turn_scale=_kept(config))
+        self.correction = self.localizer.correction
         self.lock, self.transforms = threading.Lock(), Tf2Transforms()
         self.mounts, self.missing, self.told, self.counted = {}, '', set(), {}
         self.last_pose = self.last_range = None
@@ -63,6 +66,7 @@ class RangeNode:
             rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=QUEUE, tcp_nodelay=True)
             for topic in config.range_topics
         ]
+        self.service = rospy.Service('global_localization', Empty, self.on_global_localization)
         rospy.on_shutdown(self.keep_turn_scale)
         self.timer = rospy.Timer(rospy.Duration.from_sec(DIAGNOSTICS_PERIOD), self.diagnose, reset=True)
 
@@ -76,7 +80,17 @@ class RangeNode:
             rospy.logwarn('the map is not used: %s', error)
             return
         with self.lock:
-            self.correction.map = map_
+            fault = self.localizer.set_map(map_)
+        if fault:
+            rospy.logwarn('the place is not searched for any more: %s', fault)
+
+    def on_global_localization(self, _request: EmptyRequest) -> EmptyResponse:
+        """The service: the robot may be anywhere on the map."""
+        with self.lock:
+            fault = self.localizer.start_anywhere()
+        if fault:
+            raise rospy.ServiceException(fault)
+        return EmptyResponse()
 
     def keep_turn_scale(self) -> None:
         """Save what was learned of the scale of turns, where that is asked for and more is known than at the start."""
@@ -92,7 +106,7 @@ class RangeNode:
     def on_set_pose(self, _msg: PoseWithCovarianceStamped) -> None:
         """Whoever dead-reckons begins there: it is believed anew."""
         with self.lock:
-            self.correction.forget()
+            self.localizer.forget()
 
     def on_odometry(self, msg: Odometry) -> None:
         """Dead reckoning: take it, and give out what it is in the map."""
@@ -105,7 +119,9 @@ class RangeNode:
             return
         with self.lock:
             self.last_pose = data.stamp
-            self.correction.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.yaw))
+            self.localizer.on_pose(data.stamp, (pose.translation[0], pose.translation[1], pose.yaw))
+            if self.localizer.searching:
+                return
             x, y, yaw = self.correction.offset
             corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
             map_from_odom = self._map_from_odom(data, corrected) if self.config.tf_broadcast else None
@@ -158,14 +174,14 @@ class RangeNode:
                     )
                     return
                 mount = self.mounts[frame] = (found.translation[0], found.translation[1], found.yaw)
-            what = self.correction.on_range(
+            what = self.localizer.on_range(
                 RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view)
             )
             self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
             if what == 'bad_range':
                 self._warn_once(topic + what, f'a reading on {topic} holds what is no range: dropped')
             pose, P = self.correction.pose, self.correction.P
-        if what == 'used':
+        if what in ('used', 'found'):
             self._publish_pose(msg.header.stamp, pose, P)
 
     def _publish_pose(self, stamp, pose, P):
@@ -190,7 +206,7 @@ class RangeNode:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
-            heard = Heard(self.last_pose, self.last_range, self.missing)
+            heard = Heard(self.last_pose, self.last_range, self.missing, self.localizer.told)
             told = status('range_localization', self.correction, now.to_sec(), heard, self.counted)
             self.counted = dict(self.correction.counts)
         if told.level:

@@ -1,5 +1,5 @@
-"""What is wrong with the parameters of a filter, amcl or navsat_transform_node, without running it; with a bag, also
-with a filter's data, or with the heading that navsat_transform_node takes.
+"""What is wrong with the parameters of a filter, amcl, range_localization or navsat_transform_node, without running it;
+with a bag, also with a filter's data, or with the heading that navsat_transform_node takes.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
         [--fix TOPIC] [--imu TOPIC]
@@ -26,6 +26,7 @@ from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
 from sara_localization.checks.gps_heading import heading_findings
 from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
+from sara_localization.checks.range_settings import check_ranges, is_for_ranges
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import IDENTITY
@@ -34,6 +35,8 @@ from sara_localization.ros.bags import bag_tools, gps_options, gps_survey
 from sara_localization.ros.bags.bag_tools import TF_TOPICS, UsageError
 from sara_localization.ros.inputs import resolved
 
+NODES = (('range_localization', is_for_ranges, check_ranges), ('amcl', is_for_amcl, check_amcl))
+"""Nodes besides the filters: name, whether parameters are its own, the check; the first that fits counts."""
 WORDS = {ERROR: 'error', WARN: 'warning', OK: 'note'}
 
 
@@ -123,8 +126,8 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
         description='What is wrong with the parameters of ekf_localization_node, '
-        'ukf_localization_node, amcl or navsat_transform_node, without running it; with a bag, which sensor misleads a '
-        'filter.',
+        'ukf_localization_node, amcl, range_localization or navsat_transform_node, without running it; with a bag, which '
+        'sensor misleads a filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
@@ -134,12 +137,13 @@ def main(argv: list[str] | None = None) -> None:
     try:
         params = bag_tools.load_params(arguments.params)
         static = [bag_tools.static_transform(text) for text in arguments.static_tf]
-        if is_for_amcl(params):
-            if arguments.bag:
-                raise UsageError('a bag is compared with the parameters of a filter, not with those of amcl')
-            sys.exit(report(check_amcl(params)))
         if is_for_navsat(params):
             sys.exit(report(check_navsat(params) + _against_gps(arguments, static)))
+        for node, its_own, check in NODES:
+            if its_own(params):
+                if arguments.bag:
+                    raise UsageError(f'a bag is compared with the parameters of a filter, not with those of {node}')
+                sys.exit(report(check(params)))
         config, findings = check_config.check(params)
         if arguments.bag and config is not None:
             found, survey = survey_bag(arguments.bag, config, static)

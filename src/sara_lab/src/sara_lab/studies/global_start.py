@@ -1,0 +1,81 @@
+"""Drives of the chair that does not know where on the map it started: whether range_localization finds its place by the
+ultrasonic sensors, and whether it is right when it says so.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import NamedTuple
+
+from canserial.reader.readings import FIELD_OF_VIEW
+from sara_bringup.lockstep.corrected import range_map, settings
+from sara_bringup.lockstep.ranges import mountings
+from sara_bringup.paths import parameters
+from sara_common.planar import wrap
+from sara_lab.journeys.travel_cases import grid_of
+from sara_lab.studies.wandering import Recording
+from sara_localization.particles.lost import NEAR, TURNED
+from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.search.range_localizer import RangeLocalizer
+
+OTHER_PLACE = NEAR, TURNED
+"""m, rad from where the chair is: the pose is of another place."""
+
+
+class Start(NamedTuple):
+    """What came of a start. way: m driven. found: m after which the place was known, None: it was not. off, turned: by
+    how much the pose is wrong at the end, m, rad; at_once: the same when it was found, and at_most: from then on the
+    greatest; None where it was not found. told: what the localization says at the end, '' where it knows its place.
+    """
+
+    way: float
+    found: float | None
+    off: float
+    turned: float
+    at_once: tuple[float, float] | None
+    at_most: tuple[float, float] | None
+    told: str
+
+
+def start(recording: Recording, map_name: str) -> Start:
+    """Let a localization that knows nothing but the map hear a Recording."""
+    localizer = RangeLocalizer(settings(), _map(map_name))
+    localizer.start_anywhere()
+    way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), recording.poses[0, 5:7]
+    greatest = (0.0, 0.0)
+    readings = iter(_readings(recording))
+    heard, reading = next(readings)
+    for now, stamp, *poses in recording.poses.tolist():
+        while heard <= now:
+            localizer.on_range(reading)
+            heard, reading = next(readings, (math.inf, None))
+        localizer.on_pose(stamp, tuple(poses[:3]))
+        way, last = way + math.dist(poses[3:5], last), poses[3:5]
+        if not localizer.searching:
+            errors = _errors(localizer.correction.pose, poses[3:])
+            if found is None:
+                found, at_once = way, errors
+            greatest = max(greatest[0], errors[0]), max(greatest[1], errors[1])
+    return Start(way, found, *errors, at_once, None if found is None else greatest, localizer.told)
+
+
+@cache
+def _map(name) -> RangeMap:
+    return range_map(grid_of(name), settings().map_occupied_above)
+
+
+def _readings(recording):
+    """[(when it came, s; RangeData)]."""
+    places, reader = mountings(), parameters('canserial', 'read.yaml')
+    limits = reader['range_min'], reader['range_max']
+    names = recording.sensors
+    return [
+        (came, RangeData(names[int(k)], stamp, places[names[int(k)]], distance, *limits, FIELD_OF_VIEW))
+        for came, stamp, k, distance in recording.ranges.tolist()
+    ]
+
+
+def _errors(pose, truth):
+    """(m, rad) between two poses."""
+    return math.dist(pose[:2], truth[:2]), abs(float(wrap(pose[2] - truth[2])))

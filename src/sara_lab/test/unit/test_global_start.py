@@ -1,0 +1,47 @@
+"""Chairs that start anywhere: what a drive gives, and how the part judges what came of it."""
+
+import math
+
+import numpy as np
+
+from sara_lab.campaign.global_start import _summary, _verdict, judged
+from sara_lab.studies.global_start import Start, start
+from sara_lab.studies.wandering import WAY, Recording, kept, record
+
+KNOWN = Start(25.0, 3.0, 0.02, 0.01, (0.1, 0.05), (0.1, 0.05), '')
+NOT_SURE = Start(25.0, None, math.nan, math.nan, None, None, 'not sure where the robot is: 2 places fit')
+
+
+def test_a_start_is_judged():
+    assert judged('flat', KNOWN)['known'] and not judged('flat', KNOWN)['faults']
+    result = judged('hall', NOT_SURE)
+    assert not result['known'] and not result['wrong'] and result['off'] is None
+    for wrong in (
+        KNOWN._replace(off=0.25),
+        KNOWN._replace(turned=math.radians(6.0)),
+        KNOWN._replace(at_most=(4.0, 0.05)),  # it was sure of another place on the way
+        KNOWN._replace(at_most=(0.1, math.pi), told='not sure'),
+    ):
+        result = judged('flat', wrong)
+        assert result['wrong'] and not result['known'] and 'sure after 3.0 m and wrong' in result['faults'][0]
+    assert not judged('flat', KNOWN._replace(off=3.0, told='not sure'))['wrong']  # it says so
+
+
+def test_the_part_asks_for_its_shares():
+    good = [judged(name, NOT_SURE if name == 'hall' else KNOWN) for name in ('school', 'flat', 'hall')] * 67
+    lines, figures = _summary(good)
+    assert _verdict(figures) == [] and figures['all']['known'] == 134 and figures['hall']['not_sure'] == 67
+    assert lines[-1].startswith('all     known 134, not sure 67, wrong 0 of 201; known after 3.0 m')
+    one = good[1:] + [judged('flat', KNOWN._replace(off=2.0))]
+    assert _verdict(_summary(one)[1]) == ['sure and wrong: 1 of 201, 0.1% is allowed']
+
+
+def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
+    made = record('flat', 1)
+    assert isinstance(made, Recording) and 2.0 < made.way < WAY + 0.1 and len(made.sensors) == 9
+    assert made.poses[0, 2:5].tolist() == [0.0, 0.0, 0.0] and (np.diff(made.poses[:, 0]) > 0.0).all()
+    came = start(made, 'flat')
+    assert judged('flat', came)['known'] and came.found < made.way
+    np.savez(tmp_path / 'wander_flat_1.npz', **made._asdict())
+    again = kept('flat', 1, tmp_path)
+    assert again.sensors == made.sensors and np.array_equal(again.ranges, made.ranges)

@@ -1,0 +1,230 @@
+"""A start anywhere by ranges: what the map predicts, the search over it, and when it is sure.
+
+Ranges are reckoned ray by ray in a grid that is finer than the map, not taken from the table.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sara_common.planar import compose, inverse, wrap
+from sara_localization.ranges import map_echo
+from sara_localization.ranges.range_config import RangeConfig
+from sara_localization.ranges.range_data import BeamModel, RangeData, RangeMap
+from sara_localization.search import echo_table
+from sara_localization.search.echo_table import FAR, NEAR, SILENT, UNHEARD_OF
+from sara_localization.search.range_localizer import RangeLocalizer
+
+CELL, CONE, LIMIT = 0.05, math.radians(60.0), 2.4
+CONFIG = RangeConfig(range_topics=('/a',))
+MOUNTS = {
+    'front': (0.5, 0.1, 0.1),
+    'left': (0.3, 0.3, math.pi / 2),
+    'left_rear': (-0.3, 0.3, math.pi / 2),
+    'right': (0.3, -0.3, -math.pi / 2),
+    'rear': (-0.5, 0.0, math.pi),
+}
+SIZE = 6.0, 4.0  # m, of a room that begins at (0, 0)
+CUPBOARD = 0.0, 2.8, 1.5, 4.0  # m, in its upper left corner
+
+
+def room(things=(), cell=CELL, origin=(0.0, 0.0, 0.0)):
+    """Walls of three cells about a free room with rectangles (x0, y0, x1, y1; m) in it."""
+    nx, ny = round(SIZE[0] / cell), round(SIZE[1] / cell)
+    data = np.full((ny + 6, nx + 6), 100, np.int8)
+    data[3:-3, 3:-3] = 0
+    for x0, y0, x1, y1 in things:
+        a, b, c, d = (round(v / cell) + 3 for v in (x0, y0, x1, y1))
+        data[b:d, a:c] = 100
+    corner = compose(origin, (-3 * cell, -3 * cell, 0.0))
+    return RangeMap.from_occupancy(data, cell, corner, 65)
+
+
+def heard(fine, pose, mount):
+    """m to the nearest surface in the cone that is not too steep, +Inf without one: walls are along x or y."""
+    x, y, axis = compose(pose, mount)
+    best = math.inf
+    for k in range(61):
+        angle = axis + math.radians(k - 30.0)
+        u, v = (x - fine.origin[0]) / fine.resolution, (y - fine.origin[1]) / fine.resolution
+        distance, what = map_echo.cast(fine.cells, u, v, angle, LIMIT / fine.resolution)
+        if what != map_echo.OCCUPIED:
+            continue
+        before = [place + (distance - 0.01) * step for place, step in ((u, math.cos(angle)), (v, math.sin(angle)))]
+        inside = [math.floor(b) != math.floor(b + 0.02 * s) for b, s in zip(before, (math.cos(angle), math.sin(angle)))]
+        normal = (0.0 if math.cos(angle) > 0 else math.pi) if inside[0] else math.copysign(math.pi / 2, math.sin(angle))
+        if abs(float(wrap(normal - axis))) <= math.radians(60.0):
+            best = min(best, distance * fine.resolution)
+    return best if best <= LIMIT else math.inf
+
+
+def way(laps=1):
+    """Poses every 0.1 m or 0.1 rad of laps round the room's lower half, from its lower left."""
+    pose, poses = (1.2, 1.0, 0.0), [(1.2, 1.0, 0.0)]
+    for metres in (3.0, 0.8, 3.0, 0.8) * laps:
+        for steps, step in ((round(metres / 0.1), (0.1, 0.0, 0.0)), (16, (0.0, 0.0, math.pi / 32))):
+            for _ in range(steps):
+                pose = compose(pose, step)
+                poses.append(pose)
+    return poses
+
+
+def drive(localizer, things, poses, seed=0):
+    """Let a localizer hear a drive, dead-reckoned from (5, 5, 1) with a drift; what became of the readings."""
+    fine, random, said = room(things, 0.01), np.random.default_rng(seed), []
+    before, reckoned, stamp = poses[0], (5.0, 5.0, 1.0), 10.0
+    for pose in poses:
+        dx, dy, turn = compose(inverse(before), pose)
+        reckoned, before = compose(reckoned, (1.01 * dx, 1.01 * dy, 1.01 * turn)), pose
+        for _ in range(2):
+            stamp += 0.1
+            localizer.on_pose(stamp, reckoned)
+            for name, mount in MOUNTS.items():
+                distance = heard(fine, pose, mount) + random.normal(0.0, 0.01)
+                distance = math.inf if random.random() < 0.02 else distance
+                said.append(localizer.on_range(RangeData(name, stamp, mount, distance, 0.16, 2.5, CONE)))
+    return said
+
+
+def test_a_table_says_what_is_heard():
+    table = echo_table.make(room([CUPBOARD]), CONE, LIMIT)
+    fine = room([CUPBOARD], 0.01)
+    random, off = np.random.default_rng(3), []
+    for _ in range(400):
+        pose = random.uniform(0.3, 5.7), random.uniform(0.3, 2.6), random.uniform(-math.pi, math.pi)
+        column, row = (math.floor((place + 3 * CELL) / CELL) for place in pose[:2])
+        code = table.codes[table.rows[row, column], math.floor(pose[2] * 72 / (2 * math.pi) + 0.5) % 72]
+        distance = heard(fine, pose, (0.0, 0.0, 0.0))
+        expected = math.inf if code == SILENT else (code + 0.5) * table.bin
+        off.append(0.0 if expected == distance else abs(expected - distance))
+    assert np.percentile(off, 90) < 0.1
+
+
+def test_a_steep_wall_is_not_heard_and_the_unknown_is_not_known():
+    data = np.full((60, 60), -1, np.int8)
+    data[:, :50] = 0
+    data[50:, :50] = 100  # a wall along x in the north, in the east nobody knows
+    table = echo_table.make(RangeMap.from_occupancy(data, CELL, (0.0, 0.0, 0.0), 65), math.radians(10.0), LIMIT)
+    codes = table.codes[table.rows[40, 10]]
+    north, west_north_west = 18, 34
+    assert (codes[north] + 0.5) * table.bin == pytest.approx(0.475, abs=0.03)
+    assert codes[west_north_west - 8] < SILENT  # 40 deg off the normal
+    assert codes[west_north_west - 2] == UNHEARD_OF  # steeper than 60: nothing but the border of the map
+    assert codes[0] == UNHEARD_OF
+
+
+def test_a_turned_map_gives_the_same():
+    origin = (3.0, -2.0, 0.7)
+    readings = np.array([(*mount, 60.0 + 20.0 * k) for k, mount in enumerate(MOUNTS.values())])
+    logs = echo_table.logarithms(BeamModel(0.1, 0.8, 0.06, 0.06, 0.08), LIMIT, 0.2)
+    pose, sums = (2.02, 1.53, 0.37), []
+    for where in ((0.0, 0.0, 0.0), origin):
+        table = echo_table.make(room([CUPBOARD], origin=where), CONE, LIMIT)
+        sums.append(np.zeros(1))
+        echo_table.add_logarithms(table, logs, np.array([compose(where, pose)]), readings, sums[-1])
+    assert sums[0] == pytest.approx(sums[1])
+
+
+def test_the_beam_model_prefers_what_is_expected():
+    logs = echo_table.logarithms(BeamModel(0.1, 0.8, 0.06, 0.06, 0.08), LIMIT, 0.2)
+    assert np.isfinite(logs).all()
+    assert logs[200, 20] > logs[20, 200]  # shorter than expected is likelier than longer
+    for code in (40, 120, 220):
+        assert logs[code, : echo_table.BINS].argmax() == code
+    assert logs[SILENT].argmax() == FAR
+    assert logs[5].argmax() == NEAR
+    assert np.ptp(logs[UNHEARD_OF]) == 0.0
+
+
+def test_a_start_anywhere_is_found_and_tracked():
+    poses = way()
+    localizer = RangeLocalizer(CONFIG, room([CUPBOARD]))
+    assert localizer.start_anywhere() == '' and localizer.told == 'not sure where the robot is: drive it about'
+    said = drive(localizer, [CUPBOARD], poses)
+    assert 'found' in said and not localizer.searching and localizer.told == ''
+    assert 'used' in said[said.index('found') :]
+    x, y, yaw = localizer.correction.pose
+    assert math.dist((x, y), poses[-1][:2]) < 0.1
+    assert abs(wrap(yaw - poses[-1][2])) < math.radians(3.0)
+    again = RangeLocalizer(CONFIG, room([CUPBOARD]))
+    again.start_anywhere()
+    assert drive(again, [CUPBOARD], poses) == said and again.correction.pose == localizer.correction.pose
+
+
+def test_of_two_places_that_look_alike_neither_is_sure():
+    localizer = RangeLocalizer(CONFIG, room())
+    localizer.start_anywhere()
+    said = drive(localizer, [], way(2))
+    assert 'found' not in said and localizer.searching
+    assert localizer.told.startswith('not sure where the robot is: ')
+
+
+def test_rivals_of_a_rectangle_are_its_half_turn():
+    localizer, poses = RangeLocalizer(CONFIG, room()), way()
+    localizer.start_anywhere()
+    drive(localizer, [], poses)
+    search, here = localizer.search, localizer.correction.dead_reckoned
+    lead, others = search._rivals.compare(here, poses[-1], 8.0)
+    x, y, yaw = poses[-1]
+    assert abs(lead) < 4.0
+    assert math.dist(others[0][:2], (SIZE[0] - x, SIZE[1] - y)) < 0.25
+    assert abs(wrap(others[0][2] - yaw - math.pi)) < math.radians(8.0)
+
+
+def test_what_ends_a_search_and_what_begins_it_anew():
+    localizer = RangeLocalizer(CONFIG)
+    assert localizer.start_anywhere() == 'there is no map yet' and not localizer.searching
+    localizer.set_map(room([CUPBOARD]))
+    assert localizer.start_anywhere() == ''
+    drive(localizer, [CUPBOARD], way()[:5])
+    assert localizer.search.steps > 1
+    assert localizer.set_map(room()) == '' and localizer.searching and localizer.search is None
+    drive(localizer, [CUPBOARD], way()[:5])
+    localizer.on_pose(100.0, (50.0, 0.0, 0.0))  # it was put there
+    assert localizer.searching and localizer.search is None
+    solid = RangeMap.from_occupancy(np.full((9, 9), 100, np.int8), CELL, (0.0, 0.0, 0.0), 65)
+    assert 'no free place' in localizer.set_map(solid) and not localizer.searching
+    assert 'no free place' in localizer.start_anywhere()
+    localizer.set_map(room())
+    localizer.start_anywhere()
+    localizer.forget()
+    assert not localizer.searching and localizer.told == '' and localizer.correction.offset == (0.0, 0.0, 0.0)
+
+
+def test_faulty_readings_change_nothing():
+    localizer = RangeLocalizer(CONFIG, room([CUPBOARD]))
+    localizer.start_anywhere()
+    good = RangeData('a', 10.0, (0.5, 0.0, 0.0), 1.0, 0.16, 2.5, CONE)
+    assert localizer.on_range(good) == 'waiting'
+    localizer.on_pose(10.0, (0.0, 0.0, 0.0))
+    assert localizer.on_range(good) == 'searched'
+    faulty = (
+        ({'range': math.nan}, 'bad_range'),
+        ({'stamp': math.inf}, 'bad_range'),
+        ({'mount': (math.nan, 0.0, 0.0)}, 'bad_range'),
+        ({'field_of_view': 0.0}, 'bad_range'),
+        ({'range': -1.0}, 'out_of_span'),
+        ({'stamp': 1.0}, 'waiting'),
+        ({'field_of_view': 0.2}, 'other_sensor'),
+        ({'most': 1.0}, 'other_sensor'),
+        ({'range': -math.inf}, 'searched'),
+        ({'range': math.inf}, 'searched'),
+    )
+    for change, what in faulty:
+        assert localizer.on_range(good._replace(**change)) == what
+    localizer.on_pose(10.1, (math.nan, 0.0, 0.0))
+    localizer.on_pose(10.2, (0.3, 0.0, 0.0))
+    assert localizer.on_range(good._replace(stamp=10.2)) == 'searched'
+    assert np.isfinite(localizer.search.filter.poses).all() and localizer.correction.counts['bad_pose'] == 1
+
+
+def test_a_range_of_zero_metres_and_a_map_of_one_cell_are_survived():
+    lone = RangeMap.from_occupancy(np.zeros((1, 1), np.int8), 1.0, (0.0, 0.0, 0.0), 65)
+    localizer = RangeLocalizer(replace(CONFIG, search_clearance=0.0), lone)
+    assert localizer.start_anywhere() == ''
+    for k in range(40):
+        localizer.on_pose(10.0 + 0.1 * k, (0.05 * k, 0.0, 0.1 * k))
+        localizer.on_range(RangeData('a', 10.0 + 0.1 * k, (0.0, 0.0, 0.0), 0.0, 0.16, 2.5, CONE))
+    assert np.isfinite(localizer.search.filter.poses).all() or not localizer.searching
