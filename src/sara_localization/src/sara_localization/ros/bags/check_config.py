@@ -125,9 +125,8 @@ def report(findings: Sequence[Finding], file: TextIO = sys.stdout) -> int:
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog='check_config',
-        description='What is wrong with the parameters of ekf_localization_node, '
-        'ukf_localization_node, amcl, range_localization or navsat_transform_node, without running it; with a bag, which '
-        'sensor misleads a filter.',
+        description='What is wrong with the parameters of ekf_localization_node, ukf_localization_node, amcl, '
+        'range_localization or navsat_transform_node, without running it; with a bag, which sensor misleads a filter.',
     )
     parser.add_argument('params', metavar='FILE.yaml')
     parser.add_argument('bag', metavar='BAG', nargs='?')
