@@ -22,8 +22,9 @@ from sara_localization.particles import beams as beam_choice
 from sara_localization.particles import field, scan_kernels
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
+from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
-from sara_localization.particles.lost import LostFilter, outside
+from sara_localization.particles.lost import Evidence, LostFilter, outside
 from sara_localization.particles.particle_filter import TRIED, ParticleFilter
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
@@ -38,8 +39,12 @@ NOT_KNOWN = 0.5
 """The probability of being lost at a pose that was told, until a scan bears it out."""
 LOST_WAITS = 1.0
 """s after which a scan counts although the robot stands, while it is lost."""
-SEARCH_AGAIN = 15
-"""Scans used from one search for the place to the next, while it is lost."""
+SEARCH_AGAIN = 8
+"""Scans used from one search for the place to the next, while no particle is right."""
+CONFIRMED = 0.5
+"""The probability that no particle is right from which on, after a search, the place is searched for once more: the
+robot may have been carried on since, and be where few particles were left.
+"""
 
 
 class ScanInput(NamedTuple):
@@ -69,7 +74,7 @@ class Amcl:
         scan_kernels.warm()
         self.config, self.say = config, say
         self.rng = np.random.default_rng(config.seed)
-        self.filter, self.lost = ParticleFilter(config, self.rng), LostFilter()
+        self.filter, self.lost, self._heading = ParticleFilter(config, self.rng), LostFilter(), KeptHeading()
         self.counts, self._said = Counter(), set()
         self.map: RangeMap | None = None
         self._model = self._free = self._wanted = None
@@ -83,7 +88,8 @@ class Amcl:
         """The next scan counts at once; the odometry up to it does not."""
         self._last: tuple[float, float, float] | None = None  # the odometry's pose when a scan last counted
         self._due, self._since, self._searched = {}, 0, 0
-        self._moved, self._counted_at = True, math.nan
+        self._moved, self._unconfirmed, self._counted_at = True, False, math.nan
+        self._heading.forget()
 
     # What is told from outside
 
@@ -166,6 +172,11 @@ class Amcl:
     def _random_poses(self, count):
         return field.random_poses(self.map, self._free, count, self.rng)
 
+    def _lost_poses(self, count):
+        """Where a robot that was carried away may be."""
+        poses = self._random_poses(count)
+        return self._heading.turned(poses, self._last[2], self.config.lost_keeps_heading, self.rng)
+
     # Scans
 
     def on_scan(self, scan: ScanInput) -> Result | None:
@@ -221,18 +232,22 @@ class Amcl:
         """Whether the pose that is given is wrong, by a measurement; where it is, the place is searched for."""
         place = *pose.translation[:2], pose.yaw
         far = outside(place, self.filter.poses, self.filter.weights)
-        self.lost.update(measured.agreement(place), far, self._moved)
+        self.lost.update(Evidence(measured.agreement(place), far, self._moved))
+        self._heading.remember(self.map_from_odom.yaw, self.lost.probability)
         self._searched += 1
-        if (
-            self.config.lost_recovery
-            and self.lost.probability > self.config.lost_limit
-            and self._searched > SEARCH_AGAIN
-            and not self.filter.is_searching
-            and len(self._free)
-        ):
+        if self.config.lost_recovery and not self.filter.is_searching and len(self._free) and self._is_search_due():
             self._searched = 0
             self.counts['searches'] += 1
-            self.filter.search(self._random_poses, measured, self._searching)
+            self.filter.search(self._lost_poses, measured, self._searching)
+
+    def _is_search_due(self):
+        """Where particles elsewhere make the doubt, readings to come will tell: a search would forget past ones."""
+        if self.lost.hidden > self.config.lost_limit and self._searched > SEARCH_AGAIN:
+            self._unconfirmed = True
+            return True
+        confirms = self._unconfirmed and self.lost.hidden < CONFIRMED
+        self._unconfirmed = self._unconfirmed and not confirms
+        return confirms
 
     def _count(self, scan, odometry) -> MeasurementModel | None:
         """The particles move and are weighed; returns the measurement, None where the scan says nothing."""
