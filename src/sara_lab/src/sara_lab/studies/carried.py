@@ -20,6 +20,7 @@ from sara_lab.journeys.crowd import crowd
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, shortest_way
 from sara_lab.studies.amcl_trial import Track
 from sara_lab.studies.carrying import WALKS, Carrier, GyroOdometry, Pose
+from sara_lab.studies.consistency import nees
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.amcl import Amcl, ScanInput
 from sara_localization.particles.amcl_config import AmclConfig
@@ -61,8 +62,9 @@ class Case(NamedTuple):
 
 
 class Step(NamedTuple):
-    """After a scan that counted. way: m driven; after: m since the robot was lifted, None before, 0 while it is carried.
+    """After a scan that counted. way: m driven; after: m since the robot was lifted, 0 while carried, None before.
     off, turned: by how much the pose is wrong, m, rad. probability: of being lost. evidence: what that was judged by.
+    nees: of amcl_pose with its covariance, None where none was due.
     """
 
     way: float
@@ -71,6 +73,7 @@ class Step(NamedTuple):
     turned: float
     probability: float
     evidence: Evidence | None = None
+    nees: float | None = None
 
     @property
     def wrong(self) -> bool:
@@ -198,8 +201,14 @@ class _Watch:
         if result is None or not result.counted:
             return None
         pose = result.map_from_odom @ placed
-        error = np.array((*pose.translation[:2], pose.yaw)) - truth
-        error[2] = wrap(error[2])
+        x, y, yaw = _error((*pose.translation[:2], pose.yaw), truth)
         after = None if self.lifted_at is None else self.way - self.lifted_at
-        lost = self.amcl.lost
-        return Step(self.way, after, math.hypot(*error[:2]), abs(float(error[2])), lost.probability, lost.evidence)
+        told, lost = result.pose, self.amcl.lost
+        consistent = None if told is None else nees(_error(told.pose, truth), told.covariance)
+        return Step(self.way, after, math.hypot(x, y), abs(yaw), lost.probability, lost.evidence, consistent)
+
+
+def _error(pose, truth):
+    error = np.array(pose) - truth
+    error[2] = wrap(error[2])
+    return error

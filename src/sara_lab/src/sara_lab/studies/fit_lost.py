@@ -1,5 +1,4 @@
-"""`fit_lost`: the numbers of lost.LostLaw that are the likeliest over simulated drives, and how well calibrated they are
-over others.
+"""`fit_lost`: the numbers of lost.LostLaw that are likeliest over simulated drives; how well calibrated over others.
 
 The drives are those of carried.py, on each map, with and without pedestrians and with both kinds of odometry. The
 likelihood of a law is that of Bernoulli trials: at each measurement the pose is wrong with the probability that the
@@ -29,6 +28,10 @@ FIRST = 1000
 """The first drive's number: far above those of `campaign kidnapped`."""
 STEP = 1e-3
 """Of the finite differences."""
+PRIOR = 3e-4
+"""What the square of a Dirichlet parameter's logarithm costs, nats of a measurement: else a kind of reading that was
+never seen in a state would count as impossible there.
+"""
 _LEAST = 1e-6
 
 Moment = tuple[Evidence, bool]
@@ -75,9 +78,9 @@ def unpacked(numbers: np.ndarray) -> LostLaw:
 
 
 def fitted(drives: Sequence[Sequence[Moment]], law: LostLaw = LAW, iterations: int = 60) -> LostLaw:
-    """The likeliest law over drives, sought from a law on (L-BFGS-B)."""
+    """The law that is likeliest a posteriori over drives, sought from a law on (L-BFGS-B)."""
     found = minimize(
-        lambda numbers: loss(drives, unpacked(numbers)),
+        lambda numbers: loss(drives, unpacked(numbers)) + PRIOR * float(numbers[:8] @ numbers[:8]),
         packed(law),
         method='L-BFGS-B',
         bounds=[(n - 5.0, n + 5.0) for n in packed(law)],
@@ -123,8 +126,8 @@ def main(words: list[str] | None = None) -> None:
     """Entry point of nodes/fit_lost."""
     parser = argparse.ArgumentParser(prog='fit_lost', description=__doc__)
     parser.add_argument('--seeds', type=int, default=10, help='drives of each kind (default: %(default)s)')
-    parser.add_argument('--held-out', type=int, default=5, help='drives of each kind that judge (default: %(default)s)')
-    parser.add_argument('--out', type=Path, default=Path('out/fit_lost'), help='where drives are kept, and resumed from')
+    parser.add_argument('--held-out', type=int, default=5, help='and that judge (default: %(default)s)')
+    parser.add_argument('--out', type=Path, default=Path('out/fit_lost'), help='where drives are kept')
     options = parser.parse_args(words)
     if min(options.seeds, options.held_out) < 1:
         parser.error('--seeds and --held-out are whole numbers of 1 or more')

@@ -25,7 +25,7 @@ from sara_localization.particles.belief import Belief, belief
 from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
 from sara_localization.particles.lost import Evidence, LostFilter, outside
-from sara_localization.particles.particle_filter import TRIED, ParticleFilter
+from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
 
@@ -41,9 +41,9 @@ LOST_WAITS = 1.0
 """s after which a scan counts although the robot stands, while it is lost."""
 SEARCH_AGAIN = 8
 """Scans used from one search for the place to the next, while no particle is right."""
-CONFIRMED = 0.5
-"""The probability that no particle is right from which on, after a search, the place is searched for once more: the
-robot may have been carried on since, and be where few particles were left.
+DOUBT = 0.5
+"""Of the probability that no particle is right: below it, after a search, the place is searched for once more, for the
+robot may have been carried on since. Of the probability of being lost: above it, weights are sharpened.
 """
 
 
@@ -245,7 +245,7 @@ class Amcl:
         if self.lost.hidden > self.config.lost_limit and self._searched > SEARCH_AGAIN:
             self._unconfirmed = True
             return True
-        confirms = self._unconfirmed and self.lost.hidden < CONFIRMED
+        confirms = self._unconfirmed and self.lost.hidden < DOUBT
         self._unconfirmed = self._unconfirmed and not confirms
         return confirms
 
@@ -272,10 +272,10 @@ class Amcl:
     def _use(self, frame, measured):
         """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
         if self._anywhere and len(self._free):
-            self.filter.start_where_it_fits(self._random_poses, measured, TRIED * len(self.filter.poses))
+            self.filter.start_where_it_fits(self._random_poses, measured)
             self._anywhere = False
             self.counts['updates'] += 1
-        elif self.filter.weigh(measured.likelihoods(self.filter.poses)):
+        elif self.filter.weigh(measured.likelihoods(self.filter.poses), self.lost.probability > DOUBT):
             self.counts['updates'] += 1
         else:
             self.trouble('no_fit', f'{frame}: a scan fits no particle: it is not used')
