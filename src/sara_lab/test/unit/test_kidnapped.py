@@ -1,5 +1,7 @@
 """Robots that are carried away: what a drive gives, and how the part judges it."""
 
+import json
+
 import pytest
 
 from sara_lab.campaign.kidnapped import GROUPS, NEES, _summary, _verdict, judged, reliability
@@ -66,6 +68,8 @@ def test_a_robot_is_carried_away_notices_and_finds_its_place():
     assert max(s.off for s in before) < 0.5 and not any(s.wrong for s in before)
     assert after[1].off > 0.5 * CARRIED[0] and max(s.probability for s in after) > 0.9
     assert not after[-1].wrong and after[-1].after > 29.0
+    kept = judged(CASE, steps)
+    assert json.loads(json.dumps(kept)) == kept and kept['noticed'] < 5.0 and kept['found'] < 25.0
 
 
 def test_a_robot_that_is_not_carried_away_tracks_among_pedestrians():

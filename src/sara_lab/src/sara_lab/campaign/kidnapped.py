@@ -34,10 +34,10 @@ def kidnapped(seeds: int, _folder: Path) -> Part:
 
 
 def judged(case: Case, steps: Sequence[Step]) -> dict[str, Any]:
-    """{map, people, heading; noticed, found: m of driving after which it was, None where it was not: found is from where on the
-    pose is right and its probability of being wrong below IS_FOUND to the end; alarms: how often the probability was
-    above IS_LOST at a right pose before, of how many `before`; moments: [[probability, whether the pose is wrong]];
-    nees: of amcl_pose while the robot is tracked}.
+    """{map, people, heading; noticed, found: m of driving after which it was, None where it was not: found is from
+    where on the pose is right and its probability of being wrong below IS_FOUND to the end; alarms: how often the
+    probability was above IS_LOST at a right pose before, of how many `before`; moments: [[probability, whether the pose
+    is wrong]]; nees: of amcl_pose while the robot is tracked}.
     """
     before, after = ([step for step in steps if (step.after is None) == first] for first in (True, False))
     found = None

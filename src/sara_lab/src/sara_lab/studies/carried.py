@@ -201,7 +201,7 @@ class _Watch:
         if result is None or not result.counted:
             return None
         pose = result.map_from_odom @ placed
-        x, y, yaw = _error((*pose.translation[:2], pose.yaw), truth)
+        x, y, yaw = _error((*pose.translation[:2], pose.yaw), truth).tolist()
         after = None if self.lifted_at is None else self.way - self.lifted_at
         told, lost = result.pose, self.amcl.lost
         consistent = None if told is None else nees(_error(told.pose, truth), told.covariance)
