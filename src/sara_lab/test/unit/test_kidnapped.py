@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from sara_lab.campaign.kidnapped import GROUPS, NEES, _summary, _verdict, judged, reliability
-from sara_lab.studies.carried import CARRIED, Case, Step, drive
+from sara_lab.campaign.kidnapped import NEES, _summary, _verdict, judged
+from sara_lab.studies.carried import CARRIED, GROUPS, Case, Step, drive
+from sara_lab.studies.consistency import reliability
 
 CASE = Case('flat', 3)
 

@@ -7,14 +7,14 @@ from typing import Any
 
 from sara_lab.campaign.part import Figures, Part, mean, spread
 from sara_lab.journeys.travel_cases import MAPS
-from sara_lab.studies.carried import Case, Step, drive
+from sara_lab.studies.carried import GROUPS, Case, Step, drive
+from sara_lab.studies.consistency import reliability
 
 NOTICED, FOUND = (5.0, 0.95), (25.0, 0.90)  # m of driving; share of the robots
 AMONG_PEOPLE = 0.05  # by so much less
 NEES, CONSISTENT = 7.815, 0.95  # quantile of chi-square with 3 degrees of freedom, and of which probability
 IS_LOST, IS_FOUND = 0.5, 0.2  # probability of being lost
-GROUPS = ('gyro', False), ('gyro', True), ('wheels', False)  # what the odometry's heading is from; pedestrians
-BINS, ERROR = 10, 0.05  # of the reliability curve; greatest expected calibration error
+ERROR = 0.05  # greatest expected calibration error
 
 
 def kidnapped(seeds: int, _folder: Path) -> Part:
@@ -22,8 +22,8 @@ def kidnapped(seeds: int, _folder: Path) -> Part:
     robots = -(-4 * seeds // 3)
     return Part(
         {
-            f'kidnapped_{case.heading}_{case.map}_{_people(case.people)}_{case.number}': lambda case=case: (
-                judged(case, list(drive(case)))
+            f'kidnapped_{case.heading}_{case.map}_{_people(case.people)}_{case.number}': lambda case=case: judged(
+                case, list(drive(case))
             )
             for (heading, people), name, number in product(GROUPS, MAPS, range(robots))
             for case in [Case(name, number, people, heading=heading)]
@@ -56,17 +56,6 @@ def judged(case: Case, steps: Sequence[Step]) -> dict[str, Any]:
         'nees': [round(step.nees, 3) for step in before if step.nees is not None],
         'faults': [],
     }
-
-
-def reliability(moments: Sequence[tuple[float, bool]]) -> tuple[list[tuple[int, float, float]], float]:
-    """[(how many, mean probability, share of wrong poses)] of each of BINS bins that holds some; and the expected
-    calibration error, their mean distance by how many they hold.
-    """
-    bins: list[list] = [[] for _ in range(BINS)]
-    for moment in moments:
-        bins[min(int(moment[0] * BINS), BINS - 1)].append(moment)
-    rows = [(len(of), sum(p for p, _ in of) / len(of), sum(wrong for _, wrong in of) / len(of)) for of in bins if of]
-    return rows, sum(n * abs(p - wrong) for n, p, wrong in rows) / len(moments)
 
 
 def _row(of) -> Figures:

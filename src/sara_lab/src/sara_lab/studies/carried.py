@@ -46,6 +46,8 @@ PAUSE = 3.0
 TOLD = (0.1, 0.1, 0.1)  # m, m, rad: standard deviations of what the filter is told at the start
 SLOWEST = 0.2  # m/s: a drive that gets on more slowly ends
 PATIENCE = 30.0  # s that whoever carries the robot waits in all, until it is set down where it is
+GROUPS = ('gyro', False), ('gyro', True), ('wheels', False)
+"""What the odometry's heading is from, and whether pedestrians are about: the drives that are judged."""
 KEEPS_HEADING = {'gyro': 0.95, 'wheels': 0.0}  # lost_keeps_heading by where the odometry's heading is from
 
 

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.optimize import minimize
 from tqdm import tqdm
 
-from sara_lab.campaign.kidnapped import reliability
 from sara_lab.journeys.travel_cases import MAPS
 from sara_lab.studies.carried import KEEPS_HEADING, Case, Step, drive
+from sara_lab.studies.consistency import reliability
 from sara_localization.particles.amcl import NOT_KNOWN
 from sara_localization.particles.lost import LAW, Agreement, Evidence, LostFilter, LostLaw
 

@@ -41,8 +41,8 @@ def _doubtful(c):
         (
             c.lost_limit < 0.5,
             'lost_limit',
-            f'lost_limit is {c.lost_limit:g}: the place is searched for although the pose is more probably right. 0.9 is '
-            'usual.',
+            f'lost_limit is {c.lost_limit:g}: the place is searched for although the pose is more probably right. '
+            '0.9 is usual.',
         ),
         (
             c.lost_keeps_heading > 0.0 and not c.lost_recovery,

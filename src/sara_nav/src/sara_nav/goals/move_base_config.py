@@ -37,7 +37,7 @@ LIMITS = {
 
 
 def lost_limits_faults(config: object) -> list[str]:
-    """A sentence where `found_limit` of a configuration is above its `lost_limit`: once lost, nothing would be found."""
+    """A sentence where a configuration's `found_limit` is above its `lost_limit`, which would make no hysteresis."""
     found, lost = config.found_limit, config.lost_limit
     if not (is_number(found) and is_number(lost)) or found <= lost:
         return []
