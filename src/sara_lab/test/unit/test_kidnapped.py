@@ -30,6 +30,14 @@ def test_a_drive_is_judged():
     assert result(noticed=None)['noticed'] is None and result(found=None)['found'] is None
 
 
+def test_found_has_the_hysteresis_of_move_base():
+    known = [step(1.0, 1.0, 4.0, 0.9), step(2.0, 2.0, 0.1, 0.4), step(3.0, 3.0, 0.1, 0.1), step(4.0, 4.0, 0.1, 0.4)]
+    found = lambda *more: judged(Case('flat', 0), [*known, *more])['found']
+    assert found() == 3.0
+    assert found(step(5.0, 5.0, 0.1, 0.6)) is None and found(step(5.0, 5.0, 4.0, 0.1)) is None
+    assert found(step(5.0, 5.0, 4.0, 0.1), step(6.0, 6.0, 0.1, 0.1)) == 6.0
+
+
 def test_the_part_asks_for_its_shares():
     good = [result(people=people) for people in (False, True) for _ in range(20)]
     good += [result(found=None, heading='wheels')]

@@ -35,15 +35,17 @@ def kidnapped(seeds: int, _folder: Path) -> Part:
 
 def judged(case: Case, steps: Sequence[Step]) -> dict[str, Any]:
     """{map, people, heading; noticed, found: m of driving after which it was, None where it was not: found is from
-    where on the pose is right and its probability of being wrong below IS_FOUND to the end; alarms: how often the
-    probability was above IS_LOST at a right pose before, of how many `before`; moments: [[probability, whether the pose
-    is wrong]]; nees: of amcl_pose while the robot is tracked}.
+    where on the pose is right to the end and counts as found as in move_base, from a probability below IS_FOUND on and
+    never above IS_LOST; alarms: how often the probability was above IS_LOST at a right pose before, of how many
+    `before`; moments: [[probability, whether the pose is wrong]]; nees: of amcl_pose while the robot is tracked}.
     """
     before, after = ([step for step in steps if (step.after is None) == first] for first in (True, False))
     found = None
     for step in after:
-        known = not step.wrong and step.probability < IS_FOUND
-        found = (step.after if found is None else found) if known else None
+        if step.wrong or step.probability > IS_LOST:
+            found = None
+        elif found is None and step.probability < IS_FOUND:
+            found = step.after
     return {
         'map': case.map,
         'people': case.people,
