@@ -31,6 +31,10 @@ from sara_localization.ranges.range_data import RangeMap
 
 PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
+TRIED_PER_M2, MOST_TRIED = 1500, 40_000
+"""Candidates at a time where a place is searched for, likewise: so many that of two places that look alike chance
+prefers none. In larger maps as many as particles do.
+"""
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
@@ -149,8 +153,16 @@ class Amcl:
     @property
     def _searching(self):
         """Particles with which the place is searched for anywhere."""
-        wanted = min(int(PARTICLES_PER_M2 * len(self._free) * self.map.resolution**2), MOST_SEARCHING)
+        wanted = min(int(PARTICLES_PER_M2 * self._area), MOST_SEARCHING)
         return max(wanted, self.config.max_particles)
+
+    @property
+    def _tried(self):
+        return int(min(TRIED_PER_M2 * self._area, MOST_TRIED))
+
+    @property
+    def _area(self):
+        return len(self._free) * self.map.resolution**2
 
     def force_update(self) -> None:
         """The next scan of each scanner counts, although the robot stands (`request_nomotion_update`)."""
@@ -238,7 +250,7 @@ class Amcl:
         if self.config.lost_recovery and not self.filter.is_searching and len(self._free) and self._is_search_due():
             self._searched = 0
             self.counts['searches'] += 1
-            self.filter.search(self._lost_poses, measured, self._searching)
+            self.filter.search(self._lost_poses, measured, self._searching, self._tried)
 
     def _is_search_due(self):
         """Where particles elsewhere make the doubt, readings to come will tell: a search would forget past ones."""
@@ -272,7 +284,7 @@ class Amcl:
     def _use(self, frame, measured):
         """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
         if self._anywhere and len(self._free):
-            self.filter.start_where_it_fits(self._random_poses, measured)
+            self.filter.start_where_it_fits(self._random_poses, measured, self._tried)
             self._anywhere = False
             self.counts['updates'] += 1
         elif self.filter.weigh(measured.likelihoods(self.filter.poses), self.lost.probability > DOUBT):

@@ -18,9 +18,9 @@ from sara_localization.particles.motion import MotionNoise, moved
 
 RandomPoses = Callable[[int], np.ndarray]
 """(n, 3) poses that the robot may have, drawn uniformly."""
-KEPT, TRIED, LEAST_TRIED = 0.25, 10, 40_000
+KEPT, TRIED = 0.25, 10
 """The share of particles that a new search keeps; how often as many candidates as particles are tried with a first
-scan; how many at least at a time: so many that of two places that look alike none is preferred by chance.
+scan.
 """
 FIRST, SEARCHING = 10.0, 5.0
 """How a fit (0 to 1) counts at a start anywhere: by exp(FIRST fit) at the first scan, and while the place is searched
@@ -60,12 +60,13 @@ class ParticleFilter:
         """
         self._start(random_poses(count))
 
-    def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel) -> None:
+    def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel, least: int = 0) -> None:
         """As many particles as there are, drawn by exp(FIRST * fit) of a first measurement from poses about (ABOUT)
         candidates, a block at a time, of which those that fit are preferred: an auxiliary particle filter (M. Pitt, N.
         Shephard, "Filtering via simulation", 1999). So a place keeps its weight however few candidates are near.
+        least: how many candidates there are at least in each of TRIED blocks.
         """
-        block, total = max(len(self.poses), LEAST_TRIED), 0.0
+        block, total = max(len(self.poses), least), 0.0
         kept = np.zeros((block, 4))
         for _ in range(TRIED):
             poses = random_poses(block)
@@ -79,13 +80,13 @@ class ParticleFilter:
         weights = np.exp(FIRST * measured.likelihoods(poses).fits - kept[:, 3])
         self._start(poses[self._drawn(weights, len(self.poses))])
 
-    def search(self, random_poses: RandomPoses, measured: MeasurementModel, count: int) -> None:
+    def search(self, random_poses: RandomPoses, measured: MeasurementModel, count: int, least: int = 0) -> None:
         """Look for the place anew with `count` particles where a measurement fits, as after a start anywhere, beside
         a share KEPT of those that there are: for it may be they that are right.
         """
         kept = self.poses[self._drawn(self.weights, max(int(KEPT * count), 1))]
         self.start_anywhere(random_poses, count)
-        self.start_where_it_fits(random_poses, measured)
+        self.start_where_it_fits(random_poses, measured, least)
         self.poses[: len(kept)] = kept
 
     def move(self, before: Sequence[float], after: Sequence[float]) -> None:
