@@ -100,3 +100,11 @@ def test_what_is_told_from_outside_is_not_overruled():
     assert amcl._heading.offset is not None
     amcl.start_anywhere()
     assert amcl._heading.offset is None
+
+
+def test_another_map_may_be_turned():
+    amcl = Amcl(AmclConfig())
+    amcl.set_map(ROOM)
+    amcl._heading.remember(1.0, 0.0)
+    amcl.set_map(ROOM)
+    assert amcl._heading.offset is None

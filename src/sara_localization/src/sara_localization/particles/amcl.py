@@ -32,9 +32,7 @@ from sara_localization.ranges.range_data import RangeMap
 PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
 TRIED_PER_M2, MOST_TRIED = 1500, 40_000
-"""Candidates at a time where a place is searched for, likewise: so many that of two places that look alike chance
-prefers none. In larger maps as many as particles do.
-"""
+"""Candidates at a time of a search, likewise: so many that chance prefers none of two places that look alike."""
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
@@ -46,8 +44,8 @@ LOST_WAITS = 1.0
 SEARCH_AGAIN = 8
 """Scans used from one search for the place to the next, while no particle is right."""
 DOUBT = 0.5
-"""Of the probability that no particle is right: below it, after a search, the place is searched for once more, for the
-robot may have been carried on since. Of the probability of being lost: above it, weights are sharpened.
+"""Of the probability that no particle is right: below it a search is made once more, for the robot may have been
+carried on since the last. Of the probability of being lost: above it, weights are sharpened.
 """
 
 
@@ -107,6 +105,7 @@ class Amcl:
         first = self.map is None
         self.map, self._free = map_, field.free_cells(map_)
         self._model = ScanModel(self.config, map_)
+        self._heading.forget()
         if first:
             pose, variances = self._wanted or (self.config.initial_pose, np.diag(self.config.initial_variances))
             self._start(pose, variances)
@@ -192,7 +191,7 @@ class Amcl:
     # Scans
 
     def on_scan(self, scan: ScanInput) -> Result | None:
-        """Take a scan; None where it could not be used, or there is no map."""
+        """Take a scan; None where it could not be used."""
         fault = self._fault(scan)
         if fault:
             kind, sentence = fault
@@ -283,11 +282,12 @@ class Amcl:
 
     def _use(self, frame, measured):
         """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
+        sharpened = self.config.lost_recovery and self.lost.probability > DOUBT
         if self._anywhere and len(self._free):
             self.filter.start_where_it_fits(self._random_poses, measured, self._tried)
             self._anywhere = False
             self.counts['updates'] += 1
-        elif self.filter.weigh(measured.likelihoods(self.filter.poses), self.lost.probability > DOUBT):
+        elif self.filter.weigh(measured.likelihoods(self.filter.poses), sharpened):
             self.counts['updates'] += 1
         else:
             self.trouble('no_fit', f'{frame}: a scan fits no particle: it is not used')
