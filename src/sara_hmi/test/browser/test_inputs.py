@@ -153,6 +153,16 @@ def test_dwell_presses_what_is_pointed_at_once(page):
     assert len(page.chair.frames('go')) == 1
 
 
+def test_dwell_says_where_the_chair_is(page):
+    page.load('go', dwell='on', dwell_time=0.3)
+    page.chair.state['lost'] = True
+    page.until('!!document.querySelector("[data-here=kitchen]")')
+    page.mouse('Moved', *page.middle('[data-here=kitchen]'))
+    assert page.chair.wait_for('pose') == [{'op': 'pose', 'place': 'kitchen'}]
+    page.round_trip()
+    assert page.chair.frames('pose') == [{'op': 'pose', 'place': 'kitchen'}], 'it was told more than once'
+
+
 def test_dwell_that_leaves_in_time_presses_nothing(page):
     page.load('go', dwell='on', dwell_time=3.0)
     x, y = page.middle('[data-place=kitchen]')

@@ -7,11 +7,13 @@ computer is.
 """
 
 import math
+import subprocess
 import sys
 import unittest
 from pathlib import Path
 
 import numpy as np
+import rosnode
 import rospy
 import rostest
 import tf2_ros
@@ -154,6 +156,7 @@ class AmclTest(unittest.TestCase):
         self.can_be_set_anywhere_and_given_another_map()
         self.can_be_reconfigured()
         self.says_what_it_cannot_use()
+        self.starts_again_where_it_was()
 
     def waits_for_the_map_and_takes_it(self):
         wait_until(lambda: self.message() == 'waiting for the map', 'diagnostics do not say what is waited for')
@@ -249,6 +252,23 @@ class AmclTest(unittest.TestCase):
         self.send(frame='nowhere', answered=False)
         wait_until(lambda: 'no transform base_link -> nowhere' in self.message(), 'a missing transform is not told')
         self.assert_near(self.drive(2))  # nothing of all that has moved the pose
+
+    def starts_again_where_it_was(self):
+        """Its process ends, and a new one begins: nobody tells it where it is."""
+        self.assertGreater(math.dist(self.truth[:2], (5.0, 3.0)), 0.5, 'the pose of the launch file would do')
+        rosnode.kill_nodes(['/amcl'])
+        wait_until(lambda: self.scan_pub.get_num_connections() == 1, 'the node does not end')
+        command = ['rosrun', 'sara_localization', 'amcl', '__name:=amcl', 'scan:=base_scan']
+        with subprocess.Popen(command) as again:
+            try:
+                wait_until(lambda: self.scan_pub.get_num_connections() == 2, 'the node does not start again')
+                wait_until(lambda: 'waiting for a scan' in self.message(), 'the new node has no map')
+                wait_until(lambda: self.tf_pub.get_num_connections() >= 3, 'the new node does not listen to /tf')
+                self.assert_near(self.estimate(self.send()), 0.3, 0.15)
+                self.assert_near(self.drive(10))
+            finally:
+                rosnode.kill_nodes(['/amcl'])
+                again.wait(20)
 
     def value(self, key):
         return {v.key: v.value for v in self.told['amcl: amcl'].values}.get(key)

@@ -20,7 +20,7 @@ from sara_localization.particles import beams, belief, bins, field, scan_models
 from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
 from sara_localization.particles.likelihood import Likelihoods
 from sara_localization.particles.motion import MotionNoise, moved
-from sara_localization.particles.particle_filter import ParticleFilter
+from sara_localization.particles.particle_filter import FIRST, KEPT, ParticleFilter
 from sara_localization.ranges.map_echo import FREE
 from sara_localization.ranges.range_data import RangeMap
 
@@ -332,6 +332,28 @@ def test_random_particles_come_when_scans_fit_worse_than_they_did():
     share = particles.random_share
     particles.resample(lambda count: np.full((count, 3), -7.0))
     assert np.mean(particles.poses[:, 0] == -7.0) == pytest.approx(share, abs=0.06)
+
+
+class HalfFits:
+    """A measurement that fits poses of x < 50 m by 0.8 and the others by 0.6."""
+
+    def likelihoods(self, poses):
+        fits = np.where(poses[:, 0] < 50.0, 0.8, 0.6)
+        return Likelihoods(fits, fits)
+
+
+def test_a_search_draws_by_the_fit_and_keeps_its_share_of_what_there_was():
+    rng, count = RNG(3), 4000
+    anywhere = lambda number: np.stack((rng.uniform(0.0, 100.0, number), *np.zeros((2, number))), 1)
+    better = math.exp(FIRST * 0.8) / (math.exp(FIRST * 0.8) + math.exp(FIRST * 0.6))
+    particles = heap([1.0] * count)
+    particles.start_where_it_fits(anywhere, HalfFits(), 2 * count)
+    assert len(particles.poses) == count and np.mean(particles.poses[:, 0] < 50.0) == pytest.approx(better, abs=0.02)
+    particles.poses[:] = (-7.0, 0.0, 0.0)
+    particles.search(anywhere, HalfFits(), count, 2 * count)
+    old = particles.poses[:, 0] == -7.0
+    assert old.mean() == pytest.approx(KEPT, abs=1e-3)
+    assert np.mean(particles.poses[~old, 0] < 50.0) == pytest.approx(better, abs=0.03)
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), angles, st.integers(0, 2**31))

@@ -30,6 +30,8 @@ def test_a_filter_s_file_is_not_taken_for_one(name):
     [
         ({'odom_model_type': 'omni-corrected'}, 'odom_alpha'),
         ({'recovery_alpha_slow': 0.1, 'recovery_alpha_fast': 0.001}, 'recovery_alpha_slow'),
+        ({'lost_limit': 0.3}, 'lost_limit'),
+        ({'lost_recovery': False, 'lost_keeps_heading': 0.95}, 'lost_keeps_heading'),
         ({'laser_likelihood_max_dist': 0.3}, 'laser_likelihood_max_dist'),
         ({'do_beamskip': True}, 'do_beamskip'),
         ({'first_map_only': True}, 'first_map_only'),

@@ -13,7 +13,7 @@ from sara_common.planar import compose, inverse  # noqa: E402
 from sara_localization.particles.amcl import Amcl  # noqa: E402
 from sara_localization.particles.amcl_config import AmclConfig  # noqa: E402
 from sara_localization.particles.amcl_status import Heard, statuses  # noqa: E402
-from sara_localization.particles.lost import LAW, Agreement, LostFilter, evidence, outside  # noqa: E402
+from sara_localization.particles.lost import LAW, Agreement, Evidence, LostFilter, log_ratio, outside  # noqa: E402
 
 MAP = world()
 FITS, AMONG_PEOPLE = Agreement(28, 1, 1, 0), Agreement(20, 0, 10, 0)
@@ -25,7 +25,7 @@ def after(*measurements, start=0.5, away=0.0, moved=True):
     lost = LostFilter()
     lost.start(start)
     for agreement in measurements:
-        lost.update(agreement, away, moved)
+        lost.update(Evidence(agreement, away, moved))
     return lost.probability
 
 
@@ -37,12 +37,12 @@ def test_scans_that_agree_lower_it_and_scans_through_walls_raise_it():
 
 def test_people_do_not_look_like_being_lost():
     assert after(*[FITS] * 10, *[AMONG_PEOPLE] * 25) < 0.5
-    assert evidence(AMONG_PEOPLE, LAW) < 0.3 * evidence(THROUGH_WALLS, LAW)
+    assert log_ratio(AMONG_PEOPLE, LAW) < 0.3 * log_ratio(THROUGH_WALLS, LAW)
 
 
 def test_no_readings_say_nothing_but_trust_fades():
-    assert evidence(NOTHING, LAW) == 0.0
-    assert after(*[FITS] * 10) < after(*[FITS] * 10, *[NOTHING] * 50) < 0.05
+    assert log_ratio(NOTHING, LAW) == 0.0
+    assert after(*[FITS] * 10) < after(*[FITS] * 10, *[NOTHING] * 50) < 0.2
 
 
 def test_the_same_scan_again_at_rest_says_less():

@@ -7,6 +7,7 @@ from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 from sara_common.config import ConfigError, is_number, is_whole, range_faults
+from sara_nav.goals.move_base_config import lost_limits_faults
 
 LOOK, CARER, RIDER = 'look', 'carer', 'rider'
 ROLES = (LOOK, CARER, RIDER)
@@ -202,8 +203,7 @@ class RobotConfig(Group):
         if not isinstance(self.speech, bool):
             faults.append(f'speech is {self.speech!r}, allowed are true and false')
         faults += profile_faults(self.profiles)
-        if is_number(self.lost_limit) and is_number(self.found_limit) and self.found_limit > self.lost_limit:
-            faults.append(f'found_limit is {self.found_limit!r}, allowed is at most lost_limit, {self.lost_limit!r}')
+        faults += lost_limits_faults(self)
         if not faults and self.profile not in self.profiles:
             faults.append(f'profile is {self.profile!r}, allowed are {", ".join(self.profiles)}')
         return faults

@@ -4,11 +4,14 @@ ch. 5.4).
 The normalised estimation error squared e' P^-1 e of an honest filter is chi-square distributed with as many degrees of
 freedom as e has elements, and so is the normalised innovation squared; their means lie within `interval`. Above it a
 filter claims to know more than it does, below it less.
+
+Of all moments at which a probability was said to be about p, what it is of happens in the share p, where it is honest
+(A. Niculescu-Mizil, R. Caruana, "Predicting good probabilities with supervised learning", 2005).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -25,6 +28,7 @@ PLANAR_POSE = (X, Y, YAW)
 TRIAL_NOISE = {X: 1e-4, Y: 1e-4, YAW: 1e-5, VX: 0.05, VYAW: 0.02}
 TRIAL_VARIANCES = {VX: 4e-4, VYAW: 1e-4}
 TRIAL_START = {X: 1e-4, Y: 1e-4, YAW: 1e-4, VX: 0.04, VYAW: 0.01}
+BINS = 10  # of a reliability curve
 
 
 def nees(error: np.ndarray, P: np.ndarray) -> float:
@@ -80,3 +84,14 @@ def nees_campaign(seeds: Iterable[int], filter: str = 'ekf') -> tuple[float, flo
     """(mean NEES of (x, y, yaw) over the seeds, and the two ends of its 95 % interval)."""
     values = [nees_trial(seed, filter) for seed in seeds]
     return (float(np.mean(values)),) + interval(len(PLANAR_POSE), len(values))
+
+
+def reliability(moments: Sequence[tuple[float, bool]]) -> tuple[list[tuple[int, float, float]], float]:
+    """[(how many, mean probability, share of wrong poses)] of each of BINS bins that holds some; and the expected
+    calibration error, their mean distance by how many they hold.
+    """
+    bins: list[list] = [[] for _ in range(BINS)]
+    for moment in moments:
+        bins[min(int(moment[0] * BINS), BINS - 1)].append(moment)
+    rows = [(len(of), sum(p for p, _ in of) / len(of), sum(wrong for _, wrong in of) / len(of)) for of in bins if of]
+    return rows, sum(n * abs(p - wrong) for n, p, wrong in rows) / len(moments)

@@ -39,6 +39,17 @@ def _doubtful(c):
             '0.001 and 0.1 are usual, 0 and 0 for none.',
         ),
         (
+            c.lost_limit < 0.5,
+            'lost_limit',
+            f'lost_limit is {c.lost_limit:g}: the place is searched for although the pose is more probably right. '
+            '0.9 is usual.',
+        ),
+        (
+            c.lost_keeps_heading > 0.0 and not c.lost_recovery,
+            'lost_keeps_heading',
+            'lost_keeps_heading has no effect without lost_recovery: true.',
+        ),
+        (
             c.laser_likelihood_max_dist < _SIGMAS * c.laser_sigma_hit and c.laser_model_type != 'beam',
             'laser_likelihood_max_dist',
             f'laser_likelihood_max_dist is {c.laser_likelihood_max_dist:g} m, less than {_SIGMAS:g} laser_sigma_hit: '

@@ -22,14 +22,17 @@ from sara_localization.particles import beams as beam_choice
 from sara_localization.particles import field, scan_kernels
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
+from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
-from sara_localization.particles.lost import LostFilter, outside
-from sara_localization.particles.particle_filter import TRIED, ParticleFilter
+from sara_localization.particles.lost import Evidence, LostFilter, outside
+from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
 
 PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
+TRIED_PER_M2, MOST_TRIED = 1500, 40_000
+"""Candidates at a time of a search, likewise: so many that chance prefers none of two places that look alike."""
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
@@ -38,8 +41,12 @@ NOT_KNOWN = 0.5
 """The probability of being lost at a pose that was told, until a scan bears it out."""
 LOST_WAITS = 1.0
 """s after which a scan counts although the robot stands, while it is lost."""
-SEARCH_AGAIN = 15
-"""Scans used from one search for the place to the next, while it is lost."""
+SEARCH_AGAIN = 8
+"""Scans used from one search for the place to the next, while no particle is right."""
+DOUBT = 0.5
+"""Of the probability that no particle is right: below it a search is made once more, for the robot may have been
+carried on since the last. Of the probability of being lost: above it, weights are sharpened.
+"""
 
 
 class ScanInput(NamedTuple):
@@ -69,7 +76,7 @@ class Amcl:
         scan_kernels.warm()
         self.config, self.say = config, say
         self.rng = np.random.default_rng(config.seed)
-        self.filter, self.lost = ParticleFilter(config, self.rng), LostFilter()
+        self.filter, self.lost, self._heading = ParticleFilter(config, self.rng), LostFilter(), KeptHeading()
         self.counts, self._said = Counter(), set()
         self.map: RangeMap | None = None
         self._model = self._free = self._wanted = None
@@ -83,7 +90,8 @@ class Amcl:
         """The next scan counts at once; the odometry up to it does not."""
         self._last: tuple[float, float, float] | None = None  # the odometry's pose when a scan last counted
         self._due, self._since, self._searched = {}, 0, 0
-        self._moved, self._counted_at = True, math.nan
+        self._moved, self._unconfirmed, self._counted_at = True, False, math.nan
+        self._heading.forget()
 
     # What is told from outside
 
@@ -97,6 +105,7 @@ class Amcl:
         first = self.map is None
         self.map, self._free = map_, field.free_cells(map_)
         self._model = ScanModel(self.config, map_)
+        self._heading.forget()
         if first:
             pose, variances = self._wanted or (self.config.initial_pose, np.diag(self.config.initial_variances))
             self._start(pose, variances)
@@ -143,8 +152,16 @@ class Amcl:
     @property
     def _searching(self):
         """Particles with which the place is searched for anywhere."""
-        wanted = min(int(PARTICLES_PER_M2 * len(self._free) * self.map.resolution**2), MOST_SEARCHING)
+        wanted = min(int(PARTICLES_PER_M2 * self._area), MOST_SEARCHING)
         return max(wanted, self.config.max_particles)
+
+    @property
+    def _tried(self):
+        return int(min(TRIED_PER_M2 * self._area, MOST_TRIED))
+
+    @property
+    def _area(self):
+        return len(self._free) * self.map.resolution**2
 
     def force_update(self) -> None:
         """The next scan of each scanner counts, although the robot stands (`request_nomotion_update`)."""
@@ -166,10 +183,15 @@ class Amcl:
     def _random_poses(self, count):
         return field.random_poses(self.map, self._free, count, self.rng)
 
+    def _lost_poses(self, count):
+        """Where a robot that was carried away may be."""
+        poses = self._random_poses(count)
+        return self._heading.turned(poses, self._last[2], self.config.lost_keeps_heading, self.rng)
+
     # Scans
 
     def on_scan(self, scan: ScanInput) -> Result | None:
-        """Take a scan; None where it could not be used, or there is no map."""
+        """Take a scan; None where it could not be used."""
         fault = self._fault(scan)
         if fault:
             kind, sentence = fault
@@ -221,18 +243,22 @@ class Amcl:
         """Whether the pose that is given is wrong, by a measurement; where it is, the place is searched for."""
         place = *pose.translation[:2], pose.yaw
         far = outside(place, self.filter.poses, self.filter.weights)
-        self.lost.update(measured.agreement(place), far, self._moved)
+        self.lost.update(Evidence(measured.agreement(place), far, self._moved))
+        self._heading.remember(self.map_from_odom.yaw, self.lost.probability)
         self._searched += 1
-        if (
-            self.config.lost_recovery
-            and self.lost.probability > self.config.lost_limit
-            and self._searched > SEARCH_AGAIN
-            and not self.filter.is_searching
-            and len(self._free)
-        ):
+        if self.config.lost_recovery and not self.filter.is_searching and len(self._free) and self._is_search_due():
             self._searched = 0
             self.counts['searches'] += 1
-            self.filter.search(self._random_poses, measured, self._searching)
+            self.filter.search(self._lost_poses, measured, self._searching, self._tried)
+
+    def _is_search_due(self):
+        """Where particles elsewhere make the doubt, readings to come will tell: a search would forget past ones."""
+        if self.lost.hidden > self.config.lost_limit and self._searched > SEARCH_AGAIN:
+            self._unconfirmed = True
+            return True
+        confirms = self._unconfirmed and self.lost.hidden < DOUBT
+        self._unconfirmed = self._unconfirmed and not confirms
+        return confirms
 
     def _count(self, scan, odometry) -> MeasurementModel | None:
         """The particles move and are weighed; returns the measurement, None where the scan says nothing."""
@@ -256,11 +282,12 @@ class Amcl:
 
     def _use(self, frame, measured):
         """Weigh the particles by a scan; after a start anywhere, set them where it fits."""
+        sharpened = self.config.lost_recovery and self.lost.probability > DOUBT
         if self._anywhere and len(self._free):
-            self.filter.start_where_it_fits(self._random_poses, measured, TRIED * len(self.filter.poses))
+            self.filter.start_where_it_fits(self._random_poses, measured, self._tried)
             self._anywhere = False
             self.counts['updates'] += 1
-        elif self.filter.weigh(measured.likelihoods(self.filter.poses)):
+        elif self.filter.weigh(measured.likelihoods(self.filter.poses), sharpened):
             self.counts['updates'] += 1
         else:
             self.trouble('no_fit', f'{frame}: a scan fits no particle: it is not used')

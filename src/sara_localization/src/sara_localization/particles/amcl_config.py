@@ -40,6 +40,7 @@ _RANGES = {
     'recovery_alpha_slow': (0.0, 1.0),
     'recovery_alpha_fast': (0.0, 1.0),
     'lost_limit': (0.0, 1.0),
+    'lost_keeps_heading': (0.0, 1.0),
     'beam_skip_threshold': (0.0, 1.0),
     'beam_skip_error_threshold': (0.0, 1.0),
     'map_occupied_above': (0.0, 99.0),
@@ -64,7 +65,7 @@ CLIENT_LIMITS = {
     'beam_skip_distance': (0.0, 2.0),
     **{f'odom_alpha{k}': (0.0, 10.0) for k in range(1, 6)},
     **{f'laser_{name}': (0.0, 10.0) for name in ('z_hit', 'z_short', 'z_max', 'z_rand', 'sigma_hit', 'lambda_short')},
-    **dict.fromkeys(('recovery_alpha_slow', 'recovery_alpha_fast', 'lost_limit'), (0.0, 1.0)),
+    **dict.fromkeys(('recovery_alpha_slow', 'recovery_alpha_fast', 'lost_limit', 'lost_keeps_heading'), (0.0, 1.0)),
     **dict.fromkeys(('beam_skip_threshold', 'beam_skip_error_threshold'), (0.0, 1.0)),
 }
 """What dynamic_reconfigure offers: the limits of the C++ node's AMCL.cfg, which a YAML may exceed."""
@@ -104,6 +105,7 @@ class AmclConfig:
     recovery_alpha_fast: float = 0.0
     lost_limit: float = 0.9
     lost_recovery: bool = True
+    lost_keeps_heading: float = 0.0
     force_update_after_initialpose: bool = False
     force_update_after_set_map: bool = False
 

@@ -19,12 +19,16 @@ from sara_localization.particles.motion import MotionNoise, moved
 RandomPoses = Callable[[int], np.ndarray]
 """(n, 3) poses that the robot may have, drawn uniformly."""
 KEPT, TRIED = 0.25, 10
-"""The share of particles that a new search keeps; poses that a first scan is tried on for each particle."""
-FIRST, SEARCHING = 10.0, 5.0
-"""How a fit (0 to 1) counts at a start anywhere: by exp(FIRST fit) at the first scan, and until the place is found each
-weight by exp(SEARCHING fit) besides. The greater, the sooner it is found, and the less may stand about that the map
-does not hold.
+"""The share of particles that a new search keeps; how often as many candidates as particles are tried with a first
+scan.
 """
+FIRST, SEARCHING = 10.0, 5.0
+"""How a fit (0 to 1) counts at a start anywhere: by exp(FIRST fit) at the first scan, and while the place is searched
+for each weight by exp(SEARCHING fit) besides. The greater, the sooner it is found, and the less may stand about that
+the map does not hold.
+"""
+PREFERRED, ABOUT = 0.7 * FIRST, np.array([0.2, 0.2, np.radians(5.0)])
+"""How the fit of a candidate counts, and by how much what is tried about it differs: m, m, rad, standard deviations."""
 
 
 class ParticleFilter:
@@ -56,36 +60,45 @@ class ParticleFilter:
         """
         self._start(random_poses(count))
 
-    def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel, candidates: int) -> None:
-        """As many particles as there are, where a first measurement fits best of so many poses that the robot may
-        have: drawn by exp(FIRST * fit), a block at a time.
+    def start_where_it_fits(self, random_poses: RandomPoses, measured: MeasurementModel, least: int = 0) -> None:
+        """As many particles as there are, drawn by exp(FIRST * fit) of a first measurement from poses about (ABOUT)
+        candidates, a block at a time, of which those that fit are preferred: an auxiliary particle filter (M. Pitt, N.
+        Shephard, "Filtering via simulation", 1999). So a place keeps its weight however few candidates are near.
+        least: how many candidates there are at least in each of TRIED blocks.
         """
-        count, kept, total = len(self.poses), self.poses, 0.0
-        for first in range(0, candidates, count):
-            poses = random_poses(min(count, candidates - first))
-            weights = np.exp(FIRST * measured.likelihoods(poses).fits)
+        block, total = max(len(self.poses), least), 0.0
+        kept = np.zeros((block, 4))
+        for _ in range(TRIED):
+            poses = random_poses(block)
+            preference = PREFERRED * measured.likelihoods(poses).fits
+            weights = np.exp(preference)
             total += weights.sum()
-            better = self.rng.random(count) < weights.sum() / total
-            kept = np.where(better[:, None], poses[self._drawn(weights, count)], kept)
-        self._start(kept)
+            better = self.rng.random(block) < weights.sum() / total
+            kept = np.where(better[:, None], np.column_stack((poses, preference))[self._drawn(weights, block)], kept)
+        poses = kept[:, :3] + ABOUT * self.rng.standard_normal((block, 3))
+        poses[:, 2] = wrap(poses[:, 2])
+        weights = np.exp(FIRST * measured.likelihoods(poses).fits - kept[:, 3])
+        self._start(poses[self._drawn(weights, len(self.poses))])
 
-    def search(self, random_poses: RandomPoses, measured: MeasurementModel, count: int) -> None:
+    def search(self, random_poses: RandomPoses, measured: MeasurementModel, count: int, least: int = 0) -> None:
         """Look for the place anew with `count` particles where a measurement fits, as after a start anywhere, beside
         a share KEPT of those that there are: for it may be they that are right.
         """
         kept = self.poses[self._drawn(self.weights, max(int(KEPT * count), 1))]
         self.start_anywhere(random_poses, count)
-        self.start_where_it_fits(random_poses, measured, TRIED * count)
+        self.start_where_it_fits(random_poses, measured, least)
         self.poses[: len(kept)] = kept
 
     def move(self, before: Sequence[float], after: Sequence[float]) -> None:
         """The odometry went from one pose (x, y, yaw) to another."""
         self.poses = moved(self.poses, before, after, MotionNoise.of(self.config), self.rng)
 
-    def weigh(self, likelihoods: Likelihoods) -> bool:
-        """Take a measurement; False where it fits no particle at all: then all weigh the same again."""
+    def weigh(self, likelihoods: Likelihoods, sharpened: bool = False) -> bool:
+        """Take a measurement; False where it fits no particle at all: then all weigh the same again. sharpened: as
+        while the place is searched for.
+        """
         weights = self.weights * likelihoods.values
-        if self.is_searching:
+        if sharpened or self.is_searching:
             weights *= np.exp(SEARCHING * likelihoods.fits)
         total = weights.sum()
         if not (np.isfinite(total) and total > 0.0):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.config import range_faults
+from sara_common.config import is_number, range_faults
 
 IDLE, ACTIVE, SUCCEEDED, PREEMPTED, ABORTED = 'idle', 'active', 'succeeded', 'preempted', 'aborted'
 PLANNING, CONTROLLING, CLEARING = 'planning', 'controlling', 'clearing'
@@ -34,6 +34,14 @@ LIMITS = {
     'lost_patience': (0.0, 600.0),
 }
 """What is allowed, both ends included."""
+
+
+def lost_limits_faults(config: object) -> list[str]:
+    """A sentence where a configuration's `found_limit` is above its `lost_limit`, which would make no hysteresis."""
+    found, lost = config.found_limit, config.lost_limit
+    if not (is_number(found) and is_number(lost)) or found <= lost:
+        return []
+    return [f'found_limit is {found!r}, allowed is at most lost_limit, which is {lost!r}']
 
 
 @dataclass(frozen=True)
@@ -82,12 +90,7 @@ class MoveBaseConfig:
 
     def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
-        faults = range_faults(self, LIMITS)
-        if not faults and self.found_limit > self.lost_limit:
-            faults.append(
-                f'found_limit is {self.found_limit!r}, allowed is at most lost_limit, which is {self.lost_limit!r}'
-            )
-        return faults
+        return range_faults(self, LIMITS) + lost_limits_faults(self)
 
 
 class StepResult(NamedTuple):

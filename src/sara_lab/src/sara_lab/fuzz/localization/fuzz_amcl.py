@@ -123,6 +123,7 @@ def _config(rng):
             'laser_max_beams': int(rng.choice([1, 2, 30, 1000])),
             'laser_max_range': float(rng.choice([-1.0, 3.0])),
             'lost_limit': float(rng.choice([0.0, 0.5, 0.9, 1.0])),
+            'lost_keeps_heading': float(rng.choice([0.0, 0.5, 1.0])),
             'resample_interval': int(rng.integers(1, 4)),
             'kld_err': float(rng.choice([1e-300, 0.01, 10.0])),
         }
