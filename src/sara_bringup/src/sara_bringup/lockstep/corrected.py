@@ -12,7 +12,7 @@ from sara_bringup.paths import parameters
 from sara_common.planar import compose
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
-from sara_localization.search.range_localizer import RangeLocalizer
+from sara_localization.ranges.range_localizer import RangeLocalizer
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
