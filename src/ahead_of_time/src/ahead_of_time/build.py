@@ -21,10 +21,10 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from . import library
-from .signatures import UnknownType, types_of
+from .signatures import types_of
+
 
 @dataclass(frozen=True)
 class Target:

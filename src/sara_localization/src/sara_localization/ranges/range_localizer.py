@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import math
 
+from sara_localization.ranges.global_search import Echo, GlobalSearch, Places
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData, RangeMap
 from sara_localization.ranges.turn_scale import TurnScale
-from sara_localization.ranges.global_search import Echo, GlobalSearch, Places
 
 SAME_CONE = math.radians(5.0)
 """By which the cones of sensors may differ that are heard in one search."""

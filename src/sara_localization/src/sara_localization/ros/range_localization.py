@@ -31,11 +31,11 @@ from sara_localization.inputs.data import StampedTransform
 from sara_localization.ranges import turn_scale
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData
+from sara_localization.ranges.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_status import Heard, status
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
-from sara_localization.ranges.range_localizer import RangeLocalizer
 
 QUEUE = 100
 DIAGNOSTICS_PERIOD = 1.0
