@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from sara_common.planar import compose, inverse, wrap
+from sara_localization.particles.echo_table import FAR, NEAR, SILENT, UNHEARD_OF
+from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges import echo_table, map_echo
-from sara_localization.ranges.echo_table import FAR, NEAR, SILENT, UNHEARD_OF
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import BeamModel, RangeData, RangeMap
-from sara_localization.ranges.range_localizer import RangeLocalizer
 
 CELL, CONE, LIMIT = 0.05, math.radians(60.0), 2.4
 CONFIG = RangeConfig(range_topics=('/a',))

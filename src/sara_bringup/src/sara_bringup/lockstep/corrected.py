@@ -10,9 +10,9 @@ from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import parameters
 from sara_common.planar import compose
+from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
-from sara_localization.ranges.range_localizer import RangeLocalizer
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading

@@ -16,8 +16,8 @@ from sara_common.planar import wrap
 from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.studies.wandering import Recording
 from sara_localization.particles.lost import NEAR, TURNED
+from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_data import RangeData, RangeMap
-from sara_localization.ranges.range_localizer import RangeLocalizer
 
 OTHER_PLACE = NEAR, TURNED
 """m, rad from where the chair is: the pose is of another place."""

@@ -1,1 +1,1 @@
-"""range_localization without ROS: a pose found anywhere, and corrected, by ranges against a known map."""
+"""range_localization without ROS: a pose corrected by ranges against a known map."""

@@ -28,10 +28,10 @@ from sara_localization.filters import state_pose
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import StampedTransform
+from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges import turn_scale
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData
-from sara_localization.ranges.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_status import Heard, status
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from sara_localization.ranges.global_search import Echo, GlobalSearch, Places
+from sara_localization.particles.global_search import Echo, GlobalSearch, Places
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_correction import RangeCorrection
 from sara_localization.ranges.range_data import RangeData, RangeMap

@@ -24,10 +24,10 @@ from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
 from sara_localization.particles.likelihood import Likelihoods
 from sara_localization.particles.particle_filter import ParticleFilter
+from sara_localization.particles.rivals import Rivals, Station
 from sara_localization.ranges import echo_table
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
-from sara_localization.ranges.rivals import Rivals, Station
 
 PARTICLES_PER_M2, LEAST, MOST = 150, 2000, 100_000
 """Per square metre where the robot has room at the start, and at least and at most in all."""
