@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from sara_common.planar import compose, inverse, wrap
+from sara_localization.particles import echo_table
 from sara_localization.particles.echo_table import FAR, NEAR, SILENT, UNHEARD_OF
 from sara_localization.particles.range_localizer import RangeLocalizer
-from sara_localization.ranges import echo_table, map_echo
+from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import BeamModel, RangeData, RangeMap
 

@@ -1,1 +1,1 @@
-"""amcl without ROS: adaptive Monte Carlo localization in a known map."""
+"""Particle filters without ROS: amcl, and a place found by range sensors alone."""

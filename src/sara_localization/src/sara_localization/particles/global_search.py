@@ -19,13 +19,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import compose, inverse, wrap
-from sara_localization.particles import field
+from sara_localization.particles import echo_table, field
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
 from sara_localization.particles.likelihood import Likelihoods
 from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.rivals import Rivals, Station
-from sara_localization.ranges import echo_table
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
 

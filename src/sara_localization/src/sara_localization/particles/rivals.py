@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import compose, inverse, wrap
+from sara_localization.particles import echo_table
 from sara_localization.particles.echo_table import EchoTable
-from sara_localization.ranges import echo_table
 
 KEPT = 40
 """Newest stations, about 8 m of way."""
