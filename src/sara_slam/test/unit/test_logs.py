@@ -186,7 +186,7 @@ def log_of_a_drive(way=9.0):
     """Records of a drive with a scanner of 180 rays, half a turn."""
     path, map_, rng = round_trip(way, 0.1), world(), np.random.default_rng(0)
     records = []
-    for k, (pose, odometry) in enumerate(zip(path, drifting(path))):
+    for k, (pose, odometry) in enumerate(zip(path, drifting(path, 0.05, 1.05))):
         full = ranges(map_, pose, rng, 271)[45:226][:180] if k % 3 == 0 else None
         records.append(Record(10.0 + 0.2 * k, odometry, None if full is None else np.minimum(full, 81.0)))
     return path, records
@@ -213,12 +213,15 @@ def test_a_log_is_replayed_and_every_record_has_its_pose(tmp_path, capsys):
     (tmp_path / 'drive.relations').write_text('\n'.join(lines))
     for arguments in (['drive.relations'], ['--reference', 'true.log']):
         given = [str(tmp_path / word) if '.' in word else word for word in ('drive.log', *arguments)]
-        bench_relations.main([*given, '--json', '--quiet', '--map', str(tmp_path / 'map')])
+        bench_relations.main(
+            [*given, '--json', '--quiet', '--map', str(tmp_path / 'map'), '--picture', str(tmp_path / 'map.png')]
+        )
         figures = json.loads(capsys.readouterr().out)
         assert (
             figures['translation_m'] < 0.04
             and figures['key_scans'] == len(slam.scans)
             and (tmp_path / 'map.pgm').exists()
+            and (tmp_path / 'map.png').exists()
         )
     with pytest.raises(SystemExit, match='bench_relations: .*nowhere'):
         bench_relations.main([str(tmp_path / 'nowhere.log'), str(tmp_path / 'drive.relations')])

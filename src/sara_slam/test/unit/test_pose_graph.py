@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 
 from sara_common.planar import compose, inverse, wrap
 from sara_slam.graph.pose_graph import LEAST_SIGMA, PoseGraph, turned
+from sara_slam.logs.bench_optimisers import LeastSquares, chained, compared
 
 SMALL = np.diag((0.02, 0.02, 0.01)) ** 2
 
@@ -124,3 +125,17 @@ def test_the_same_edges_give_the_same_bytes():
         graph.optimise()
         poses.append(np.array(graph.poses).tobytes())
     assert poses[0] == poses[1]
+
+
+def test_the_bench_s_least_squares_finds_the_same_optimum_and_has_the_right_derivatives():
+    truth = circle(20)
+    graph = chain(truth, np.random.default_rng(2))
+    graph.optimise()
+    found = compared(graph)
+    assert found['gtsam'][1] == pytest.approx(found['scipy'][1], rel=1e-3, abs=1e-3)
+    squares = LeastSquares(graph.edges, graph.poses[0])
+    flat = np.array(chained(graph).poses[1:]).ravel() + np.random.default_rng(0).normal(0.0, 0.05, 57)
+    exact, step = squares.jacobian(flat).toarray(), 1e-6
+    for k in range(0, 57, 5):
+        moved = flat + step * (np.arange(57) == k)
+        assert (squares.residuals(moved) - squares.residuals(flat)) / step == pytest.approx(exact[:, k], abs=2e-2)

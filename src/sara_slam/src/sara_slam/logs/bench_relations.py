@@ -20,9 +20,11 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from PIL import Image
 from tqdm import tqdm
 
 from sara_common.config import ConfigError
+from sara_nav.maps.map_saver import UNKNOWN_GREY, SaverConfig, grey_values, save_map
 from sara_slam.logs.noise import OdometryNoise, noisy
 from sara_slam.logs.records import LogError, read_log
 from sara_slam.logs.relations import Relations, Track, read_relations, relations_of, score
@@ -58,7 +60,9 @@ def bench(arguments: argparse.Namespace) -> dict[str, float | int]:
     grid_map = slam.map()
     seconds = time.process_time() - began
     if arguments.map:
-        _save(grid_map, arguments.map)
+        save_map(grid_map, SaverConfig(name=arguments.map))
+    if arguments.picture:
+        _draw(grid_map, arguments.picture)
     found = score(track, relations, arguments.offset)
     length = float(track.stamps[-1] - track.stamps[0])
     return {
@@ -86,10 +90,11 @@ def _relations(arguments) -> Relations:
     return relations_of(Track.of(np.array([record.stamp for record in records]), poses))
 
 
-def _save(grid_map, name):
-    from sara_nav.maps.map_saver import SaverConfig, save_map
-
-    save_map(grid_map, SaverConfig(name=str(name)))
+def _draw(grid_map, path):
+    """The map as a picture, without what is unknown about it."""
+    pixels = grey_values(grid_map.data)
+    rows, columns = (np.flatnonzero((pixels != UNKNOWN_GREY).any(axis)) for axis in (1, 0))
+    Image.fromarray(pixels[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]).save(path)
 
 
 def _say(sentence):
@@ -116,6 +121,7 @@ def _arguments(argv):
     add('--offset', metavar='S', type=float, help="the relations' clock less the log's; found where it is not given")
     add('--params', metavar='FILE.yaml', help='parameters of slam_gmapping')
     add('--map', metavar='NAME', help='write the map to NAME.pgm and NAME.yaml')
+    add('--picture', metavar='FILE.png', help='draw the map')
     add('--json', action='store_true', help='one line of JSON')
     add('--quiet', action='store_true', help='no progress')
     arguments = parser.parse_args(sys.argv[1:] if argv is None else argv)

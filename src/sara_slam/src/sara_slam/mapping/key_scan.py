@@ -9,9 +9,8 @@ import numpy as np
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.beams import BeamChoice, chosen
+from sara_slam.matching.surfaces import Surfaces, surfaces_of
 
-JOINED, SPACING = 0.5, 0.05
-"""m between two neighbouring echoes up to which one surface joins them; m between places on it."""
 EVERY = 1_000_000
 """More beams than a scan has."""
 
@@ -40,20 +39,9 @@ class KeyScan(NamedTuple):
         """(m, 2) of every n-th echo, m, in the robot's frame."""
         return self.ends[self.echo][::every].astype(float)
 
-    def surfaces(self) -> np.ndarray:
-        """(m, 2) places on what was seen, SPACING apart, m, in the robot's frame: the echoes, and between neighbours
-        not further apart than JOINED the line that joins them.
-
-        Of echoes alone those of the same rays of two scans would fit best without any motion along a smooth wall.
-        """
-        points = self.points()
-        gaps = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
-        joined = np.flatnonzero((gaps > SPACING) & (gaps <= JOINED))
-        counts = (gaps[joined] / SPACING).astype(int)
-        begin = np.repeat(joined, counts)
-        rank = np.arange(len(begin)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
-        share = (rank / (np.repeat(counts, counts) + 1.0))[:, None]
-        return np.concatenate((points, points[begin] + share * (points[begin + 1] - points[begin])))
+    def surfaces(self) -> Surfaces:
+        """What it saw of surfaces, in the robot's frame."""
+        return surfaces_of(self.points())
 
 
 def key_scan(sweep: Sweep, mount: Transform, odometry: Transform, limits: RangeLimits) -> KeyScan:

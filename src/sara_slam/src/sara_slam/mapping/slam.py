@@ -23,18 +23,24 @@ from sara_slam.graph.pose_graph import PoseGraph
 from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.occupancy import Occupancy
 from sara_slam.mapping.slam_config import SlamConfig
+from sara_slam.matching import surfaces
 from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window, placed
+from sara_slam.matching.surfaces import Surfaces
 
 Pose = tuple[float, float, float]
 LEAST_POINTS = 10
 """Echoes without which a scan is not matched."""
 LEAST_SIGMA = 0.02, 0.02
 """m and rad that the odometry may be off besides what it has moved."""
+UNKNOWN_SIGMA = 0.3, 0.2
+"""m and rad of a motion that the odometry does not tell."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
 """m and rad of the window about the odometry's prediction."""
 SIGMAS = 3.0
 BEYOND = 1.0
 """m beyond the longest ray that a grid shows."""
+KEPT = 200
+"""Key scans whose surfaces are kept."""
 POSTPONED, AT_ONCE = 10, 0.05
 """Loops that are collected before the graph is optimised; m from which on a loop's displacement is heeded at once."""
 
@@ -53,6 +59,7 @@ class Slam:
     """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble."""
 
     def __init__(self, config: SlamConfig, say: Callable[[str], None] = lambda sentence: None):
+        surfaces.warm()
         self.config, self.say = config, say
         self.counts, self._said = Counter(), set()
         self.graph, self.scans = PoseGraph(), []
@@ -62,7 +69,7 @@ class Slam:
         )
         self.map_from_odom: Pose = (0.0, 0.0, 0.0)
         self.covariance = np.zeros((3, 3))
-        self._postponed = 0
+        self._postponed, self._surfaces = 0, {}
         self._odometry: Pose | None = None  # when a scan was last used
 
     @property
@@ -132,22 +139,30 @@ class Slam:
             self.covariance = np.diag((*2 * (LEAST_SIGMA[0] ** 2,), LEAST_SIGMA[1] ** 2))
             return False
         last = self.graph.poses[-1]
-        motion = compose(inverse(self._odometry), key.odometry) if self._odometry else (0.0, 0.0, 0.0)
-        pose, self.covariance = self._matched(key, compose(last, motion), motion)
+        motion, sigmas = (0.0, 0.0, 0.0), UNKNOWN_SIGMA
+        if self._odometry is not None:
+            motion = compose(inverse(self._odometry), key.odometry)
+            sigmas = self._sigmas(motion)
+        pose, self.covariance = self._matched(key, compose(last, motion), sigmas)
         new = self.graph.add_node(pose)
         self.graph.add_edge(new - 1, new, pose, self.covariance)
         return self.config.loop_closing and self._close_loops(key)
 
-    def _matched(self, key, predicted, motion):
-        """(pose, covariance (3, 3) in the map) of a scan, by its match and by the odometry's prediction."""
+    def _sigmas(self, motion):
+        """Standard deviations (m, rad) of a motion (x, y, yaw) of the odometry, by gmapping's law."""
+        c, way, turn = self.config, math.hypot(*motion[:2]), abs(motion[2])
+        return LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
+
+    def _matched(self, key, predicted, sigmas):
+        """(pose, covariance (3, 3) in the map) of a scan, by its match and by the odometry's prediction, which has
+        these standard deviations (m, rad).
+        """
         c = self.config
-        way, turn = math.hypot(*motion[:2]), abs(motion[2])
-        sigmas = LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
         by_odometry = np.diag((sigmas[0] ** 2, sigmas[0] ** 2, sigmas[1] ** 2))
         shift, turn = (min(max(SIGMAS * sigma, least), most) for sigma, least, most in zip(sigmas, NARROWEST, WIDEST))
         points = key.points(c.lskip + 1)
         before = range(max(0, len(self.scans) - 1 - c.local_scans), len(self.scans) - 1)
-        grid = self._grid_of(before, predicted, shift, key) if len(points) >= LEAST_POINTS else None
+        grid = self._grid_of(before, predicted, shift, cleared=False) if len(points) >= LEAST_POINTS else None
         if grid is None:
             self.counts['no_points'] += 1
             return predicted, by_odometry
@@ -155,28 +170,35 @@ class Slam:
         if match.response < c.minimum_response or match.score < c.minimumScore:
             self.counts['no_fit'] += 1
             return predicted, by_odometry
-        least = np.diag((1e-8, 1e-8, 1e-8))
-        both = np.linalg.inv(np.linalg.inv(match.covariance + least) + np.linalg.inv(by_odometry))
-        return match.pose, both
+        return match.pose, match.covariance
 
-    def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, key: KeyScan | None = None):
-        """The LikelihoodGrid of key scans about a pose, as far as the scan `key` (else the newest) reaches and a margin
-        (m) more; None where they show nothing there. Rays are cleared for loops alone: where no scan is given.
+    def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, cleared: bool = True):
+        """The LikelihoodGrid of key scans about a pose, as far as the newest scan reaches and a margin (m) more; None
+        where they show nothing there. cleared: it tells also where their rays went through.
         """
-        ends = (key or self.scans[-1]).ends
+        ends = self.scans[-1].ends
         reach = (float(np.hypot(ends[:, 0], ends[:, 1]).max()) if len(ends) else 0.0) + margin + BEYOND
         poses = self.graph.poses
-        points = np.concatenate([placed(self.scans[node].surfaces(), poses[node]) for node in nodes])
-        points = points[(np.abs(points - pose[:2]) < reach).all(1)]
-        if not len(points):
+        seen = [self._surfaces_of(node).placed(poses[node]) for node in nodes]
+        points, normals = (np.concatenate(parts) for parts in zip(*seen))
+        near = (np.abs(points - pose[:2]) < reach).all(1)
+        if not near.any():
             return None
-        grid = LikelihoodGrid(points, margin, self.config.grain)
-        if key is None:
+        grid = LikelihoodGrid(Surfaces(points[near], normals[near]), margin, self.config.grain)
+        if cleared:
             for node in nodes:
                 scan = self.scans[node]
                 placed_ends = placed(np.vstack((scan.origin, scan.ends)).astype(float), poses[node])
                 grid.clear(placed_ends[0], placed_ends[1:])
         return grid
+
+    def _surfaces_of(self, node):
+        """Those of a key scan; the newest that were asked for are kept."""
+        found = self._surfaces.pop(node, None) or self.scans[node].surfaces()
+        self._surfaces[node] = found
+        if len(self._surfaces) > KEPT:
+            del self._surfaces[next(iter(self._surfaces))]
+        return found
 
     def _close_loops(self, key):
         points = key.points(self.config.lskip + 1)

@@ -1,4 +1,4 @@
-"""Compiled loops about one pose in a likelihood grid: its refinement below a cell, its covariance, how well it fits.
+"""Compiled loops about one pose in a grid: its refinement below a cell and its certainty, how well it fits.
 
 A pose is (3,): x, y in cells of the grid and yaw in rad; points (n, 2) are in the robot's frame, in cells.
 """
@@ -13,28 +13,84 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_slam.matching.grid_kernels import FULL
 
-ENOUGH = 1e-5
-"""Share of the cost: a smaller gain ends the refinement."""
 ON = 0.135 * FULL
 """From this value on a point lies on the grid's points: exp(-2), two standard deviations."""
+STILL = 1e-4
+"""Cells, and rad times 100 cells, of a step that ends the refinement."""
 
 
 class Prior(NamedTuple):
-    """A predicted pose, cells and rad, and the weights of squared deviations from it in the cost of `refined`."""
+    """A predicted pose, cells and rad, and its information: 1 / cells^2 of x and of y, 1 / rad^2 of yaw."""
 
     x: float
     y: float
     yaw: float
-    shift_weight: float
-    turn_weight: float
+    shift_information: float
+    turn_information: float
 
 
-class Spread(NamedTuple):
-    """The lattice of `moments`: step of x and y (cells), of yaw (rad); steps to each side."""
+class Lines(NamedTuple):
+    """nearest (rows, columns) int32: the index of the place on a surface that is nearest to each cell, -1 where none
+    is near; points, normals (m, 2) of these, in cells; sigma: standard deviation of an echo, cells; information: what
+    one echo counts.
+    """
 
-    step: float
-    turn: float
-    half: int
+    nearest: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    sigma: float
+    information: float
+
+
+@kernel
+def refined(
+    lines: Lines, points: np.ndarray, pose: np.ndarray, prior: Prior, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) the pose near `pose` at which the points fit the lines best, and its information (3, 3), the prior's
+    included: Gauss-Newton on the distances across the surfaces (Censi 2008), far ones weighted down by Geman and
+    McClure's function.
+
+    Distances along a surface do not count: at its end a scan sees more of it than is known, which would pull the pose.
+    """
+    best = pose.copy()
+    H, g = _normal_equations(lines, points, best, prior)
+    for _ in range(steps):
+        step = np.linalg.solve(H, g)
+        best = best + step
+        H, g = _normal_equations(lines, points, best, prior)
+        if abs(step[0]) + abs(step[1]) + 100.0 * abs(step[2]) < STILL:
+            break
+    return best, H
+
+
+@kernel
+def _normal_equations(lines, points, pose, prior):
+    """(3, 3) and (3,) of a Gauss-Newton step."""
+    H, g, J = np.zeros((3, 3)), np.zeros(3), np.empty(3)
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    rows, columns = lines.nearest.shape
+    for k in range(len(points)):
+        px, py = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
+        x, y = pose[0] + px, pose[1] + py
+        i, j = int(math.floor(y)), int(math.floor(x))
+        if not (0 <= i < rows and 0 <= j < columns) or lines.nearest[i, j] < 0:
+            continue
+        m = lines.nearest[i, j]
+        J[0], J[1] = lines.normals[m, 0], lines.normals[m, 1]
+        J[2] = J[1] * px - J[0] * py
+        off = J[0] * (lines.points[m, 0] - x) + J[1] * (lines.points[m, 1] - y)
+        share = 1.0 / (1.0 + (off / lines.sigma) ** 2)
+        weight = lines.information * share * share / (lines.sigma * lines.sigma)
+        for a in range(3):
+            g[a] += weight * J[a] * off
+            for b in range(3):
+                H[a, b] += weight * J[a] * J[b]
+    deviation = (prior.x - pose[0], prior.y - pose[1], prior.yaw - pose[2])
+    information = (prior.shift_information, prior.shift_information, prior.turn_information)
+    for a in range(3):
+        H[a, a] += information[a]
+        g[a] += information[a] * deviation[a]
+    return H, g
 
 
 @kernel
@@ -51,128 +107,8 @@ def _value(grid, x, y):
 
 
 @kernel
-def _weights(t):
-    """Of four values in a row, for a place a share t from the second to the third: Catmull and Rom's cubic, and its
-    derivative.
-    """
-    value = (
-        ((-0.5 * t + 1.0) * t - 0.5) * t,
-        (1.5 * t - 2.5) * t * t + 1.0,
-        ((-1.5 * t + 2.0) * t + 0.5) * t,
-        (0.5 * t - 0.5) * t * t,
-    )
-    slope = (
-        (-1.5 * t + 2.0) * t - 0.5,
-        (4.5 * t - 5.0) * t,
-        (-4.5 * t + 4.0) * t + 0.5,
-        (1.5 * t - 1.0) * t,
-    )
-    return value, slope
-
-
-@kernel
-def _smooth(grid, x, y):
-    """Share of FULL and its derivatives (1 / cell) at a place, by the 16 nearest cells' centres; 0 outside. Linear
-    weights would have no slope between two rows of cells that a wall runs between.
-    """
-    x, y = x - 0.5, y - 0.5
-    column, row = int(math.floor(x)), int(math.floor(y))
-    if not (1 <= row < grid.shape[0] - 2 and 1 <= column < grid.shape[1] - 2):
-        return 0.0, 0.0, 0.0
-    along, along_slope = _weights(x - column)
-    across, across_slope = _weights(y - row)
-    value = dx = dy = 0.0
-    for i in range(4):
-        line = line_slope = 0.0
-        for j in range(4):
-            cell = float(grid[row - 1 + i, column - 1 + j])
-            line += along[j] * cell
-            line_slope += along_slope[j] * cell
-        value += across[i] * line
-        dx += across[i] * line_slope
-        dy += across_slope[i] * line
-    return value / FULL, dx / FULL, dy / FULL
-
-
-@kernel
-def _cost(grid, points, pose, prior):
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    total = 0.0
-    for k in range(len(points)):
-        px, py = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
-        miss = 1.0 - _smooth(grid, pose[0] + px, pose[1] + py)[0]
-        total += miss * miss
-    dx, dy, turn = pose[0] - prior.x, pose[1] - prior.y, pose[2] - prior.yaw
-    return total + prior.shift_weight * (dx * dx + dy * dy) + prior.turn_weight * turn * turn
-
-
-@kernel
-def _normal_equations(grid, points, pose, prior):
-    """(3, 3) and (3,) of a Gauss-Newton step of `_cost`."""
-    H, g = np.zeros((3, 3)), np.zeros(3)
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    J = np.empty(3)
-    for k in range(len(points)):
-        px, py = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
-        value, J[0], J[1] = _smooth(grid, pose[0] + px, pose[1] + py)
-        J[2] = px * J[1] - py * J[0]
-        for m in range(3):
-            g[m] += J[m] * (1.0 - value)
-            for n in range(3):
-                H[m, n] += J[m] * J[n]
-    off = (prior.x - pose[0], prior.y - pose[1], prior.yaw - pose[2])
-    weights = (prior.shift_weight, prior.shift_weight, prior.turn_weight)
-    for m in range(3):
-        H[m, m] += weights[m] + 1e-9
-        g[m] += weights[m] * off[m]
-    return H, g
-
-
-@kernel
-def refined(grid: np.ndarray, points: np.ndarray, pose: np.ndarray, prior: Prior, steps: int) -> np.ndarray:
-    """(3,) the pose near `pose` that fits best: least squares of 1 - value of each point, as Kohlbrecher et al. 2011
-    (section IV), and of the deviation from the prior, by so many steps of Levenberg and Marquardt.
-    """
-    best, damping = pose.copy(), 1e-3
-    cost = _cost(grid, points, best, prior)
-    H, g = _normal_equations(grid, points, best, prior)
-    for _ in range(steps):
-        damped = H.copy()
-        for m in range(3):
-            damped[m, m] *= 1.0 + damping
-        tried = best + np.linalg.solve(damped, g)
-        lower = _cost(grid, points, tried, prior)
-        if lower < cost:
-            gain, best, cost = cost - lower, tried, lower
-            if gain < ENOUGH * cost:
-                break
-            H, g = _normal_equations(grid, points, best, prior)
-            damping *= 0.1
-        else:
-            damping *= 10.0
-    return best
-
-
-@kernel
-def scores(grid: np.ndarray, points: np.ndarray, pose: np.ndarray, spread: Spread) -> np.ndarray:
-    """(turns, rows, columns) the sums of the points' values over a lattice of poses about one."""
-    size, half = 2 * spread.half + 1, spread.half
-    result = np.zeros((size, size, size))
-    for a in range(size):
-        angle = pose[2] + (a - half) * spread.turn
-        c, s = math.cos(angle), math.sin(angle)
-        for k in range(len(points)):
-            x = pose[0] + c * points[k, 0] - s * points[k, 1]
-            y = pose[1] + s * points[k, 0] + c * points[k, 1]
-            for i in range(size):
-                for j in range(size):
-                    result[a, i, j] += _value(grid, x + (j - half) * spread.step, y + (i - half) * spread.step)
-    return result
-
-
-@kernel
 def agreement(grid: np.ndarray, free: np.ndarray, points: np.ndarray, pose: np.ndarray) -> tuple[int, int, float]:
-    """(points on the grid's points, points where the grid's rays went through, the mean value of all)."""
+    """(points on the grid's points, points where the grid's rays went through, the mean share of FULL of all)."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     on = through = 0
     total = 0.0
@@ -191,6 +127,6 @@ def agreement(grid: np.ndarray, free: np.ndarray, points: np.ndarray, pose: np.n
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     grid, points, pose = np.zeros((4, 4), np.uint8), np.zeros((1, 2)), np.ones(3)
-    refined(grid, points, pose, Prior(1.0, 1.0, 0.0, 1.0, 1.0), 1)
-    scores(grid, points, pose, Spread(0.5, 0.1, 1))
+    lines = Lines(np.zeros((4, 4), np.int32), points, points, 1.0, 1.0)
+    refined(lines, points, pose, Prior(1.0, 1.0, 0.0, 1.0, 1.0), 1)
     agreement(grid, grid, points, pose)

@@ -19,9 +19,9 @@ FREE_BEFORE = 2.0
 
 
 @kernel
-def stamp(squares: np.ndarray, points: np.ndarray, reach: int) -> None:
+def stamp(squares: np.ndarray, nearest: np.ndarray, points: np.ndarray, reach: int) -> None:
     """Lower squares (rows, columns; float32, cells squared) to the squared distance of each cell's centre from the
-    points (n, 2), within `reach` cells of these.
+    points (n, 2), within `reach` cells of these, and set nearest (rows, columns; int32) to the index of that point.
     """
     rows, columns = squares.shape
     for k in range(len(points)):
@@ -34,6 +34,7 @@ def stamp(squares: np.ndarray, points: np.ndarray, reach: int) -> None:
                 square = np.float32(dx * dx + dy * dy)
                 if square < squares[i, j]:
                     squares[i, j] = square
+                    nearest[i, j] = k
 
 
 @kernel
@@ -92,7 +93,7 @@ def clear_rays(free: np.ndarray, origin: tuple[float, float], ends: np.ndarray) 
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     squares, points = np.full((4, 4), np.float32(9.0), np.float32), np.ones((2, 2))
-    stamp(squares, points, 1)
+    stamp(squares, np.zeros((4, 4), np.int32), points, 1)
     grid = likelihoods(squares, 1.0)
     pooled(grid, 2)
     clear_rays(grid, (0.0, 0.0), points)

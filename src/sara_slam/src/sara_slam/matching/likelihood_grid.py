@@ -9,21 +9,22 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_slam.matching import fit_kernels, grid_kernels, search_kernels
-from sara_slam.matching.fit_kernels import Prior, Spread
+from sara_slam.matching.fit_kernels import Lines, Prior
 from sara_slam.matching.search_kernels import Search
+from sara_slam.matching.surfaces import Surfaces
 
 Pose = tuple[float, float, float]
 STEPS = 20
 """Most Gauss-Newton steps of the refinement."""
-LATTICE = Spread(0.5, math.radians(0.5), 4)
-"""About the match, over which its covariance is taken."""
+STRAYED = 0.15
+"""m that a refinement may move a pose; one that moves it further is not heeded."""
 WIDE = 1.0
 """m of a window from which on its search goes by blocks of 8 cells instead of 4."""
 
 
 class Grain(NamedTuple):
-    """resolution: m per cell. sigma: standard deviation of an echo's place, m. information: what one point counts in a
-    logarithm of likelihoods; below 1, for the errors of neighbouring points are alike.
+    """resolution: m per cell. sigma: standard deviation of an echo's place, m. information: what one echo counts: below
+    1, for the errors of neighbouring ones are alike.
     """
 
     resolution: float = 0.05
@@ -43,7 +44,8 @@ class Window(NamedTuple):
 
 
 class Match(NamedTuple):
-    """pose: (x, y, yaw) in the grid's frame; covariance (3, 3) of it, m and rad, along that frame's axes; response: the
+    """pose: (x, y, yaw) in the grid's frame; covariance (3, 3) of it by the echoes and the prediction, m and rad, along
+    that frame's axes; response: the
     mean likelihood of the points, 0 to 1; score: their sum; agreement: the share of points on known points among these
     and those that known rays went through, NaN where there is none.
     """
@@ -62,20 +64,25 @@ def placed(points: np.ndarray, pose: Sequence[float]) -> np.ndarray:
 
 
 class LikelihoodGrid:
-    """Likelihoods of echoes by the points (n, 2) of known scans, m, at least one; `margin`: m of the widest window."""
+    """Likelihoods of echoes by the surfaces that known scans saw, at least one place of them; `margin`: m of the widest
+    window.
+    """
 
-    def __init__(self, points: np.ndarray, margin: float, grain: Grain = Grain()):
+    def __init__(self, surfaces: Surfaces, margin: float, grain: Grain = Grain()):
         for kernels in (grid_kernels, search_kernels, fit_kernels):
             kernels.warm()
         self.grain, self.block = grain, 8 if margin > WIDE else 4
-        r = grain.resolution
+        r, points = grain.resolution, surfaces.points
         reach = math.ceil(3.7 * grain.sigma / r)
         self.margin = self.block * (math.ceil(margin / r / self.block) + 1)
         around = 2 * self.margin + reach + 1
         self.first = np.floor(points.min(0) / r) - around
         shape = (np.floor(points.max(0) / r) + around + 1 - self.first).astype(int)
         squares = np.full((shape[1], shape[0]), np.float32(np.inf), np.float32)
-        grid_kernels.stamp(squares, self._in_cells(points), reach)
+        nearest, cells = np.full((shape[1], shape[0]), -1, np.int32), self._in_cells(points)
+        grid_kernels.stamp(squares, nearest, cells, reach)
+        normals = np.ascontiguousarray(surfaces.normals)
+        self.lines = Lines(nearest, cells, normals, float(grain.sigma / r), float(grain.information))
         self.grid = grid_kernels.likelihoods(squares, grain.sigma / r)
         self.free = np.zeros_like(self.grid)
 
@@ -101,12 +108,11 @@ class LikelihoodGrid:
         order = np.argsort(-most, axis=None, kind='stable')
         _, turn, dx, dy = search_kernels.best_shift(self.grid, cells, turns, search, most, order)
         found = np.array((search.x + dx, search.y + dy, search.yaw + turns[turn]))
-        prior = Prior(*search[:3], 2.0 * search.shift_weight / grid_kernels.FULL, self._turn_weight(search))
-        return self._judged(cells, fit_kernels.refined(self.grid, cells, found, prior, STEPS))
-
-    @staticmethod
-    def _turn_weight(search):
-        return 2.0 * search.turn_weight / grid_kernels.FULL
+        prior = Prior(*search[:3], (r / window.sigma_shift) ** 2, 1.0 / window.sigma_turn**2)
+        pose, information = fit_kernels.refined(self.lines, cells, found, prior, STEPS)
+        if not math.dist(pose[:2], found[:2]) * r <= STRAYED:
+            pose = found
+        return self._judged(cells, pose, np.linalg.inv(information))
 
     def _search(self, points, predicted, window):
         """The Search, and the turns (a,) of a step that moves the middle point by a cell."""
@@ -120,30 +126,15 @@ class LikelihoodGrid:
         weights = unit * (r / window.sigma_shift) ** 2, unit / window.sigma_turn**2
         return Search(float(x), float(y), float(predicted[2]), blocks, self.block, self.margin, *weights), turns
 
-    def _judged(self, cells, pose):
+    def _judged(self, cells, pose, covariance):
         on, through, response = fit_kernels.agreement(self.grid, self.free, cells, pose)
         r = self.grain.resolution
         scale = np.array((r, r, 1.0))
-        covariance = moments(fit_kernels.scores(self.grid, cells, pose, LATTICE), LATTICE, self.grain.information)
         place = (pose[:2] + self.first) * r
-        agreement = on / (on + through) if on + through else math.nan
         return Match(
             (float(place[0]), float(place[1]), float(pose[2])),
             covariance * np.outer(scale, scale),
             response,
             response * len(cells),
-            agreement,
+            on / (on + through) if on + through else math.nan,
         )
-
-
-def moments(scores: np.ndarray, lattice: Spread, information: float) -> np.ndarray:
-    """(3, 3) covariance of x, y (cells) and yaw by the scores of a lattice of poses (Olson 2009, section IV): a pose's
-    probability is proportional to exp(information * score).
-    """
-    steps = np.arange(-lattice.half, lattice.half + 1)
-    yaw, y, x = np.meshgrid(steps * lattice.turn, steps * lattice.step, steps * lattice.step, indexing='ij')
-    off = np.stack((x.ravel(), y.ravel(), yaw.ravel()), 1)
-    weights = np.exp(information * (scores.ravel() - scores.max()))
-    weights /= weights.sum()
-    off = off - weights @ off
-    return (off * weights[:, None]).T @ off
