@@ -155,7 +155,7 @@ def test_the_clocks_offset_is_found():
     track = track_of(path_of())
     relations = relations_of(track)
     ahead = relations._replace(first=relations.first + 976.1234, second=relations.second + 976.1234)
-    assert clock_offset(ahead, track.stamps) == pytest.approx(976.1234, abs=1e-6)
+    assert clock_offset(ahead, track) == pytest.approx(976.1234, abs=1e-6)
     assert score(track, ahead).translation < 1e-6
     with pytest.raises(LogError, match='another log'):
         score(track, ahead, 0.0)

@@ -18,9 +18,9 @@ from sara_common.planar import wrap
 from sara_slam.logs.records import LogError
 
 COINCIDENT = 0.006
-"""s between a relation's time and a record's stamp within which they count as one moment."""
-OFTEN = 100
-"""Differences of times that are looked at for each relation to find the offset of the two clocks."""
+"""s that a relation may lie outside of a track's time."""
+STEPS = 0.05, 0.01, 0.002, 0.0005
+"""s in which the offset of the two clocks is searched."""
 
 
 class Relations(NamedTuple):
@@ -95,17 +95,37 @@ def relations_of(track: Track, reach: float = 20) -> Relations:
     return Relations(track.stamps[first], track.stamps[second], relation_of(track.poses[first], track.poses[second]))
 
 
-def clock_offset(relations: Relations, stamps: np.ndarray) -> float:
-    """s to take off the relations' times to have the log's: that for which most of them are those of records.
-
-    stamps: (n,) of the log, in order. The relations' clock may have begun at another time.
+def clock_offset(relations: Relations, track: Track) -> float:
+    """s to take off the relations' times to have the track's: of those with which all relations lie within it, the one
+    with the least median error, found in finer and finer STEPS. The relations' clock may have begun at another time.
     """
-    times = np.unique(np.concatenate((relations.first, relations.second)))
-    sample = times[np.linspace(0, len(times) - 1, min(OFTEN, len(times))).astype(int)]
-    differences = np.sort((sample[:, None] - stamps[None, :]).ravel())
-    ends = np.searchsorted(differences, differences + COINCIDENT)
-    begin = int(np.argmax(ends - np.arange(len(differences))))
-    return float(np.median(differences[begin : ends[begin]]))
+    low = max(relations.first.max(), relations.second.max()) - track.stamps[-1]
+    high = min(relations.first.min(), relations.second.min()) - track.stamps[0]
+    low, high = min(low, high) - STEPS[0], max(low, high) + STEPS[0]
+    for step in STEPS:
+        offsets = np.arange(low, high + step, step)
+        best = min(offsets, key=lambda offset: _misfit(track, relations, offset))
+        low, high = best - step, best + step
+    return float(best)
+
+
+def _misfit(track, relations, offset):
+    """Median error of rotation (rad) plus that of translation (m); infinite where a tenth of the relations does not lie
+    within the track's time.
+    """
+    inside, off = _errors(track, relations, offset)
+    if inside < 0.9 * len(relations.first):
+        return np.inf
+    return float(np.median(np.abs(off[:, 2])) + np.median(np.hypot(off[:, 0], off[:, 1])))
+
+
+def _errors(track, relations, offset):
+    """(number of relations within the track's time, (n, 3) how far it is off these)."""
+    first, second = relations.first - offset, relations.second - offset
+    low, high = track.stamps[0] - COINCIDENT, track.stamps[-1] + COINCIDENT
+    inside = (np.minimum(first, second) >= low) & (np.maximum(first, second) <= high)
+    found = relation_of(track.at(first[inside]), track.at(second[inside]))
+    return int(inside.sum()), relation_of(relations.poses[inside], found)
 
 
 def score(track: Track, relations: Relations, offset: float | None = None) -> Score:
@@ -113,20 +133,16 @@ def score(track: Track, relations: Relations, offset: float | None = None) -> Sc
 
     Raises LogError where no relation lies within.
     """
-    offset = clock_offset(relations, track.stamps) if offset is None else offset
-    first, second = relations.first - offset, relations.second - offset
-    low, high = track.stamps[0] - COINCIDENT, track.stamps[-1] + COINCIDENT
-    inside = (np.minimum(first, second) >= low) & (np.maximum(first, second) <= high)
-    if not inside.any():
+    offset = clock_offset(relations, track) if offset is None else offset
+    inside, off = _errors(track, relations, offset)
+    if not inside:
         raise LogError('no relation lies within the time of the log: is it of another log?')
-    found = relation_of(track.at(first[inside]), track.at(second[inside]))
-    off = relation_of(relations.poses[inside], found)
     translation, rotation = np.hypot(off[:, 0], off[:, 1]), np.degrees(np.abs(off[:, 2]))
     return Score(
         float(translation.mean()),
         float(translation.std()),
         float(rotation.mean()),
         float(rotation.std()),
-        int(inside.sum()),
+        inside,
         offset,
     )
