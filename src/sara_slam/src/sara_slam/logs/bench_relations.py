@@ -5,7 +5,8 @@
 
 LOG: CARMEN's or gmapping's text or a JSON table, plain or gzip (sara_slam.logs.records). Prints mean and sigma of the
 errors of translation and rotation (Kuemmerle et al. 2009), seconds of processor time, times real time, memory. --noise
-adds noise to the odometry first.
+adds noise to the odometry first. The odometry in the log of Freiburg 079 has no sign: drives backwards look like drives
+forwards. There --corrected takes gmapping's poses, to which --noise is added.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def main(argv: list[str] | None = None) -> None:
 
 def bench(arguments: argparse.Namespace) -> dict[str, float | int]:
     """The figures, by name: of `main`'s arguments. Raises LogError, ConfigError, OSError."""
-    records = read_log(arguments.log)
+    records = read_log(arguments.log, arguments.corrected)
     if arguments.noise is not None:
         records = noisy(records, OdometryNoise(), arguments.noise)
     params = yaml.safe_load(Path(arguments.params).read_text()) if arguments.params else {}
@@ -117,6 +118,7 @@ def _arguments(argv):
     add('log', metavar='LOG')
     add('relations', metavar='RELATIONS', nargs='?', help='lines "t1 t2 x y z roll pitch yaw"')
     add('--reference', metavar='CORRECTED_LOG', help='a log whose poses count as true, in place of relations')
+    add('--corrected', action='store_true', help="take the poses of gmapping's log, corrections included, as odometry")
     add('--noise', metavar='SEED', type=int, help='add noise to the odometry (sara_slam.logs.noise)')
     add('--offset', metavar='S', type=float, help="the relations' clock less the log's; found where it is not given")
     add('--params', metavar='FILE.yaml', help='parameters of slam_gmapping')

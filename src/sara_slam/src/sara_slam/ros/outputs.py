@@ -23,14 +23,18 @@ class Outputs:
 
     def __init__(self, config: SlamConfig):
         self._config, self.message = config, None
+        self._sent = None
         self._transform = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
         self._map = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
         self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
         self._entropy = rospy.Publisher('~entropy', Float64, queue_size=1, latch=True)
 
     def transform(self, now: float, map_from_odom: Pose) -> None:
-        """Broadcast map -> odom (x, y, yaw), dated ahead of a time (s) by tf_delay."""
+        """Broadcast map -> odom (x, y, yaw), dated ahead of a time (s) by tf_delay; nothing twice for one time."""
         c = self._config
+        if now == self._sent:
+            return
+        self._sent = now
         x, y, yaw = map_from_odom
         placed = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw)
         stamped = StampedTransform(later(now, c.delay), c.map_frame, c.odom_frame, placed)
