@@ -41,7 +41,8 @@ def carmen(records, of_gmapping=False):
         else:
             measured = ' '.join(f'{v:.3f}' for v in record.ranges)
             lines.append(f'FLASER {len(record.ranges)} {measured} {pose} {pose} {record.stamp:.6f} host 0')
-            lines += ['NEFF 30'] if of_gmapping else []
+            repeated = f'ODOM {pose} 0 0 0 {0.5 if len(lines) % 2 else 0} host 0'  # with a stamp that means nothing
+            lines += ['NEFF 30', repeated] if of_gmapping else []
     return '# a comment\nPARAM laser_offset 0.1\n' + '\n'.join(lines) + '\n'
 
 
@@ -84,6 +85,8 @@ def test_gmapping_s_corrections_are_taken_out(tmp_path):
     begin = compose(found[0].pose, inverse(truth[0].pose))
     expected = [compose(begin, record.pose) for record in truth if record.ranges is not None]
     assert np.array([record.pose for record in found])[:, :2] == pytest.approx(np.array(expected)[:, :2], abs=1e-6)
+    stamps = [record.stamp for record in read_log(path)]
+    assert stamps == sorted(stamps) and min(stamps) >= 0.99  # the repetitions are left out
     kept = [record.pose for record in read_log(path, corrected=True) if record.ranges is not None]
     assert np.array(kept) == pytest.approx(np.array([r.pose for r in corrected if r.ranges is not None]), abs=1e-8)
 

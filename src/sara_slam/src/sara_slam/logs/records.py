@@ -85,9 +85,20 @@ def _carmen(text, path, corrected):
         except (ValueError, IndexError) as error:
             raise LogError(f'{path}, line {number}: {error}') from None
     if of_gmapping:
+        records = _without_repetitions(records)
         records = records if corrected else list(_uncorrected(records))
         records = spread([record for record in records if record.stamp > 0.0])
     return _checked(records, path)
+
+
+def _without_repetitions(records):
+    """gmapping repeats a scan's pose in an ODOM line, whose stamp is 0 or by chance anything."""
+    before = [None, *records]
+    return [
+        record
+        for last, record in zip(before, records)
+        if last is None or last.ranges is None or record.ranges is not None or record.pose != last.pose
+    ]
 
 
 def _flaser(words, of_gmapping):
