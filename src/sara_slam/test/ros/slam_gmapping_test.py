@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Wiring of slam_gmapping: scans and tf of a simulated robot in; map, map_metadata, ~entropy, map -> odom, dynamic_map
-and diagnostics out; the map through map_saver.
+and diagnostics out; the map through map_saver; the same drive as a bag through map_bag.
 
 The robot is steered by its true pose, so that nothing depends on how fast the computer is.
 """
 
+import json
 import math
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+import rosbag
 import rospy
 import rostest
 import tf2_ros
@@ -23,6 +25,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from nav_msgs.srv import GetMap
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
+from tf2_msgs.msg import TFMessage
 
 from sara_common.planar import compose, inverse, yaw_of
 from sara_nav.maps.map_io import FREE, OCCUPIED, load_map
@@ -58,6 +61,9 @@ class SlamTest(unittest.TestCase):
             ('slam_gmapping/entropy', Float64),
         ):
             rospy.Subscriber(topic, kind, lambda m, name=topic: self.heard.update({name: m}), tcp_nodelay=True)
+        self.recorded = []
+        for topic, kind in (('/tf', TFMessage), ('base_scan', LaserScan)):
+            rospy.Subscriber(topic, kind, lambda m, name=topic: self.recorded.append((name, m)), tcp_nodelay=True)
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
         self.command = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         self.scans = rospy.Publisher('base_scan', LaserScan, queue_size=1)
@@ -90,6 +96,7 @@ class SlamTest(unittest.TestCase):
         self.drives()
         self.knows_where_it_is()
         self.answers_and_is_saved()
+        self.maps_a_bag()
         self.says_what_it_cannot_use()
 
     def drives(self):
@@ -137,6 +144,9 @@ class SlamTest(unittest.TestCase):
             subprocess.run(saver, check=True, timeout=PATIENCE_S, stdout=subprocess.DEVNULL)
             saved = load_map(f'{folder}/ours.yaml')
         self.assertTrue(np.array_equal(saved.data.ravel(), np.array(answer.data, np.int8)))
+        self.assert_right(saved)
+
+    def assert_right(self, saved):
         g, true = saved.geometry, plan() == 100
         rows, columns = np.nonzero(saved.data == OCCUPIED)
         x, y = g.origin_x + (columns + 0.5) * CELL + START[0], g.origin_y + (rows + 0.5) * CELL + START[1]
@@ -146,6 +156,26 @@ class SlamTest(unittest.TestCase):
         self.assertLess(np.percentile(off, 95), 0.12)
         rows, columns = np.nonzero(saved.data == FREE)
         self.assertGreater(len(rows) * CELL**2, 15.0)  # m2 of the corridor
+
+    def maps_a_bag(self):
+        recorded = list(self.recorded)
+        with tempfile.TemporaryDirectory() as folder:
+            with rosbag.Bag(f'{folder}/drive.bag', 'w') as bag:
+                for topic, message in recorded:
+                    stamp = message.transforms[0].header.stamp if topic == '/tf' else message.header.stamp
+                    if topic != '/tf' or message.transforms[0].child_frame_id != 'odom':
+                        bag.write(topic, message, max(stamp, rospy.Time(0, 1)))
+            maps = []
+            for name in ('one', 'two'):
+                command = ['rosrun', 'sara_slam', 'map_bag', f'{folder}/drive.bag', f'{folder}/{name}', '--quiet']
+                done = subprocess.run(command, check=True, timeout=4 * PATIENCE_S, stdout=subprocess.PIPE, text=True)
+                maps.append(Path(f'{folder}/{name}.pgm').read_bytes())
+            self.assertGreater(json.loads(done.stdout.splitlines()[-1])['key_scans'], 30)
+            self.assertEqual(*maps)
+            self.assert_right(load_map(f'{folder}/one.yaml'))
+            wrong = subprocess.run([*command, '--scan', 'scan'], stderr=subprocess.PIPE, text=True, check=False)
+            self.assertEqual(wrong.returncode, 1)
+            self.assertIn('it has them on: /base_scan', wrong.stderr)
 
     def says_what_it_cannot_use(self):
         bad = LaserScan(range_min=0.1, range_max=math.nan)

@@ -157,7 +157,7 @@ class SlamConfig:
             elif isinstance(f.default, bool):
                 values[f.name] = reader.boolean(f.name, f.default)
             elif isinstance(f.default, int):
-                values[f.name] = _whole(reader, f.name, f.default)
+                values[f.name] = reader.whole(f.name, f.default)
             elif f.name == 'tf_delay':
                 values[f.name] = reader.number(f.name, 0.0) if f.name in reader.left else f.default
             elif isinstance(f.default, float):
@@ -173,11 +173,3 @@ class SlamConfig:
         if faults:
             raise ConfigError(faults, warnings)
         return config
-
-
-def _whole(reader, name, default):
-    value = reader.number(name, default)
-    if value != int(value):
-        reader.faults.append(f'{name} is {value:g}, allowed are whole numbers')
-        return default
-    return int(value)
