@@ -17,7 +17,7 @@ run() { "$@" >>"$log" 2>&1 || { tail -n 40 "$log" >&2; echo "build failed: $log 
 # Kernels are compiled for the types that their modules' warm() calls them with; what is fresh is left alone.
 kernels() {
     local space=$1 setup=$1/setup.bash
-    (set +u; source "$setup"; "$python" -m ahead_of_time.build "$space/lib/python3/dist-packages" sara_common sara_control sara_lab sara_localization sara_nav sara_sim 2>>"$log") \
+    (set +u; source "$setup"; "$python" -m ahead_of_time.build "$space/lib/python3/dist-packages" sara_common sara_control sara_lab sara_localization sara_nav sara_sim sara_slam 2>>"$log") \
         || { tail -n 40 "$log" >&2; echo "the kernels were not compiled: $log says why" >&2; exit 1; }
 }
 # Python writes down what it compiled where it may, but not under PYTHONDONTWRITEBYTECODE nor in a tree it may not write to: then each process would compile

@@ -66,16 +66,21 @@ def install(work: Path, packages: list[deb_control.Package], log: Path) -> None:
 
 
 def pinned_names() -> list[str]:
-    """What tools/python-packages.txt names."""
-    lines = (ROOT / 'tools/python-packages.txt').read_text(encoding='utf-8').splitlines()
-    return [line.split('==')[0] for line in lines if line and line[0] != '#']
+    """What tools/python-packages.txt and tools/python-packages-alone.txt name, without what tests alone need."""
+    return [*_listed('python-packages.txt'), *_listed('python-packages-alone.txt')]
+
+
+def _listed(name):
+    lines = (ROOT / 'tools' / name).read_text(encoding='utf-8').splitlines()
+    return [line.split('==')[0] for line in lines if line and line[0] != '#' and '# tests' not in line]
 
 
 def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distribution], set[str]]:
-    """The distributions that lie in the virtual environment, of those named and all that they need; the Debian
-    packages of the rest. Raises PackageNotFoundError, and SystemExit where no Debian package brought one of the rest.
+    """The distributions that lie in the virtual environment, of those named and all that they need, if they are not
+    installed alone; the Debian packages of the rest. Raises PackageNotFoundError, and SystemExit where no Debian
+    package brought one of the rest.
     """
-    own, elsewhere, waiting = {}, [], list(names)
+    own, elsewhere, waiting, alone = {}, [], list(names), _listed('python-packages-alone.txt')
     while waiting:
         distribution = importlib.metadata.distribution(waiting.pop())
         path = Path(str(distribution.locate_file(''))).resolve()
@@ -84,7 +89,7 @@ def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distri
             elsewhere.append(distribution)
         elif name not in own:
             own[name] = distribution
-            wanted = map(Requirement, distribution.requires or ())
+            wanted = map(Requirement, () if name in alone else distribution.requires or ())
             waiting += [want.name for want in wanted if not want.marker or want.marker.evaluate({'extra': ''})]
     paths = sorted({str(distribution._path) for distribution in elsewhere})  # type: ignore[attr-defined]
     owners = subprocess.run(['dpkg', '-S', *paths], capture_output=True, text=True) if paths else None

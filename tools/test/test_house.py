@@ -9,12 +9,13 @@ import pytest
 
 SRC = Path(__file__).resolve().parents[2] / 'src'
 BELOW_SIM = {'sara_common', 'canserial', 'sara_lowlevel', 'ahead_of_time'}
-BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_control'}
+BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_control', 'sara_slam'}
 MAY_KNOW = {
     'sara_lab': {*BELOW_BRINGUP, 'sara_bringup', 'sara_hmi'},
     'sara_bringup': BELOW_BRINGUP,
     'sara_hmi': {'sara_common', 'sara_control', 'sara_nav'},
     'sara_sim': BELOW_SIM,
+    'sara_slam': {'ahead_of_time', 'sara_common', 'sara_localization', 'sara_nav'},
     'sara_nav': {'ahead_of_time', 'sara_common'},
     'sara_localization': {'ahead_of_time', 'sara_common'},
     'sara_control': {'ahead_of_time', 'sara_common', 'canserial'},

@@ -73,3 +73,18 @@ def test_what_is_newest_is_asked_anew_after_another_sample_and_under_another_par
     buffer.set_transform('elsewhere', 'base_link', Transform.from_xyz_rpy(x=9.0), 3.0)
     assert buffer.lookup('odom', 'base_link', 3.5) is None
     assert buffer.lookup('elsewhere', 'base_link', 3.5) == Transform.from_xyz_rpy(x=9.0)
+
+
+@pytest.mark.parametrize('stamp, x', [(101.5, 2.0), (104.0, 4.5), (104.5, None), (99.0, None)])
+def test_at_that_very_time_only_what_is_covered_is_given(buffer, stamp, x):
+    found = buffer.lookup_at('odom', 'imu_link', stamp)
+    assert found is None if x is None else found.translation[0] == pytest.approx(x)
+    assert buffer.lookup_at('base_link', 'imu_link', stamp).translation[0] == pytest.approx(0.5)
+    assert buffer.lookup_at('map', 'imu_link', stamp) is None
+    assert buffer.lookup_at('odom', 'odom', stamp) == Transform()
+
+
+def test_what_is_not_known_yet_may_come_and_what_is_past_will_not(buffer):
+    assert buffer.is_past('odom', 'imu_link', 99.0) and not buffer.is_past('odom', 'imu_link', 104.5)
+    assert not buffer.is_past('map', 'imu_link', 99.0) and not buffer.is_past('base_link', 'imu_link', 99.0)
+    assert buffer.latest('odom', 'imu_link').translation[0] == pytest.approx(4.5)

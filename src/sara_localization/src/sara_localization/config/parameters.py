@@ -62,6 +62,13 @@ class ParameterReader:
             return default
         return result
 
+    def whole(self, name: str, default: int) -> int:
+        value = self.number(name, default)
+        if value != int(value):
+            self.faults.append(f'{name} is {value:g}, allowed are whole numbers')
+            return default
+        return int(value)
+
     def boolean(self, name: str, default: bool) -> bool:
         value = self.take(name, default)
         result = as_bool(value)

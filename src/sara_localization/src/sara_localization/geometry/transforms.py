@@ -158,6 +158,27 @@ class TransformBuffer:
                 return self._of_newest(target, source, way, latest)
         return self._along(*way, latest)
 
+    def lookup_at(self, target: str, source: str, stamp: float) -> Transform | None:
+        """target_from_source at that very time (s), None where it is not known or not known yet."""
+        if target == source:
+            return IDENTITY
+        way = self._way(target, source)
+        latest = self._latest_common_time(*way) if way else None
+        if way is None or latest is None:
+            return self.lookup(target, source, None)
+        at = nanoseconds(stamp)
+        return self._along(*way, at) if at <= latest else None
+
+    def latest(self, target: str, source: str) -> Transform | None:
+        """The newest target_from_source, or None."""
+        return self.lookup(target, source, None)
+
+    def is_past(self, target: str, source: str, stamp: float) -> bool:
+        """Whether newer transforms than of that time (s) are known: what `lookup_at` lacks will not come any more."""
+        way = self._way(target, source)
+        latest = self._latest_common_time(*way) if way else None
+        return latest is not None and latest > nanoseconds(stamp)
+
     def age(self, target: str, source: str, stamp: float) -> float:
         """By how much (s) what `lookup` gives is older than the stamp; 0.0 where that time is covered, or nothing
         moves.

@@ -203,7 +203,7 @@ class AmclConfig:
             elif isinstance(f.default, bool):
                 values[f.name] = reader.boolean(f.name, f.default)
             elif isinstance(f.default, int):
-                values[f.name] = _whole(reader, f.name, f.default)
+                values[f.name] = reader.whole(f.name, f.default)
             elif isinstance(f.default, float):
                 values[f.name] = reader.number(f.name, f.default)
         reader.take('restore_defaults')  # left by dynamic_reconfigure
@@ -215,14 +215,6 @@ class AmclConfig:
         if faults:
             raise ConfigError(faults, warnings)
         return config
-
-
-def _whole(reader, name, default):
-    value = reader.number(name, default)
-    if value != int(value):
-        reader.faults.append(f'{name} is {value:g}, allowed are whole numbers')
-        return default
-    return int(value)
 
 
 def _renamed(params):

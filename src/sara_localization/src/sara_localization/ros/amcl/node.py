@@ -203,7 +203,7 @@ class AmclNode:
         if not self.waiting:
             return
         with self.lock:
-            scans = self.waiting.ready(self.config)
+            scans = self.waiting.ready(self.config.odom_frame_id, self.config.base_frame_id)
             due = False
             for scan in scans:
                 due = self._use(scan) or due

@@ -9,7 +9,6 @@ from sensor_msgs.msg import LaserScan
 
 from sara_common.ros.scans import sweep_of
 from sara_localization.particles.amcl import ScanInput
-from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.ros import conversions
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 
@@ -25,6 +24,7 @@ class WaitingScans:
     def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
         self._transforms, self._lost = transforms, lost
         self._waiting, self._count = {}, 0
+        self._frames = '', ''
 
     def __bool__(self) -> bool:
         return self._count > 0  # asked by threads that do not hold the node's lock
@@ -45,9 +45,11 @@ class WaitingScans:
         self._waiting.clear()
         self._count = 0
 
-    def ready(self, config: AmclConfig) -> list[ScanInput]:
-        """Those whose transforms are known by now, oldest first for each scanner."""
-        self._frames = config.odom_frame_id, config.base_frame_id
+    def ready(self, odom: str, base: str) -> list[ScanInput]:
+        """Those whose transforms are known by now, oldest first for each scanner. odom, base: the odometry's and the
+        robot's frame.
+        """
+        self._frames = odom, base
         found = []
         for frame, queue in self._waiting.items():
             while queue:

@@ -1,0 +1,1 @@
+"""Recorded laser logs, and how far estimated poses are off true relations."""

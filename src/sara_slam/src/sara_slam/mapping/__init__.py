@@ -1,0 +1,1 @@
+"""Scans and odometry in, the graph and the map out."""

@@ -1,0 +1,230 @@
+"""slam_gmapping without ROS: scans and odometry in; the pose in the map, the graph of poses and the map out.
+
+A scan becomes a key scan once the robot has moved by `linearUpdate` or turned by `angularUpdate` since the last one.
+It is matched with the last `local_scans` key scans about the pose that the odometry predicts, and joins the pose graph
+by that match. Loops are looked for (graph.loops); when one is found, the graph is optimised.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_common.planar import compose, inverse, wrap
+from sara_localization.particles.amcl import FARTHEST, ScanInput
+from sara_localization.particles.beams import is_level
+from sara_nav.maps.map_io import GridMap
+from sara_slam.graph.loops import LoopSearch
+from sara_slam.graph.pose_graph import PoseGraph
+from sara_slam.mapping.key_scan import KeyScan, key_scan
+from sara_slam.mapping.occupancy import Occupancy
+from sara_slam.mapping.slam_config import SlamConfig
+from sara_slam.matching import surfaces
+from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window, placed
+from sara_slam.matching.surfaces import Surfaces
+
+Pose = tuple[float, float, float]
+LEAST_POINTS = 10
+"""Echoes without which a scan is not matched."""
+LEAST_SIGMA = 0.02, 0.02
+"""m and rad that the odometry may be off besides what it has moved."""
+UNKNOWN_SIGMA = 0.3, 0.2
+"""m and rad of a motion that the odometry does not tell."""
+NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
+"""m and rad of the window about the odometry's prediction."""
+SIGMAS = 3.0
+BEYOND = 1.0
+"""m beyond the longest ray that a grid shows."""
+KEPT = 200
+"""Key scans whose surfaces are kept."""
+POSTPONED, AT_ONCE = 10, 0.05
+"""Loops that are collected before the graph is optimised; m from which on a loop's displacement is heeded at once."""
+
+
+class Result(NamedTuple):
+    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map. used: it is a key scan;
+    changed: poses of earlier key scans moved.
+    """
+
+    map_from_odom: Pose
+    used: bool
+    changed: bool
+
+
+class Slam:
+    """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble."""
+
+    def __init__(self, config: SlamConfig, say: Callable[[str], None] = lambda sentence: None):
+        surfaces.warm()
+        self.config, self.say = config, say
+        self.counts, self._said = Counter(), set()
+        self.graph, self.scans = PoseGraph(), []
+        self.loops = LoopSearch(self.graph, config.loop_rules, self._grid_of)
+        self._occupancy = Occupancy(
+            config.delta, config.occ_thresh, (config.xmin, config.ymin, config.xmax, config.ymax)
+        )
+        self.map_from_odom: Pose = (0.0, 0.0, 0.0)
+        self.covariance = np.zeros((3, 3))
+        self._postponed, self._surfaces = 0, {}
+        self._odometry: Pose | None = None  # when a scan was last used
+
+    @property
+    def poses(self) -> list[Pose]:
+        """Where the robot was at each key scan (x, y, yaw), in the map."""
+        return self.graph.poses
+
+    @property
+    def entropy(self) -> float:
+        """Differential entropy of the newest pose's distribution as its match tells, nat: greater is less certain."""
+        return 0.5 * (3.0 * math.log(2.0 * math.pi * math.e) + float(np.linalg.slogdet(self.covariance)[1]))
+
+    def map(self) -> GridMap:
+        """The map of all key scans at their poses; one unknown cell before the first."""
+        return self._occupancy.draw(self.scans, self.graph.poses)
+
+    def forget_odometry(self) -> None:
+        """The clock or the odometry began anew: its next pose is no motion."""
+        self._odometry = None
+
+    def on_scan(self, scan: ScanInput) -> Result | None:
+        """Take a scan; None where it cannot be used."""
+        fault = self._fault(scan)
+        if fault:
+            self.trouble(fault[0], f'{scan.frame}: {fault[1]}: dropped')
+            return None
+        self.counts['scans'] += 1
+        odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+        if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
+            return Result(self.map_from_odom, False, False)
+        key = key_scan(scan.sweep, scan.mount, scan.odometry, self.config.limits)
+        changed = self._join(key)
+        self._odometry = odometry
+        self.counts['used'] += 1
+        self.map_from_odom = compose(self.graph.poses[-1], inverse(odometry))
+        return Result(self.map_from_odom, True, changed)
+
+    def finish(self) -> None:
+        """Optimise the graph with the loops that were postponed."""
+        if self._postponed:
+            self._optimise()
+
+    def _fault(self, scan):
+        """(what it counts as, a sentence) for a scan that cannot be used, else None."""
+        if scan.sweep.fault:
+            return 'bad_scan', f'a {scan.sweep.fault}'
+        places = (*scan.odometry.translation, *scan.odometry.rotation)
+        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
+            return 'bad_odometry', 'the odometry is no pose'
+        if not is_level(scan.mount):
+            return 'bad_mount', 'the scanner does not look along the floor'
+        return None
+
+    def _is_due(self, stamp, odometry):
+        if self._odometry is None:
+            return True
+        c, last = self.config, self._odometry
+        way, turn = math.dist(odometry[:2], last[:2]), abs(float(wrap(odometry[2] - last[2])))
+        waited = c.temporalUpdate > 0.0 and not 0.0 <= stamp - self.scans[-1].stamp < c.temporalUpdate
+        return way >= c.linearUpdate or turn >= c.angularUpdate or waited
+
+    def _join(self, key: KeyScan) -> bool:
+        """A scan becomes a node of the graph; returns whether earlier poses moved."""
+        self.scans.append(key)
+        if len(self.scans) == 1:
+            self.graph.add_node(key.odometry)
+            self.covariance = np.diag((*2 * (LEAST_SIGMA[0] ** 2,), LEAST_SIGMA[1] ** 2))
+            return False
+        last = self.graph.poses[-1]
+        motion, sigmas = (0.0, 0.0, 0.0), UNKNOWN_SIGMA
+        if self._odometry is not None:
+            motion = compose(inverse(self._odometry), key.odometry)
+            sigmas = self._sigmas(motion)
+        pose, self.covariance = self._matched(key, compose(last, motion), sigmas)
+        new = self.graph.add_node(pose)
+        self.graph.add_edge(new - 1, new, pose, self.covariance)
+        return self.config.loop_closing and self._close_loops(key)
+
+    def _sigmas(self, motion):
+        """Standard deviations (m, rad) of a motion (x, y, yaw) of the odometry, by gmapping's law."""
+        c, way, turn = self.config, math.hypot(*motion[:2]), abs(motion[2])
+        return LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
+
+    def _matched(self, key, predicted, sigmas):
+        """(pose, covariance (3, 3) in the map) of a scan, by its match and by the odometry's prediction, which has
+        these standard deviations (m, rad).
+        """
+        c = self.config
+        by_odometry = np.diag((sigmas[0] ** 2, sigmas[0] ** 2, sigmas[1] ** 2))
+        shift, turn = (min(max(SIGMAS * sigma, least), most) for sigma, least, most in zip(sigmas, NARROWEST, WIDEST))
+        points = key.points(c.lskip + 1)
+        before = range(max(0, len(self.scans) - 1 - c.local_scans), len(self.scans) - 1)
+        grid = self._grid_of(before, predicted, shift, cleared=False) if len(points) >= LEAST_POINTS else None
+        if grid is None:
+            self.counts['no_points'] += 1
+            return predicted, by_odometry
+        match = grid.match(points, predicted, Window(shift, turn, *sigmas))
+        if match.response < c.minimum_response or match.score < c.minimumScore:
+            self.counts['no_fit'] += 1
+            return predicted, by_odometry
+        return match.pose, match.covariance
+
+    def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, cleared: bool = True):
+        """The LikelihoodGrid of key scans about a pose, as far as the newest scan reaches and a margin (m) more; None
+        where they show nothing there. cleared: it tells also where their rays went through.
+        """
+        ends = self.scans[-1].ends
+        reach = (float(np.hypot(ends[:, 0], ends[:, 1]).max()) if len(ends) else 0.0) + margin + BEYOND
+        poses = self.graph.poses
+        seen = [self._surfaces_of(node).placed(poses[node]) for node in nodes]
+        points, normals = (np.concatenate(parts) for parts in zip(*seen))
+        near = (np.abs(points - pose[:2]) < reach).all(1)
+        if not near.any():
+            return None
+        grid = LikelihoodGrid(Surfaces(points[near], normals[near]), margin, self.config.grain)
+        if cleared:
+            for node in nodes:
+                scan = self.scans[node]
+                placed_ends = placed(np.vstack((scan.origin, scan.ends)).astype(float), poses[node])
+                grid.clear(placed_ends[0], placed_ends[1:])
+        return grid
+
+    def _surfaces_of(self, node):
+        """Those of a key scan; the newest that were asked for are kept."""
+        found = self._surfaces.pop(node, None) or self.scans[node].surfaces()
+        self._surfaces[node] = found
+        if len(self._surfaces) > KEPT:
+            del self._surfaces[next(iter(self._surfaces))]
+        return found
+
+    def _close_loops(self, key):
+        points = key.points(self.config.lskip + 1)
+        if len(points) < LEAST_POINTS:
+            return False
+        now = False
+        for loop in self.loops.found(points):
+            pose = compose(self.graph.poses[loop.old], loop.relation)
+            off = math.dist(pose[:2], self.graph.poses[loop.new][:2])
+            self.graph.add_edge(loop.old, loop.new, pose, loop.match.covariance, loop=True)
+            self.counts['loops'] += 1
+            self._postponed += 1
+            now = now or off > AT_ONCE
+        if now or self._postponed >= POSTPONED:
+            self._optimise()
+            return True
+        return False
+
+    def _optimise(self):
+        self._postponed = 0
+        self.counts['optimised'] += 1
+        self.counts['false_loops'] += len(self.graph.optimise())
+
+    def trouble(self, kind: str, sentence: str) -> None:
+        """Count it, and say the first of its kind."""
+        self.counts[kind] += 1
+        if kind not in self._said:
+            self._said.add(kind)
+            self.say(sentence)

@@ -1,0 +1,1 @@
+"""The node slam_gmapping, and its calculation over bags."""
