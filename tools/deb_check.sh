@@ -88,7 +88,7 @@ kill $!
 wait
 exit $status
 END
-unshare --net bash -c 'ip link set lo up && exec chroot "$@"' chroot "$root" env -i "${environment[@]}" bash /tmp/drive >"$work/drive.log" 2>&1 \
+unshare --net bash -c 'ip link set lo up && exec chroot "$@"' chroot --userspec=rider "$root" env -i "${environment[@]}" bash /tmp/drive >"$work/drive.log" 2>&1 \
     || { cat "$root/tmp/launch.log" "$work/drive.log" >>"$log"; failed 'the chair did not reach its goal'; }
 echo "drove: $(grep -a reached "$work/drive.log" | tail -n 1)"
 caches=$(find "$root/opt/sara" "$root/tmp/home" -name '*.nbi' | wc -l)
