@@ -1,9 +1,26 @@
-"""What the fuzz commands share: how often and from which seed, and the inputs in blocks that each have a seed."""
+"""What fuzz commands share: how often, from which seed, blocks of inputs with a seed each, and what came of them."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+BLOCK = 20000
+
+
+@dataclass
+class Report:
+    """inputs: a count; kinds: Counter of what was given and of what became of it; faults: what must not happen, one
+    sentence each.
+    """
+
+    inputs: int = 0
+    kinds: Counter = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
 
 
 def options_of(
@@ -28,3 +45,20 @@ def blocks(options: argparse.Namespace, title: str, most: int) -> Iterator[tuple
             size = min(most, options.count - first)
             yield size, options.seed * 1000000 + number
             progress.update(size)
+
+
+def run(
+    arguments: Sequence[str] | None, node: str, description: str | None, fuzz: Callable[[int, int], Report]
+) -> None:
+    """The command `fuzz_<node>`: fuzz(count, seed) by blocks. Ends the program with the seed and a sentence for each
+    fault.
+    """
+    options = options_of(arguments, f'fuzz_{node}', description, 'inputs')
+    began, kinds = time.monotonic(), Counter()
+    for size, seed in blocks(options, f'inputs to {node}', BLOCK):
+        report = fuzz(size, seed)
+        if report.faults:
+            sys.exit(f'seed {seed}: ' + '\n'.join(report.faults))
+        kinds.update(report.kinds)
+    seen = ', '.join(f'{what} {often}' for what, often in sorted(kinds.items()))
+    print(f'{options.count} inputs to {node}, no failure, {time.monotonic() - began:.1f} s: {seen}')

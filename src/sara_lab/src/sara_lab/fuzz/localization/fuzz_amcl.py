@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from sara_common.config import ConfigError
 from sara_common.scans import Sweep
+from sara_lab.fuzz.blocks import Report
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.amcl import Amcl, ScanInput
 from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
@@ -26,20 +26,9 @@ WEIRD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-320, 1e-30, 1e15, -1e15, 1
 FRAMES = ('laser', 'rear', '')
 
 
-@dataclass
-class AmclReport:
-    """inputs: a count; kinds: Counter of what was given and of what became of it; faults: what must not happen, one
-    sentence each.
-    """
-
-    inputs: int = 0
-    kinds: Counter = field(default_factory=Counter)
-    faults: list[str] = field(default_factory=list)
-
-
-def fuzz_amcl(count: int, seed: int) -> AmclReport:
+def fuzz_amcl(count: int, seed: int) -> Report:
     """`count` inputs from a seed."""
-    report, rng = AmclReport(), np.random.default_rng(seed)
+    report, rng = Report(), np.random.default_rng(seed)
     while report.inputs < count and not report.faults:
         _one_node(rng, min(INPUTS_PER_NODE, count - report.inputs), report)
     return report

@@ -9,10 +9,10 @@ from __future__ import annotations
 import datetime
 import math
 from collections import Counter
-from dataclasses import dataclass, field
 
 import numpy as np
 
+from sara_lab.fuzz.blocks import Report
 from sara_localization.geometry.rigid import Transform
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.gps.fixes import FixData
@@ -29,20 +29,9 @@ PLACES = ((48.1, 11.6), (0.0, 6.0), (-0.01, 179.99), (83.9, 30.0), (-79.9, -100.
 TODAY = datetime.date(2026, 1, 1)
 
 
-@dataclass
-class NavSatReport:
-    """inputs: a count; kinds: Counter of what was given and of what became of it; faults: what must not happen, one
-    sentence each.
-    """
-
-    inputs: int = 0
-    kinds: Counter = field(default_factory=Counter)
-    faults: list[str] = field(default_factory=list)
-
-
-def fuzz_navsat(count: int, seed: int) -> NavSatReport:
+def fuzz_navsat(count: int, seed: int) -> Report:
     """`count` inputs from a seed."""
-    report, rng = NavSatReport(), np.random.default_rng(seed)
+    report, rng = Report(), np.random.default_rng(seed)
     while report.inputs < count and not report.faults:
         _Node(rng, report).run(min(INPUTS_PER_NODE, count - report.inputs))
     return report
