@@ -8,6 +8,7 @@ itself (body_space.py). No planner has a say in it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -115,21 +116,25 @@ def pairs(name: str) -> list[Pair]:
     grid, world, space, random = grid_of(name), World.from_yaml(map_file(name)), _space(name), random_of(name, 'pairs')
     found = []
     while len(found) < PAIRS:
-        start, goal = _pose(grid, world, random), _pose(grid, world, random)
+        start, goal = roomy_pose(grid, world, random), roomy_pose(grid, world, random)
         if math.dist(start[:2], goal[:2]) >= NEAREST and space.connected(start, goal):
             found.append(Pair(start, goal, shortest_way(name, start, goal)[1]))
     return tuple(found)
 
 
-def _pose(grid, world, random):
+def random_poses(grid: map_io.GridMap, random: np.random.Generator) -> Iterator[tuple[float, float, float]]:
+    """Poses (x, y, yaw) on free cells, without end."""
     free = np.argwhere(grid.data == map_io.FREE)
     while True:
         row, column = free[random.integers(len(free))]
         x, y = grid.geometry.to_world(int(column), int(row))
         off = grid.geometry.resolution * random.uniform(-0.5, 0.5, 2)
-        pose = float(x + off[0]), float(y + off[1]), float(random.uniform(-math.pi, math.pi))
-        if gaps.at(world, pose, BODY) >= PAIR_GAP:
-            return pose
+        yield float(x + off[0]), float(y + off[1]), float(random.uniform(-math.pi, math.pi))
+
+
+def roomy_pose(grid: map_io.GridMap, world: World, random: np.random.Generator) -> tuple[float, float, float]:
+    """A random pose about whose body PAIR_GAP is free."""
+    return next(pose for pose in random_poses(grid, random) if gaps.at(world, pose, BODY) >= PAIR_GAP)
 
 
 @cache

@@ -8,7 +8,6 @@ are those of sara_nav's planner, driven by the rider `expert`. The chair starts 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -21,11 +20,8 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose, inverse, wrap
 from sara_control.mux.joystick import Joystick, JoystickConfig
-from sara_lab.journeys.travel_cases import grid_of, map_file, random_of
-from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
+from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, random_poses, roomy_pose
 from sara_nav.costmaps.costmap import INSCRIBED, InflationConfig, build
-from sara_nav.maps import map_io
 from sara_nav.planners.grid_planner import GridPlanner
 from sara_nav.planners.planning import PlanError
 from sara_sim.riders.driving import WayDriver
@@ -36,7 +32,6 @@ from sara_sim.world.world import World
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
 
-START_GAP = 0.20  # m about the body
 WAY = 25.0  # m that are driven
 ROOM = 0.36  # m that ways keep from walls at least; they prefer SPACE
 SPACE = InflationConfig(1.0, 3.0)
@@ -93,7 +88,7 @@ def record(name: str, number: int) -> Recording:
     """Drive `number` on a map: the seed of chair, start and way."""
     random = random_of(name, 'wander', number)
     world = World.from_yaml(map_file(name))
-    lockstep = Lockstep(map_file(name), _start(name, world, random), number, ranges=False)
+    lockstep = Lockstep(map_file(name), roomy_pose(grid_of(name), world, random), number, ranges=False)
     ear = lockstep.localization = _Ear(lockstep.localization, lockstep.chair)
     joystick = Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
     lockstep.start_up()
@@ -125,23 +120,6 @@ def kept(name: str, number: int, folder: Path) -> Recording:
         return Recording(found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way']))
 
 
-def _start(name, world, random):
-    for pose in _places(name, random):
-        if gaps.at(world, pose, BODY) >= START_GAP:
-            return pose
-
-
-def _places(name, random) -> Iterator[tuple[float, float, float]]:
-    """Random poses on free cells."""
-    grid = grid_of(name)
-    free = np.argwhere(grid.data == map_io.FREE)
-    while True:
-        row, column = free[random.integers(len(free))]
-        x, y = grid.geometry.to_world(int(column), int(row))
-        off = grid.geometry.resolution * random.uniform(-0.5, 0.5, 2)
-        yield float(x + off[0]), float(y + off[1]), float(random.uniform(-math.pi, math.pi))
-
-
 @cache
 def _costmap(name):
     return build(grid_of(name), ROOM, inflation=SPACE)
@@ -153,7 +131,7 @@ class _Rider:
     """
 
     def __init__(self, name, random):
-        self._name, self._places = name, _places(name, random)
+        self._name, self._places = name, random_poses(grid_of(name), random)
         self._driver = self._mark = self._until = None
         self._away = 1.0
 
