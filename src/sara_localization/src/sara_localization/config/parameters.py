@@ -6,9 +6,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import yaml
 
+from sara_common.config import ConfigError
 from sara_localization.filters.state import NAMES, SIZE
 
 
@@ -37,6 +42,19 @@ def as_numbers(value: object) -> list[float] | None:
         value = [number for row in value for number in row]
     numbers = [as_number(v) for v in value]
     return numbers if all(n is not None and math.isfinite(n) for n in numbers) else None
+
+
+def load(path: str | Path) -> dict[str, object]:
+    """The parameters of a YAML file; one level of a node's name around them is taken off. Raises ConfigError."""
+    try:
+        params = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise ConfigError(f'{path} cannot be read: {error}') from error
+    if isinstance(params, dict) and len(params) == 1 and isinstance(next(iter(params.values())), dict):
+        params = next(iter(params.values()))
+    if not isinstance(params, dict):
+        raise ConfigError(f'{path} must hold parameters by name')
+    return params
 
 
 class ParameterReader:
@@ -68,6 +86,26 @@ class ParameterReader:
             self.faults.append(f'{name} is {value:g}, allowed are whole numbers')
             return default
         return int(value)
+
+    def by_defaults(
+        self, config_class: Any, frames: Sequence[str] = (), apart: Sequence[str] = ()
+    ) -> dict[str, object]:
+        """{name: value} of a dataclass's fields, by what their defaults are: frames, booleans, whole numbers, numbers.
+        apart: names that are read otherwise.
+        """
+        values: dict[str, object] = {}
+        for f in fields(config_class):
+            if f.name in apart:
+                continue
+            if f.name in frames:
+                values[f.name] = self.frame(f.name, f.default)
+            elif isinstance(f.default, bool):
+                values[f.name] = self.boolean(f.name, f.default)
+            elif isinstance(f.default, int):
+                values[f.name] = self.whole(f.name, f.default)
+            elif isinstance(f.default, float):
+                values[f.name] = self.number(f.name, f.default)
+        return values
 
     def boolean(self, name: str, default: bool) -> bool:
         value = self.take(name, default)

@@ -194,18 +194,10 @@ class AmclConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         params = dict(params)
         warnings = _renamed(params) + _without_nan(params, cls)
-        reader, values = ParameterReader(params), {}
-        for f in fields(cls):
-            if f.name in _FRAMES:
-                values[f.name] = reader.frame(f.name, f.default)
-            elif f.name.endswith('model_type'):
-                values[f.name] = str(reader.take(f.name, f.default))
-            elif isinstance(f.default, bool):
-                values[f.name] = reader.boolean(f.name, f.default)
-            elif isinstance(f.default, int):
-                values[f.name] = reader.whole(f.name, f.default)
-            elif isinstance(f.default, float):
-                values[f.name] = reader.number(f.name, f.default)
+        reader = ParameterReader(params)
+        values = reader.by_defaults(cls, _FRAMES)
+        for name in ('odom_model_type', 'laser_model_type'):
+            values[name] = str(reader.take(name, getattr(cls, name)))
         reader.take('restore_defaults')  # left by dynamic_reconfigure
         for name in sorted(reader.left):
             why = _NOT_BUILT.get(name)

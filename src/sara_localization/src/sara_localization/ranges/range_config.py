@@ -151,14 +151,8 @@ class RangeConfig:
     @classmethod
     def from_params(cls, params: dict[str, object]) -> RangeConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
-        reader, values = ParameterReader(params), {}
-        for f in fields(cls):
-            if f.name in _FRAMES:
-                values[f.name] = reader.frame(f.name, f.default)
-            elif isinstance(f.default, bool):
-                values[f.name] = reader.boolean(f.name, f.default)
-            elif isinstance(f.default, float):
-                values[f.name] = reader.number(f.name, f.default)
+        reader = ParameterReader(params)
+        values = reader.by_defaults(cls, _FRAMES, apart=('seed',))
         seed = reader.take('seed', cls.seed)
         values['seed'] = seed if is_whole(seed, 0) else cls.seed
         if not is_whole(seed, 0):

@@ -17,14 +17,13 @@ import math
 import resource
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
-import yaml
 from PIL import Image
 from tqdm import tqdm
 
 from sara_common.config import ConfigError
+from sara_localization.config import parameters
 from sara_nav.maps.map_saver import UNKNOWN_GREY, SaverConfig, grey_values, save_map
 from sara_slam.logs.noise import OdometryNoise, noisy
 from sara_slam.logs.records import LogError, read_log
@@ -52,8 +51,8 @@ def bench(arguments: argparse.Namespace) -> dict[str, float | int]:
     records = read_log(arguments.log, arguments.corrected)
     if arguments.noise is not None:
         records = noisy(records, OdometryNoise(), arguments.noise)
-    params = yaml.safe_load(Path(arguments.params).read_text()) if arguments.params else {}
-    slam = Slam(SlamConfig.from_params({'maxUrange': MAX_USABLE, **(params or {})}), _say)
+    params = parameters.load(arguments.params) if arguments.params else {}
+    slam = Slam(SlamConfig.from_params({'maxUrange': MAX_USABLE, **params}), _say)
     relations = _relations(arguments)
     began = time.process_time()
     replay = Replay(slam, RANGE_MAX)

@@ -11,9 +11,8 @@ from __future__ import annotations
 import argparse
 import sys
 
-import yaml
-
 from sara_common.config import ConfigError
+from sara_localization.config import parameters
 from sara_slam.mapping.slam_config import SlamConfig
 
 _FAR, _FAR_TURN = 1.5, 0.8
@@ -57,31 +56,14 @@ def _doubtful(c):
     )
 
 
-def load(path: str) -> dict[str, object]:
-    """The parameters of a YAML file; one level of a node's name around them is taken off.
-
-    Raises ValueError, OSError.
-    """
-    with open(path, encoding='utf-8') as stream:
-        try:
-            params = yaml.safe_load(stream)
-        except yaml.YAMLError as error:
-            raise ValueError(f'{path} is no YAML: {error}') from None
-    if isinstance(params, dict) and len(params) == 1 and isinstance(next(iter(params.values())), dict):
-        params = next(iter(params.values()))
-    if not isinstance(params, dict):
-        raise ValueError(f'{path} must hold parameters by name')
-    return params
-
-
 def main(argv: list[str] | None = None) -> None:
     """The program."""
     parser = argparse.ArgumentParser(prog='check_config', description=__doc__.split('\n\n')[0])
     parser.add_argument('params', metavar='FILE.yaml')
     arguments = parser.parse_args(sys.argv[1:] if argv is None else argv)
     try:
-        errors, warnings = check(load(arguments.params))
-    except (OSError, ValueError) as error:
+        errors, warnings = check(parameters.load(arguments.params))
+    except ConfigError as error:
         print(f'check_config: {error}', file=sys.stderr)
         sys.exit(2)
     for kind, sentences in (('error', errors), ('warning', warnings)):

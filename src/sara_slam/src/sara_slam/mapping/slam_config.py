@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from sara_common.config import ConfigError, fault, is_whole, number_faults, range_faults
 from sara_localization.config.parameters import ParameterReader
@@ -150,18 +150,10 @@ class SlamConfig:
     @classmethod
     def from_params(cls, params: dict[str, object]) -> SlamConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
-        reader, values = ParameterReader(params), {}
-        for f in fields(cls):
-            if f.name in _FRAMES:
-                values[f.name] = reader.frame(f.name, f.default)
-            elif isinstance(f.default, bool):
-                values[f.name] = reader.boolean(f.name, f.default)
-            elif isinstance(f.default, int):
-                values[f.name] = reader.whole(f.name, f.default)
-            elif f.name == 'tf_delay':
-                values[f.name] = reader.number(f.name, 0.0) if f.name in reader.left else f.default
-            elif isinstance(f.default, float):
-                values[f.name] = reader.number(f.name, f.default)
+        reader = ParameterReader(params)
+        values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay',))
+        if 'tf_delay' in reader.left:
+            values['tf_delay'] = reader.number('tf_delay', 0.0)
         warnings = [
             f'{name} has no effect: {NO_EFFECT[name]}.'
             if name in NO_EFFECT

@@ -9,11 +9,12 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import rosbag
-import yaml
 
+from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR
 from sara_localization.checks import check_config
 from sara_localization.checks.findings import sorted_findings
+from sara_localization.config import parameters
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.rigid import Transform
 from sara_localization.ros import conversions
@@ -28,17 +29,11 @@ class UsageError(Exception):
 
 
 def load_params(path: str) -> dict:
-    """The parameters of a YAML file; one level of a node's name around them is taken off."""
+    """The parameters of a YAML file; one level of a node's name around them is taken off. Raises UsageError."""
     try:
-        with open(path) as file:
-            params = yaml.safe_load(file)
-    except (OSError, yaml.YAMLError) as error:
-        raise UsageError(f'{path} cannot be read: {error}') from error
-    if isinstance(params, dict) and len(params) == 1 and isinstance(next(iter(params.values())), dict):
-        params = next(iter(params.values()))
-    if not isinstance(params, dict):
-        raise UsageError(f'{path} must hold parameters by name')
-    return params
+        return parameters.load(path)
+    except ConfigError as error:
+        raise UsageError(str(error)) from error
 
 
 def checked_config(params: dict, kind: str, quiet: bool = False) -> FilterConfig:
