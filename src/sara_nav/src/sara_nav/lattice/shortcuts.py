@@ -108,7 +108,9 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
     source = np.full((count + 1, 4, 3), -1, np.int64)  # pose, kind there, join; `joins`: the path's own move
     best[0, NOTHING] = 0.0
     three, one = np.empty((3, 2)), np.empty((1, 2))
+    turned = np.zeros(count + 1)  # rad, both ways, up to each pose
     for i in range(count):
+        turned[i + 1] = turned[i] + abs(moves[i, 1])
         pose = place(Pose2D(poses[i, 0], poses[i, 1], poses[i, 2]), moves[i, 0], moves[i, 1], 1.0)
         poses[i + 1, 0], poses[i + 1, 1], poses[i + 1, 2] = pose.x, pose.y, pose.yaw
         one[0] = moves[i]
@@ -120,7 +122,7 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
         one[0] = moves[i]
         _relax(rules, one, own[i], best, source, (i, i + 1, joins))
         for j in range(min(count, i + WINDOW), i, -1):
-            if np.abs(moves[i:j, 1]).max() == 0.0:
+            if turned[j] == turned[i]:
                 continue  # straight as it is
             for number in range(joins):
                 if not dubins_join(number, poses[i], poses[j], by.radii, three):
