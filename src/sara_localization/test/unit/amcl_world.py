@@ -7,7 +7,7 @@ import numpy as np
 from sara_common.planar import compose, inverse, wrap
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import ScanInput
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_data import RangeMap
 

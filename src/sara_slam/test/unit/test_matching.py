@@ -10,9 +10,9 @@ from slam_world import points, world
 
 from sara_common.planar import compose, inverse
 from sara_slam.matching import grid_kernels, search_kernels
-from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window, placed
+from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window
 from sara_slam.matching.search_kernels import Search
-from sara_slam.matching.surfaces import JOINED, Surfaces, fitted, surfaces_of
+from sara_slam.matching.surfaces import JOINED, Surfaces, fitted, placed, surfaces_of
 
 MAP = world()
 HERE = (7.0, 1.0, 0.1)

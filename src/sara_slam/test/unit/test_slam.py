@@ -10,7 +10,7 @@ from slam_world import LAP, drifting, planar, ranges, round_trip, scan, sweep, w
 from sara_common.planar import compose, inverse
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import ScanInput
+from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import OCCUPIED
 from sara_slam.graph.loops import LoopRules, LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph

@@ -15,9 +15,10 @@ from sara_common.planar import compose
 from sara_common.scans import Sweep
 from sara_lab.benches.timed import Limit, timed
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import SCAN_MODELS, AmclConfig
 from sara_localization.particles.field import squares_of
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.range_data import RangeMap
 from sara_nav.maps.map_io import load_map

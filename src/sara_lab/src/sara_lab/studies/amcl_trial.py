@@ -13,8 +13,9 @@ from sara_bringup.lockstep.corrected import range_map
 from sara_common.planar import between, compose, inverse
 from sara_lab.studies.amcl_drives import AmclTest, Pose, Told, map_file
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import AmclConfig
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges.range_data import RangeMap
 from sara_nav.maps.map_io import load_map
 from sara_sim.robot.recording import Moment

@@ -22,9 +22,10 @@ from sara_lab.studies.amcl_trial import Track
 from sara_lab.studies.carrying import WALKS, Carrier, GyroOdometry, Pose
 from sara_lab.studies.consistency import nees
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.lost import NEAR, TURNED, Evidence
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges.range_data import RangeMap
 from sara_nav.maps import map_io
 from sara_sim.robot.recording import recorded

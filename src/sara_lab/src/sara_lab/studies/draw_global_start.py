@@ -21,8 +21,8 @@ from sara_lab.experiments.plotting import FUSED, TRUE, figure
 from sara_lab.journeys.drawing import draw_map
 from sara_lab.studies.amcl_drives import AMCL_TESTS, AmclTest, Pose
 from sara_lab.studies.amcl_trial import Localised, maps
-from sara_localization.particles.amcl import ScanInput
 from sara_localization.particles.beams import BeamChoice, chosen
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges.range_data import RangeMap
 from sara_sim.world.world import World
 

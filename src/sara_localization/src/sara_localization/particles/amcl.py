@@ -16,7 +16,6 @@ import numpy as np
 
 from sara_common import distances
 from sara_common.planar import wrap
-from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles import beams as beam_choice
 from sara_localization.particles import field, scan_kernels
@@ -26,6 +25,7 @@ from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
 from sara_localization.particles.lost import Evidence, LostFilter, outside
 from sara_localization.particles.particle_filter import ParticleFilter
+from sara_localization.particles.scan_input import FARTHEST, ScanInput
 from sara_localization.particles.scan_models import ScanModel, same_model
 from sara_localization.ranges.range_data import RangeMap
 
@@ -33,8 +33,6 @@ PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
 TRIED_PER_M2, MOST_TRIED = 1500, 40_000
 """Candidates at a time of a search, likewise: so many that chance prefers none of two places that look alike."""
-FARTHEST = 1e7
-"""m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 SMALLEST_CELL = 1e-3
 """m."""
 NOT_KNOWN = 0.5
@@ -47,15 +45,6 @@ DOUBT = 0.5
 """Of the probability that no particle is right: below it a search is made once more, for the robot may have been
 carried on since the last. Of the probability of being lost: above it, weights are sharpened.
 """
-
-
-class ScanInput(NamedTuple):
-    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time."""
-
-    frame: str
-    sweep: Sweep
-    mount: Transform
-    odometry: Transform
 
 
 class Result(NamedTuple):
@@ -192,10 +181,14 @@ class Amcl:
 
     def on_scan(self, scan: ScanInput) -> Result | None:
         """Take a scan; None where it could not be used."""
-        fault = self._fault(scan)
+        if self.map is None:
+            self.trouble('no_map', f'{scan.frame}: a scan came before the map: dropped')
+            return None
+        fault = scan.fault
         if fault:
-            kind, sentence = fault
-            self.trouble(kind, f'{scan.frame}: {sentence}')
+            kind, wrong = fault
+            end = 'dropped' if kind == 'bad_scan' else 'the scan is dropped'
+            self.trouble(kind, f'{scan.frame}: {wrong}: {end}')
             return None
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
@@ -216,19 +209,6 @@ class Amcl:
         if measured is not None:
             self._judge(measured, self.map_from_odom @ scan.odometry)
         return Result(self.map_from_odom, counted, self.belief if resampled or first else None)
-
-    def _fault(self, scan):
-        """(what it counts as, a sentence) for a scan that cannot be used, else None."""
-        if self.map is None:
-            return 'no_map', 'a scan came before the map: dropped'
-        if scan.sweep.fault:
-            return 'bad_scan', f'a {scan.sweep.fault}: dropped'
-        places = (*scan.odometry.translation, *scan.odometry.rotation)
-        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
-            return 'bad_odometry', 'the odometry is no pose: the scan is dropped'
-        if not beam_choice.is_level(scan.mount):
-            return 'bad_mount', 'the scanner does not look along the floor: the scan is dropped'
-        return None
 
     def _has_moved(self, odometry):
         way = math.dist(odometry[:2], self._last[:2])

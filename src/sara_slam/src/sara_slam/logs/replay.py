@@ -10,7 +10,7 @@ import numpy as np
 from sara_common.planar import compose, inverse
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import ScanInput
+from sara_localization.particles.scan_input import ScanInput
 from sara_slam.logs.records import Record
 from sara_slam.logs.relations import Track
 from sara_slam.mapping.slam import Slam

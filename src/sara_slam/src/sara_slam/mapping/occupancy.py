@@ -16,7 +16,7 @@ from ahead_of_time import kernel
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
 from sara_slam.mapping.key_scan import KeyScan
-from sara_slam.matching.likelihood_grid import placed
+from sara_slam.matching.surfaces import placed
 
 STEP = 64
 """Cells by which the map grows."""

@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import compose, inverse, wrap
-from sara_localization.particles.amcl import FARTHEST, ScanInput
-from sara_localization.particles.beams import is_level
+from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
@@ -24,8 +23,8 @@ from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.occupancy import Occupancy
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.matching import surfaces
-from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window, placed
-from sara_slam.matching.surfaces import Surfaces
+from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window
+from sara_slam.matching.surfaces import Surfaces, placed
 
 Pose = tuple[float, float, float]
 LEAST_POINTS = 10
@@ -92,9 +91,10 @@ class Slam:
 
     def on_scan(self, scan: ScanInput) -> Result | None:
         """Take a scan; None where it cannot be used."""
-        fault = self._fault(scan)
+        fault = scan.fault
         if fault:
-            self.trouble(fault[0], f'{scan.frame}: {fault[1]}: dropped')
+            kind, wrong = fault
+            self.trouble(kind, f'{scan.frame}: {wrong}: dropped')
             return None
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
@@ -111,17 +111,6 @@ class Slam:
         """Optimise the graph with the loops that were postponed."""
         if self._postponed:
             self._optimise()
-
-    def _fault(self, scan):
-        """(what it counts as, a sentence) for a scan that cannot be used, else None."""
-        if scan.sweep.fault:
-            return 'bad_scan', f'a {scan.sweep.fault}'
-        places = (*scan.odometry.translation, *scan.odometry.rotation)
-        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
-            return 'bad_odometry', 'the odometry is no pose'
-        if not is_level(scan.mount):
-            return 'bad_mount', 'the scanner does not look along the floor'
-        return None
 
     def _is_due(self, stamp, odometry):
         if self._odometry is None:

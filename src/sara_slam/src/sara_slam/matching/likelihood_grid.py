@@ -57,12 +57,6 @@ class Match(NamedTuple):
     agreement: float
 
 
-def placed(points: np.ndarray, pose: Sequence[float]) -> np.ndarray:
-    """(n, 2) points in a frame of points (n, 2) in the frame that has the pose (x, y, yaw) there."""
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    return points @ np.array([[c, s], [-s, c]]) + np.array(pose[:2])
-
-
 class LikelihoodGrid:
     """Likelihoods of echoes by the surfaces that known scans saw, at least one place of them; `margin`: m of the widest
     window.

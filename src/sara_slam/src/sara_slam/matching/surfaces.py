@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,12 @@ UNEVEN = 0.03
 """m off that direction, r.m.s., from which on an echo has no normal: it lies at a corner."""
 
 
+def placed(points: np.ndarray, pose: Sequence[float]) -> np.ndarray:
+    """(n, 2) points in a frame of points (n, 2) in the frame that has the pose (x, y, yaw) there."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    return points @ np.array([[c, s], [-s, c]]) + np.array(pose[:2])
+
+
 class Surfaces(NamedTuple):
     """points (n, 2), m; normals (n, 2) of unit length, 0 0 where a place has none."""
 
@@ -27,9 +34,7 @@ class Surfaces(NamedTuple):
 
     def placed(self, pose: tuple[float, float, float]) -> Surfaces:
         """In a frame of which this one's pose is (x, y, yaw)."""
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        R = np.array([[c, s], [-s, c]])
-        return Surfaces(self.points @ R + (pose[0], pose[1]), self.normals @ R)
+        return Surfaces(placed(self.points, pose), placed(self.normals, (0.0, 0.0, pose[2])))
 
 
 def surfaces_of(echoes: np.ndarray) -> Surfaces:

@@ -38,7 +38,7 @@ class SlamNode:
         self.waiting = None
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
         self.waiting = WaitingScans(self.transforms, lambda sentence: self.slam.trouble('no_transform', sentence))
-        self.last_scan, self.began, self.drawn_at, self.drawn = None, rospy.Time.now(), None, 0
+        self.began, self.drawn_at, self.drawn = rospy.Time.now(), None, 0
         self.told = {}
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.scans = rospy.Subscriber('scan', numpy_msg(LaserScan), self.on_scan, queue_size=100, tcp_nodelay=True)
@@ -51,13 +51,9 @@ class SlamNode:
     def on_scan(self, msg: LaserScan) -> None:
         """Queue a scan, and use all whose transforms have come."""
         with self.lock:
-            now = rospy.Time.now()
-            if self.last_scan is not None and now < self.last_scan:  # the clock went back
-                self.waiting.clear()
+            if self.waiting.add(msg, rospy.Time.now().to_sec()):  # the clock went back
                 self.slam.forget_odometry()
                 self.drawn_at = None
-            self.last_scan = now
-            self.waiting.add(msg, now.to_sec())
         self.on_transforms()
 
     def on_transforms(self) -> None:
@@ -108,7 +104,7 @@ class SlamNode:
     def _status(self, now):
         counts = self.slam.counts
         self.began = self.began or now  # there was no simulated time yet
-        silent = (now - (self.last_scan or self.began)).to_sec()
+        silent = now.to_sec() - (self.began.to_sec() if self.waiting.last is None else self.waiting.last)
         waiting = self.waiting.waiting_for(now.to_sec())
         faults = [what for what in FAULTS if counts[what] > self.told.get(what, 0)]
         level, message = OK, f'{counts["used"]} scans used, {counts["loops"]} loops closed'

@@ -16,9 +16,10 @@ from sara_common.config import ConfigError
 from sara_common.scans import Sweep
 from sara_lab.fuzz.blocks import Report
 from sara_localization.geometry.rigid import Transform
-from sara_localization.particles.amcl import Amcl, ScanInput
+from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
 from sara_localization.particles.amcl_status import Heard, statuses
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges.range_data import RangeMap
 
 INPUTS_PER_NODE = 200

@@ -48,7 +48,7 @@ class AmclNode:
         self.waiting = None  # while tf comes before the rest is there
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
         self.waiting = WaitingScans(self.transforms, lambda sentence: self.amcl.trouble('no_transform', sentence))
-        self.began, self.last_scan, self.last_odometry, self.counted = rospy.Time.now(), None, None, {}
+        self.began, self.last_odometry, self.counted = rospy.Time.now(), None, {}
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.scans = rospy.Subscriber('scan', numpy_msg(LaserScan), self.on_scan, queue_size=100, tcp_nodelay=True)
         self.poses = rospy.Subscriber(
@@ -190,12 +190,8 @@ class AmclNode:
     def on_scan(self, msg: LaserScan) -> None:
         """Queue a scan, and use all whose transforms have come."""
         with self.lock:
-            now = rospy.Time.now()
-            if self.last_scan is not None and now < self.last_scan:  # the clock went back
-                self.waiting.clear()
+            if self.waiting.add(msg, rospy.Time.now().to_sec()):  # the clock went back
                 self.amcl.forget_odometry()
-            self.last_scan = now
-            self.waiting.add(msg, now.to_sec())
         self.on_transforms()
 
     def on_transforms(self) -> None:
@@ -239,8 +235,8 @@ class AmclNode:
         with self.lock:
             now = rospy.Time.now()
             self.began = self.began or now  # there was no simulated time yet
-            last = None if self.last_scan is None else self.last_scan.to_sec()
-            heard = Heard(last, self.began.to_sec(), self.scans.resolved_name, self.waiting.waiting_for(now.to_sec()))
+            waits = self.waiting.waiting_for(now.to_sec())
+            heard = Heard(self.waiting.last, self.began.to_sec(), self.scans.resolved_name, waits)
             told = statuses(self.amcl, now.to_sec(), heard, self.counted)
             self.counted = dict(self.amcl.counts)
             self.outputs.lost(self.amcl.lost.probability)

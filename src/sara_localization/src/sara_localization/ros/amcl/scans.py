@@ -8,7 +8,7 @@ from collections.abc import Callable
 from sensor_msgs.msg import LaserScan
 
 from sara_common.ros.scans import sweep_of
-from sara_localization.particles.amcl import ScanInput
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ros import conversions
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 
@@ -19,18 +19,28 @@ PATIENCE = 1.0
 
 
 class WaitingScans:
-    """`lost`: called with a sentence for each scan that is dropped."""
+    """`lost`: called with a sentence for each scan that is dropped. `last`: when the newest came (s), None before the
+    first.
+    """
 
     def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
         self._transforms, self._lost = transforms, lost
         self._waiting, self._count = {}, 0
         self._frames = '', ''
+        self.last: float | None = None
 
     def __bool__(self) -> bool:
         return self._count > 0  # asked by threads that do not hold the node's lock
 
-    def add(self, msg: LaserScan, now: float) -> None:
-        """One more, at a time (s); the mount of each scan is looked up for its own time."""
+    def add(self, msg: LaserScan, now: float) -> bool:
+        """One more, at a time (s); the mount of each scan is looked up for its own time. True where the clock has gone
+        back since the last one: then those before are dropped.
+        """
+        went_back = self.last is not None and now < self.last
+        if went_back:
+            self._waiting.clear()
+            self._count = 0
+        self.last = now
         frame = msg.header.frame_id.lstrip('/')
         queue = self._waiting.setdefault(frame, deque())
         if len(queue) == MOST_WAITING:
@@ -39,11 +49,7 @@ class WaitingScans:
         else:
             self._count += 1
         queue.append((now, msg))
-
-    def clear(self) -> None:
-        """Drop them all."""
-        self._waiting.clear()
-        self._count = 0
+        return went_back
 
     def ready(self, odom: str, base: str) -> list[ScanInput]:
         """Those whose transforms are known by now, oldest first for each scanner. odom, base: the odometry's and the

@@ -1,0 +1,34 @@
+"""A laser scan as localization and mapping take it, and what is wrong with one that nobody can use."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sara_common.scans import Sweep
+from sara_localization.geometry.rigid import Transform
+from sara_localization.particles.beams import is_level
+
+FARTHEST = 1e7
+"""m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
+
+
+class ScanInput(NamedTuple):
+    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time."""
+
+    frame: str
+    sweep: Sweep
+    mount: Transform
+    odometry: Transform
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """(what it counts as, what is wrong) with a scan that nobody can use; None with any other."""
+        if self.sweep.fault:
+            return 'bad_scan', f'a {self.sweep.fault}'
+        places = (*self.odometry.translation, *self.odometry.rotation)
+        if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
+            return 'bad_odometry', 'the odometry is no pose'
+        if not is_level(self.mount):
+            return 'bad_mount', 'the scanner does not look along the floor'
+        return None
