@@ -75,6 +75,19 @@ def test_a_rider_who_is_stuck_backs_up_for_a_moment():
     assert rider.stick(6.0, (0.8, 0.0, 0.0))[0] > 0.0
 
 
+def test_a_rider_who_is_stuck_at_the_same_place_again_backs_up_farther():
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
+
+    def backs_up(t, x):
+        for k in range(60):
+            rider.stick(t + 0.1 * k, (x, 0.0, 0.0))
+        moved = [rider.stick(t + 6.0 + 0.1 * k, (x - 0.1, 0.0, 0.0))[0] for k in range(40)]
+        return sum(forward < 0.0 for forward in moved)
+
+    at_first, again, elsewhere = backs_up(0.0, 1.0), backs_up(10.0, 1.05), backs_up(20.0, 2.0)
+    assert at_first == elsewhere < again
+
+
 def test_a_rider_who_cannot_back_up_drives_on_for_a_moment_and_then_tries_again():
     rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
     held = [rider.arrow(0.1 * k, (1.0, 0.0, 1.0), None) for k in range(150)]

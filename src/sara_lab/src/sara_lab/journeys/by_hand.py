@@ -1,8 +1,9 @@
 """A rider who drives the flat by hand, by a joystick or by arrow buttons: from room to room through its doors.
 
 The rider knows what the page shows, the chair's pose, and follows straight legs: aims at a point a little ahead on the
-leg, turns in place where that lies aside, and backs up a little where the chair does not move any more; a chair that
-does not back up either is driven on a little, then back again.
+leg, turns in place where that lies aside, and backs up a little where the chair does not move any more, farther where
+that has not helped; a chair that does not back up either is driven on a little, then back again. Who drives by arrows
+learns how long before its end a turn is to be let go.
 """
 
 from __future__ import annotations
@@ -37,8 +38,11 @@ AHEAD = 0.7  # m along the leg, that the rider aims at
 THERE = 0.3  # m from the place, where the rider lets go
 SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
 TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
-STRAIGHT, RUNS_ON = 0.06, 0.15  # rad aside, up to which an arrow leads straight on; that a chair turns on after a press
+STRAIGHT = 0.04  # rad aside, up to which an arrow leads straight on
+RATE_S = 0.25  # over which the rider sees how fast the chair turns
+LET_GO_S, LEARNS = 0.5, 0.5  # before its end a turn is let go, at first; share of what was wrong that is learned
 STUCK_S, FREES_S = 4.0, 1.5  # without having moved, until the rider drives back or on, and for how long
+FARTHER, AGAIN = 3, 0.5  # times as long at most, where the chair stands again within that (m)
 MOVED = (0.03, 0.05)  # m, rad
 
 
@@ -64,7 +68,10 @@ class Rider:
         self._way, self._leg, self._passed = list(way), 1, passed
         self._still: tuple[float, tuple[float, ...]] | None = None
         self._frees_until, self._frees = -math.inf, 0
+        self._stood, self._times = (math.inf, math.inf), 0
         self._turns = False
+        self._looks: list[tuple[float, float]] = []
+        self._let_go_s, self._turn = LET_GO_S, 0.0
 
     def is_there(self, pose: Sequence[float]) -> bool:
         """Whether the chair, at (x, y, yaw), is where the rider wants to be."""
@@ -96,7 +103,10 @@ class Rider:
         if moved or abs(wrap(pose[2] - since[1][2])) > MOVED[1]:
             self._still, self._frees = (t, tuple(pose)), 0
         elif t - since[0] > STUCK_S:
-            self._still, self._frees_until = (t, tuple(pose)), t + FREES_S
+            if self._frees == 0:  # it has moved since
+                again = math.dist(pose[:2], self._stood) < AGAIN
+                self._times, self._stood = min(self._times + 1, FARTHER) if again else 1, tuple(pose[:2])
+            self._still, self._frees_until = (t, tuple(pose)), t + FREES_S * self._times
             self._frees = 1 if self._frees < 0 else -1
             return self._frees
         return 0
@@ -118,10 +128,28 @@ class Rider:
         if frees := self.frees(t, pose):
             button = 'up' if frees > 0 else 'down'
             return button if held in (button, None) else None
-        aside = self.look(pose)[1]
-        side = 'left' if aside > 0.0 else 'right'
+        aside, rate = self.look(pose)[1], self._rate(t, pose[2])
         if held is None:
-            return 'up' if abs(aside) < STRAIGHT else side
+            self._learn(aside)
+            if abs(aside) < STRAIGHT:
+                return 'up'
+            return 'left' if aside > 0.0 else 'right'
         if held == 'up':
             return 'up' if abs(aside) < 1.5 * STRAIGHT else None
-        return held if held == side and abs(aside) > RUNS_ON else None
+        sense = 1.0 if held == 'left' else -1.0
+        if sense * aside > max(sense * rate, 0.0) * self._let_go_s:
+            return held
+        self._turn = rate
+        return None
+
+    def _rate(self, t, yaw):
+        """rad/s, how fast the chair turns."""
+        self._looks = [one for one in self._looks if one[0] > t - RATE_S] + [(t, yaw)]
+        since, before = self._looks[0]
+        return wrap(yaw - before) / (t - since) if t > since else 0.0
+
+    def _learn(self, aside):
+        """How early to let go, from how far aside (rad) the chair rests after a turn."""
+        if abs(self._turn) > 0.05:
+            self._let_go_s -= LEARNS * aside / self._turn
+        self._let_go_s, self._turn = min(max(self._let_go_s, 0.1), 1.5), 0.0
