@@ -3,7 +3,7 @@
 The rider knows what the page shows, the chair's pose, and follows straight legs: aims at a point a little ahead on the
 leg, turns in place where that lies aside, and backs up a little where the chair does not move any more, farther where
 that has not helped; a chair that does not back up either is driven on a little, then back again. Who drives by arrows
-learns how long before its end a turn is to be let go.
+learns how long before its end a turn is to be let go, and how long a tap is that turns a little.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ THERE = 0.3  # m from the place, where the rider lets go
 SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
 TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
 STRAIGHT = 0.04  # rad aside, up to which an arrow leads straight on
+LITTLE, TAP_S = 0.3, 1.0  # rad aside, up to which it is tapped; at first for so long times the root of the angle
 RATE_S = 0.25  # over which the rider sees how fast the chair turns
 LET_GO_S, LEARNS = 0.5, 0.5  # before its end a turn is let go, at first; share of what was wrong that is learned
 STUCK_S, FREES_S = 4.0, 1.5  # without having moved, until the rider drives back or on, and for how long
@@ -72,6 +73,7 @@ class Rider:
         self._turns = False
         self._looks: list[tuple[float, float]] = []
         self._let_go_s, self._turn = LET_GO_S, 0.0
+        self._tap_s, self._tap = TAP_S, (0.0, -math.inf)  # rad wanted, since when
 
     def is_there(self, pose: Sequence[float]) -> bool:
         """Whether the chair, at (x, y, yaw), is where the rider wants to be."""
@@ -133,9 +135,13 @@ class Rider:
             self._learn(aside)
             if abs(aside) < STRAIGHT:
                 return 'up'
+            self._tap = (aside, t) if abs(aside) < LITTLE else (0.0, t)
             return 'left' if aside > 0.0 else 'right'
         if held == 'up':
             return 'up' if abs(aside) < 1.5 * STRAIGHT else None
+        wanted, since = self._tap
+        if wanted != 0.0:
+            return held if t - since < self._tap_s * math.sqrt(abs(wanted)) else None
         sense = 1.0 if held == 'left' else -1.0
         if sense * aside > max(sense * rate, 0.0) * self._let_go_s:
             return held
@@ -149,7 +155,11 @@ class Rider:
         return wrap(yaw - before) / (t - since) if t > since else 0.0
 
     def _learn(self, aside):
-        """How early to let go, from how far aside (rad) the chair rests after a turn."""
+        """How early to let go, and how long to tap, from how far aside (rad) the chair rests after a turn."""
+        if (wanted := self._tap[0]) != 0.0:
+            turned = max(1.0 - aside / wanted, 0.25)  # share of what was wanted
+            self._tap_s /= min(max(math.sqrt(turned), 0.7), 1.4)
+            self._tap = (0.0, -math.inf)
         if abs(self._turn) > 0.05:
             self._let_go_s -= LEARNS * aside / self._turn
         self._let_go_s, self._turn = min(max(self._let_go_s, 0.1), 1.5), 0.0
