@@ -25,7 +25,8 @@ def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, cap
         {'a_case': lambda: runs.append(1) or {'faults': faults}}, lambda results: (['a line'], {'number': len(results)})
     )
     monkeypatch.setattr(campaign, 'PARTS', {'one': lambda seeds, folder: part})
-    monkeypatch.setattr(sys, 'argv', ['campaign', '--out', str(tmp_path), '--json', str(tmp_path / 'all.json')])
+    words = ['campaign', '--workers', '1', '--out', str(tmp_path), '--json', str(tmp_path / 'all.json')]
+    monkeypatch.setattr(sys, 'argv', words)
     for _ in range(2):
         with pytest.raises(SystemExit) as ended:
             campaign.main()

@@ -1,7 +1,9 @@
 """`make campaign`: everything that is judged over many chairs, in lockstep; resumable, with a table for each part and a
 JSON of all figures.
 
-A part is a set of cases, each with a file of its own in the folder; a case that has its file is not run again.
+A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once a source, a
+parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are cores;
+what a process was at that was killed is run again. Neither changes a figure.
 """
 
 import argparse
@@ -12,6 +14,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_common.files import write_whole
 from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
@@ -24,7 +27,9 @@ from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
+from sara_lab.experiments.runner import fingerprint
 from sara_lab.rides.circuits import circuits
+from sara_lab.workers import cores, each
 from sara_sim.riders.riders import RIDERS
 
 PARTS = {
@@ -60,11 +65,12 @@ CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the par
 def main() -> None:
     """Exit status 0 if every case meets its acceptance."""
     arguments = _arguments()
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    folder = arguments.out / fingerprint()
+    folder.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
-        part = PARTS[name](arguments.seeds, arguments.out, **(_chosen(arguments) if name == 'assisted' else {}))
-        figures, bad = _run(name, part, arguments.out)
+        part = PARTS[name](arguments.seeds, folder, **(_chosen(arguments) if name == 'assisted' else {}))
+        figures, bad = _run(name, part, folder, arguments.workers)
         figures_of[name] = {'commit': commit, 'seeds': arguments.seeds, **figures}
         failed += bad
     if arguments.json:
@@ -82,6 +88,9 @@ def _arguments():
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
     )
+    parser.add_argument(
+        '--workers', type=int, default=cores(), metavar='N', help='processes (default: as there are cores, %(default)s)'
+    )
     for choice, known in CHOICES.items():
         parser.add_argument(
             f'--{choice}', nargs='+', choices=known, metavar='NAME', help=f'of the part assisted: {", ".join(known)}'
@@ -92,8 +101,9 @@ def _arguments():
     unknown = [name for name in arguments.parts if name not in PARTS]
     if unknown:
         parser.error(f'there is no part {", ".join(unknown)}; there are {", ".join(PARTS)}')
-    if arguments.seeds < 1:
-        parser.error(f'--seeds is {arguments.seeds}, allowed are whole numbers of 1 or more')
+    for name in ('seeds', 'workers'):
+        if getattr(arguments, name) < 1:
+            parser.error(f'--{name} is {getattr(arguments, name)}, allowed are whole numbers of 1 or more')
     return arguments
 
 
@@ -102,11 +112,14 @@ def _chosen(arguments):
     return {choice: names for choice in CHOICES if (names := getattr(arguments, choice))}
 
 
-def _run(name, part, folder):
+def _run(name, part, folder, processes):
     """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
-    results = [
-        _result(folder / f'{case}.json', work) for case, work in tqdm(part.cases.items(), unit='case', desc=name)
-    ]
+    paths = {case: folder / f'{case}.json' for case in part.cases}
+    missing = [case for case, path in paths.items() if not path.exists()]
+    run = each(lambda case: write_whole(paths[case], json.dumps(part.cases[case]())), missing, processes)
+    for _ in tqdm(run, desc=name, unit='case', total=len(paths), initial=len(paths) - len(missing)):
+        pass
+    results = [json.loads(path.read_text()) for path in paths.values()]
     lines, figures = part.summary(results)
     bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
     bad += [(name, [sentence]) for sentence in part.verdict(figures)]
@@ -119,13 +132,7 @@ def _write(path, figures_of):
     """Write the figures; parts that were not run keep theirs."""
     before = json.loads(path.read_text()) if path.exists() else {}
     kept = {name: figures_of.get(name, before.get(name)) for name in PARTS if name in figures_of or name in before}
-    path.write_text(json.dumps(kept, indent=1) + '\n')
-
-
-def _result(path, work):
-    if not path.exists():
-        path.write_text(json.dumps(work()))
-    return json.loads(path.read_text())
+    write_whole(path, json.dumps(kept, indent=1) + '\n')
 
 
 def _commit():

@@ -5,6 +5,7 @@ or more, and many trials need it.
 import json
 from pathlib import Path
 
+from sara_common.files import write_whole
 from sara_lab.experiments.sensor_experiments import full_turns
 
 
@@ -12,5 +13,5 @@ def gain_of(seed: int, folder: Path | str) -> float:
     """The gain of the chair `seed`; `folder`: a Path, where gain_SEED.json is kept."""
     path = Path(folder) / f'gain_{seed}.json'
     if not path.exists():
-        path.write_text(json.dumps(full_turns(seed).gain.gain))
+        write_whole(path, json.dumps(full_turns(seed).gain.gain))
     return json.loads(path.read_text())

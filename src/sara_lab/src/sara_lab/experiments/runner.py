@@ -5,8 +5,6 @@ or on who finished first.
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
-import os
 import pickle
 import re
 import time
@@ -15,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sara_bringup.paths import share
+from sara_common.files import write_whole
+from sara_lab import workers
 from sara_lab.experiments import turns
 
 if TYPE_CHECKING:
@@ -59,21 +59,18 @@ def run(
     for seed in sorted({case.seed for case in cases if case.gain}):
         prior.setdefault(('E6', seed), turns.case_of(seed))
     later = [case for case in cases if case.key not in prior]
-    with _pool(processes) as run_all:
-        total = len(prior) + len(later)
-        results = {}
-        with progress(total) as done:
-            for key, result, cost in run_all(_run, [(case, None, keep) for case in prior.values()]):
+    results: dict[tuple, Any] = {}
+    with progress(len(prior) + len(later)) as done:
+
+        def run_all(tasks):
+            for _, (key, result, cost) in workers.each(_run, tasks, processes):
                 results[key] = result
                 costs.update({} if cost is None else {key: cost})
                 done.update()
-            gains = {key[1]: result['gain'] for key, result in results.items()}
-            for key, result, cost in run_all(
-                _run, [(case, gains[case.seed] if case.gain else None, keep) for case in later]
-            ):
-                results[key] = result
-                costs.update({} if cost is None else {key: cost})
-                done.update()
+
+        run_all([(case, None, keep) for case in prior.values()])
+        gains = {key[1]: result['gain'] for key, result in results.items()}
+        run_all([(case, gains[case.seed] if case.gain else None, keep) for case in later])
     return {case.key: results[case.key] for case in cases}
 
 
@@ -104,23 +101,5 @@ def _run(task):
     began = time.process_time()
     result = case.function(case.seed, **case.options, **({} if gain is None else {'gain': gain}))
     if path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        new = path.with_suffix('.new')
-        new.write_bytes(pickle.dumps(result))
-        os.replace(new, path)
+        write_whole(path, pickle.dumps(result))
     return case.key, result, time.process_time() - began
-
-
-class _pool:
-    """Something like map over processes, or over none where one is enough."""
-
-    def __init__(self, processes):
-        self._pool = multiprocessing.get_context('fork').Pool(processes) if processes > 1 else None
-
-    def __enter__(self):
-        return map if self._pool is None else self._pool.imap_unordered
-
-    def __exit__(self, kind, *_):
-        if self._pool is not None:
-            (self._pool.close if kind is None else self._pool.terminate)()
-            self._pool.join()

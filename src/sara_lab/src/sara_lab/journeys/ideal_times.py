@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from sara_bringup.paths import parameters
+from sara_common.files import write_whole
 from sara_control.gate.comfort import Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_lab.ideal.ideal import Ideal, ideal, limits_of, space_of
@@ -62,11 +63,11 @@ def ideal_path(name: str, number: int) -> Ideal:
 
 
 def ideal_time(name: str, number: int, folder: Path | str) -> float:
-    """s of that Ideal, kept in `folder`, by journey and limits."""
-    path = Path(folder) / f'ideal_{name}.json'
+    """s of that Ideal, kept in `folder`, by limits."""
+    path = Path(folder) / f'ideal_{name}_{number}.json'
     known = json.loads(path.read_text()) if path.exists() else {}
-    key = f'{number}: ' + ' '.join(f'{value:g}' for value in (*default_limits(), *BODY))
+    key = ' '.join(f'{value:g}' for value in (*default_limits(), *BODY))
     if key not in known:
         known[key] = round(ideal_path(name, number).seconds, 6)
-        path.write_text(json.dumps(known, indent=1) + '\n')
+        write_whole(path, json.dumps(known, indent=1) + '\n')
     return known[key]

@@ -1,0 +1,70 @@
+"""Work that is shared out among processes of this machine. What comes of it depends neither on how many there are, nor
+on which is ready first.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from typing import TypeVar
+
+Item, Result = TypeVar('Item'), TypeVar('Result')
+IN_VAIN = 3
+"""Times that processes may be killed one after another without any work done between."""
+
+_shared: tuple[Callable, Sequence] = (lambda item: item, ())
+
+
+class WorkersError(Exception):
+    """The processes are killed again and again."""
+
+
+def cores() -> int:
+    """How many processes can run at once."""
+    return len(os.sched_getaffinity(0))
+
+
+def each(work: Callable[[Item], Result], items: Sequence[Item], processes: int) -> Iterator[tuple[Item, Result]]:
+    """Yield (item, work(item)) of every item, as they are ready. With one process the work is done here, in order;
+    with more by copies of this process (fork), so that `work` need not be pickled, but results are.
+
+    What a process was at that was killed (out of memory, say) is done again. Raises what `work` raises, WorkersError.
+    """
+    if processes == 1:
+        yield from ((item, work(item)) for item in items)
+        return
+    left, in_vain = list(items), 0
+    while left:
+        done: set[int] = set()
+        for index, result in _until_broken(work, left, processes):
+            done.add(index)
+            yield left[index], result
+        in_vain = 0 if done else in_vain + 1
+        if in_vain == IN_VAIN:
+            raise WorkersError(f'the processes were killed {IN_VAIN} times in a row; is there enough memory?')
+        left = [item for index, item in enumerate(left) if index not in done]
+
+
+def _until_broken(work, items, processes):
+    """(index, result) of the items that are done before a process is killed."""
+    global _shared
+    _shared = work, items  # copied to the processes as these begin
+    with ProcessPoolExecutor(processes, multiprocessing.get_context('fork')) as pool:
+        futures = {pool.submit(_one, index): index for index in range(len(items))}
+        try:
+            for future in as_completed(futures):
+                try:
+                    result = future.result()
+                except BrokenProcessPool:
+                    continue  # so are all that are not ready
+                yield futures[future], result
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _one(index):
+    work, items = _shared
+    return work(items[index])
