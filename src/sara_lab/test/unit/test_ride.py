@@ -14,12 +14,15 @@ from sara_common.planar import Pose2D
 from sara_lab.campaign.hazards import run
 from sara_lab.experiments.gains import gain_of
 from sara_lab.experiments.missions import EXPERIMENTS
+from sara_lab.judge import gaps
+from sara_lab.judge.judge import BODY
 from sara_sim.world.obstacles import Obstacle
 
 ACCELERATION, BRAKING, JERK = 0.4, 0.8, 0.8  # the standard profile, m/s2 and m/s3
 SMOOTHED_S, MARGIN = 0.5, 1.15
 EXACT = 1e-9
 JAMB = 1.5
+NEAR, SLOWLY = 0.3, 0.6  # m from the body to a wall; m/s
 
 
 class Felt(Lockstep):
@@ -69,20 +72,21 @@ def test_the_square_is_comfortable(seed):
     assert up > 0.5 * ACCELERATION  # it was a drive
 
 
+@pytest.mark.parametrize('scan', [False, True])
 @pytest.mark.parametrize('seed', range(whole(3, 1)))
-def test_a_door_of_80_cm_that_the_map_does_not_show_is_passed_slowly(seed, tmp_path):
-    lockstep = Lockstep(share() / 'maps' / 'hall.yaml', (1.0, 4.0, 0.0), seed, gain=gain_of(seed, tmp_path))
+def test_walls_that_the_map_does_not_show_are_passed_slowly(seed, scan, tmp_path):
+    gain = gain_of(seed, tmp_path)
+    lockstep = Lockstep(share() / 'maps' / 'hall.yaml', (1.0, 4.0, 0.0), seed, gain=gain, scan=scan)
     lockstep.start_up()
+    chair = lockstep.chair
     for name, side in (('left', 1), ('right', -1)):
-        lockstep.chair.world.obstacles.add(
-            Obstacle(name, size=(0.1, JAMB), at=(5.0, 4.0 + side * (0.4 + 0.5 * JAMB)), yaw=0.0)
-        )
+        chair.world.obstacles.add(Obstacle(name, size=(0.1, JAMB), at=(5.0, 4.0 + side * (0.4 + 0.5 * JAMB)), yaw=0.0))
     lockstep.move_base.set_goal(Pose2D(8.0, 4.0, 0.0), lockstep.time)
-    speeds, end = [], lockstep.time + 60.0
+    beside, end = [], lockstep.time + 60.0
     while lockstep.result is None and lockstep.time < end:
         run(lockstep, 0.1)
-        if abs(lockstep.chair.pose[0] - 5.0) < 0.5:
-            speeds.append(lockstep.chair.velocity[0])
-    assert lockstep.result.text == 'Goal reached.' and lockstep.chair.contacts == 0
-    assert min(speeds) < 0.4
-    assert math.dist(lockstep.chair.pose[:2], (8.0, 4.0)) < 0.1
+        if abs(chair.pose[0] - 5.0) < 1.0 and gaps.at(chair.world, chair.pose, BODY) < NEAR:
+            beside.append(abs(chair.velocity[0]))
+    assert lockstep.result.text == 'Goal reached.' and chair.contacts == 0
+    assert max(beside, default=0.0) < SLOWLY
+    assert math.dist(chair.pose[:2], (8.0, 4.0)) < 0.1

@@ -21,13 +21,14 @@ from sara_nav.lattice.dubins import dubins_join, joins_of
 from sara_nav.lattice.field import Field
 from sara_nav.lattice.planner import FOOTPRINT
 from sara_nav.lattice.problem import Problem
-from sara_nav.lattice.shortcuts import BITTY, cut, delay, least_seconds, merged, with_shortcuts
+from sara_nav.lattice.shortcuts import BITTY, cut, delay, least_seconds, merged, run_up_seconds, with_shortcuts
 from sara_nav.lattice.world import Body
 from sara_nav.planners.planning import PlanError
 
 PADDED = pad_footprint(np.array(FOOTPRINT), 0.01)
 CONFIG = LatticePlannerConfig(curve_radius=0.4, max_vel_x=0.8, max_vel_theta=0.8, max_lateral_acc=0.3)
 LETHAL = 254
+SHARES = np.linspace(0.0, 1.0, 20)
 
 
 def costmap_of(walls, size=8.0):
@@ -62,6 +63,15 @@ def seconds_as_timed(by, steps):
     return least_seconds(by.world.rules, moves, 3)[0] + delay(by, start, moves, (0.0, 0.0), np.inf)
 
 
+def least_gap(problem, start, steps):
+    """m along moves (n, 5) from a Pose2D."""
+    least, pose = problem.gap(start), start
+    for length, turn in steps[:, 3:].tolist():
+        least = min([least, *(gap(problem.world, place(pose, length, turn, share), 0.0) for share in SHARES)])
+        pose = place(pose, length, turn, 1.0)
+    return least
+
+
 coordinate, angle = st.floats(0.8, 5.2), st.floats(-math.pi, math.pi)
 box = st.tuples(st.floats(0.0, 5.5), st.floats(0.0, 5.5), st.floats(0.05, 1.5), st.floats(0.05, 1.5))
 
@@ -87,9 +97,11 @@ def test_shortcuts_lead_to_the_same_end_as_soon_or_sooner_and_keep_their_margins
     for x, y, yaw, length, turn in found.tolist():
         assert math.dist((x, y), pose[:2]) < 1e-9 and yaw == pose.yaw
         margin = config.curve_margin if length != 0.0 and turn != 0.0 and not own_arcs else config.hard_margin
-        for share in np.linspace(0.0, 1.0, 20):
+        for share in SHARES:
             assert gap(problem.world, place(pose, length, turn, share), 0.0) > margin - ROUGH
         pose = place(pose, length, turn, 1.0)
+    kept = min(least_gap(problem, Pose2D(*start), before), config.curve_margin)
+    assert least_gap(problem, Pose2D(*start), found) > kept - ROUGH
     if len(found):
         assert math.dist(pose[:2], goal[:2]) < 1e-6
         assert abs(math.remainder(pose.yaw - goal[2], 2.0 * math.pi)) < 1e-6
@@ -121,6 +133,16 @@ def test_where_there_is_no_room_for_an_arc_it_stops_and_turns():
         return turned_in_place(steps_of(problem_of(walls), (1.0, 3.0 + 0.5 * width, 0.0), (4.0, 7.0, math.pi / 2)))
 
     assert turned(1.5) < 0.05 and turned(1.1) > 1.0
+
+
+def test_an_arc_that_ends_close_before_a_narrow_place_counts_a_run_up():
+    door = [(5.0, 0.0, 5.1, 3.6), (5.0, 4.4, 5.1, 8.0)]  # of 0.80 m
+    world, rules = problem_of(door).world, problem_of(door).world.rules
+    at = [run_up_seconds(world, Pose2D(5.0 - 0.55 - before, 4.0, 0.0), 0.5) for before in (0.05, 0.35, 1.0)]
+    assert at[0] > at[1] > at[2] == 0.0 and at[0] <= rules.run_up_cost
+    ahead, astern = Pose2D(4.0, 4.0, 0.0), Pose2D(4.0, 4.0, math.pi)
+    assert run_up_seconds(world, astern, -0.5) == run_up_seconds(world, ahead, 0.5) > 0.0
+    assert run_up_seconds(world, astern, 0.5) == 0.0
 
 
 def test_a_dearer_stop_makes_fewer_turns_in_place():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
-from sara_nav.lattice.body import place, unhindered
+from sara_nav.lattice.body import COARSE, FINE, gap, place, unhindered
 from sara_nav.lattice.driving import Driving, example_driving, seconds_of
 from sara_nav.lattice.dubins import dubins_join, joins_of
 from sara_nav.lattice.moves import TURNS, kind_of
@@ -79,6 +79,31 @@ def least_seconds(rules: Rules, moves: np.ndarray, before: int) -> tuple[float, 
 
 
 @kernel
+def narrowest(world: World, start: np.ndarray, run: np.ndarray, most: float) -> float:
+    """Return the least gap (m) on a move, ``run`` (2,), from a pose (3,); at most ``most``."""
+    pose, length, turn = Pose2D(start[0], start[1], start[2]), run[0], run[1]
+    path = abs(length) + world.rules.radius * abs(turn)
+    samples = max(int(math.ceil(path / FINE)), 1)
+    least = most
+    for k in range(samples + 1):
+        least = min(least, gap(world, place(pose, length, turn, k / samples), 0.0))
+    return least
+
+
+@kernel
+def run_up_seconds(world: World, end: Pose2D, length: float) -> float:
+    """Return the seconds that an arc of that length (m) costs more because a narrow place follows straight behind its
+    end: as Rules.run_up of straight legs, for a chair leaves its arcs less exactly than its turns in place.
+    """
+    rules, sense, at = world.rules, math.copysign(1.0, length), 0.0
+    while at < rules.run_up:
+        if gap(world, place(end, sense * at, 0.0, 1.0), rules.narrow) < rules.narrow:
+            return rules.run_up_cost * (1.0 - at / rules.run_up)
+        at += COARSE
+    return 0.0
+
+
+@kernel
 def delay(by: Shortcuts, start: np.ndarray, moves: np.ndarray, limits: tuple[float, float], most: float) -> float:
     """Return the seconds that what is near adds to moves (n, 2) from a pose (3,); inf where the body does not fit with
     the gaps ``limits`` (m; on arcs, else), or where it is more than ``most``.
@@ -94,15 +119,19 @@ def delay(by: Shortcuts, start: np.ndarray, moves: np.ndarray, limits: tuple[flo
         if total > most:
             return np.inf
         pose = place(pose, length, turn, 1.0)
+        if length != 0.0 and turn != 0.0:
+            total += run_up_seconds(by.world, pose, length)
     return total
 
 
 @kernel
 def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return the moves (m, 2) of the fastest chain of joins between poses along moves (n, 2) from a pose (3,)."""
+    """Return the moves (m, 2) of the fastest chain of joins between poses along moves (n, 2) from a pose (3,). The gap
+    of a join is nowhere less than the least of what it replaces, or than the arcs' margin.
+    """
     count, joins, rules = len(moves), joins_of(by.radii), by.world.rules
     as_found = (rules.hard_margin - SPARE, rules.hard_margin - SPARE)
-    poses, own = np.empty((count + 1, 3)), np.empty(count)
+    poses, own, gaps = np.empty((count + 1, 3)), np.empty(count), np.empty(count)
     poses[0] = start
     best = np.full((count + 1, 4), np.inf)  # by the kind of the last move
     source = np.full((count + 1, 4, 3), -1, np.int64)  # pose, kind there, join; `joins`: the path's own move
@@ -114,6 +143,7 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
         pose = place(Pose2D(poses[i, 0], poses[i, 1], poses[i, 2]), moves[i, 0], moves[i, 1], 1.0)
         poses[i + 1, 0], poses[i + 1, 1], poses[i + 1, 2] = pose.x, pose.y, pose.yaw
         one[0] = moves[i]
+        gaps[i] = narrowest(by.world, poses[i], moves[i], by.arc_margin)
         own[i] = delay(by, poses[i], one, as_found, np.inf) + (BITTY if moves[i, 1] != 0.0 else 0.0)
         _relax(rules, one, own[i], best, source, (i, i + 1, joins))
     if best[count].min() == np.inf:
@@ -124,12 +154,13 @@ def shorten(by: Shortcuts, start: np.ndarray, moves: np.ndarray) -> np.ndarray:
         for j in range(min(count, i + WINDOW), i, -1):
             if turned[j] == turned[i]:
                 continue  # straight as it is
+            keeps = max(gaps[i:j].min() - SPARE, rules.hard_margin)
             for number in range(joins):
                 if not dubins_join(number, poses[i], poses[j], by.radii, three):
                     continue
                 spare = _spare(rules, three, best, i, j)
                 if spare > 0.0:
-                    late = delay(by, poses[i], three, (by.arc_margin, rules.hard_margin), spare)
+                    late = delay(by, poses[i], three, (by.arc_margin, keeps), spare)
                     if late < spare:
                         _relax(rules, three, late + BITTY, best, source, (i, j, number))
     return chained(poses, moves, by.radii, source, int(np.argmin(best[count])))
