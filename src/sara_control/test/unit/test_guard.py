@@ -346,6 +346,8 @@ def test_config_names_every_fault():
         assert part in text, part
     with pytest.raises(ConfigError, match="profile is 'x', allowed are a"):
         SafetyConfig.from_params({**PARAMS, 'profiles': {'a': {}}, 'profile': 'x'})
+    with pytest.raises(ConfigError, match=r"profile is \['a'\], allowed are a"):
+        SafetyConfig.from_params({**PARAMS, 'profiles': {'a': {}}, 'profile': ['a']})
     with pytest.raises(ConfigError, match='command_hard_timeout is 0.1'):
         GateConfig(command_hard_timeout=0.1)
     with pytest.raises(ConfigError, match='steps_per_turn is 0'):

@@ -16,7 +16,7 @@ from canserial.ros.conversions import frame_to_msg, msg_to_frame
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import on_shutdown, start_node
+from sara_common.ros.node import on_shutdown, start_node, until_shutdown
 
 QUEUE = 1000  # frames that a slow subscriber of canrx may be behind
 # What spoils the good state for as long as it goes on, and what it means.
@@ -52,11 +52,8 @@ class FramePublisher:
         for connection in self._publisher.impl.connections:
             if len(getattr(connection, '_queue', ())) >= QUEUE:
                 self.lost += 1
-        try:
+        with until_shutdown():
             self._publisher.publish(frame_to_msg(frame))
-        except rospy.ROSException:
-            if not rospy.is_shutdown():
-                raise
 
 
 class AdapterNode:

@@ -36,7 +36,7 @@ from canserial.reader.status import status_of
 from canserial.ros import calibration_store, conversions
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.ros.diagnostics import Diagnostics
-from sara_common.ros.node import on_shutdown, start_node
+from sara_common.ros.node import on_shutdown, start_node, until_shutdown
 
 WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
@@ -120,8 +120,9 @@ class ReadNode:
         """One frame to its readings' topics."""
         with self.lock:
             readings = self.reader.on_frame(conversions.msg_to_frame(message))
-        for reading in readings:
-            self.publish[type(reading)](reading)
+        with until_shutdown():
+            for reading in readings:
+                self.publish[type(reading)](reading)
 
     def on_set_pose(self, message: PoseWithCovarianceStamped) -> None:
         """The pose's yaw becomes the yaw at the pose's stamp (now, if it has none or lies in the future)."""

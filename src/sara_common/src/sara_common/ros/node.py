@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import rospy
 
@@ -48,3 +48,13 @@ def on_shutdown(hook: Callable[[], None]) -> None:
     if rospy.is_shutdown():
         with contextlib.suppress(rospy.ROSException):  # its topics are closed already
             once()
+
+
+@contextlib.contextmanager
+def until_shutdown() -> Iterator[None]:
+    """What publishes here on a topic that the node's shutdown has closed says nothing of it."""
+    try:
+        yield
+    except rospy.ROSException:
+        if not rospy.core.is_shutdown_requested():
+            raise

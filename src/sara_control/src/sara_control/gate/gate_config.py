@@ -148,8 +148,9 @@ class SafetyConfig:
         profile, rate = params.get('profile', 'standard'), params.get('rate', cls.rate)
         handshake, cancel = params.get('handshake', True), params.get('cancel_topics', [])
         turn_slip = params.get('turn_slip', cls.turn_slip)
-        if profile not in parts.get('profiles', {profile: None}):
-            faults.append(f'profile is {profile!r}, allowed are {", ".join(parts["profiles"])}')
+        names = list(parts.get('profiles', [profile]))
+        if not isinstance(profile, str) or profile not in names:
+            faults.append(f'profile is {profile!r}, allowed are {", ".join(map(str, names))}')
         if not (is_number(rate) and 10 <= rate <= 200):
             faults.append(f'rate is {rate!r}, allowed are numbers from 10 to 200')
         if not (is_number(turn_slip) and 1.0 <= turn_slip <= 2.0):

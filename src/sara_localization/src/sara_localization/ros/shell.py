@@ -10,6 +10,7 @@ from typing import Any
 import rospy
 
 from sara_common.config import ConfigError
+from sara_common.ros.node import until_shutdown
 
 
 def configured(config_class: type) -> Any:
@@ -31,8 +32,5 @@ def configured(config_class: type) -> Any:
 
 def publish(publisher: rospy.Publisher, message: object) -> None:
     """Publish; a message that comes while the node is being shut down is not told any more."""
-    try:
+    with until_shutdown():
         publisher.publish(message)
-    except rospy.ROSException:
-        if not rospy.core.is_shutdown_requested():
-            raise
