@@ -149,3 +149,28 @@ def test_an_unknown_message_and_a_missing_file_are_named():
 def test_a_description_is_found_by_name_or_path_and_read_once():
     assert BusDescription.named('sara') is BusDescription.default()
     assert BusDescription.named(str(DBC_FOLDER / 'sara_tenths.dbc')) is BusDescription.named('sara_tenths')
+
+
+def test_the_compass_adds_a_frame_to_any_bus_and_changes_none():
+    for name in PACKAGED:
+        both = BusDescription.named(f'{name}+compass')
+        assert both.names == (*BUSES[name].names, 'COMPASS') and both.comment == BUSES[name].comment
+        assert both.nodes == BUSES[name].nodes and both is BusDescription.named(f'{name}+compass')
+    assert both.decode(both.encode('COMPASS', mx=12.34, my=-327.68, mz=-0.01)) == (
+        'COMPASS',
+        pytest.approx({'mx': 12.34, 'my': -327.68, 'mz': -0.01}),
+    )
+    assert both.encode('COMPASS', mx=0.01, my=0.02, mz=-0.01) == Frame(0x207, bytes.fromhex('0000ffff02000100'))
+
+
+def test_additions_are_named_and_may_describe_nothing_twice(tmp_path):
+    with pytest.raises(BusError, match=r"'sara\+radar', allowed are .* behind it \+compass"):
+        BusDescription.named('sara+radar')
+    with pytest.raises(BusError, match=r"'sahra\+compass', allowed are"):
+        BusDescription.named('sahra+compass')
+    with pytest.raises(BusError, match='describe the same frame twice'):
+        BusDescription.named('sara+compass+compass')
+    odd = tmp_path / 'a+b.dbc'
+    odd.write_text(text_of('sara'))
+    assert BusDescription.named(odd).names == BUS.names
+    assert BusDescription.named(f'{odd.rename(tmp_path / "own.dbc")}+compass').names[-1] == 'COMPASS'

@@ -31,7 +31,7 @@ def test_the_committed_document_is_what_the_command_prints():
     )
 
 
-@pytest.mark.parametrize('name', PACKAGED)
+@pytest.mark.parametrize('name', [*PACKAGED, 'sara+compass'])
 def test_every_signal_is_described(name):
     bus = BusDescription.named(name)
     text = markdown(bus)

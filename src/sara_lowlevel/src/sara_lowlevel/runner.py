@@ -51,7 +51,10 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
         help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
     )
     parser.add_argument(
-        '--dbc', default='sara', help='bus description: sara (default), sara_tenths, sara_assisted, or a file'
+        '--dbc',
+        default='sara',
+        help='bus description: sara (default), sara_tenths, sara_assisted, or a file; +compass behind it: with the '
+        "magnetometer's frame",
     )
     parser.add_argument('--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does')
 

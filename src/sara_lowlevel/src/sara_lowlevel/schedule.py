@@ -4,7 +4,7 @@ The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 
 SLIT in its first slot, turn 2 SLID, SDD, SLDT, STI, SJO; both are read from 70 ms later on (an SRF02 needs 66 ms). At
 most one frame goes out in a slot: 0x201 in slot 10, 0x202 in slot 0 of the next cycle, the IMU's four in the last four
 slots of every IMU period, the rates last, so that they are the freshest. The fast mode repeats the IMU's slots every 50
-ms and leaves slots 0, 5, 10, 15 free for the ranges.
+ms and leaves slots 0, 5, 10, 15 free: for the ranges, and on a bus that has it the magnetometer's frame.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ TRIGGER_SLOTS = {0: TURN_1, 10: TURN_2}
 READ_SLOTS = {7: TURN_1, 17: TURN_2}
 READ_TRIES = 3
 RANGE_FRAME_SLOTS = {10: 'RANGES_1', 0: 'RANGES_2'}
+COMPASS_SLOTS = {5: 'COMPASS', 15: 'COMPASS'}
 IMU_FRAMES = ('MADGWICK', 'COMPLEMENTARY', 'RANGE_ACCEL', 'IMPACT_GYRO')
 
 # Times are sums of binary fractions: a duty due at 0.3 s must not slip to the next call for a rounding error.
@@ -29,9 +30,9 @@ TIME_TOLERANCE_S = 1e-6
 EARLY_SLOTS = 0.25
 
 
-def frame_slots(imu_period: float, madgwick: bool = True) -> dict[int, str]:
+def frame_slots(imu_period: float, madgwick: bool = True, compass: bool = False) -> dict[int, str]:
     """{slot: message} of one cycle. `imu_period`: s, 0.2 or 0.05."""
-    slots = dict(RANGE_FRAME_SLOTS)
+    slots = {**RANGE_FRAME_SLOTS, **(COMPASS_SLOTS if compass else {})}
     period = round(imu_period / SLOT_S)
     for end in range(period, SLOTS + 1, period):
         for place, name in enumerate(reversed(IMU_FRAMES), 1):

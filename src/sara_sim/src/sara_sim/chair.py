@@ -20,6 +20,8 @@ from sara_lowlevel.motor.motor_node import MotorNode
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.bus.wire import CandumpLog, Wire
 from sara_sim.chips.encoders import Encoders
+from sara_sim.chips.magnetic_config import MagneticConfig
+from sara_sim.chips.magnetism import Magnetism, Placement, Wheel
 from sara_sim.chips.scanner import Scanner
 from sara_sim.chips.sensor_box import SensorBox
 from sara_sim.config import ChairConfig, DrawnChair
@@ -48,6 +50,7 @@ class SimulatedChair:
     `plugged`: False while the PC's adapter is pulled out. `battery`: V at rest. `faults`: add(name, **arguments),
     clear(), list().
     `scanner`: the laser scanner, beside the bus; None without the option `scan`.
+    `magnetism`: the field at the magnetometer; None on a bus without its frame.
     `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
 
@@ -61,9 +64,10 @@ class SimulatedChair:
         options: ChairOptions = ChairOptions(),
         sensors: SensorConfig | None = None,
         power_up: bool = False,
+        magnetic: MagneticConfig = MagneticConfig(),
     ):
         """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.dbc.bus.BusDescription, SARA's if None. `sensors`:
-        of the sensor node.
+        of the sensor node. `magnetic`: the field, for a bus with the magnetometer's frame.
 
         `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
         """
@@ -89,6 +93,12 @@ class SimulatedChair:
         self.scanner = None
         if options.scan:
             self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S)
+        self.magnetism = None
+        if 'COMPASS' in bus.names:
+            tilt = self.chair.roll, self.chair.pitch
+            self.magnetism = Magnetism(magnetic, seed, tilt, self._placement)
+            address, chip = self.magnetism.chip_on(lambda: self.box.time)
+            self.box.i2c.chips[address] = chip
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()
@@ -143,6 +153,14 @@ class SimulatedChair:
     def velocity(self) -> tuple[float, float]:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
+
+    def _placement(self) -> Placement:
+        """Where the magnetometer feels it."""
+        drive, target = self.drive, self.motor.target
+        wheels = (drive.right_speed, target[0]), (drive.left_speed, target[1])
+        lag = self.config.motor_lag
+        right, left = (Wheel(speed, (wanted - speed) / lag) for speed, wanted in wheels)
+        return Placement(drive.x, drive.y, *self.attitude, drive.yaw, right, left)
 
     def _body(self) -> Body:
         """Where pedestrians see it."""

@@ -1,5 +1,5 @@
-"""The file that keeps a chair's calibration: the gyroscope's offset and the gain on the turned angle, as YAML for
-people.
+"""The file that keeps a chair's calibration: the gyroscope's offset, the gain on the turned angle and the compass's
+iron, as YAML for people.
 
 It is written atomically (a new file takes the old one's place), so that a power cut leaves the old or the new one,
 never half.
@@ -14,13 +14,15 @@ from pathlib import Path
 import yaml
 
 from canserial.calibration.calibration import MAX_OFFSET
+from canserial.calibration.iron import Iron
 from sara_common.config import is_number
 from sara_common.files import write_whole
 
 GAIN_LIMITS = 0.5, 2.0  # beyond: no scale error of a gyroscope but a wrong measurement
 HEAD = """\
-# A chair's calibration, written by canserial (read.py, calibrate_gain).
+# A chair's calibration, written by canserial (read.py, calibrate_gain, calibrate_compass).
 # gyro_offset, gyro_sigma: deg/s, x y z, at rest. gain: factor on the turned angle. Times: UTC.
+# compass_...: field = matrix (measured - offset), uT; horizontal, down: the earth's field there; yaw_sigma: deg.
 """
 
 
@@ -33,7 +35,8 @@ class Calibration:
     """What is known of a chair's gyroscope; None for what was not measured.
 
     gyro_offset, gyro_sigma: three rates, deg/s. gyro_frames: how many frames they are the mean and deviation of. gain:
-    k of the turned angle; gain_error: its standard error. gyro_measured, gain_measured: when, as text.
+    k of the turned angle; gain_error: its standard error. gyro_measured, gain_measured, compass_measured: when, as
+    text. compass_...: the fields of iron.Iron, all or none.
     """
 
     gyro_offset: tuple = None
@@ -43,6 +46,21 @@ class Calibration:
     gain: float | None = None
     gain_error: float | None = None
     gain_measured: str | None = None
+    compass_offset: tuple | None = None
+    compass_matrix: tuple | None = None
+    compass_horizontal: float | None = None
+    compass_down: float | None = None
+    compass_motors: tuple | None = None
+    compass_lean: tuple | None = None
+    compass_gain: float | None = None
+    compass_yaw_sigma: float | None = None
+    compass_measured: str | None = None
+
+    @property
+    def iron(self) -> Iron | None:
+        """The chair's iron, None before it was measured."""
+        values = {name: getattr(self, f'compass_{name}') for name in Iron.__dataclass_fields__}
+        return None if all(value is None for value in values.values()) else Iron(**values)
 
     def faults(self) -> list[str]:
         """Sentences about what cannot be, empty if it is plausible."""
@@ -65,7 +83,8 @@ class Calibration:
             faults.append(f'gain is {self.gain!r}, allowed is {low:g} to {high:g}')
         if self.gain_error is not None and not (is_number(self.gain_error) and self.gain_error >= 0.0):
             faults.append(f'gain_error is {self.gain_error!r}, allowed are numbers of 0 or more')
-        return faults
+        iron = self.iron
+        return faults if iron is None else faults + [f'compass_{text}' for text in iron.faults()]
 
     def updated(self, **changes) -> Calibration:
         """A copy with these fields changed."""

@@ -22,6 +22,8 @@ from canserial.frame import Frame
 DBC_FOLDER = Path(__file__).resolve().parent
 DEFAULT_DBC = DBC_FOLDER / 'sara.dbc'
 PACKAGED = ('sara', 'sara_tenths', 'sara_assisted')
+ADDITIONS = ('compass',)
+"""Frames of further devices, which a name may ask for besides: sara+compass."""
 
 
 class BusError(ValueError):
@@ -41,22 +43,23 @@ class BadValue(BusError):
 
 
 class BusDescription:
-    """Encodes and decodes the frames of one DBC file.
+    """Encodes and decodes the frames of a DBC file, and of further ones that add frames to it.
 
-    `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where the file cannot be read.
+    `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where a file cannot be read, or
+    where two of them describe the same frame.
     """
 
-    def __init__(self, path: str | Path = DEFAULT_DBC) -> None:
-        self.path = str(path)
-        try:
-            database = cantools.database.load_file(self.path)
-        except Exception as error:  # cantools raises a family of its own besides OSError
-            raise BusError(f'cannot read the bus description {self.path}: {error}') from error
-        self.comment = next((bus.comment for bus in database.buses if bus.comment), '')
-        self.nodes = {node.name: node.comment for node in database.nodes}
-        self._by_name = {message.name: message for message in database.messages}
-        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in database.messages}
-        self._codecs = {message.name: Codec.of(message) for message in database.messages}
+    def __init__(self, path: str | Path = DEFAULT_DBC, *additions: str | Path) -> None:
+        self.path = '+'.join(map(str, (path, *additions)))
+        databases = [_load(str(file)) for file in (path, *additions)]
+        messages = [message for database in databases for message in database.messages]
+        self.comment = next((bus.comment for database in databases for bus in database.buses if bus.comment), '')
+        self.nodes = {node.name: node.comment for database in reversed(databases) for node in database.nodes}
+        self._by_name = {message.name: message for message in messages}
+        self._by_id = {(message.frame_id, message.is_extended_frame): message for message in messages}
+        if not len(self._by_name) == len(self._by_id) == len(messages):
+            raise BusError(f'the files of {self.path} describe the same frame twice')
+        self._codecs = {message.name: Codec.of(message) for message in messages}
 
     @classmethod
     def default(cls) -> BusDescription:
@@ -66,18 +69,19 @@ class BusDescription:
     @classmethod
     def named(cls, name: str | Path) -> BusDescription:
         """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s; 'sara_assisted':
-        with a switch for shared control), or that of the file `name`.
+        with a switch for shared control), or that of the file `name`; with '+compass' behind it, the compass's frame
+        too.
 
         Read once per process. Raises BusError.
         """
-        path = DBC_FOLDER / f'{name}.dbc'
-        if name not in PACKAGED:
-            path = Path(name)
-            if not path.is_file():
-                raise BusError(
-                    f'bus description is {str(name)!r}, allowed are {", ".join(PACKAGED)} or the path of a DBC file'
-                )
-        return _read(str(path))
+        first, *additions = [str(name)] if Path(name).is_file() else str(name).split('+')
+        path = DBC_FOLDER / f'{first}.dbc' if first in PACKAGED else Path(first)
+        if not path.is_file() or not set(additions) <= set(ADDITIONS):
+            raise BusError(
+                f'bus description is {str(name)!r}, allowed are {", ".join(PACKAGED)} or the path of a DBC file, and '
+                f'behind it {" or ".join(f"+{addition}" for addition in ADDITIONS)}'
+            )
+        return _read(str(path), *(str(DBC_FOLDER / f'{addition}.dbc') for addition in additions))
 
     @property
     def messages(self) -> tuple[Message, ...]:
@@ -179,5 +183,13 @@ def _bad_value(message: Message, signals: dict, error: Exception) -> BadValue:
 
 
 @cache
-def _read(path: str) -> BusDescription:
-    return BusDescription(path)
+def _read(*paths: str) -> BusDescription:
+    return BusDescription(*paths)
+
+
+def _load(path):
+    """What cantools makes of a file."""
+    try:
+        return cantools.database.load_file(path)
+    except Exception as error:  # cantools raises a family of its own besides OSError
+        raise BusError(f'cannot read the bus description {path}: {error}') from error

@@ -73,7 +73,8 @@ def main(arguments: list[str] | None = None) -> None:
         'bus',
         nargs='?',
         default='sara',
-        help='sara, sara_tenths, sara_assisted or the path of a DBC file (default: %(default)s)',
+        help='sara, sara_tenths, sara_assisted or the path of a DBC file, each with +compass or without '
+        '(default: %(default)s)',
     )
     try:
         sys.stdout.write(markdown(BusDescription.named(parser.parse_args(arguments).bus)))

@@ -10,6 +10,8 @@ from canserial.calibration.calibration_file import Calibration
 from canserial.dbc.bus import BadLength, BusDescription, UnknownFrame
 from canserial.dbc.modes import modes_of
 from canserial.frame import Frame
+from canserial.reader.compass import Compass
+from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
 from canserial.reader.imu_reader import ImuReader
@@ -21,6 +23,7 @@ from canserial.reader.readings import (
     AnglesReading,
     BatteryReading,
     EncoderReading,
+    ImuReading,
     JoystickReading,
     ModeReading,
     RangeReading,
@@ -31,18 +34,26 @@ JOYSTICK_DEAD_BAND = 40
 JOYSTICK_MAX = 1023
 ANGLE_LIMIT = 90.0  # deg; both filters take roll and pitch from atan2(a, hypot(b, c))
 LAST_STAMP = 2.0**32  # s; what a ROS time can hold
+STRONGEST_FIELD = 320.0  # uT along an axis; a frame holds 327
 
 
 class Reader:
     """Takes frames in the order of their reception and returns what they say.
 
     config: ReaderConfig. bus: BusDescription. stored: the calibration_file.Calibration of this chair, or None; it must
-    hold an offset where config.calibration is 'saved' (else ValueError).
+    hold an offset where config.calibration is 'saved' (else ValueError). compass: CompassConfig.
     `frames` counts what was taken, `counters` what was dropped by kind (faults.KINDS), `last_fault` holds each kind's
-    latest stamp, `seen` the latest stamp of each frame by name. `battery`: V, None until known.
+    latest stamp, `seen` the latest stamp of each frame by name. `battery`: V, None until known. `compass`: Compass,
+    None on a bus without its frame.
     """
 
-    def __init__(self, config: ReaderConfig, bus: BusDescription, stored: Calibration | None = None) -> None:
+    def __init__(
+        self,
+        config: ReaderConfig,
+        bus: BusDescription,
+        stored: Calibration | None = None,
+        compass: CompassConfig = CompassConfig(),
+    ) -> None:
         self.config = config
         self.bus = bus
         self.frames = 0
@@ -55,7 +66,11 @@ class Reader:
         self._ranges = RangeFilter(config.range_min, config.range_max, config.max_gap)
         fastest = config.max_wheel_speed / math.tau * config.encoder_steps_per_turn
         self._guards = {wheel: EncoderGuard(fastest, config.still_steps) for wheel in (RIGHT, LEFT)}
-        self._stuck = {source: StuckValue(config.stuck_time) for source in ('angles', 'madgwick')}
+        self._stuck = {source: StuckValue(config.stuck_time) for source in ('angles', 'madgwick', 'compass')}
+        self.compass = None
+        if 'COMPASS' in bus.names:
+            iron = None if stored is None else stored.iron
+            self.compass = Compass(compass, iron, self.gain, math.tau / config.encoder_steps_per_turn, self._drop)
         self._modes = modes_of(bus)
         self._handlers = {
             'ENCODER_RIGHT': lambda t, v: self._encoder(t, RIGHT, v),
@@ -65,7 +80,8 @@ class Reader:
             'RANGES_1': self._ranges_1,
             'RANGES_2': self._distances,
             'RANGE_ACCEL': self._range_acceleration,
-            'IMPACT_GYRO': lambda t, v: self._imu.on_gyro(t, (v['gx'], v['gy'], v['gz']), v['alarma']),
+            'IMPACT_GYRO': self._impact_gyro,
+            'COMPASS': self._field,
             'COMPLEMENTARY': self._complementary,
             'MADGWICK': self._madgwick,
             'BATTERY': self._battery,
@@ -130,6 +146,8 @@ class Reader:
     def gain(self, gain: float) -> None:
         """From the next frame on; what was turned before keeps its own."""
         self._imu.yaw.gain = gain
+        if self.compass is not None:
+            self.compass.set_gain(gain)
 
     def motion(self, now: float) -> str:
         """Why the chair does not stand still at `now` (s), '' if it does."""
@@ -189,6 +207,8 @@ class Reader:
         if restarted:
             self._drop('encoder_restarts', stamp)
         self._imu.on_steps(stamp, wheel, steps, restarted)
+        if self.compass is not None:
+            self.compass.on_wheel(stamp, wheel, steps, restarted)
         return [EncoderReading(stamp, wheel, steps, clock)]
 
     def _joystick(self, stamp, values):
@@ -231,6 +251,21 @@ class Reader:
         if self._ranges.is_repeat('SJO', stamp, values['SJO']):
             return []
         return self._distances(stamp, {'SJO': values['SJO']})
+
+    def _impact_gyro(self, stamp, values):
+        readings = self._imu.on_gyro(stamp, (values['gx'], values['gy'], values['gz']), values['alarma'])
+        if self.compass is None or not readings or not isinstance(readings[-1], ImuReading):
+            return readings
+        heading = self.compass.on_imu(readings[-1], not self.motion(stamp))
+        return readings if heading is None else [*readings, heading]
+
+    def _field(self, stamp, values):
+        field = values['mx'], values['my'], values['mz']
+        if max(map(abs, field)) > STRONGEST_FIELD:
+            return self._drop('compass_implausible', stamp)
+        if self._stuck['compass'].add(stamp, field):
+            return self._drop('compass_stuck', stamp)
+        return [self.compass.on_field(stamp, field)]
 
     def _angles(self, stamp, source, roll, pitch, yaw):
         """Three rad, or [] if they are not believed."""

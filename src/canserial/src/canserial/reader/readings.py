@@ -45,6 +45,34 @@ class ImuReading(NamedTuple):
         return [(roll, pitch, yaw + self.yaw_variance), rates, accelerations]
 
 
+class FieldReading(NamedTuple):
+    """The magnetic field along the robot's axes, three uT; corrected: without the robot's own iron."""
+
+    stamp: float
+    field: tuple
+    corrected: bool
+
+
+class HeadingReading(NamedTuple):
+    """As ImuReading, with the yaw of the compass and the gyroscope together; 0 is where compass_north has it.
+
+    yaw_variance: rad2, of the yaw as a whole.
+    """
+
+    stamp: float
+    roll: float
+    pitch: float
+    yaw: float
+    angular_velocity: tuple
+    linear_acceleration: tuple
+    yaw_variance: float
+
+    def variances(self, stated: Sequence[tuple]) -> list[tuple]:
+        """As ImuReading's."""
+        (roll, pitch, _), rates, accelerations = stated
+        return [(roll, pitch, self.yaw_variance), rates, accelerations]
+
+
 class AnglesReading(NamedTuple):
     """The sensor node's own angles, rad; source: 'complementary' or 'madgwick'. yaw is modulo 65.536 deg (16 bits on
     the bus).

@@ -17,7 +17,9 @@ from sara_lowlevel.sensor.sensor_node import SensorNode
 def parser() -> argparse.ArgumentParser:
     """The command's options."""
     result = argparse.ArgumentParser(
-        prog='sensor_node', description='MPU6050 and SRF02s on I2C in, frames 0x201 to 0x206 on CAN out.'
+        prog='sensor_node',
+        description='MPU6050 and SRF02s on I2C in, frames 0x201 to 0x206 on CAN out; with --dbc sara+compass an '
+        'HMC5883L or QMC5883L too.',
     )
     result.add_argument(
         '--i2c',
@@ -41,11 +43,14 @@ def describe(node: SensorNode) -> str:
     parts = [node.state + (f' ({node.reason})' if node.reason else '')]
     if silent:
         parts.append('silent: ' + ' '.join(silent))
+    counts = node.counts
+    if node.magnetometer is not None:
+        chip = node.magnetometer.chip or f'no magnetometer ({node.magnetometer.reason})'
+        parts.append(chip)
+        counts = counts + node.magnetometer.counts
     if node.missed:
         parts.append(f'{node.missed} slots missed')
-    return ', '.join(
-        parts + [f'{count} {kind}' for kind, count in sorted(node.counts.items()) if kind != 'chip starts']
-    )
+    return ', '.join(parts + [f'{count} {kind}' for kind, count in sorted(counts.items()) if kind != 'chip starts'])
 
 
 def run(arguments: list[str] | None = None) -> int:

@@ -1,4 +1,5 @@
-"""The sensor node: an MPU6050 and nine SRF02s on I2C in, frames 0x201 to 0x206 out (thesis 2.5, 2.6).
+"""The sensor node: an MPU6050 and nine SRF02s on I2C in, frames 0x201 to 0x206 out (thesis 2.5, 2.6); on a bus that
+has the frame COMPASS, a magnetometer too.
 
 `update` is called every 10 ms and never waits. Every call samples the IMU and feeds both filters; the cycle of
 `schedule` says when sonars are triggered and read and which frame goes out. What the IMU is doing is said by
@@ -31,6 +32,7 @@ from sara_lowlevel.schedule import (
 from sara_lowlevel.sensor.complementary import ComplementaryFilter
 from sara_lowlevel.sensor.imu_states import RUNNING, ImuStates
 from sara_lowlevel.sensor.madgwick import MadgwickFilter
+from sara_lowlevel.sensor.magnetometer import Magnetometer
 from sara_lowlevel.sensor.mpu6050 import ACCEL_COUNTS_PER_G, GYRO_COUNTS_PER_DPS, Mpu6050
 from sara_lowlevel.sensor.rangers import Rangers
 
@@ -46,7 +48,7 @@ class SensorNode:
     """Chips in, frames out. Call `update` every 10 ms.
 
     `counts`: what went wrong, by kind. `filter`, `madgwick`: the two filters (None where it is not sent). `imu`,
-    `rangers`: the chips.
+    `rangers`, `magnetometer` (None on a bus without its frame): the chips.
     """
 
     def __init__(self, bus: BusDescription, i2c: I2cBus, config: SensorConfig = SensorConfig()) -> None:
@@ -58,6 +60,7 @@ class SensorNode:
         self._states = ImuStates(self.imu, config)
         self.counts: Counter = self._states.counts
         self.rangers = Rangers(i2c, config.sonar_addresses)
+        self.magnetometer = Magnetometer(i2c, config.retry_period) if 'COMPASS' in bus.names else None
         self._bus = bus
         self._limits = {name: bus.resolution(*name) * 32767 for name in (('RANGE_ACCEL', 'ax'), ('IMPACT_GYRO', 'gx'))}
         self._mps2 = config.gravity / ACCEL_COUNTS_PER_G
@@ -131,8 +134,10 @@ class SensorNode:
             'COMPLEMENTARY': self._angles_complementary,
             'RANGE_ACCEL': self._range_accel,
             'IMPACT_GYRO': self._impact_gyro,
+            'COMPASS': self._field,
         }
-        for slot, name in frame_slots(self.config.imu_period, self.config.madgwick).items():
+        compass = self.magnetometer is not None
+        for slot, name in frame_slots(self.config.imu_period, self.config.madgwick, compass).items():
             duties[slot].append(senders[name])
         return duties
 
@@ -152,6 +157,10 @@ class SensorNode:
     def _range_frame(self, message: str, names: tuple[str, ...]) -> Frame:
         cm = self.rangers.cm
         return self._bus.encode(message, **{name: cm[name] / 100 for name in names})
+
+    def _field(self, t: float) -> Frame | None:
+        field = self.magnetometer.read(t)
+        return field and self._bus.encode('COMPASS', mz=field[2], my=field[1], mx=field[0])
 
     # --- frames of the IMU -------------------------------------------------------------------------------------------
 

@@ -71,7 +71,8 @@ class SimulatorSettings:
             faults.append(f"log is {self.log!r}, allowed is the path of a file for the log, or '' for none")
         if not isinstance(self.dbc, str) or not self.dbc:
             faults.append(
-                f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths', 'sara_assisted' or the path of a DBC file"
+                f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths', 'sara_assisted' or the path of a DBC file, "
+                "with '+compass' or without"
             )
         if not is_number(self.speed) or not 0 < self.speed <= 100:
             faults.append(f'speed is {self.speed!r}, allowed are numbers above 0 to 100, times real time')
