@@ -126,6 +126,11 @@ def test_steel_is_left_out_by_strength_or_dip_and_the_gyroscope_goes_on():
     assert drive.compass.clear and abs(drive.error) < 1.5
 
 
+def test_a_heading_begins_though_the_first_field_was_a_wrong_one():
+    drive = Drive().go(0.1, speed=0.0, added=(1.9, 0.0, 0.0)).go(4.0, speed=0.0)
+    assert drive.compass.clear and abs(drive.error) < 1.0
+
+
 def test_a_field_that_only_turns_is_left_out_by_the_gyroscope():
     drive = Drive(noise=0.1).go(3.0, speed=0.0).go(60.0, rate=0.1)
     known = drive.error

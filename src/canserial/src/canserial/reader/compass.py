@@ -47,12 +47,12 @@ class Compass:
         self.config, self._per_step, self._drop, self._gain = config, per_step, drop, gain
         self.iron = iron
         self.clear, self.clear_stamp = False, None
-        self._run = 0
+        self._averaged = 0  # fields in the mean, while they are few
         self._turned, self._sum = 0.0, 0j  # rad by the gyroscope; of the last fields, turned back by it
         self._imu: ImuReading | None = None
         self._wheels: dict = {}
         self._speeds = dict.fromkeys((0, 1), (0.0, -math.inf))
-        self._mean, self._mean_at = None, 0.0
+        self._mean_at = 0.0
         self._odometer = self._rolled_before = 0.0  # rad of the wheels: in all, and at the last rates
         self._contradicts_since: float | None = None
 
@@ -65,6 +65,7 @@ class Compass:
     def iron(self, iron: Iron | None) -> None:
         self._iron = iron
         self.tilt = Tilt() if iron is None else Tilt(iron.lean)
+        self._run, self._mean = 0, None
         self.filter = None if iron is None else HeadingFilter(iron, self.config, self._gain)
 
     def set_gain(self, gain: float) -> None:
@@ -155,10 +156,12 @@ class Compass:
     def _is_steady(self, field):
         """By the mean over the last metres, both turned back by the gyroscope: near steel it changes on the way."""
         rolled, self._mean_at = self._odometer - self._mean_at, self._odometer
-        if self._mean is None:
-            self._mean = field
+        if self._mean is None or not self.filter.started and self._run == 0:
+            self._mean, self._averaged = field, 0
         steady = abs(field - self._mean) <= self.config.compass_steady_tolerance
-        self._mean += min(rolled / self.config.compass_steady_roll, 1.0) * (field - self._mean)
+        self._averaged += 1
+        share = max(rolled / self.config.compass_steady_roll, 1.0 / self._averaged if self._averaged <= CLEAR else 0.0)
+        self._mean += min(share, 1.0) * (field - self._mean)
         return steady
 
     def _ahead(self, stamp):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from canserial.reader.faults import KINDS
@@ -13,6 +14,7 @@ PERIODS_SILENT = 5  # a frame is silent after so many periods, and never before 
 POWER_UP = 60.0  # s; the sensor node calibrates itself for 30 s after it is switched on, longer if it is moved
 KINDS_SHOWN = 4  # of what was dropped lately; all are in the figures
 RECENT = 10.0  # s; what was dropped so long ago still counts as "lately"
+DISTURBED = 10.0  # s
 SENSOR_NODE = 'the sensor node calibrates itself for 30 s after it is switched on: keep the chair still'
 
 
@@ -36,6 +38,7 @@ EXPECTED = {
     'BATTERY': Expected(1.0, WARN),
     'JOYSTICK': Expected(0.1, WARN, optional=True),
     'MADGWICK': Expected(IMU, WARN, optional=True),
+    'COMPASS': Expected(0.1, WARN),
 }
 IMU_FRAMES = tuple(name for name, expected in EXPECTED.items() if expected.period is IMU and not expected.optional)
 
@@ -75,6 +78,7 @@ def status_of(reader: Reader, now: float) -> ReaderStatus:
     empty = reader.config.battery_empty
     if empty is not None and reader.battery is not None and reader.battery <= empty:
         parts.append((WARN, f'the battery is empty: {reader.battery:.1f} V'))
+    parts += _compass_texts(reader, now, silent)
     level = max((level for level, _ in parts), default=OK)
     text = '; '.join(text for _, text in parts) or 'publishing'
     return ReaderStatus(level, text, _values(reader, now, silent), tuple(silent))
@@ -135,6 +139,24 @@ def _calibration_texts(reader):
     return [(OK if reader.ready else WARN, text)]
 
 
+def _compass_texts(reader, now, silent):
+    """About the heading."""
+    compass = reader.compass
+    if compass is None or 'COMPASS' in silent:
+        return []
+    if compass.filter is None:
+        return [(WARN, 'the compass is not calibrated (calibrate_compass), so no imu/heading')]
+    if not compass.filter.started:
+        return [(WARN, 'no imu/heading yet: the compass waits for 2 s at rest in the undisturbed field of the earth')]
+    away = now - compass.clear_stamp
+    if away > DISTURBED:
+        sigma = math.degrees(math.sqrt(compass.filter.yaw_variance))
+        return [
+            (OK, f"the field is not the earth's for {away:.0f} s: the heading is the gyroscope's, +- {sigma:.1f} deg")
+        ]
+    return []
+
+
 def _values(reader, now, silent):
     values = {
         'frames': reader.frames,
@@ -144,6 +166,9 @@ def _values(reader, now, silent):
     }
     if reader.offset is not None:
         values['gyro_offset'] = ', '.join(f'{value:.4f}' for value in reader.offset) + ' deg/s'
+    if reader.compass is not None and reader.compass.filter is not None and reader.compass.filter.started:
+        values['heading'] = f'{math.degrees(reader.compass.filter.yaw):.2f} deg'
+        values['heading_sigma'] = f'{math.degrees(math.sqrt(reader.compass.filter.yaw_variance)):.2f} deg'
     if reader.calibration is not None:
         values['calibration'] = f'{reader.calibration.elapsed:.1f} of {reader.calibration.duration:g} s'
         values['calibration_restarts'] = reader.calibration.restarts

@@ -41,6 +41,8 @@ class Tilt:
         if dt is None or not 0.0 <= dt <= 1.0:
             self.roll, self.pitch, self._known = _flat(gravity_roll), _flat(gravity_pitch), 0.0
             return
+        if dt == 0.0:
+            return
         self._known = min(self._known + dt, TIME)
         x, y, z = rates
         x, y = x - self._lean[0] * z, y - self._lean[1] * z

@@ -7,20 +7,25 @@ from collections.abc import Sequence
 
 import rospy
 from geometry_msgs.msg import Quaternion, Vector3Stamped
-from sensor_msgs.msg import BatteryState, Imu, Joy, Range
+from sensor_msgs.msg import BatteryState, Imu, Joy, MagneticField, Range
 
 from canserial.frame import Frame
 from canserial.msg import CAN, Encoder
+from canserial.reader.heading_filter import FIELD_NOISE
 from canserial.reader.readings import (
     FIELD_OF_VIEW,
     NO_ESTIMATE,
     AnglesReading,
     BatteryReading,
     EncoderReading,
+    FieldReading,
+    HeadingReading,
     ImuReading,
     JoystickReading,
     RangeReading,
 )
+
+TESLA = 1e-6  # of a microtesla
 
 
 def frame_to_msg(frame: Frame) -> CAN:
@@ -45,8 +50,8 @@ def encoder_to_msg(reading: EncoderReading) -> Encoder:
     return message
 
 
-def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
-    """ImuReading as sensor_msgs/Imu with diagonal covariances; variances: see ImuReading.variances."""
+def imu_to_msg(reading: ImuReading | HeadingReading, frame_id: str, variances: tuple) -> Imu:
+    """ImuReading or HeadingReading as sensor_msgs/Imu, diagonal covariances; variances: see ImuReading.variances."""
     message = Imu()
     message.header.stamp = rospy.Time.from_sec(reading.stamp)
     message.header.frame_id = frame_id
@@ -58,6 +63,20 @@ def imu_to_msg(reading: ImuReading, frame_id: str, variances: tuple) -> Imu:
     angles, rates, accelerations = map(_diagonal, reading.variances(variances))
     message.orientation_covariance, message.angular_velocity_covariance = angles, rates
     message.linear_acceleration_covariance = accelerations
+    return message
+
+
+def field_to_msg(reading: FieldReading, frame_id: str) -> MagneticField:
+    """FieldReading as sensor_msgs/MagneticField, T; of a field that the chair's iron is part of, the covariance is
+    unknown (0).
+    """
+    message = MagneticField()
+    message.header.stamp = rospy.Time.from_sec(reading.stamp)
+    message.header.frame_id = frame_id
+    field = message.magnetic_field
+    field.x, field.y, field.z = (TESLA * value for value in reading.field)
+    if reading.corrected:
+        message.magnetic_field_covariance = _diagonal(((TESLA * FIELD_NOISE) ** 2,) * 3)
     return message
 
 

@@ -10,48 +10,29 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-import threading
-import time
 
 import rospy
-from std_srvs.srv import Trigger
 
 from canserial.calibration.calibration_file import CalibrationFileError
 from canserial.calibration.gain import ANGLES, GainError, GainProcedure, GainResult
-from canserial.dbc.bus import BusDescription, BusError
-from canserial.msg import CAN
-from canserial.reader.config import ReaderConfig
-from canserial.reader.reader import Reader
-from canserial.reader.status import status_of
-from canserial.ros import calibration_store, conversions
+from canserial.dbc.bus import BusError
+from canserial.ros import calibration_store
+from canserial.ros.bus_tool import BusTool, GivenUp, common_arguments, reload
 from sara_common.config import ConfigError
 
 SIGNS = {'left': (1.0,), 'right': (-1.0,), 'both': (1.0, -1.0)}
 WAYS = {1.0: 'left', -1.0: 'right'}
 
 
-class GivenUp(Exception):
-    """The procedure cannot go on; nothing is saved."""
-
-
-class GainTool:
+class GainTool(BusTool):
     """Asks, listens, computes."""
 
     def __init__(self, options: argparse.Namespace) -> None:
-        self.options = options
-        config = ReaderConfig(gain=1.0, calibration_time=options.calibration_time)
         self.procedure = GainProcedure(
             [sign * angle for sign in SIGNS[options.directions] for angle in options.angles], options.max_residual
         )
-        self.reader = Reader(config, BusDescription.named(options.dbc))
-        self.lock = threading.Lock()
         self.zero = 0.0
-        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
-
-    def on_can(self, message: CAN) -> None:
-        """A frame to the reader."""
-        with self.lock:
-            self.reader.on_frame(conversions.msg_to_frame(message))
+        super().__init__(options, None, gain=1.0)
 
     def run(self) -> GainResult:
         """The whole procedure; returns the GainResult. Raises GivenUp, GainError."""
@@ -72,22 +53,6 @@ class GainTool:
                 continue
             print(f'  true {angle:.1f} deg, measured {measured:.2f} deg', flush=True)
         return self.procedure.result()
-
-    def measure_offset(self) -> None:
-        """Wait until the reader has measured the offset at rest."""
-        print(f'Keep the chair still for {self.options.calibration_time:g} s.', flush=True)
-        said = None
-        while not self.reader.ready:
-            self.pause(0.1)
-            with self.lock:
-                text, restarts = status_of(self.reader, rospy.get_time()).text, self.reader.calibration.restarts
-            news = text.split(':')[0], restarts
-            if news != said:
-                said = news
-                print(f'  {text}', flush=True)
-        with self.lock:
-            self.reader.set_yaw(0.0, rospy.get_time())  # how it stood until now does not matter
-        print('  offset {:.4f}, {:.4f}, {:.4f} deg/s'.format(*self.reader.offset), flush=True)
 
     def turned_at_rest(self) -> float:
         """The turned angle, deg, once the chair stands."""
@@ -117,26 +82,6 @@ class GainTool:
         if rospy.is_shutdown():
             raise GivenUp('ROS was shut down')
 
-    @staticmethod
-    def pause(seconds: float) -> None:
-        """Wall time, for the bus does not wait for simulated time."""
-        time.sleep(seconds)
-        if rospy.is_shutdown():
-            raise GivenUp('ROS was shut down')
-
-
-def reload_gain(node: str) -> str:
-    """Ask a running read.py to take the new gain; returns a sentence about the outcome."""
-    service = rospy.resolve_name(f'{node}/reload_gain')
-    try:
-        rospy.wait_for_service(service, timeout=0.5)
-        answer = rospy.ServiceProxy(service, Trigger)()
-    except rospy.ROSException:
-        return f'{service} is not there: the gain counts from the next start of read.py'
-    except rospy.ServiceException as error:
-        return f'{service} failed: {error}'
-    return f'{service}: {answer.message}'
-
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """The command line."""
@@ -155,17 +100,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         help="both ways cancel what is left of the offset's error (default)",
     )
     parser.add_argument(
-        '--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME'
-    )
-    parser.add_argument(
         '--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)'
     )
-    parser.add_argument(
-        '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
-    )
-    parser.add_argument('--dbc', default='sara', help='name or path of the bus description (sara)')
-    parser.add_argument('--node', default='read', help='the read.py that is to take the gain (read)')
-    parser.add_argument('--dry-run', action='store_true', help='print the gain, save nothing')
+    common_arguments(parser, 'sara', 'gain')
     options = parser.parse_args(arguments)
     if any(angle < 0.0 for angle in options.angles):
         parser.error(f'--angles are {options.angles}, allowed are positive numbers: --directions says which way')
@@ -184,7 +121,7 @@ def main() -> None:
             calibration_store.update(
                 path, gain=result.gain, gain_error=result.error, gain_measured=calibration_store.now_in_words()
             )
-            print(f'k is saved in {path}; {reload_gain(options.node)}', flush=True)
+            print(f'k is saved in {path}; {reload(options.node, "gain")}', flush=True)
     except (GivenUp, GainError, ConfigError, BusError, CalibrationFileError) as error:
         raise SystemExit(f'calibrate_gain: {error}') from None
     except KeyboardInterrupt:

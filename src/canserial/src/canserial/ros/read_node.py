@@ -9,15 +9,16 @@ from collections.abc import Callable, Mapping
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
-from sensor_msgs.msg import BatteryState, Imu, Joy, Range
+from sensor_msgs.msg import BatteryState, Imu, Joy, MagneticField, Range
 from std_msgs.msg import Bool, UInt8
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from canserial.calibration import calibration_file
 from canserial.calibration.calibration import GyroCalibration
-from canserial.calibration.calibration_file import CalibrationFileError
+from canserial.calibration.calibration_file import Calibration, CalibrationFileError
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.msg import CAN, Encoder
+from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
 from canserial.reader.ranges import NAMES
@@ -26,6 +27,8 @@ from canserial.reader.readings import (
     AnglesReading,
     BatteryReading,
     EncoderReading,
+    FieldReading,
+    HeadingReading,
     ImpactReading,
     ImuReading,
     JoystickReading,
@@ -41,6 +44,7 @@ from sara_common.ros.node import on_shutdown, start_node, until_shutdown
 WELL = 60.0  # s; a kind of fault that was away for so long is warned of again
 NO_FRAMES = 5.0  # s of wall time without rates, after which a calibration is given up
 QUEUE = 1000  # messages, as canrx: a listener that is kept waiting must not lose what the bus said
+CALIBRATE = 'rosrun canserial calibrate_compass --place LATITUDE LONGITUDE'
 PARAMETERS = ('dbc', 'imu_frame', 'calibration_file', 'save_calibration')
 
 
@@ -48,8 +52,8 @@ class ReadNode:
     """Publishes what the frames say."""
 
     def __init__(self) -> None:
-        config = config_from_params(ReaderConfig)
-        warn_of_unknown_params({*ReaderConfig.__dataclass_fields__, *PARAMETERS})
+        config, compass = config_from_params(ReaderConfig), config_from_params(CompassConfig)
+        warn_of_unknown_params({*ReaderConfig.__dataclass_fields__, *CompassConfig.__dataclass_fields__, *PARAMETERS})
         try:
             bus = BusDescription.named(str(rospy.get_param('~dbc', 'sara')))
         except BusError as error:
@@ -62,13 +66,18 @@ class ReadNode:
                 'allowed are true and false'
             )
         self.gain_is_given = config.gain is not None
-        self.reader = Reader(config, bus, calibration_store.load_at_start(self.file, config))
+        self.reader = Reader(config, bus, calibration_store.load_at_start(self.file, config), compass)
         self.lock = threading.Lock()
         self.imu_frame = rospy.get_param('~imu_frame', 'base_link')
         self.noticed, self.known = {}, {}
         self.stopping = threading.Event()
         self.diagnostics = Diagnostics('frames to readings', 'CAN bus')
         self.publish = self.advertise_all(config)
+        if self.reader.compass is not None:
+            self.publish |= self.advertise_compass(config.variances)
+            rospy.Service('~reload_compass', Trigger, self.on_reload_compass)
+            if self.reader.compass.filter is None:
+                rospy.logwarn('the compass is not calibrated, so there is no heading: %s', CALIBRATE)
         rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
         rospy.Service('~calibrate', Trigger, self.on_calibrate)
@@ -109,6 +118,14 @@ class ReadNode:
                 raw.publish(conversions.range_to_msg(r._replace(range=r.raw), *limits)),
                 ranges[r.name].publish(conversions.range_to_msg(r, *limits)),
             ),
+        }
+
+    def advertise_compass(self, variances: tuple) -> dict[type, Callable]:
+        """The same for what only a bus with a compass says."""
+        field, heading = self.advertise('imu/mag', MagneticField), self.advertise('imu/heading', Imu)
+        return {
+            FieldReading: lambda r: field.publish(conversions.field_to_msg(r, self.imu_frame)),
+            HeadingReading: lambda r: heading.publish(conversions.imu_to_msg(r, self.imu_frame, variances)),
         }
 
     @staticmethod
@@ -181,17 +198,34 @@ class ReadNode:
         """Take the gain from the calibration file."""
         if self.gain_is_given:
             return self.answer(False, 'the gain is not reloaded: ~gain is given')
-        try:
-            gain = calibration_file.load(self.file).gain
-        except FileNotFoundError:
-            return self.answer(False, f'the gain is not reloaded: there is no calibration file {self.file}')
-        except CalibrationFileError as error:
-            return self.answer(False, f'the gain is not reloaded: {error}')
-        if gain is None:
-            return self.answer(False, f'the gain is not reloaded: the calibration file {self.file} holds none')
+        stored, refusal = self.stored('gain')
+        if stored is None:
+            return self.answer(False, refusal)
         with self.lock:
-            self.reader.gain = gain
-        return self.answer(True, f'the gain is {gain:.4f}')
+            self.reader.gain = stored.gain
+        return self.answer(True, f'the gain is {stored.gain:.4f}')
+
+    def on_reload_compass(self, _: TriggerRequest) -> TriggerResponse:
+        """Take the compass's calibration from the file; the heading begins anew."""
+        stored, refusal = self.stored('compass', 'iron')
+        if stored is None:
+            return self.answer(False, refusal)
+        with self.lock:
+            self.reader.compass.iron = stored.iron
+        return self.answer(True, 'the compass is calibrated; stand still for 2 s where no steel is near')
+
+    def stored(self, what: str, name: str = '') -> tuple[Calibration | None, str]:
+        """The file's Calibration, or None and why `what` (its attribute `name`) cannot be taken from it."""
+        refusal = f'the {what} is not reloaded'
+        try:
+            stored = calibration_file.load(self.file)
+        except FileNotFoundError:
+            return None, f'{refusal}: there is no calibration file {self.file}'
+        except CalibrationFileError as error:
+            return None, f'{refusal}: {error}'
+        if getattr(stored, name or what) is None:
+            return None, f'{refusal}: the calibration file {self.file} holds none'
+        return stored, ''
 
     @staticmethod
     def answer(success: bool, text: str) -> TriggerResponse:

@@ -20,6 +20,7 @@ from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
+from sara_lab.campaign.compass import compass
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
@@ -56,6 +57,7 @@ PARTS = {
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
     'assisted_bus': assisted_bus,
+    'compass': compass,
 }
 
 

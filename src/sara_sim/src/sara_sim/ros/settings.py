@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from sara_common.config import ConfigError, fault, is_number, is_whole
+from sara_common.config import ConfigError, fault, filled, is_number, is_whole
 from sara_sim.bus.lawicel import RATES
+from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.options import ChairOptions
 
 
@@ -22,7 +23,7 @@ class SimulatorSettings:
     bus, bit/s. `dbc`: the bus's description, a name that canserial knows or a path. `assisted`: the rider's switch for
     shared control, of a bus that has it (sara_assisted). `power_up`: begin with the switch-on. `calibrate`: whether the
     sensor node does. `fast`: IMU frames every 50 ms. `madgwick`: whether 0x206 is sent. `log`: file for a log in the
-    format of candump, '' for none.
+    format of candump, '' for none. `magnetic`: a mapping of MagneticConfig's fields, for a bus with the compass.
     """
 
     map: str = ''
@@ -40,16 +41,17 @@ class SimulatorSettings:
     madgwick: bool = True
     log: str = ''
     options: ChairOptions = ChairOptions()
+    magnetic: MagneticConfig = MagneticConfig()
 
     @classmethod
     def from_params(cls, params: dict) -> SimulatorSettings:
         """From the node's private parameters. Raises SettingsError that names every fault, unknown names included."""
-        known = [field.name for field in fields(cls) if field.name != 'options']
+        known = [field.name for field in fields(cls) if field.name not in ('options', 'magnetic')]
         optional = [field.name for field in fields(ChairOptions)]
         faults = [
-            f'{name} is not a parameter of the simulator (there are {", ".join([*known, *optional])}).'
+            f'{name} is not a parameter of the simulator (there are {", ".join([*known, "magnetic", *optional])}).'
             for name in params
-            if name not in known and name not in optional
+            if name not in known and name not in optional and name != 'magnetic'
         ]
         values = {name: params[name] for name in known if name in params}
         if 'start' in values and isinstance(values['start'], (list, tuple)):
@@ -58,6 +60,10 @@ class SimulatorSettings:
             values['options'] = ChairOptions(**{name: params[name] for name in optional if name in params})
         except ConfigError as error:
             faults.append(str(error))
+        try:
+            values['magnetic'] = filled(MagneticConfig, params.get('magnetic', {}))
+        except ConfigError as error:
+            faults += [f'magnetic: {sentence}' for sentence in error.faults]
         settings = cls(**values)
         faults += settings.validate()
         if faults:

@@ -252,6 +252,7 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
         options=settings.options,
         sensors=sensors,
         power_up=settings.power_up,
+        magnetic=settings.magnetic,
     )
     chair.assisted = settings.assisted
     if settings.log:

@@ -1,0 +1,83 @@
+"""The compass in the laboratory: nonsense, a chair's drive from door to door, and what is judged of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from canserial.reader.compass import Compass
+from sara_lab.campaign import compass as part
+from sara_lab.fuzz.bus import compass as fuzz
+from sara_lab.fuzz.bus import compass_command
+from sara_lab.studies.compass_drive import Row, Tour, doors, drive, posts
+from sara_sim.chips.magnetic_config import MagneticConfig
+
+
+def test_nonsense_gives_no_heading_that_is_none():
+    report = fuzz.fuzz_compass(6000, 2)
+    assert report.faults == [] and report.kinds['headings'] > 100 and report.kinds['compass_disturbed'] > 100
+    assert report.kinds['refused calibrations'] == 12
+    assert fuzz.fuzz_compass(1000, 2).kinds == fuzz.fuzz_compass(1000, 2).kinds
+
+
+def test_the_fuzz_notices_what_it_looks_for(monkeypatch, capsys):
+    whole = Compass.on_imu
+
+    def broken(self, reading, still):
+        heading = whole(self, reading, still)
+        return heading and heading._replace(yaw=math.nan)
+
+    monkeypatch.setattr(Compass, 'on_imu', broken)
+    with pytest.raises(SystemExit, match='seed 7000000: .*nan'):
+        compass_command.main(['--count', '3000', '--seed', '7'])
+
+
+def test_the_command_counts(capsys):
+    compass_command.main(['--count', '1000'])
+    assert '1000 inputs to compass, no failure' in capsys.readouterr().out
+
+
+def test_a_chair_keeps_its_heading_for_a_minute_among_steel():
+    turned, rows = drive(1, 1.0, MagneticConfig(), steel=True)
+    heading = np.degrees([row.heading for row in rows])
+    assert len(rows) > 1100 and np.abs(heading).max() < 3.0
+    assert turned.residual < 0.5 and all(row.variance > 0.0 for row in rows)
+
+
+def test_the_tour_goes_through_doors_between_their_posts():
+    of = doors(3)
+    tour, pose, way = Tour(3, of), [0.0, 0.0, 0.0], []
+    for tick in range(4000):
+        v, w = tour.command(0.05 * tick, tuple(pose))
+        pose[2] += 0.05 * w
+        pose[0] += 0.05 * v * math.cos(pose[2])
+        pose[1] += 0.05 * v * math.sin(pose[2])
+        way.append(pose[:2])
+    nearest = [np.hypot(*(np.array(way) - door[:2]).T).min() for door in of]
+    assert sum(away < 0.25 for away in nearest) >= 3
+    steel = np.array(posts(of))
+    assert np.hypot(*(steel[: len(of)] - steel[len(of) :]).T) == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    'kind, heading, gyro, faults',
+    [
+        ('clean', 1.0, 1.0, []),
+        ('clean', 2.5, 9.0, ['worst 2.50']),
+        ('clean', 1.0, 0.2, ['more than the gyroscope']),
+        ('steel', 2.5, 9.0, []),
+        ('steel', 3.5, 9.0, ['p95 3.50']),
+    ],
+)
+def test_what_is_judged(kind, heading, gyro, faults):
+    rows = [Row(0.05 * k, math.radians(heading), math.radians(gyro), 1e-3, True) for k in range(4000)]
+    found = part.judged(kind, 0, rows)['faults']
+    assert len(found) == len(faults) and all(text in sentence for text, sentence in zip(faults, found))
+
+
+def test_a_drift_is_judged_and_summed_up():
+    rows = [Row(0.05 * k, math.radians(2.5 * k / 6000), 1.0, 1e-3, True) for k in range(6000)]
+    result = part.judged('steel', 0, rows)
+    assert result['drift'] == pytest.approx(2.0, abs=0.01) and result['p95'] == pytest.approx(2.375, abs=0.01)
+    lines, figures = part.compass(1, None).summary([result])
+    assert figures['steel_drift_deg']['worst'] == result['drift'] and any('steel_p95_deg' in line for line in lines)
