@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from canserial.calibration.calibration_file import Calibration, CalibrationFileError, load, load_offset, save
+from canserial.calibration.iron import Iron
 
 OFFSETS = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 SIGMAS = st.tuples(*[st.floats(0.0, 20.0)] * 3)
@@ -110,3 +111,30 @@ def test_nothing_implausible_is_saved(tmp_path):
     with pytest.raises(CalibrationFileError, match='an implausible calibration is not saved: gain is 5.0'):
         save(tmp_path / 'c.yaml', Calibration(gain=5.0))
     assert os.listdir(tmp_path) == []
+
+
+IRON = Iron(
+    (1.0, -2.0, 3.5), (1.0, 0.1, 0.0, 0.1, 0.9, 0.0, 0.0, 0.0, 1.0), 25.7, 37.1, (0.5, -0.4), (0.01, 0.0), 1.09, 0.6
+)
+
+
+def test_the_compass_s_iron_is_kept_beside_the_rest(tmp_path):
+    path = tmp_path / 'c.yaml'
+    save(path, Calibration(gain=1.1))
+    save(path, load(path).updated(**IRON.fields(), compass_measured='today'))
+    assert load(path).iron == IRON and load(path).gain == 1.1
+    assert Calibration(gain=1.1).iron is None
+
+
+@pytest.mark.parametrize(
+    'change, sentence',
+    [
+        ({'compass_matrix': (1.0,) * 8}, 'compass_matrix is'),
+        ({'compass_offset': None}, 'compass_offset is None'),
+        ({'compass_horizontal': 'strong'}, 'compass_horizontal is'),
+        ({'compass_gain': 9.0}, 'compass_gain is 9.0, allowed is 0.5 to 2'),
+    ],
+)
+def test_an_iron_that_cannot_be_is_named(tmp_path, change, sentence):
+    with pytest.raises(CalibrationFileError, match=sentence):
+        save(tmp_path / 'c.yaml', Calibration(**{**IRON.fields(), **change}))

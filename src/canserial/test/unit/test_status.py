@@ -2,6 +2,7 @@
 
 import pytest
 
+from canserial.calibration.iron import Iron
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
@@ -50,7 +51,8 @@ def without(*names):
 
 
 def test_every_expected_frame_is_of_the_bus_and_tested_here():
-    assert set(EXPECTED) == set(SIGNALS) <= set(BUS.names)
+    assert set(EXPECTED) - {'COMPASS'} == set(SIGNALS) <= set(BUS.names)
+    assert 'COMPASS' in BusDescription.named('sara+compass').names
 
 
 def test_nothing_yet_then_calibrating_then_well():
@@ -168,3 +170,32 @@ def test_of_many_kinds_the_newest_are_told():
     reader.on_frame(BUS.encode('MODO_PC', 5.5, modoPC=7))
     text = status_of(reader, 5.6).text
     assert 'unknown mode (1), ' in text and text.endswith(', and 1 more')
+
+
+def test_the_compass_says_what_it_waits_for():
+    bus = BusDescription.named('sara+compass')
+    reader = Reader(ReaderConfig(calibration_time=2.0), bus)
+    run(reader, 0.0, 4.0)
+    assert '0x207 COMPASS' in status_of(reader, 4.0).text and status_of(reader, 4.0).level == WARN
+    reader.on_frame(bus.encode('COMPASS', 4.0, mx=0.0, my=25.7, mz=-37.1))
+    assert 'the compass is not calibrated (calibrate_compass)' in status_of(reader, 4.0).text
+    identity = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    reader.compass.iron = Iron((0.0, 0.0, 0.0), identity, 25.7, 37.1, gain=1.08)
+    assert 'waits for 2 s at rest' in status_of(reader, 4.0).text
+    compass(bus, reader, 4.0, 9.0, 0.0)
+    status = status_of(reader, 9.0)
+    assert (status.level, status.text) == (OK, 'publishing') and status.values['heading'].endswith('deg')
+    compass(bus, reader, 9.0, 24.0, 20.0)
+    status = status_of(reader, 24.0)
+    assert status.level == WARN and "the field is not the earth's for 15 s" in status.text
+    assert 'steel or a current is near' in status.text
+
+
+def compass(bus, reader, start, end, steel):
+    """All frames, and fields that noise and steel (uT) change."""
+    for k in range(round(5 * start), round(5 * end)):
+        run(reader, 0.2 * k, 0.2 * k + 0.1)
+        for late in (0.01, 0.11):
+            noise = 0.05 * (k % 3) + late
+            stamp = 0.2 * k + late
+            reader.on_frame(bus.encode('COMPASS', stamp, mx=noise, my=25.7 + steel, mz=-37.1 + noise))

@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from canserial.calibration.iron import IronError
 from canserial.reader.compass import Compass
 from sara_lab.campaign import compass as part
 from sara_lab.fuzz.bus import compass as fuzz
 from sara_lab.fuzz.bus import compass_command
 from sara_lab.studies.compass_drive import Row, Tour, doors, drive, posts
+from sara_lab.studies.compass_track import agreement
 from sara_sim.chips.magnetic_config import MagneticConfig
 
 
@@ -81,3 +83,41 @@ def test_a_drift_is_judged_and_summed_up():
     assert result['drift'] == pytest.approx(2.0, abs=0.01) and result['p95'] == pytest.approx(2.375, abs=0.01)
     lines, figures = part.compass(1, None).summary([result])
     assert figures['steel_drift_deg']['worst'] == result['drift'] and any('steel_p95_deg' in line for line in lines)
+
+
+def recorded(off=0.0, late=0.0, noise=0.0, seed=0):
+    """A robot drives a circle of 3 m once and a half round: fields, speeds and fixes. Its magnetometer is turned by
+    `off` (rad), the fixes are late (s) and off by noise (m).
+    """
+    random = np.random.default_rng(seed)
+    times = np.arange(0.0, 40.0, 0.1)
+    yaw = 0.4 - 0.25 * times
+    angle = 0.5 * math.pi - yaw + off
+    fields = np.column_stack((times, 30.0 + 20.0 * np.cos(angle), -10.0 + 17.0 * np.sin(angle)))
+    speeds = np.column_stack((times, np.full_like(times, 0.75)))
+    x, y = (np.interp(times - late, times, np.cumsum(0.1 * 0.75 * f(yaw))) for f in (np.cos, np.sin))
+    fixes = np.column_stack((times, x, y)) + np.column_stack((np.zeros_like(x), *random.normal(0.0, noise, (2, 400))))
+    return fields, speeds, fixes[4::4]
+
+
+def test_a_compass_that_is_right_agrees_with_the_track_and_one_that_is_turned_is_found():
+    found = agreement(*recorded())
+    assert abs(math.degrees(found.whole)) < 0.5 and found.residual < 0.05
+    assert found.ratio == pytest.approx(20.0 / 17.0, rel=1e-6) and found.rate == pytest.approx(-0.25)
+    assert math.degrees(agreement(*recorded(off=0.2)).whole) == pytest.approx(math.degrees(0.2), abs=0.5)
+    low, high = agreement(*recorded(off=0.2, noise=1.0)).interval(0.95)
+    assert low < 0.2 < high and high - low < 1.0
+
+
+def test_a_late_receiver_turns_the_track_by_the_rate_times_the_delay():
+    assert agreement(*recorded(late=0.8)).whole == pytest.approx(0.25 * 0.8, abs=0.02)
+
+
+def test_a_drive_that_is_too_short_or_does_not_turn_is_told():
+    fields, speeds, fixes = recorded()
+    with pytest.raises(ValueError, match='3 fixes lie within'):
+        agreement(fields, speeds, fixes[:3])
+    with pytest.raises(ValueError, match='no window of 10 s'):
+        agreement(fields, speeds, fixes[:20])
+    with pytest.raises(IronError):
+        agreement(fields * (1.0, 0.0, 0.0), speeds, fixes)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from sara_sim.bus.pacing import MAX_LAG_STEPS, Pacer
 from sara_sim.bus.terminal import PortError, Terminal
+from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.ros.settings import SettingsError, SimulatorSettings
 
 MAX_LAG_S = MAX_LAG_STEPS * 0.01
@@ -64,7 +65,18 @@ def test_good_parameters_pass():
         {'start': [1, 2.5, 0], 'seed': 4, 'payload': 10.0, 'collision_shake': True}
     )
     assert settings.start == (1, 2.5, 0) and settings.seed == 4
+    assert settings.magnetic == MagneticConfig()
     assert settings.options.changes() == {'payload': (10.0, 0.0), 'collision_shake': (True, False)}
+
+
+def test_the_magnetic_field_is_a_mapping():
+    given_field = {'latitude': 52.0, 'steel': [[1.0, 2.0]], 'date': [2026, 5, 1]}
+    settings = SimulatorSettings.from_params({'magnetic': given_field})
+    assert settings.magnetic.changes().keys() == {'latitude', 'steel', 'date'}
+    with pytest.raises(SettingsError, match='magnetic: latitud is 1, but there is no such .*magnetic: noise is -1'):
+        SimulatorSettings.from_params({'magnetic': {'latitud': 1, 'noise': -1.0}})
+    with pytest.raises(SettingsError, match='magnetic: .* is given where a mapping'):
+        SimulatorSettings.from_params({'magnetic': 3})
 
 
 @given(st.lists(st.floats(0.0, 0.75 * MAX_LAG_STEPS * 0.01), min_size=50, max_size=200))
