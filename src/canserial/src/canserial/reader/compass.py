@@ -13,7 +13,7 @@ from collections.abc import Callable
 from canserial.calibration.iron import Iron
 from canserial.reader.compass_config import CompassConfig
 from canserial.reader.heading_filter import HeadingFilter, effort
-from canserial.reader.readings import RIGHT, FieldReading, HeadingReading, ImuReading
+from canserial.reader.readings import LEFT, RIGHT, FieldReading, HeadingReading, ImuReading
 from canserial.reader.tilt import Tilt
 
 LONGEST_STEP = 1.0
@@ -21,9 +21,7 @@ LONGEST_STEP = 1.0
 LONGEST_AHEAD = 0.2
 """s between a field and the rates before it."""
 CLEAR, BEGINNING = 10, 20
-"""Undisturbed fields in a row, until fields count after a disturbed one, and until there is a heading at all."""
-SLOW = 0.1
-"""rad/s; faster, a first heading is not taken."""
+"""Undisturbed fields in a row, until fields count after a disturbed one, and at rest, until there is a heading."""
 WHEEL_SILENT = 0.5
 """s without a wheel's counter after which its motor counts as idle."""
 
@@ -46,12 +44,13 @@ class Compass:
         """gain: of the rates; per_step: rad that a wheel turns for a step of its counter."""
         self.config, self._per_step, self._drop, self._gain = config, per_step, drop, gain
         self.iron = iron
-        self.clear, self.clear_stamp = False, None
+        self.clear_stamp: float | None = None
         self._averaged = 0  # fields in the mean, while they are few
         self._turned, self._sum = 0.0, 0j  # rad by the gyroscope; of the last fields, turned back by it
         self._imu: ImuReading | None = None
         self._wheels: dict = {}
-        self._speeds = dict.fromkeys((0, 1), (0.0, -math.inf))
+        self._speeds = dict.fromkeys((RIGHT, LEFT), (0.0, -math.inf))  # rad/s, s
+        self._still = False
         self._mean_at = 0.0
         self._odometer = self._rolled_before = 0.0  # rad of the wheels: in all, and at the last rates
         self._contradicts_since: float | None = None
@@ -65,7 +64,7 @@ class Compass:
     def iron(self, iron: Iron | None) -> None:
         self._iron = iron
         self.tilt = Tilt() if iron is None else Tilt(iron.lean)
-        self._run, self._mean = 0, None
+        self._run, self._mean, self.clear = 0, None, False
         self.filter = None if iron is None else HeadingFilter(iron, self.config, self._gain)
 
     def set_gain(self, gain: float) -> None:
@@ -75,7 +74,8 @@ class Compass:
     @property
     def efforts(self) -> tuple[float, float]:
         now = -math.inf if self._imu is None else self._imu.stamp
-        right, left = (speed if now - stamp <= WHEEL_SILENT else 0.0 for speed, stamp in self._speeds.values())
+        known = self._speeds[RIGHT], self._speeds[LEFT]
+        right, left = (speed if now - stamp <= WHEEL_SILENT else 0.0 for speed, stamp in known)
         return effort(right), effort(left)
 
     def on_wheel(self, stamp: float, wheel: int, steps: int, restarted: bool) -> None:
@@ -85,12 +85,12 @@ class Compass:
         if known is None or restarted or not 0.0 < stamp - known[0] <= LONGEST_STEP:
             return
         turned = ((steps - known[1] + 2**31) % 2**32 - 2**31) * self._per_step
-        self._speeds[0 if wheel == RIGHT else 1] = turned / (stamp - known[0]), stamp
+        self._speeds[wheel] = turned / (stamp - known[0]), stamp
         self._odometer += 0.5 * abs(turned)
 
     def on_imu(self, reading: ImuReading, still: bool) -> HeadingReading | None:
         """Rates and accelerations; still: the robot stands. The heading at their time, None before there is one."""
-        before, self._imu = self._imu, reading
+        before, self._imu, self._still = self._imu, reading, still
         if reading.frozen:
             return None
         self.tilt.add(reading.stamp, reading.angular_velocity, reading.linear_acceleration)
@@ -136,7 +136,7 @@ class Compass:
             return
         self._run += 1
         self._sum = (0j if self._run == 1 else self._sum) + complex(*level[:2]) * turned
-        if not heading.started and abs(self._imu.angular_velocity[2]) > SLOW:
+        if not heading.started and not self._still:
             self._run = 0
         if self._run < (CLEAR if heading.started else BEGINNING):
             return

@@ -49,7 +49,8 @@ def _robot(count, chance, report):
         if luck < 0.5:
             rates = tuple(chance.uniform(-FASTEST, FASTEST) * (1.0 if wild else 0.02) for _ in range(3))
             yaw += 0.05 * rates[2]
-            _rates(compass, time, rates, wild, chance, report)
+            still = chance.random() < 0.2 if wild else number < CALM
+            _rates(compass, (time, rates, still), wild, chance, report)
         elif luck < 0.9:
             field = _field(chance, yaw, wild)
             compass.on_field(time, field)
@@ -85,13 +86,14 @@ def _field(chance, yaw, wild):
     return tuple(chance.choice((chance.uniform(-STRONGEST, STRONGEST), 0.0, STRONGEST)) for _ in range(3))
 
 
-def _rates(compass, time, rates, wild, chance, report):
+def _rates(compass, said, wild, chance, report):
+    time, rates, still = said
     accelerations, unseen, frozen = (0.0, 0.0, 9.81), 0.0, False
     if wild:
         accelerations = tuple(chance.uniform(-HARDEST, HARDEST) for _ in range(3))
         unseen, frozen = chance.choice((0.0, 1.0, ANY_YAW)), chance.random() < 0.1
     reading = ImuReading(time, 0.0, 0.0, 0.0, rates, accelerations, unseen, frozen)
-    heading = compass.on_imu(reading, chance.random() < 0.2)
+    heading = compass.on_imu(reading, still)
     report.kinds['rates'] += 1
     if heading is None:
         return
