@@ -31,7 +31,7 @@ def test_the_fuzz_notices_what_it_looks_for(monkeypatch, capsys):
 
     monkeypatch.setattr(Compass, 'on_imu', broken)
     with pytest.raises(SystemExit, match='seed 7000000: .*nan'):
-        compass_command.main(['--count', '3000', '--seed', '7'])
+        compass_command.main(['--count', '6000', '--seed', '7'])
 
 
 def test_the_command_counts(capsys):

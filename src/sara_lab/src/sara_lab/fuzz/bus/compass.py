@@ -19,7 +19,7 @@ from canserial.reader.heading_filter import ANY_YAW
 from canserial.reader.readings import LEFT, RIGHT, ImuReading
 from sara_lab.fuzz.blocks import Report
 
-INPUTS_PER_ROBOT, CALM = 500, 120
+INPUTS_PER_ROBOT, CALM = 500, 160
 STRONGEST, FASTEST, HARDEST = 320.0, 4.4, 22.0
 """uT, rad/s, m/s2: what the reader passes on."""
 STEPS_OF_TIME = (0.0, 0.01, 0.02, 0.05, 0.05, 0.05, 0.1, 0.5, 3.0, 1e4, -0.02, -5.0, -1e9)
