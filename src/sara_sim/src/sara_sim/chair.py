@@ -93,12 +93,7 @@ class SimulatedChair:
         self.scanner = None
         if options.scan:
             self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S)
-        self.magnetism = None
-        if 'COMPASS' in bus.names:
-            tilt = self.chair.roll, self.chair.pitch
-            self.magnetism = Magnetism(magnetic, seed, tilt, self._placement)
-            address, chip = self.magnetism.chip_on(lambda: self.box.time)
-            self.box.i2c.chips[address] = chip
+        self.magnetism = self._magnetometer(magnetic, seed) if 'COMPASS' in bus.names else None
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()
@@ -153,6 +148,13 @@ class SimulatedChair:
     def velocity(self) -> tuple[float, float]:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
+
+    def _magnetometer(self, magnetic: MagneticConfig, seed: int) -> Magnetism:
+        """Put the chip on the bus."""
+        magnetism = Magnetism(magnetic, seed, (self.chair.roll, self.chair.pitch), self._placement)
+        address, chip = magnetism.chip_on(lambda: self.box.time)
+        self.box.i2c.chips[address] = chip
+        return magnetism
 
     def _placement(self) -> Placement:
         """Where the magnetometer feels it."""
