@@ -10,7 +10,9 @@ registers are half read, high-speed I2C.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+
+from sara_sim.chips.measuring_registers import MeasuringRegisters
 
 ADDRESS = 0x1E
 CONFIG_A, CONFIG_B, MODE, DATA, STATUS, IDENTIFICATION = 0x00, 0x01, 0x02, 0x03, 0x09, 0x0A
@@ -24,19 +26,10 @@ OVERFLOW = -4096
 LOWEST, HIGHEST = -2048, 2047
 
 
-class Hmc5883l:
-    """One chip. `silent`: it does not acknowledge; `stuck`: its data registers do not change (faults)."""
+class Hmc5883l(MeasuringRegisters):
+    """One chip."""
 
-    def __init__(self, field: Callable[[], Sequence[float]], clock: Callable[[], float]) -> None:
-        """`field`: what reaches the sensing elements now, along x, y, z, uT. `clock`: s."""
-        self._field, self._clock = field, clock
-        self.silent = self.stuck = False
-        self.power_up()
-
-    def power_up(self) -> None:
-        """As when its supply comes back."""
-        self._registers = bytearray(POWER_UP)
-        self._due = self._clock()
+    POWER_UP = POWER_UP
 
     def read(self, register: int, length: int) -> list[int]:
         """`length` bytes from `register` on."""
@@ -52,17 +45,16 @@ class Hmc5883l:
         for address, value in enumerate(values, register):
             if address <= MODE:
                 self._registers[address] = value
-                self._due = self._clock() + self._period
+                self._configured()
 
     @property
     def _period(self) -> float:
         return 1.0 / HERTZ[self._registers[CONFIG_A] >> 2 & 7]
 
     def _measure(self) -> None:
-        now, mode = self._clock(), self._registers[MODE] & 3
-        if mode >= IDLE or now < self._due - 1e-9:
+        mode = self._registers[MODE] & 3
+        if mode >= IDLE or not self._is_due():
             return
-        self._due = now + self._period
         if mode == SINGLE:
             self._registers[MODE] |= IDLE
         if self.stuck:

@@ -9,7 +9,9 @@ Not modelled: oversampling (the noise is that of the field it is given), the tem
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+
+from sara_sim.chips.measuring_registers import MeasuringRegisters
 
 ADDRESS = 0x0D
 DATA, STATUS, CONTROL_1, CONTROL_2, SET_RESET, IDENTIFICATION = 0x00, 0x06, 0x09, 0x0A, 0x0B, 0x0D
@@ -23,19 +25,10 @@ PER_MICROTESLA = (120.0, 30.0, 120.0, 120.0)
 HIGHEST = 32767
 
 
-class Qmc5883l:
-    """One chip. `silent`: it does not acknowledge; `stuck`: its data registers do not change (faults)."""
+class Qmc5883l(MeasuringRegisters):
+    """One chip."""
 
-    def __init__(self, field: Callable[[], Sequence[float]], clock: Callable[[], float]) -> None:
-        """`field`: what reaches the sensing elements now, along x, y, z, uT. `clock`: s."""
-        self._field, self._clock = field, clock
-        self.silent = self.stuck = False
-        self.power_up()
-
-    def power_up(self) -> None:
-        """As when its supply comes back."""
-        self._registers = bytearray(POWER_UP)
-        self._due = self._clock()
+    POWER_UP = POWER_UP
 
     def read(self, register: int, length: int) -> list[int]:
         """`length` bytes from `register` on. Reading a data register clears READY."""
@@ -52,17 +45,16 @@ class Qmc5883l:
                 self.power_up()
             elif address in WRITABLE:
                 self._registers[address] = value
-                self._due = self._clock() + self._period
+                self._configured()
 
     @property
     def _period(self) -> float:
         return 1.0 / HERTZ[self._registers[CONTROL_1] >> 2 & 3]
 
     def _measure(self) -> None:
-        now, control = self._clock(), self._registers[CONTROL_1]
-        if control & 3 != CONTINUOUS or now < self._due - 1e-9:
+        control = self._registers[CONTROL_1]
+        if control & 3 != CONTINUOUS or not self._is_due():
             return
-        self._due = now + self._period
         if self.stuck:
             return
         scale = PER_MICROTESLA[control >> 4 & 3]
