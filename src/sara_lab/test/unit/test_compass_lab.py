@@ -7,10 +7,12 @@ import pytest
 
 from canserial.calibration.iron import IronError
 from canserial.reader.compass import Compass
+from canserial.reader.readings import HeadingReading
+from canserial.reader.status import status_of
 from sara_lab.campaign import compass as part
 from sara_lab.fuzz.bus import compass as fuzz
 from sara_lab.fuzz.bus import compass_command
-from sara_lab.studies.compass_drive import Row, Tour, doors, drive, posts
+from sara_lab.studies.compass_drive import CompassChair, Row, Tour, doors, drive, posts
 from sara_lab.studies.compass_track import agreement
 from sara_sim.chips.magnetic_config import MagneticConfig
 
@@ -44,6 +46,34 @@ def test_a_chair_keeps_its_heading_for_a_minute_among_steel():
     heading = np.degrees([row.heading for row in rows])
     assert len(rows) > 1100 and np.abs(heading).max() < 3.0
     assert turned.residual < 0.5 and all(row.variance > 0.0 for row in rows)
+
+
+def test_the_heading_outlives_every_fault_of_the_compass():
+    vehicle, tour = CompassChair(2, MagneticConfig()), Tour(2, doors(2))
+    vehicle.calibrate(0.0)
+    reader, chair = vehicle.reader, vehicle.chair
+
+    def errors(seconds):
+        end, found = chair.time + seconds, []
+        while chair.time < end:
+            for reading in vehicle.step(*tour.command(chair.time, chair.pose)):
+                if isinstance(reading, HeadingReading):
+                    found.append(abs(math.degrees(math.remainder(reading.yaw - chair.pose[2], math.tau))))
+        return found
+
+    assert max(errors(20.0)) < 2.0
+    for fault, sentence in (
+        ('compass_magnet', 'steel or a current is near'),
+        ('compass_stuck', 'always the same'),
+        ('compass_silent', '0x207 COMPASS'),
+    ):
+        chair.faults.add(fault, duration=15.0)
+        found = errors(14.0)
+        assert sentence in status_of(reader, chair.time).text
+        assert len(found) > 270 and max(found) < 2.5
+        assert max(errors(10.0)) < 2.5
+    errors(15.0)
+    assert reader.compass.clear
 
 
 def test_the_tour_goes_through_doors_between_their_posts():

@@ -151,9 +151,9 @@ class SimulatedChair:
 
     def _magnetometer(self, magnetic: MagneticConfig, seed: int) -> Magnetism:
         """Put the chip on the bus."""
-        magnetism = Magnetism(magnetic, seed, (self.chair.roll, self.chair.pitch), self._placement)
-        address, chip = magnetism.chip_on(lambda: self.box.time)
-        self.box.i2c.chips[address] = chip
+        tilt = self.chair.roll, self.chair.pitch
+        magnetism = Magnetism(magnetic, seed, tilt, self._placement, lambda: self.box.time)
+        self.box.i2c.chips[magnetism.address] = magnetism.chip
         return magnetism
 
     def _placement(self) -> Placement:

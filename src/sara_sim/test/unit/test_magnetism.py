@@ -17,6 +17,7 @@ from sara_sim.chips.i2c_bus import SimulatedI2c
 from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.chips.magnetism import Magnetism, Placement, Wheel, rotation
 from sara_sim.chips.qmc5883l import Qmc5883l
+from sara_sim.faults.faults import FaultError
 from sara_sim.world.world import World
 
 BUS = BusDescription.named('sara+compass')
@@ -81,7 +82,7 @@ def test_a_qmc5883l_stands_by_until_it_is_told_and_after_a_reset():
 
 
 def body_field(config, at, seed=0, tilt=(0.0, 0.0)):
-    return Magnetism(config, seed, tilt, lambda: at).body_field(at)
+    return Magnetism(config, seed, tilt, lambda: at, Clock()).body_field(at)
 
 
 def test_the_earth_s_field_turns_with_the_chair_and_keeps_its_strength():
@@ -95,7 +96,7 @@ def test_the_earth_s_field_turns_with_the_chair_and_keeps_its_strength():
 
 def test_steel_is_as_strong_as_it_is_said_and_falls_with_the_third_power():
     steel = replace(CLEAN, steel=((0.0, 0.0),))
-    magnetism = Magnetism(steel, 3, (0.0, 0.0), lambda: ORIGIN)
+    magnetism = Magnetism(steel, 3, (0.0, 0.0), lambda: ORIGIN, Clock())
 
     def added(distance, angle):
         return np.linalg.norm(magnetism._steel(distance * np.array((math.cos(angle), math.sin(angle)))))
@@ -114,7 +115,7 @@ def test_motors_add_a_field_that_turns_its_sign_with_them():
 
 
 def test_the_same_seed_gives_the_same_iron_and_another_seed_another():
-    one, same, other = (Magnetism(MagneticConfig(), seed, (0.0, 0.0), lambda: ORIGIN) for seed in (1, 1, 2))
+    one, same, other = (Magnetism(MagneticConfig(), seed, (0.0, 0.0), lambda: ORIGIN, Clock()) for seed in (1, 1, 2))
     assert one.field() == pytest.approx(same.field()) and not np.allclose(one.hard_iron, other.hard_iron)
 
 
@@ -143,3 +144,25 @@ def test_numbers_that_cannot_be_are_named_all_at_once():
     text = str(caught.value)
     assert len(caught.value.faults) == 5
     assert all(name in text for name in ('chip', 'date', 'noise', 'steel', 'latitude'))
+
+
+def test_faults_of_the_compass_reach_the_bus_and_leave_no_trace():
+    chair = SimulatedChair(World.empty(), 0, bus=BUS, magnetic=replace(CLEAN, noise=0.2))
+
+    def fields():
+        return [BUS.decode(f)[1]['my'] for _ in range(100) for f in chair.step() if f.id == BUS.id_of('COMPASS')]
+
+    normal = np.mean(fields())
+    chair.faults.add('compass_magnet', y=30.0, duration=0.95)
+    assert np.mean(fields()[1:-1]) == pytest.approx(normal + 30.0, abs=0.5)
+    chair.faults.add('compass_stuck', duration=0.95)
+    assert len(set(fields()[1:-1])) == 1
+    chair.faults.add('compass_silent', duration=0.95)
+    assert len(fields()) <= 2 and chair.sensors.magnetometer.counts['magnetometer failures'] == 1
+    fields()
+    assert np.mean(fields()) == pytest.approx(normal, abs=0.3)
+
+
+def test_a_chair_without_a_compass_has_no_fault_of_it():
+    with pytest.raises(FaultError, match='compass_stuck: .* no magnetometer'):
+        SimulatedChair(World.empty(), 0).faults.add('compass_stuck')

@@ -26,6 +26,7 @@ from sara_sim.chips.qmc5883l import Qmc5883l
 from sara_sim.world import luck
 
 MICROTESLA = 1e6
+CHIPS = {'HMC5883L': (HMC_ADDRESS, Hmc5883l), 'QMC5883L': (QMC_ADDRESS, Qmc5883l)}
 FRICTION_A, PER_SPEED_A, PER_ACCELERATION_A = 1.5, 0.7, 0.8
 """A of a motor: turning at all, for each rad/s and for each rad/s2 of its wheel [W]."""
 STARTING = 0.1
@@ -60,12 +61,19 @@ class Placement(NamedTuple):
 
 
 class Magnetism:
-    """The field at the chip of one chair, drawn from a seed. `earth`: (3,) uT in the map, x east, y north, z up."""
+    """The field at the chip of one chair, drawn from a seed. `earth`: (3,) uT in the map, x east, y north, z up.
+    `chip`: the one that is configured, at `address`. `magnet`: uT along its axes that faults add.
+    """
 
     def __init__(
-        self, config: MagneticConfig, seed: int, tilt: tuple[float, float], placement: Callable[[], Placement]
+        self,
+        config: MagneticConfig,
+        seed: int,
+        tilt: tuple[float, float],
+        placement: Callable[[], Placement],
+        clock: Callable[[], float],
     ) -> None:
-        """`tilt`: the box's roll and pitch, deg. `placement`: of the chair now."""
+        """`tilt`: the box's roll and pitch, deg. `placement`: of the chair now. `clock`: s."""
         random = luck.stream(seed, 'magnetism')
         self.config = config
         self.earth = np.array(_earth(config.latitude, config.longitude, config.date))
@@ -80,17 +88,14 @@ class Magnetism:
         self._moments = 0.5 * config.steel_field * config.steel_distance**3 * posts
         self._places = np.array(config.steel, dtype=float).reshape(-1, 2)
         self._noise, self._placement = random, placement
-
-    def chip_on(self, clock: Callable[[], float]) -> tuple[int, Hmc5883l | Qmc5883l]:
-        """(address, chip) of the configured kind. `clock`: s."""
-        if self.config.chip == 'HMC5883L':
-            return HMC_ADDRESS, Hmc5883l(self.field, clock)
-        return QMC_ADDRESS, Qmc5883l(self.field, clock)
+        self.magnet = (0.0, 0.0, 0.0)
+        self.address, kind = CHIPS[config.chip]
+        self.chip = kind(self.field, clock)
 
     def field(self) -> np.ndarray:
         """(3,) uT at the sensing elements now, along the chip's x, y, z, with the noise of one measurement."""
         body = self.body_field(self._placement())
-        return self.iron @ body + self.hard_iron + self._noise.normal(0.0, self.config.noise, 3)
+        return self.iron @ body + self.hard_iron + self.magnet + self._noise.normal(0.0, self.config.noise, 3)
 
     def body_field(self, at: Placement) -> np.ndarray:
         """(3,) uT in `base_link` without the chair's own iron."""

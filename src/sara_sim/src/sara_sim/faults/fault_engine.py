@@ -13,6 +13,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from sara_sim.chips.magnetism import Magnetism
 from sara_sim.faults import faults as kinds
 from sara_sim.faults.faults import Fault, FaultError, build
 from sara_sim.world import luck
@@ -51,6 +52,8 @@ class Faults:
         self._identifiers(fault)
         if isinstance(fault, (kinds.ScanSilent, kinds.ScanFrozen)) and self._chair.scanner is None:
             raise FaultError(f'{name}: this chair has no laser scanner; its option scan is false.')
+        if isinstance(fault, kinds.COMPASS) and self._chair.magnetism is None:
+            raise FaultError(f'{name}: this chair has no magnetometer; its bus is without +compass.')
         number = self._number[name] = self._number.get(name, -1) + 1
         stream = luck.stream(self._seed, name, number)
         active = Active(fault, self._chair.time, stream)
@@ -122,6 +125,8 @@ class Faults:
         if self._chair.scanner is not None:
             self._chair.scanner.silent = self._any(kinds.ScanSilent)
             self._chair.scanner.frozen = self._any(kinds.ScanFrozen)
+        if self._chair.magnetism is not None:
+            self._apply_to_compass(self._chair.magnetism)
 
     def _apply_to_bus(self) -> None:
         chair = self._chair
@@ -153,6 +158,12 @@ class Faults:
         box.noise = [
             (active.random, active.fault.accel_sigma, active.fault.gyro_sigma) for active in self._of(kinds.ImuNoisy)
         ]
+
+    def _apply_to_compass(self, magnetism: Magnetism) -> None:
+        chip = magnetism.chip
+        chip.silent, chip.stuck = self._any(kinds.CompassSilent), self._any(kinds.CompassStuck)
+        magnets = [active.fault for active in self._of(kinds.CompassMagnet)]
+        magnetism.magnet = sum(magnet.x for magnet in magnets), sum(magnet.y for magnet in magnets), 0.0
 
     def _apply_to_encoders(self) -> None:
         encoders = self._chair.encoders

@@ -126,6 +126,24 @@ class ScanFrozen(Fault):
 
 
 @dataclass(frozen=True, kw_only=True)
+class CompassSilent(Fault):
+    """The magnetometer does not answer on the I2C bus."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompassStuck(Fault):
+    """The magnetometer's data registers do not change any more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompassMagnet(Fault):
+    """A magnet lies beside the magnetometer, and moves with the chair."""
+
+    x: float = between(-500, 500, 'uT forward', 0.0)
+    y: float = between(-500, 500, 'uT to the left', 20.0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class ImuStuck(Fault):
     """The IMU's data registers do not change any more."""
 
@@ -224,6 +242,9 @@ FAULTS = {
     'sonar_silent': SonarSilent,
     'scan_silent': ScanSilent,
     'scan_frozen': ScanFrozen,
+    'compass_silent': CompassSilent,
+    'compass_stuck': CompassStuck,
+    'compass_magnet': CompassMagnet,
     'imu_stuck': ImuStuck,
     'imu_noisy': ImuNoisy,
     'imu_silent': ImuSilent,
@@ -235,6 +256,7 @@ FAULTS = {
     'battery_low': BatteryLow,
     'joystick_grabbed': JoystickGrabbed,
 }
+COMPASS = CompassSilent, CompassStuck, CompassMagnet
 _NAMES = {kind: name for name, kind in FAULTS.items()}
 
 
