@@ -35,7 +35,7 @@ RATE_NOISE = math.radians(0.147)
 RATE_PERIOD = 0.05
 MOTOR_SIGMA = 1.0
 """uT at full effort that turns on the spot do not show."""
-MOTOR_WANDER = 0.05
+MOTOR_WANDER = 0.02
 """uT per root of a rad that the wheels roll: efforts are not currents."""
 IRON_WANDER = 0.01
 """uT per root of a second."""
@@ -56,7 +56,7 @@ class HeadingFilter:
         self._motor_sigma = MOTOR_SIGMA + float(np.abs(motors).max())
         self.x: np.ndarray | None = None
         self.P: np.ndarray | None = None
-        self._share = 0.0
+        self._share, self._still = 0.0, True
 
     @property
     def started(self) -> bool:
@@ -87,6 +87,7 @@ class HeadingFilter:
         if still:
             self._rest(rate)
             turn = 0.0
+            self._share += 0.0 if self._still else 1.0  # without the motors' field a place is another one
         else:
             turn = self.rate(rate) * dt
             x[YAW] += turn
@@ -94,6 +95,7 @@ class HeadingFilter:
             F[YAW, OFFSET], F[YAW, SCALE] = -dt, rate * dt
             self.P = P = F @ P @ F.T
             P[YAW, YAW] += RATE_NOISE**2 * RATE_PERIOD * dt
+        self._still = still
         P[YAW, YAW] += unseen
         P[OFFSET, OFFSET] += self._config.compass_drift**2 * dt
         wander = (IRON_WANDER**2 * dt,) * 3 + (MOTOR_WANDER**2 * rolled,) * 6

@@ -163,9 +163,11 @@ def drive(seed: int, minutes: float, magnetic: MagneticConfig, steel: bool, face
     tour, rows, start = Tour(seed, of), [], None
     compass, end = vehicle.reader.compass, vehicle.chair.time + 60.0 * minutes
     while vehicle.chair.time < end:
-        for reading in vehicle.step(*tour.command(vehicle.chair.time, vehicle.chair.pose)):
+        time, yaw = vehicle.chair.time, vehicle.chair.pose[2]
+        for reading in vehicle.step(*tour.command(time, vehicle.chair.pose)):
             if isinstance(reading, HeadingReading):
-                true = vehicle.chair.pose[2]
+                share = (reading.stamp - time) / (vehicle.chair.time - time)
+                true = yaw + share * wrap_exact(vehicle.chair.pose[2] - yaw)
                 if start is None:
                     start = reading.yaw - vehicle.reader.yaw
                 heading, gyro = wrap_exact(reading.yaw - true), wrap_exact(vehicle.reader.yaw + start - true)
