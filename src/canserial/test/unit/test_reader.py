@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import PACKAGED, BusDescription
 from canserial.frame import Frame
+from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
 from canserial.reader.faults import KINDS
 from canserial.reader.reader import Reader
@@ -292,7 +293,10 @@ def test_the_commented_file_holds_the_defaults():
     path = Path(__file__).resolve().parents[2] / 'config' / 'read.yaml'
     content = yaml.safe_load(path.read_text())
     of_the_node = {'imu_frame', 'calibration_file', 'save_calibration'}
+    compass = {name: content.pop(name) for name in CompassConfig.__dataclass_fields__}
     assert ReaderConfig(**{name: value for name, value in content.items() if name not in of_the_node}) == ReaderConfig()
+    assert compass.pop('compass_north') == pytest.approx(math.pi / 2.0)
+    assert CompassConfig(**compass) == CompassConfig()
     text = path.read_text()
     for name in {*ReaderConfig.__dataclass_fields__, *of_the_node, 'dbc'}:
         assert f'{name}: ' in text, f'{name} is not described'

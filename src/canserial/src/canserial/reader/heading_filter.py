@@ -8,8 +8,9 @@ yaw' = (1 + e) w - b. A levelled, calibrated field is
 
 with H and D the earth's field, horizontal and down, and u the motors' efforts. What a place adds (steel, cables) stays
 while the robot does, so ten fields of one place say no more than one. A field therefore counts by the share of a new
-place that was reached since the last: its variance is that of a place divided by the share, and a robot that stands
-learns nothing new. While it stands, its rate is zero and what the gyroscope says is its offset.
+place that was reached since the last: its variance is that of a place divided by the share. Coming to rest counts as
+a new place, for the motors add nothing there. While a robot stands, its rate is zero and what the gyroscope says is its
+offset.
 """
 
 from __future__ import annotations
