@@ -42,7 +42,7 @@ def run(reader, start, end, names=tuple(SIGNALS)):
 
 
 def make(**settings):
-    return Reader(ReaderConfig(calibration_time=2.0, **settings), BUS)
+    return Reader(ReaderConfig.of(calibration_time=2.0, **settings), BUS)
 
 
 def without(*names):
@@ -146,7 +146,11 @@ def test_in_the_fast_mode_silence_is_judged_by_seconds():
 
 @pytest.mark.parametrize(
     'name, kind',
-    [('IMPACT_GYRO', 'rates (0x204)'), ('RANGE_ACCEL', 'accelerations (0x203)'), ('COMPLEMENTARY', 'angles (0x205)')],
+    [
+        ('IMPACT_GYRO', 'rates (IMPACT_GYRO)'),
+        ('RANGE_ACCEL', 'accelerations (RANGE_ACCEL)'),
+        ('COMPLEMENTARY', 'angles (COMPLEMENTARY)'),
+    ],
 )
 def test_frames_that_come_but_say_always_the_same_are_no_imu(name, kind):
     reader = make()

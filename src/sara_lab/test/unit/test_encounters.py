@@ -20,7 +20,7 @@ def lockstep_of(obstacles, state=State.SLOWED, velocity=(0.0, 0.0), occupied=Non
     zones = SimpleNamespace(pedestrian_moving=False)
     return SimpleNamespace(
         wheels=SimpleNamespace(guard=SimpleNamespace(zones=zones), decision=SimpleNamespace(state=state)),
-        chair=SimpleNamespace(world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig()),
+        chair=SimpleNamespace(world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig.of()),
         time=0.0,
     )
 

@@ -5,17 +5,19 @@ import math
 import numpy as np
 import pytest
 
+from sara_common.platforms import chosen
 from sara_control.gate.comfort import Profile
 from sara_lab.ideal.ideal import ideal, limits_of, space_of
 from sara_lab.ideal.joins import JOINS, RADII
 from sara_lab.ideal.moves import after
 from sara_lab.journeys import ideal_times, travel_cases
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
 from sara_nav.lattice.dubins import dubins_join
 from sara_sim.world.world import World
 
+BODY = chosen().size
 LIMITS = limits_of(Profile())
 STOPS = (
     0.5 * LIMITS.ahead / LIMITS.acceleration + 0.5 * LIMITS.ahead / LIMITS.braking

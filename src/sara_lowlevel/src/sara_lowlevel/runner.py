@@ -51,7 +51,7 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
         help='the CAN adapter, as python-can names it: socketcan:can0, slcan:/dev/canusb, udp_multicast:239.74.163.2',
     )
     parser.add_argument(
-        '--dbc', default='sara', help='bus description: sara (default), sara_tenths, sara_assisted, or a file'
+        '--dbc', default='', help="bus description: name of a DBC file of the platform, or a path (the platform's own)"
     )
     parser.add_argument('--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does')
 
@@ -225,5 +225,5 @@ def main_of(run: Callable[[list[str] | None], int], arguments: list[str] | None 
 
 
 def bus_named(name: str) -> BusDescription:
-    """'sara', 'sara_tenths', 'sara_assisted' or a file's name. Raises BusError."""
-    return BusDescription.named(name)
+    """The name of a DBC file of the platform, or a path; '': the platform's own. Raises BusError."""
+    return BusDescription.named(name) if name else BusDescription.default()

@@ -14,14 +14,17 @@ from typing import Any
 import numpy as np
 
 from canserial.frame import Frame
-from sara_lowlevel.config import SensorConfig
+from sara_common.platforms import Platform, chosen
+from sara_lowlevel.config import JoystickConfig, MotorConfig, SensorConfig
 from sara_lowlevel.joystick.joystick_node import JoystickNode
 from sara_lowlevel.motor.motor_node import MotorNode
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.bus.wire import CandumpLog, Wire
 from sara_sim.chips.encoders import Encoders
-from sara_sim.chips.scanner import Scanner
+from sara_sim.chips.imu import Imu
+from sara_sim.chips.scanner import Scanner, optics_at
 from sara_sim.chips.sensor_box import SensorBox
+from sara_sim.chips.sonars import Sonars
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.drive import Drive
 from sara_sim.options import ChairOptions
@@ -57,38 +60,41 @@ class SimulatedChair:
         seed: int,
         start: tuple[float, float, float] = (0.0, 0.0, 0.0),
         bus=None,
-        config: ChairConfig = ChairConfig(),
+        config: ChairConfig | None = None,
         options: ChairOptions = ChairOptions(),
         sensors: SensorConfig | None = None,
         power_up: bool = False,
+        platform: Platform | None = None,
     ):
-        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.dbc.bus.BusDescription, SARA's if None. `sensors`:
-        of the sensor node.
+        """`start`: (x, y, yaw) in the map, m, rad. `platform`: the robot, the chosen one if None; `bus`:
+        canserial.dbc.bus.BusDescription, `config`, `sensors` (of the sensor node): the platform's if None.
 
         `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
         """
+        platform = platform or chosen()
         if bus is None:
             from canserial.dbc.bus import BusDescription
 
-            bus = BusDescription.default()
+            bus = BusDescription.of(platform)
         # A stream for each source: a change in one leaves the luck of the others alone.
         drawn, imu, sonar, bus_luck = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
-        self.config, self.options, self.world = config, options, world
+        self.platform, self.options, self.world = platform, options, world
+        self.config = config = config or ChairConfig.of(platform)
         self.chair = DrawnChair.draw(config, drawn)
         world.obstacles.move_to(0.0)
         self.drive = Drive(world, config, self.chair, start, STEP_S, options)
-        self.box = SensorBox(
-            world, config, self.chair, (imu, sonar), lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S
-        )
-        sensors = SensorConfig(gravity=config.gravity) if sensors is None else sensors
+        sensors = SensorConfig.of(platform, gravity=config.gravity) if sensors is None else sensors
+        physics = Imu(config, self.chair, platform.imu, imu, STEP_S)
+        acoustics = Sonars(world, config, platform.sonars, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw))
+        self.box = SensorBox(physics, acoustics, sensors, STEP_S)
         self.motor, self.sensors, self.joystick_node = (
-            MotorNode(bus),
+            MotorNode(bus, MotorConfig.of(platform)),
             SensorNode(bus, self.box.i2c, sensors),
-            JoystickNode(bus),
+            JoystickNode(bus, JoystickConfig.of(platform)),
         )
         self.scanner = None
         if options.scan:
-            self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S)
+            self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S, optics_at(platform.scan))
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()

@@ -18,10 +18,10 @@ from cantools.database.errors import Error
 
 from canserial.dbc.codec import Codec
 from canserial.frame import Frame
+from sara_common import platforms
 
-DBC_FOLDER = Path(__file__).resolve().parent
-DEFAULT_DBC = DBC_FOLDER / 'sara.dbc'
-PACKAGED = ('sara', 'sara_tenths', 'sara_assisted')
+RANGE_FRAMES = ('RANGES_1', 'RANGES_2', 'RANGE_ACCEL')
+"""The messages that hold ranges: their signals in metres, each named as its ultrasonic sensor."""
 
 
 class BusError(ValueError):
@@ -46,7 +46,7 @@ class BusDescription:
     `comment`: of the bus; `nodes`: comments by the name of the node. Raises BusError where the file cannot be read.
     """
 
-    def __init__(self, path: str | Path = DEFAULT_DBC) -> None:
+    def __init__(self, path: str | Path) -> None:
         self.path = str(path)
         try:
             database = cantools.database.load_file(self.path)
@@ -60,23 +60,28 @@ class BusDescription:
 
     @classmethod
     def default(cls) -> BusDescription:
-        """The description of SARA's bus, 'sara'."""
-        return cls.named('sara')
+        """That of the platform that this process runs on."""
+        return cls.of(platforms.chosen())
 
     @classmethod
-    def named(cls, name: str | Path) -> BusDescription:
-        """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s; 'sara_assisted':
-        with a switch for shared control), or that of the file `name`.
+    def of(cls, platform: platforms.Platform) -> BusDescription:
+        """That of a platform, as its reader of the bus is told. Raises BusError."""
+        return cls.named(platform.parameters('read').get('dbc', platform.name), platform)
+
+    @classmethod
+    def named(cls, name: str | Path, platform: platforms.Platform | None = None) -> BusDescription:
+        """The description NAME.dbc of a platform (the chosen one where none is given), or else of any platform, or the
+        file `name`.
 
         Read once per process. Raises BusError.
         """
-        path = DBC_FOLDER / f'{name}.dbc'
-        if name not in PACKAGED:
-            path = Path(name)
-            if not path.is_file():
-                raise BusError(
-                    f'bus description is {str(name)!r}, allowed are {", ".join(PACKAGED)} or the path of a DBC file'
-                )
+        platform = platform or platforms.chosen()
+        known = {**packaged(), **{path.stem: path for path in platform.folder.glob('*.dbc')}}
+        path = known.get(str(name), Path(name))
+        if not path.is_file():
+            raise BusError(
+                f'bus description is {str(name)!r}, allowed are {", ".join(known)} or the path of a DBC file'
+            )
         return _read(str(path))
 
     @property
@@ -88,6 +93,15 @@ class BusDescription:
     def names(self) -> tuple[str, ...]:
         """Names of all messages, in the file's order."""
         return tuple(self._by_name)
+
+    @property
+    def ranges(self) -> dict[str, tuple[str, ...]]:
+        """{message of RANGE_FRAMES: names of the ultrasonic sensors whose ranges it holds}."""
+        return {
+            name: tuple(signal.name for signal in self._by_name[name].signals if signal.unit == 'm')
+            for name in RANGE_FRAMES
+            if name in self._by_name
+        }
 
     def id_of(self, name: str) -> int:
         """The identifier of the message `name`; raises UnknownFrame."""
@@ -176,6 +190,11 @@ def _bad_value(message: Message, signals: dict, error: Exception) -> BadValue:
             low, high = low * signal.scale + signal.offset, high * signal.scale + signal.offset
             return BadValue(f'{message.name}.{signal.name} is {value}, allowed are numbers from {low:g} to {high:g}')
     return BadValue(f'{message.name}: {error}')
+
+
+def packaged() -> dict[str, Path]:
+    """{name: file} of the descriptions that come with the platforms."""
+    return {path.stem: path for folder in platforms.folders().values() for path in sorted(folder.glob('*.dbc'))}
 
 
 @cache

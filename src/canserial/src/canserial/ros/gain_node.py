@@ -39,11 +39,12 @@ class GainTool:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self.options = options
-        config = ReaderConfig(gain=1.0, calibration_time=options.calibration_time)
+        config = ReaderConfig.of(gain=1.0, calibration_time=options.calibration_time)
         self.procedure = GainProcedure(
             [sign * angle for sign in SIGNS[options.directions] for angle in options.angles], options.max_residual
         )
-        self.reader = Reader(config, BusDescription.named(options.dbc))
+        bus = BusDescription.named(options.dbc) if options.dbc else BusDescription.default()
+        self.reader = Reader(config, bus)
         self.lock = threading.Lock()
         self.zero = 0.0
         rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
@@ -98,9 +99,11 @@ class GainTool:
                 age = rospy.get_time() - self.reader.seen['IMPACT_GYRO']
                 doubtful, turned = self.reader.yaw_doubtful, math.degrees(self.reader.turned)
             if doubtful:
-                raise GivenUp('rates (0x204) were missing for so long that the turned angle is not known: begin again')
+                raise GivenUp(
+                    'rates (IMPACT_GYRO) were missing for so long that the turned angle is not known: begin again'
+                )
             if age > self.reader.config.max_gap:
-                moving = 'no rates (0x204) come'
+                moving = 'no rates (IMPACT_GYRO) come'
             if not moving:
                 return turned
             if not said:
@@ -154,16 +157,14 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         default='both',
         help="both ways cancel what is left of the offset's error (default)",
     )
-    parser.add_argument(
-        '--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME'
-    )
+    parser.add_argument('--file', default='', help="calibration file (the robot's); a relative path lies in ROS_HOME")
     parser.add_argument(
         '--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)'
     )
     parser.add_argument(
         '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
     )
-    parser.add_argument('--dbc', default='sara', help='name or path of the bus description (sara)')
+    parser.add_argument('--dbc', help="name or path of the bus description (the robot's)")
     parser.add_argument('--node', default='read', help='the read.py that is to take the gain (read)')
     parser.add_argument('--dry-run', action='store_true', help='print the gain, save nothing')
     options = parser.parse_args(arguments)
