@@ -154,7 +154,7 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
                 return min(amplifier.fake.angles) > 1.0
             sent[0], sent[1] = now, sent[1] + 1
             c.send('JOYSTICK', velD=0, velI=0, joyx=512, modo=1, joyy=512)
-            granted = [3] == [values['modoPC'] for _, name, values in c.frames if name == 'MODO_PC'][-1:]
+            granted = [values['modoPC'] for _, name, values in c.frames if name == 'MODO_PC'][-1:] == [3]
             granted = granted and sent[1] % 50 > 0  # a stop now and then: on a slow machine the drive may wait for one
             c.send(
                 'WHEEL_COMMAND', right=2 if granted else 0, left=2 if granted else 0, mode=ord('C' if granted else 'A')
