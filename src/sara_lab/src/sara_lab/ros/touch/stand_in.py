@@ -109,10 +109,11 @@ def serving() -> Iterator[tuple[str, StandIn]]:
     """(the page's address, the stand-in) while the server's node runs; this process becomes a node of its master."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
+    arguments = {'port': 0, 'range_topics': '[' + ', '.join(f'{name}_range' for name in chosen().sonars) + ']'}
     with (
         tempfile.TemporaryDirectory(prefix='sara_') as folder,
         open(os.devnull, 'w', encoding='utf-8') as log,
-        launched('sara_hmi', 'hmi.launch', {'port': 0}, {**env, 'ROS_HOME': folder}, stdout=log, stderr=log),
+        launched('sara_hmi', 'hmi.launch', arguments, {**env, 'ROS_HOME': folder}, stdout=log, stderr=log),
     ):
         while not rosgraph.is_master_online():
             time.sleep(0.1)
