@@ -13,9 +13,9 @@ help: ## this list
 	@echo "SARA: a ROS 1 navigation stack for plain Debian 12"
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
 
-run: build ## drive the simulated chair round the thesis's square; results in out/
+run: build ## drive the simulated chair round the thesis's square; results in out/ (PLATFORM=kate: another robot)
 	@echo "== run: the square on the simulated chair"
-	@$(ENV) rosrun sara_bringup run_square --out out
+	@$(ENV) rosrun sara_bringup run_square --out out $(if $(PLATFORM),--platform $(PLATFORM))
 
 test: build ## every test: units without ROS, then the rostests
 	@tools/run_tests.sh

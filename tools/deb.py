@@ -140,7 +140,7 @@ def compile_kernels(work: Path, packages: list[deb_control.Package], seconds: in
     together, modules = work / 'together', work / 'together' / MODULES
     shutil.rmtree(together, ignore_errors=True)
     for stage in (work / 'stage').iterdir():
-        shutil.copytree(stage, together, copy_function=os.link, dirs_exist_ok=True)
+        shutil.copytree(stage, together, copy_function=os.link, symlinks=True, dirs_exist_ok=True)
     before = set(modules.iterdir())
     users = [
         package.name for package in packages if 'ahead_of_time' in package.needs and (modules / package.name).is_dir()

@@ -56,7 +56,7 @@ def main():
         ('without Madgwick', {'madgwick': False}),
         ('every 50 ms', {'imu_period': 0.05}),
     ):
-        node = SensorNode(BusDescription.default(), FreeBus(), SensorConfig(calibrate=False, **options))
+        node = SensorNode(BusDescription.default(), FreeBus(), SensorConfig.of(calibrate=False, **options))
         cost = best(lambda k, node=node: node.update(k / 100))
         assert node.state == 'running'
         print(f'sensor node, {name}: {cost:.1f} us per turn of 10 ms')

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canserial.adapter.candump import BadLine, Line, parse, to_line
-from canserial.dbc.bus import DEFAULT_DBC, BusDescription
+from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
 
 FRAMES = st.booleans().flatmap(
@@ -98,7 +98,7 @@ def test_cantools_decodes_what_is_written():
         + '\n'
     )
     done = subprocess.run(
-        [sys.executable, '-m', 'cantools', 'decode', '--single-line', str(DEFAULT_DBC)],
+        [sys.executable, '-m', 'cantools', 'decode', '--single-line', bus.path],
         input=log,
         text=True,
         capture_output=True,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from canserial.dbc.bus import PACKAGED, BadValue, BusDescription
+from canserial.dbc.bus import BadValue, BusDescription, packaged
 from canserial.dbc.codec import Codec
 from canserial.frame import Frame
 
@@ -38,7 +38,7 @@ SIG_VALTYPE_ 5 real : 1;
 VAL_ 7 state 1 "on" 0 "off" ;
 """
 OTHER = {message.name: message for message in cantools.database.load_string(OTHERS, 'dbc').messages}
-PLAIN = [message for name in PACKAGED for message in BusDescription.named(name).messages] + [
+PLAIN = [message for name in packaged() for message in BusDescription.named(name).messages] + [
     OTHER[name] for name in ('MOTOROLA', 'LABELS', 'WIDE')
 ]
 

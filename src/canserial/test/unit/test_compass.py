@@ -260,7 +260,7 @@ BUS = BusDescription.named('sara+compass')
 
 
 def test_the_reader_says_fields_and_drops_what_cannot_be():
-    reader = Reader(ReaderConfig(), BUS)
+    reader = Reader(ReaderConfig.of(), BUS)
     assert reader.on_frame(BUS.encode('COMPASS', 1.0, mx=10.0, my=20.0, mz=-30.0)) == [
         FieldReading(1.0, pytest.approx((10.0, 20.0, -30.0)), False)
     ]
@@ -268,7 +268,7 @@ def test_the_reader_says_fields_and_drops_what_cannot_be():
     for number in range(100):
         came = reader.on_frame(BUS.encode('COMPASS', 2.0 + 0.1 * number, mx=1.0, my=1.0, mz=1.0))
     assert came == [] and set(reader.counters) == {'compass_implausible', 'compass_stuck'}
-    assert Reader(ReaderConfig(), BusDescription.default()).on_frame(Frame(0x207, bytes(8), 1.0)) == []
+    assert Reader(ReaderConfig.of(), BusDescription.default()).on_frame(Frame(0x207, bytes(8), 1.0)) == []
 
 
 def test_a_heading_has_the_variance_of_its_yaw():

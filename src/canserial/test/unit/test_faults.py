@@ -32,7 +32,7 @@ class Chair:
     """Sends the frames of turns of 0.2 s, at rest, with the noise of the chip; any signal can be overridden."""
 
     def __init__(self, seed=0, resolution=0.01, **settings):
-        self.reader = Reader(ReaderConfig(**{'calibration_time': 2.0, 'gain': 1.0, **settings}), BUS)
+        self.reader = Reader(ReaderConfig.of(**{'calibration_time': 2.0, 'gain': 1.0, **settings}), BUS)
         self.chance = random.Random(seed)
         self.resolution = resolution
         self.time = 0.0
@@ -154,13 +154,13 @@ def test_angles_beyond_a_right_angle():
     """16 bits of millidegrees cannot say it; the bus of another robot can."""
 
     class Wide:
-        names, declares = BUS.names, BUS.declares
+        names, declares, ranges = BUS.names, BUS.declares, BUS.ranges
 
         @staticmethod
         def decode(frame):
             return 'COMPLEMENTARY', {'rx': 90.5, 'ry': 0.0, 'rz': 0.0}
 
-    reader = Reader(ReaderConfig(), Wide)
+    reader = Reader(ReaderConfig.of(), Wide)
     assert reader.on_frame(BUS.encode('BATTERY', 1.0, voltage=24)) == []
     assert reader.counters == {'angles_implausible': 1}
 
@@ -235,7 +235,7 @@ def test_frozen_frames_of_0_is_never():
 @pytest.mark.parametrize('frames', [1, -1, 2.5, True])
 def test_frames_that_cannot_tell_are_no_setting(frames):
     with pytest.raises(ConfigError, match='frozen_frames'):
-        ReaderConfig(frozen_frames=frames)
+        ReaderConfig.of(frozen_frames=frames)
 
 
 @pytest.mark.parametrize('seed', range(3))
@@ -333,7 +333,7 @@ def test_while_it_moves_the_norm_says_nothing():
 
 
 FULL_TURN = 64000
-FASTEST = ReaderConfig().max_wheel_speed / math.tau * FULL_TURN * 0.2  # steps in a turn
+FASTEST = ReaderConfig.of().max_wheel_speed / math.tau * FULL_TURN * 0.2  # steps in a turn
 
 
 def test_an_encoder_jump_is_dropped_and_forgotten():

@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from canserial.dbc.bus import PACKAGED, BusDescription
+from canserial.dbc.bus import BusDescription, packaged
 from canserial.frame import Frame
 from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
@@ -33,7 +33,8 @@ OFFSET = (-0.49, -0.91, -0.65)
 def make(**settings_):
     # These frames are without noise: what that does is tested in test_faults.py.
     return Reader(
-        ReaderConfig(**{'gain': 1.0, 'calibration_time': 0.8, 'stuck_time': 1e9, 'frozen_frames': 0, **settings_}), BUS
+        ReaderConfig.of(**{'gain': 1.0, 'calibration_time': 0.8, 'stuck_time': 1e9, 'frozen_frames': 0, **settings_}),
+        BUS,
     )
 
 
@@ -240,10 +241,10 @@ def test_the_other_frames():
         assert reading == AnglesReading(1.0, source, *map(math.radians, (1.0, -2.0, 30.0)))
 
 
-@pytest.mark.parametrize('name', PACKAGED)
+@pytest.mark.parametrize('name', packaged())
 def test_a_mode_is_read_where_the_bus_has_it(name):
     bus, held = BusDescription.named(name), name == 'sara_assisted'
-    reader, joystick = Reader(ReaderConfig(), bus), {'velD': 0, 'velI': 0, 'joyx': 512, 'joyy': 1023}
+    reader, joystick = Reader(ReaderConfig.of(), bus), {'velD': 0, 'velI': 0, 'joyx': 512, 'joyy': 1023}
     for mode in range(6):
         known = mode in (0, 1, 3) or held and mode == 2
         assert [r.mode for r in reader.on_frame(bus.encode('MODO_PC', 1.0, modoPC=mode))] == [mode] * known
@@ -274,14 +275,16 @@ def test_configuration_faults_are_named_all_at_once():
     with pytest.raises(
         ConfigError, match="gain is -1.*imu_period is 'fast'.*calibration is 'none', allowed are 'measure' and 'saved'"
     ):
-        ReaderConfig(gain=-1, imu_period='fast', calibration='none')
+        ReaderConfig.of(gain=-1, imu_period='fast', calibration='none')
     with pytest.raises(ConfigError, match='range_min.*battery_empty is 20 and battery_full None'):
-        ReaderConfig(range_min=3.0, battery_empty=20)
+        ReaderConfig.of(range_min=3.0, battery_empty=20)
 
 
 def test_gyro_variances_are_those_of_the_table_in_radians():
-    degrees = ReaderConfig(thesis_covariances=True).variances[1]
-    assert ReaderConfig().variances[1] == pytest.approx([math.radians(1) ** 2 * value for value in degrees], rel=0.03)
+    degrees = ReaderConfig.of(thesis_covariances=True).variances[1]
+    assert ReaderConfig.of().variances[1] == pytest.approx(
+        [math.radians(1) ** 2 * value for value in degrees], rel=0.03
+    )
 
 
 def test_the_yaw_at_start_is_a_setting():
@@ -294,7 +297,10 @@ def test_the_commented_file_holds_the_defaults():
     content = yaml.safe_load(path.read_text())
     of_the_node = {'imu_frame', 'calibration_file', 'save_calibration'}
     compass = {name: content.pop(name) for name in CompassConfig.__dataclass_fields__}
-    assert ReaderConfig(**{name: value for name, value in content.items() if name not in of_the_node}) == ReaderConfig()
+    assert (
+        ReaderConfig.of(**{name: value for name, value in content.items() if name not in of_the_node})
+        == ReaderConfig.of()
+    )
     assert compass.pop('compass_north') == pytest.approx(math.pi / 2.0)
     assert CompassConfig(**compass) == CompassConfig()
     text = path.read_text()

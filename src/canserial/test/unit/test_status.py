@@ -43,7 +43,7 @@ def run(reader, start, end, names=tuple(SIGNALS)):
 
 
 def make(**settings):
-    return Reader(ReaderConfig(calibration_time=2.0, **settings), BUS)
+    return Reader(ReaderConfig.of(calibration_time=2.0, **settings), BUS)
 
 
 def without(*names):
@@ -148,7 +148,11 @@ def test_in_the_fast_mode_silence_is_judged_by_seconds():
 
 @pytest.mark.parametrize(
     'name, kind',
-    [('IMPACT_GYRO', 'rates (0x204)'), ('RANGE_ACCEL', 'accelerations (0x203)'), ('COMPLEMENTARY', 'angles (0x205)')],
+    [
+        ('IMPACT_GYRO', 'rates (IMPACT_GYRO)'),
+        ('RANGE_ACCEL', 'accelerations (RANGE_ACCEL)'),
+        ('COMPLEMENTARY', 'angles (COMPLEMENTARY)'),
+    ],
 )
 def test_frames_that_come_but_say_always_the_same_are_no_imu(name, kind):
     reader = make()
@@ -174,7 +178,7 @@ def test_of_many_kinds_the_newest_are_told():
 
 def test_the_compass_says_what_it_waits_for():
     bus = BusDescription.named('sara+compass')
-    reader = Reader(ReaderConfig(calibration_time=2.0), bus)
+    reader = Reader(ReaderConfig.of(calibration_time=2.0), bus)
     run(reader, 0.0, 4.0)
     assert '0x207 COMPASS' in status_of(reader, 4.0).text and status_of(reader, 4.0).level == WARN
     reader.on_frame(bus.encode('COMPASS', 4.0, mx=0.0, my=25.7, mz=-37.1))

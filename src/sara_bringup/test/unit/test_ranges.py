@@ -8,13 +8,14 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import share
 from sara_common.planar import compose, inverse
+from sara_common.platforms import load
 from sara_sim.world.obstacles import Obstacle
 
 HALL = share() / 'maps' / 'hall.yaml'
 
 
 def test_the_urdf_says_where_the_sensors_sit():
-    places = mountings()
+    places = mountings(load('sara'))
     assert len(places) == 10
     assert places['scan'] == (0.5, 0.0, 0.0)
     assert places['SDI'] == pytest.approx((0.54, 0.18, math.radians(10.0)), abs=1e-6)

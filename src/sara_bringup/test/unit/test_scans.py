@@ -3,8 +3,9 @@
 import pytest
 
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_bringup.paths import parameters, share
+from sara_bringup.paths import share
 from sara_common.planar import compose, inverse
+from sara_common.platforms import parameters
 from sara_control.gate.gate_config import SafetyConfig
 from sara_sim.world.obstacles import Obstacle
 

@@ -2,18 +2,17 @@
 
 import math
 import random
-from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.platforms import load, parameters
 from sara_control.zones.approach_detector import FINEST, HOLD, PAUSE, ApproachDetector, Scatter
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zones import Zones
 
-CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
+CONFIG = ZoneConfig.from_params(parameters('sara_control', 'safety.yaml', load('sara'))['zones'])
 
 FRONT = RangeSensor('SDI', 0.54, 0.18, math.radians(10.0))
 HALF = math.radians(30.0)

@@ -28,7 +28,7 @@ def pair(base, left, right, ticks, stamp=0.0, apart=0):
     st.lists(st.tuples(st.integers(-9000, 9000), st.integers(-9000, 9000), st.integers(900, 1100)), max_size=30),
 )
 def test_positions_are_the_sum_of_the_steps_across_every_wrap(left, right, ticks, moves):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     assert pair(base, left, right, ticks)[:2] == (0.0, 0.0)
     start = left, right
     for d_left, d_right, dt in moves:
@@ -42,7 +42,7 @@ def test_positions_are_the_sum_of_the_steps_across_every_wrap(left, right, ticks
 
 
 def test_a_lost_frame_costs_its_pair_but_no_motion():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     assert base.on_encoder(EncoderReading(0.1, RIGHT, 100, 1000)) is None  # its left partner is lost
     wheels = pair(base, 200, 200, 2000)
@@ -54,7 +54,7 @@ def test_a_lost_frame_costs_its_pair_but_no_motion():
 
 
 def test_repeated_frames_change_nothing():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     pair(base, 100, 100, 1000)
     assert pair(base, 100, 100, 1000) is None
@@ -64,7 +64,7 @@ def test_repeated_frames_change_nothing():
 
 
 def test_a_motor_node_that_restarts_moves_nothing():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 500000)
     pair(base, 6400, 6400, 501000)
     assert pair(base, 0, 0, 10) is None
@@ -73,7 +73,7 @@ def test_a_motor_node_that_restarts_moves_nothing():
 
 
 def test_readings_that_are_missing_are_counted_and_said():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     assert pair(base, 100, 100, 1000, apart=2).missed == 0.0
     wheels = pair(base, 400, 400, 4000)
@@ -82,7 +82,7 @@ def test_readings_that_are_missing_are_counted_and_said():
 
 
 def test_what_a_restart_hid_is_said_with_the_next_reading():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 500000, stamp=1.0)
     assert pair(base, 0, 0, 10, stamp=4.0) is None
     wheels = pair(base, 64, 64, 1010, stamp=4.1)
@@ -91,14 +91,14 @@ def test_what_a_restart_hid_is_said_with_the_next_reading():
 
 
 def test_an_implausible_step_is_time_without_knowledge():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     wheels = pair(base, 1 << 24, 0, 1000)
     assert wheels.interval == 0.0 and wheels.unmeasured == pytest.approx(0.1)
 
 
 def test_one_wheels_frame_that_comes_again_is_no_partner():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     pair(base, 100, 100, 1000)
     assert base.on_encoder(EncoderReading(0.2, RIGHT, 100, 1000)) is None
@@ -113,7 +113,7 @@ def test_one_wheels_frame_that_comes_again_is_no_partner():
 )
 def test_whatever_is_lost_or_repeated_the_way_is_measured(ticks, fates, random):
     """Steady wheels; frames vanish or come twice, in any order of the wheels: positions stay those of the clock."""
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, ticks)
     for k, (right_lost, left_lost, twice) in enumerate(fates, 1):
         frames = [EncoderReading(0.1 * k, RIGHT, 128 * k % WRAP, (ticks + 1000 * k) % WRAP)] * (not right_lost)
@@ -134,7 +134,7 @@ counts = st.integers(0, WRAP - 1) | st.integers(0, 3000)
 
 @given(st.lists(st.tuples(st.sampled_from([RIGHT, LEFT, 2]), counts, counts), max_size=60))
 def test_no_frames_make_a_wheel_faster_than_it_can_be(frames):
-    base, last = CanBase(BUS, max_wheel_speed=20.0), None
+    base, last = CanBase(BUS, 64000, max_wheel_speed=20.0), None
     for k, (wheel, steps, ticks) in enumerate(frames):
         wheels = base.on_encoder(EncoderReading(0.05 * k, wheel, steps, ticks))
         if wheels is None:
@@ -147,7 +147,7 @@ def test_no_frames_make_a_wheel_faster_than_it_can_be(frames):
 
 
 def test_steps_that_no_wheel_can_make_are_not_believed():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     pair(base, 0, 0, 0)
     assert pair(base, 1 << 24, 0, 1000).left == 0.0
     assert pair(base, (1 << 24) + 64, 0, 2000).left == pytest.approx(64 * STEP)
@@ -156,7 +156,7 @@ def test_steps_that_no_wheel_can_make_are_not_believed():
 
 @given(st.floats(0.05, 7.0), st.sampled_from([-1, 1]))
 def test_over_a_second_and_over_ten_the_mean_command_is_what_was_asked(speed, sign):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(3)
     sent = [BUS.decode(base.command(sign * speed, -sign * speed))[1] for _ in range(500)]
     for name, wanted in (('left', sign * speed), ('right', -sign * speed)):
@@ -168,7 +168,7 @@ def test_over_a_second_and_over_ten_the_mean_command_is_what_was_asked(speed, si
 
 @given(st.lists(st.floats(0.05, 7.0), min_size=10, max_size=10))
 def test_the_mean_holds_for_speeds_that_change_too(changes):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     speeds = [speed for speed in changes for _ in range(5)]
     base.on_mode(3)
     sent = [BUS.decode(base.command(speed, 1.0))[1]['left'] for speed in speeds]
@@ -177,7 +177,7 @@ def test_the_mean_holds_for_speeds_that_change_too(changes):
 
 @given(st.floats(0.05, 7.0), st.sampled_from([-1, 1]), st.integers(1, 200))
 def test_the_mean_of_the_commands_is_what_was_asked(speed, sign, count):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(3)
     sums = [0.0, 0.0]
     for _ in range(count):
@@ -189,7 +189,7 @@ def test_the_mean_of_the_commands_is_what_was_asked(speed, sign, count):
 
 
 def test_a_stop_is_a_stop_at_once_and_forgets_the_remainder():
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(3)
     base.command(0.04, 0.04)
     for _ in range(5):
@@ -198,7 +198,7 @@ def test_a_stop_is_a_stop_at_once_and_forgets_the_remainder():
 
 @given(st.floats(-200.0, 200.0), st.floats(-200.0, 200.0))
 def test_too_fast_a_command_keeps_its_arc(left, right):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(3)
     values = BUS.decode(base.command(left, right))[1]
     share = min(1.0, 127.0 / 9.5 / max(abs(left), abs(right), 1e-9))
@@ -208,14 +208,14 @@ def test_too_fast_a_command_keeps_its_arc(left, right):
 
 @pytest.mark.parametrize('mode', [None, 0, 1, 2])
 def test_without_the_motor_nodes_consent_it_only_asks(mode):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(mode)
     assert base.command(3.0, 3.0).data == bytes([0, 0, 0, 0, ord('A'), 0, 0, 0])
 
 
 @given(st.sampled_from((None, 0, 1, 2, 3)), st.sampled_from((0, 1, 2, 3)), st.booleans(), st.booleans())
 def test_it_helps_where_the_switch_says_so_and_drives_at_2_only_if_it_can_help(mode, switch, assists, has):
-    base = CanBase(BusDescription.named('sara_assisted') if has else BUS, assists=assists)
+    base = CanBase(BusDescription.named('sara_assisted') if has else BUS, 64000, assists=assists)
     base.on_mode(mode)
     base.on_switch(switch)
     helps = assists and has
@@ -228,7 +228,7 @@ def test_it_helps_where_the_switch_says_so_and_drives_at_2_only_if_it_can_help(m
 
 @given(st.floats(), st.floats())
 def test_any_speed_makes_a_frame(left, right):
-    base = CanBase(BUS)
+    base = CanBase(BUS, 64000)
     base.on_mode(3)
     values = BUS.decode(base.command(left, right))[1]
     if not (math.isfinite(left) and math.isfinite(right)):

@@ -5,14 +5,13 @@ comes out from behind something.
 import math
 import random
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
+from sara_common.platforms import load, parameters
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import GateConfig, SafetyConfig
 from sara_control.gate.guard import Guard
@@ -22,7 +21,7 @@ from sara_control.zones.approach_detector import PAUSE, ApproachDetector
 from sara_control.zones.caution import BETWEEN, Caution, CautionConfig, Motion
 from sara_control.zones.zones import Zones
 
-PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
+PARAMS = parameters('sara_control', 'safety.yaml', load('sara'))
 SAFETY = SafetyConfig.from_params(PARAMS)
 CONFIG, SENSORS = SAFETY.caution, SAFETY.zones.sensors
 HALF, BODY = math.radians(30.0), (0.54, 0.31)

@@ -4,17 +4,16 @@ random moments.
 
 import math
 import random
-from pathlib import Path
 
 import pytest
-import yaml
 
 from sara_common.config import ConfigError
+from sara_common.platforms import load, parameters
 from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
 
-PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
+PARAMS = parameters('sara_control', 'safety.yaml', load('sara'))
 STEPS = 64000 / math.tau
 TICK = 0.01
 
@@ -294,7 +293,9 @@ def test_the_packaged_configuration_is_the_chairs():
         0.8,
         1.5,
     )
-    assert config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig()
+    assert (
+        config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig.of()
+    )
 
 
 def test_a_slipping_base_is_told_more_than_the_profile_which_is_the_chairs_own():

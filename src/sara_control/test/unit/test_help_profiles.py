@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
-import yaml
 
 from sara_common.config import ConfigError
+from sara_common.platforms import load, parameters
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.help_profiles import PER_RIDER, HelpProfiles
 
-BASE = {'width': 0.6, 'help': 0.6}
+BASE = {'length': 1.0, 'width': 0.6, 'help': 0.6}
 
 
 def faults(**params):
@@ -31,9 +31,8 @@ def test_without_profiles_there_is_one():
     assert HelpProfiles.from_params(BASE) == HelpProfiles({'much': AssistConfig(**BASE)}, 'much')
 
 
-def test_our_own_file(request):
-    file = request.path.parents[2] / 'config' / 'assist.yaml'
-    profiles = HelpProfiles.from_params(yaml.safe_load(file.read_text()))
+def test_our_own_file():
+    profiles = HelpProfiles.from_params(parameters('sara_control', 'assist.yaml', load('sara')))
     much, little, gate_only = profiles.configs.values()
     assert list(profiles.configs) == ['much', 'little', 'gate_only'] and profiles.config == much
     assert much.farthest_look > little.farthest_look and much.enabled and little.enabled and not gate_only.enabled

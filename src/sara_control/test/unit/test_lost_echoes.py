@@ -1,18 +1,17 @@
 """What was heard close and is heard no more since the chair moved stands beside the cone still."""
 
 import math
-from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.platforms import load, parameters
 from sara_control.zones.lost_echoes import CLOSE, KEPT, NEAREST, LostEchoes
 from sara_control.zones.zone_config import ZoneConfig
 from sara_control.zones.zones import Zones
 
-CONFIG = ZoneConfig.from_params(yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())['zones'])
+CONFIG = ZoneConfig.from_params(parameters('sara_control', 'safety.yaml', load('sara'))['zones'])
 HALF = 0.5 * CONFIG.field_of_view
 SENSORS = {sensor.name: sensor for sensor in CONFIG.sensors}
 

@@ -11,7 +11,7 @@ from sara_control.gate.gate_config import PlausibilityConfig
 from sara_control.gate.plausibility import LEFT, RIGHT, Plausibility
 from sara_control.gate.reasons import Reason
 
-CONFIG = PlausibilityConfig()
+CONFIG = PlausibilityConfig.of()
 STEPS = 64000 / math.tau
 
 

@@ -3,23 +3,22 @@ faster than it is without one.
 """
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
 from sara_common.planar import advanced, compose
+from sara_common.platforms import load, parameters
 from sara_common.scans import Sweep
 from sara_control.zones.caution import CautionConfig
 from sara_control.zones.scan_config import ScanConfig
 from sara_control.zones.zone_config import ZoneConfig
 from sara_control.zones.zones import Zones
 
-PARAMS = yaml.safe_load((Path(__file__).parents[2] / 'config/safety.yaml').read_text())
+PARAMS = parameters('sara_control', 'safety.yaml', load('sara'))
 ZONES, SCAN = ZoneConfig.from_params(PARAMS['zones']), ScanConfig.from_params({**PARAMS['scan'], 'enabled': True})
 ANGLES = np.radians(np.arange(-135.0, 135.25, 0.5))
 TICK, RAY_S = 0.05, 0.1 / 720

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
 from sara_common.planar import advanced
+from sara_common.platforms import load, parameters
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction, sentence
 from sara_control.assist.help_profiles import HelpProfiles
@@ -17,7 +17,8 @@ from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, 
 from sara_control.assist.shared_control import SharedControl
 
 CELL = 0.05
-CONFIG = AssistConfig()
+CONFIG = AssistConfig.of()
+BODY = {'length': 1.0, 'width': 0.6}
 FINE = outline_of(CONFIG.length, CONFIG.width, 0.02)
 NAN = math.nan
 speeds = st.floats(-0.4, 0.4)
@@ -133,7 +134,7 @@ class TestWhatItKnows:
         assert knows(DOOR).step(t, (0.3, 0.1), (3.0, 3.0, 1.0)).correction is Correction.UNKNOWN
 
     def test_before_the_first_grid(self):
-        assert SharedControl().step(0.0, (0.3, 0.1), (3.0, 3.0, 1.0)) == (0.3, 0.1, Correction.UNKNOWN)
+        assert SharedControl(CONFIG).step(0.0, (0.3, 0.1), (3.0, 3.0, 1.0)) == (0.3, 0.1, Correction.UNKNOWN)
 
     @pytest.mark.parametrize('wish', [(NAN, 0.1), (0.3, math.inf)])
     def test_a_wish_that_is_no_number_stands(self, wish):
@@ -201,7 +202,7 @@ class TestHelp:
     def test_more_help_keeps_further_from_a_wall(self):
         far = []
         for share in (0.0, 1.0):
-            config = AssistConfig(help=share)
+            config = AssistConfig.of(help=share)
             rows = drive(world(8.0, 4.0), (1.0, 1.2, 0.0), lambda t, pose: (0.34, -0.15), 15.0, config)
             far.append(rows[-1][3])
         assert 0.0 < far[0] < 0.15 and far[1] > far[0] + 0.1
@@ -281,24 +282,27 @@ class TestProfiles:
     @settings(max_examples=50, deadline=None)
     @given(st.floats(0.7, 3.4), st.floats(0.7, 5.3), st.floats(-3.1, 3.1), speeds, turns)
     def test_who_goes_with_the_gate_alone_drives_as_wished(self, x, y, yaw, v, w):
-        result = knows(DOOR, AssistConfig(enabled=False)).step(0.0, (v, w), (x, y, yaw))
+        result = knows(DOOR, AssistConfig.of(enabled=False)).step(0.0, (v, w), (x, y, yaw))
         assert result == (v, w, None if v == w == 0.0 else Correction.OFF)
 
     def test_it_counts_from_the_next_command_on_and_leaves_no_trace(self):
-        assist, fresh = knows(DOOR), knows(DOOR, AssistConfig(help=0.1, clear=0.8))
+        assist, fresh = knows(DOOR), knows(DOOR, AssistConfig.of(help=0.1, clear=0.8))
         helped = assist.step(0.0, self.WISH, self.POSE)
         assert helped.correction is not None
-        assist.use(AssistConfig(enabled=False))
+        assist.use(AssistConfig.of(enabled=False))
         assert assist.step(0.05, self.WISH, self.POSE) == (*self.WISH, Correction.OFF)
-        assist.use(AssistConfig(help=0.1, clear=0.8))  # the grid is known as far as this one needs it
+        assist.use(AssistConfig.of(help=0.1, clear=0.8))  # the grid is known as far as this one needs it
         assert assist.step(0.1, self.WISH, self.POSE) == fresh.step(0.1, self.WISH, self.POSE) != helped
         assist.use(CONFIG)
         assert assist.step(0.15, self.WISH, self.POSE) == helped
 
     @pytest.mark.parametrize('y', (3.3, 3.4, 3.7))
-    def test_little_help_begins_nearer_than_much_and_keeps_clear_too(self, y, request):
-        file, begins = request.path.parents[2] / 'config' / 'assist.yaml', {}
-        configs, hall = HelpProfiles.from_params(yaml.safe_load(file.read_text())).configs, world(10.0, 7.0, PILLAR)
+    def test_little_help_begins_nearer_than_much_and_keeps_clear_too(self, y):
+        begins = {}
+        configs, hall = (
+            HelpProfiles.from_params(parameters('sara_control', 'assist.yaml', load('sara'))).configs,
+            world(10.0, 7.0, PILLAR),
+        )
         for name in ('much', 'little'):
             rows = drive(hall, (1.5, y, 0.0), heads_for(9.0, y, lambda pose: pose[0] > 8.5), 40.0, configs[name])
             begins[name] = next(pose[0] for pose, result, *_ in rows if result.correction is not None)
@@ -306,8 +310,8 @@ class TestProfiles:
         assert begins['little'] > begins['much'] + 0.2
 
     def test_an_old_grid_stays_old_and_an_override_lasts(self):
-        assist = SharedControl()
-        assist.use(AssistConfig(help=0.1))
+        assist = SharedControl(CONFIG)
+        assist.use(AssistConfig.of(help=0.1))
         assert assist.step(0.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
         assist.on_grid(DOOR, 0.0)
         assist.override(0.0)
@@ -343,11 +347,11 @@ class TestConfig:
     )
     def test_faults_are_named(self, values):
         with pytest.raises(ConfigError, match=next(iter(values))):
-            AssistConfig.from_params(values)
+            AssistConfig.from_params({**BODY, **values})
 
     def test_all_faults_at_once(self):
         with pytest.raises(ConfigError) as error:
-            AssistConfig.from_params({'help': 2, 'margin': -1, 'nothing': 0})
+            AssistConfig.from_params({**BODY, 'help': 2, 'margin': -1, 'nothing': 0})
         assert len(error.value.faults) == 3
 
     def test_no_mapping(self):

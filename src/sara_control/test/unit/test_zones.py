@@ -28,7 +28,7 @@ SENSORS = tuple(
     RangeSensor(name, x, y, math.radians(yaw), 0.10 if name.startswith('SL') else 0.0)
     for name, (x, y, yaw) in PLACES.items()
 ) + (RangeSensor('SJO', 0.30, -0.25, 0.0, 0.0, False),)
-CONFIG = ZoneConfig(sensors=SENSORS)
+CONFIG = ZoneConfig.of(sensors=SENSORS)
 
 
 def zones(**ranges):
@@ -251,7 +251,7 @@ def test_the_sensor_inside_the_outline_slows_but_does_not_stop():
 
 
 def test_a_point_on_the_axis_of_the_turn_does_not_matter():
-    lone = Zones(ZoneConfig(sensors=(RangeSensor('up', 0.54, 0.0, 0.0),), field_of_view=1e-6))
+    lone = Zones(ZoneConfig.of(sensors=(RangeSensor('up', 0.54, 0.0, 0.0),), field_of_view=1e-6))
     lone.on_range('up', 0.5)
     lone.on_range('up', 0.5)
     assert lone.scale(0.0, 0.4)[0] == 1.0
@@ -297,11 +297,16 @@ def test_config_names_every_fault():
     ):
         assert part in text, part
     with pytest.raises(ConfigError, match='creep_speed is 0.2'):
-        ZoneConfig(sensors=(), creep_speed=0.2)
+        ZoneConfig.of(sensors=(), creep_speed=0.2)
     with pytest.raises(ConfigError, match='sensors is 3'):
         ZoneConfig.from_params({'sensors': 3})
     config = ZoneConfig.from_params(
-        {'sensors': {'a': {'x': 1, 'y': 0, 'yaw_deg': 180, 'near': 0.1, 'stops': False}}, 'field_of_view_deg': 90}
+        {
+            'length': 1.0,
+            'width': 0.6,
+            'sensors': {'a': {'x': 1, 'y': 0, 'yaw_deg': 180, 'near': 0.1, 'stops': False}},
+            'field_of_view_deg': 90,
+        }
     )
     assert config.sensors == (RangeSensor('a', 1, 0, math.pi, 0.1, False),) and config.field_of_view == pytest.approx(
         math.pi / 2

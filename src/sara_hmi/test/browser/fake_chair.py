@@ -215,7 +215,13 @@ class FakeChair:
             return [welcome]
         data, width, height = picture()
         profiles = ['gentle', 'standard', 'brisk']
-        welcome |= {'driver': self.state['driver'], 'limits': LIMITS, 'profiles': profiles, 'profile': 'standard'}
+        welcome |= {
+            'driver': self.state['driver'],
+            'limits': LIMITS,
+            'profiles': profiles,
+            'profile': 'standard',
+            'body': [1.1, 0.6],
+        }
         there = {'op': 'map', 'width': width, 'height': height, 'resolution': 0.05, 'origin': [0.0, 0.0, 0.0], 'id': 1}
         sonar = {'pose': [0.5, 0.0, 0.0], 'range': 1.2, 'min': 0.16, 'max': 3.0, 'fov': math.radians(60.0)}
         stop = {'t': 1_700_000_000_000, 'key': 'state.HELD', 'values': {'reason': 'reason.IMPACT'}}

@@ -1,6 +1,5 @@
 // Draws map, plan, ranges, places, chair and marker.
 
-import { BODY } from './view.js';
 import { placeName } from './words.js';
 
 const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', ink: '#10202e', halo: '#ffffff' };
@@ -23,8 +22,9 @@ export function paint(canvas, { chair, view, marker }) {
   drawPlan(brush, chair.plan, view);
   drawRanges(brush, chair, view);
   drawPlaces(brush, chair.places, view);
-  if (chair.state?.pose) drawBody(brush, chair.state.pose, view, COLOURS.chair, true);
-  if (marker) drawBody(brush, marker, view, COLOURS.marker, false);
+  const body = chair.welcome?.body;
+  if (body && chair.state?.pose) drawBody(brush, body, chair.state.pose, view, COLOURS.chair, true);
+  if (body && marker) drawBody(brush, body, marker, view, COLOURS.marker, false);
 }
 
 function drawMap(brush, { map, image }, view) {
@@ -91,11 +91,11 @@ function drawPlaces(brush, places, view) {
   }
 }
 
-/** The chair's outline with an arrow forward; at least as large as a fingertip. */
-function drawBody(brush, [x, y, yaw], view, colour, filled) {
+/** The chair's outline (length, width, m) with an arrow forward; at least as large as a fingertip. */
+function drawBody(brush, [length, width], [x, y, yaw], view, colour, filled) {
   const [px, py] = view.toPixel(x, y);
-  const scale = Math.max(view.scale, 26 / BODY.length);
-  const [l, w] = [(BODY.length * scale) / 2, (BODY.width * scale) / 2];
+  const scale = Math.max(view.scale, 26 / length);
+  const [l, w] = [(length * scale) / 2, (width * scale) / 2];
   brush.save();
   brush.translate(px, py);
   brush.rotate(-yaw);

@@ -1,6 +1,5 @@
 // Between the map's metres and the canvas's pixels.
 
-export const BODY = { length: 1.08, width: 0.58 }; // m, centred on base_link
 const NEAREST = 400; // pixels per metre
 const FARTHEST = 4;
 

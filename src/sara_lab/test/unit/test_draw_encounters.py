@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from sara_common.platforms import chosen
 from sara_lab.journeys import draw_encounters
 from sara_lab.journeys.draw_encounters import APART_S, FRAMES, Frame
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
 from sara_sim.world.world import World
+
+BODY = chosen().size
 
 
 def frames(begin, end):

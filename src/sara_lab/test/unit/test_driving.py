@@ -9,14 +9,15 @@ import math
 import pytest
 
 from sara_bringup.paths import share
+from sara_common.platforms import chosen
 from sara_lab.campaign import calm as campaign_calm
 from sara_lab.campaign import squares, travels
 from sara_lab.journeys import doors, travel
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import Contact
-from sara_lab.judge.judge import BODY
 from sara_sim.world.world import World
 
+BODY = chosen().size
 SEEDS = 1
 JOURNEYS = (
     ('true', 'school', 4),

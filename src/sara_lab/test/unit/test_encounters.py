@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sara_common.platforms import load
 from sara_control.gate.reasons import State
 from sara_lab.judge.encounters import Encounters
 from sara_sim.config import ChairConfig
@@ -20,7 +21,9 @@ def lockstep_of(obstacles, state=State.SLOWED, velocity=(0.0, 0.0), occupied=Non
     zones = SimpleNamespace(pedestrian_moving=False)
     return SimpleNamespace(
         wheels=SimpleNamespace(guard=SimpleNamespace(zones=zones), decision=SimpleNamespace(state=state)),
-        chair=SimpleNamespace(world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig()),
+        chair=SimpleNamespace(
+            world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig.of(), platform=load('sara')
+        ),
         time=0.0,
     )
 

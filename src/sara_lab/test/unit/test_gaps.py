@@ -7,13 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.platforms import chosen
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Track
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
 
 angle = st.floats(-math.pi, math.pi)
+
+
+BODY = chosen().size
 
 
 def wall():

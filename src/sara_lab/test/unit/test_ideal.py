@@ -5,17 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from sara_common.platforms import chosen
 from sara_control.gate.comfort import Profile
 from sara_lab.ideal.ideal import ideal, limits_of, space_of
 from sara_lab.ideal.joins import JOINS, RADII
 from sara_lab.ideal.moves import after
 from sara_lab.journeys import ideal_times, travel_cases
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
 from sara_nav.lattice.dubins import dubins_join
 from sara_sim.world.world import World
 
+BODY = chosen().size
+HALF_WIDTH = 0.5 * BODY[1]
 LIMITS = limits_of(Profile())
 STOPS = (
     0.5 * LIMITS.ahead / LIMITS.acceleration + 0.5 * LIMITS.ahead / LIMITS.braking
@@ -44,7 +47,7 @@ def plain():
     ),
 )
 def test_the_ideal_time_is_that_of_the_closed_form(plain, start, goal, seconds):
-    found = ideal(plain, LIMITS, start, goal)
+    found = ideal(plain, LIMITS, start, goal, HALF_WIDTH)
     assert found.seconds == pytest.approx(seconds, rel=0.02)
     end = found.poses(start)[-1]
     assert math.dist(end[:2], goal[:2]) < 1e-6 and abs(math.remainder(end[2] - goal[2], 2.0 * math.pi)) < 1e-6
@@ -69,9 +72,9 @@ def test_the_ideal_path_goes_round_a_wall_through_the_door_and_touches_nothing()
     occupied[1:61, 1:61] = occupied[1:61, 63:123] = False
     closed = space_of(occupied, 0.05, (0.0, 0.0), BODY)
     start, goal = (1.5, 1.0, math.pi / 2), (4.6, 2.0, -math.pi / 2)
-    assert math.isnan(ideal(closed, LIMITS, start, goal).seconds)
+    assert math.isnan(ideal(closed, LIMITS, start, goal, HALF_WIDTH).seconds)
     occupied[23:39, 61:63] = False  # a door of 0.80 m
-    found, world = ideal(space_of(occupied, 0.05, (0.0, 0.0), BODY), LIMITS, start, goal), World(occupied)
+    found, world = ideal(space_of(occupied, 0.05, (0.0, 0.0), BODY), LIMITS, start, goal, HALF_WIDTH), World(occupied)
     assert min(gaps.at(world, tuple(pose), BODY) for pose in found.poses(start)) > 0.0
     assert 3.5 / LIMITS.ahead + STOPS < found.seconds < 20.0
 
@@ -79,19 +82,19 @@ def test_the_ideal_path_goes_round_a_wall_through_the_door_and_touches_nothing()
 def test_poses_off_the_map_and_poses_in_a_wall_have_no_ideal_time(plain):
     here, walled = (4.0, 4.0, 0.0), np.ones((160, 160), bool)
     for there in ((-1.0, 4.0, 0.0), (4.0, 9.0, 0.0), (math.nan, 4.0, 0.0), (4.0, math.inf, 0.0)):
-        assert math.isnan(ideal(plain, LIMITS, here, there).seconds)
-        assert math.isnan(ideal(plain, LIMITS, there, here).seconds)
+        assert math.isnan(ideal(plain, LIMITS, here, there, HALF_WIDTH).seconds)
+        assert math.isnan(ideal(plain, LIMITS, there, here, HALF_WIDTH).seconds)
     walled[20:140, 20:100] = False
     space = space_of(walled, 0.05, (0.0, 0.0), BODY)
-    assert math.isnan(ideal(space, LIMITS, (3.0, 4.0, 0.0), (7.0, 4.0, 0.0)).seconds)
+    assert math.isnan(ideal(space, LIMITS, (3.0, 4.0, 0.0), (7.0, 4.0, 0.0), HALF_WIDTH).seconds)
 
 
 def test_lower_limits_take_longer(plain):
     start, goal = (2.0, 2.0, 0.0), (5.0, 5.0, math.pi / 2)
-    fastest = ideal(plain, LIMITS, start, goal).seconds
+    fastest = ideal(plain, LIMITS, start, goal, HALF_WIDTH).seconds
     for name in ('ahead', 'lateral', 'acceleration', 'braking'):
         slower = LIMITS._replace(**{name: 0.5 * getattr(LIMITS, name)})
-        assert ideal(plain, slower, start, goal).seconds > fastest + 0.1
+        assert ideal(plain, slower, start, goal, HALF_WIDTH).seconds > fastest + 0.1
 
 
 def test_ideal_times_of_journeys_are_kept_and_those_of_recorded_drives_are_the_same(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from scipy import ndimage
 
 from sara_bringup.lockstep.lockstep import merged
-from sara_bringup.paths import parameters
+from sara_common.platforms import parameters
 from sara_lab.journeys import journeys
 from sara_lab.journeys.journeys import Outcome
 from sara_nav.config.parameters import Parameters

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from canserial.dbc.bus import BusDescription
-from sara_bringup.paths import parameters
+from sara_common.platforms import parameters
 from sara_control.gate.comfort import Comfort
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.reasons import State

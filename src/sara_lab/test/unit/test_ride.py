@@ -11,11 +11,11 @@ from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.paths import config_file, share
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_lab.campaign.hazards import run
 from sara_lab.experiments.gains import gain_of
 from sara_lab.experiments.missions import EXPERIMENTS
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
 from sara_sim.world.obstacles import Obstacle
 
 ACCELERATION, BRAKING, JERK = 0.4, 0.8, 0.8  # the standard profile, m/s2 and m/s3
@@ -85,7 +85,7 @@ def test_walls_that_the_map_does_not_show_are_passed_slowly(seed, scan, tmp_path
     beside, end = [], lockstep.time + 60.0
     while lockstep.result is None and lockstep.time < end:
         run(lockstep, 0.1)
-        if abs(chair.pose[0] - 5.0) < 1.0 and gaps.at(chair.world, chair.pose, BODY) < NEAR:
+        if abs(chair.pose[0] - 5.0) < 1.0 and gaps.at(chair.world, chair.pose, chosen().size) < NEAR:
             beside.append(abs(chair.velocity[0]))
     assert lockstep.result.text == 'Goal reached.' and chair.contacts == 0
     assert max(beside, default=0.0) < SLOWLY

@@ -11,12 +11,12 @@ from PIL import Image
 
 from sara_bringup.lockstep.assisted import Assisted
 from sara_bringup.lockstep.lockstep import Lockstep, world_of
+from sara_common.platforms import chosen
 from sara_control.assist.shared_control import Correction, SharedControl
 from sara_lab.campaign import assisted as part
 from sara_lab.campaign import campaign, ride_table
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
-from sara_lab.judge.judge import BODY
 from sara_lab.rides import draw_rides, wall_rides
 from sara_lab.rides import ride as rides
 from sara_lab.rides.circuits import circuits
@@ -24,6 +24,7 @@ from sara_lab.rides.door_rides import APPROACHES, WIDEST, approach, passed
 from sara_lab.rides.steering import reversal_rate, reversals, sign_changes
 from sara_nav.maps import map_io
 
+BODY = chosen().size
 DT = 0.05
 
 

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from sara_common.planar import advanced
+from sara_common.platforms import chosen
 from sara_lab.journeys.by_hand import TOUR, Rider, legs, stop
 from sara_lab.journeys.touch_journey import TouchJourney, journeys_of, missing
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
 from sara_nav.maps import places
 from sara_sim.world.world import World
 
+BODY = chosen().size
 FLAT = Path(__file__).resolve().parents[3] / 'sara_bringup' / 'maps' / 'flat.yaml'
 STEP_S, LATE = 0.05, 4  # of the model; poses are seen so many steps late
 LIMITS, ACCELERATIONS = np.array([0.5, 0.5]), np.array([0.25, 0.5])  # m/s, rad/s; m/s2, rad/s2: the gentle profile

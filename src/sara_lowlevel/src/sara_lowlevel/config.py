@@ -1,10 +1,15 @@
-"""Settings of the motor, joystick and sensor nodes, with the figures of the chair as defaults."""
+"""Settings of the motor, joystick and sensor nodes. `of` takes what the robot decides from its platform: what has no
+use as a default is 0 or empty.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from sara_common.config import ConfigError, fault, is_whole, number_faults
+from sara_common.platforms import OfPlatform, Platform
 
 FAST_IMU, SLOW_IMU = 0.05, 0.2
 """s between the IMU's frames: in the fast mode, and as in the thesis."""
@@ -38,13 +43,13 @@ class _Checked:
 
 
 @dataclass(frozen=True)
-class MotorConfig(_Checked):
+class MotorConfig(_Checked, OfPlatform):
     """The motor node: periods and timeouts in seconds, speeds in rad/s of the wheel.
 
     `wheel_acceleration`: rad/s2, the most that the PC changes a wheel's speed by: safety_gate's hard braking, 1.5 m/s2
-    and 3 rad/s2, at the rim, (1.5 + 3 x 0.525 / 2) / 0.155. `release_time`: within it a PC that helps follows a stick
-    that was let go or drawn back: its most careful rider's braking, after speeding up, takes 2.6. `notice_time`: for so
-    long a stick is pushed in vain before it drives without help.
+    and 3 rad/s2, at the rim, (1.5 + 3 x separation / 2) / radius. `release_time`: within it a PC that helps follows a
+    stick that was let go or drawn back: its most careful rider's braking, after speeding up, takes 2.6. `notice_time`:
+    for so long a stick is pushed in vain before it drives without help.
     """
 
     encoder_period: float = 0.1
@@ -52,25 +57,35 @@ class MotorConfig(_Checked):
     battery_period: float = 1.0
     command_period: float = 0.02
     command_timeout: float = 0.2
-    wheel_acceleration: float = 14.8
+    wheel_acceleration: float = 0.0
     joystick_timeout: float = 0.5
     release_time: float = 3.0
     notice_time: float = 1.0
-    max_wheel_speed: float = 7.0
+    max_wheel_speed: float = 0.0
     joystick_centre: int = 512
     joystick_dead_band: int = 40
 
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """The wheels' limits."""
+        return {name: platform.motor_node[name] for name in ('max_wheel_speed', 'wheel_acceleration')}
+
 
 @dataclass(frozen=True)
-class JoystickConfig(_Checked):
+class JoystickConfig(_Checked, OfPlatform):
     """The joystick node: 10-bit axes, wheel speeds in rad/s at full deflection."""
 
     period: float = 0.1
     centre: int = 512
     dead_band: int = 40
     full_scale: int = 512
-    max_forward: float = 3.0
-    max_turn: float = 1.5
+    max_forward: float = 0.0
+    max_turn: float = 0.0
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """What full deflection means."""
+        return dict(platform.joystick_node)
 
 
 @dataclass(frozen=True)
@@ -96,7 +111,7 @@ class AmplifierConfig(_Checked):
 
 
 @dataclass(frozen=True)
-class SpeedLoopConfig(_Checked):
+class SpeedLoopConfig(_Checked, OfPlatform):
     """The speed loop of a wheel: rad/s of the wheel, outputs of 0..1 of the amplifier's full scale.
 
     `full_speed`: what full output gives without load; `lag`: s, of the motor and the line together. `kp`: per rad/s,
@@ -106,8 +121,8 @@ class SpeedLoopConfig(_Checked):
     `reversed_output`, `reversed_time`: the same for motion against the output.
     """
 
-    steps_per_turn: int = 64000
-    full_speed: float = 9.0
+    steps_per_turn: int = 0
+    full_speed: float = 0.0
     lag: float = 0.2
     kp: float = 0.06
     ki: float = 0.3
@@ -120,25 +135,29 @@ class SpeedLoopConfig(_Checked):
     reversed_output: float = 0.1
     reversed_time: float = 0.25
 
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Encoder and motor."""
+        return {'steps_per_turn': platform.wheels.steps_per_turn, 'full_speed': platform.motor_node['full_speed']}
+
 
 @dataclass(frozen=True)
-class SensorConfig(_Checked):
+class SensorConfig(_Checked, OfPlatform):
     """The sensor node: addresses, what is sent, calibration, filters.
 
-    `imu_address`, `sonar_addresses`: 7-bit I2C addresses; the sonars in the order of `schedule.SENSORS`. `imu_period`:
-    s, 0.2, or
-    0.05 in the fast mode. `calibrate`: measure the offsets after power-up: discard `settle_time`, average
-    `calibration_time` (s) at rest. Rest is 0.2 s means that stay within `still_accel` (m/s2) and `still_rate` (deg/s)
-    of each other; a correction beyond
+    `imu_address`, `sonar_addresses` {name: address}: 7-bit I2C addresses; the sonars are named as the ranges on the
+    bus. `turns`: two groups of them, each triggered at the same time. `imu_period`: s, 0.2, or 0.05 in the fast mode.
+    `calibrate`: measure the offsets after power-up: discard `settle_time`, average `calibration_time` (s) at rest. Rest
+    is 0.2 s means that stay within `still_accel` (m/s2) and `still_rate` (deg/s) of each other; a correction beyond
     `max_accel_bias` (m/s2) or `max_rate_bias` (deg/s; the data sheet's zero-rate limit) is refused.
-    `complementary_weight`: A of eq. 2.16.
-    `madgwick`: send 0x206 too; `madgwick_beta`: rad/s, the optimum Madgwick found without a magnetometer.
-    `retry_period`: s between attempts to start a chip that does not answer. `motion_threshold`, `motion_duration`:
-    registers MOT_THR (2 mg each) and MOT_DUR (ms).
+    `complementary_weight`: A of eq. 2.16. `madgwick`: send its angles too; `madgwick_beta`: rad/s, the optimum Madgwick
+    found without a magnetometer. `retry_period`: s between attempts to start a chip that does not answer.
+    `motion_threshold`, `motion_duration`: registers MOT_THR (2 mg each) and MOT_DUR (ms).
     """
 
     imu_address: int = 0x68
-    sonar_addresses: tuple = (0x70, 0x71, 0x72, 0x73, 0x74, 0x75, 0x76, 0x77, 0x78)
+    sonar_addresses: Mapping = field(default_factory=dict)
+    turns: tuple = ((), ())
     imu_period: float = SLOW_IMU
     calibrate: bool = True
     settle_time: float = 10.0
@@ -160,20 +179,28 @@ class SensorConfig(_Checked):
         faults = super().validate()
         faults += self._whole('imu_address', 0x08, 0x77)
         faults += self._whole('motion_threshold', 1, 255) + self._whole('motion_duration', 1, 255)
-        addresses = self.sonar_addresses
-        if (
-            not isinstance(addresses, tuple)
-            or len(addresses) != 9
-            or len(set(addresses)) != 9
-            or not all(isinstance(a, int) and 0x08 <= a <= 0x7F and a != self.imu_address for a in addresses)
-        ):
-            faults.append(
-                f'sonar_addresses is {addresses!r}, allowed are nine different I2C addresses (0x08 to 0x7f), '
-                'none of them imu_address'
-            )
+        faults += self._sonar_faults()
         if self.imu_period not in (SLOW_IMU, FAST_IMU):
             faults.append(f'imu_period is {self.imu_period!r}, allowed are 0.2 and 0.05')
         weight = self.complementary_weight
         if isinstance(weight, (int, float)) and weight >= 1.0:
             faults.append(f'complementary_weight is {weight!r}, allowed are numbers from 0 to 1')
         return faults
+
+    def _sonar_faults(self):
+        addresses, faults = self.sonar_addresses, []
+        known = list(addresses.values()) if isinstance(addresses, Mapping) else [None]
+        if len(set(known)) != len(known) or not all(is_whole(a, 0x08, 0x7F) and a != self.imu_address for a in known):
+            faults.append(
+                f'sonar_addresses is {addresses!r}, allowed are names with different I2C addresses (0x08 to 0x7f), '
+                'none of them imu_address'
+            )
+        if len(self.turns) != 2 or sorted(sum(map(list, self.turns), [])) != sorted(addresses):
+            faults.append(f'turns is {self.turns!r}, allowed are two lists that hold each name of sonar_addresses once')
+        return faults
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """The chips' addresses, and when they are asked."""
+        known = dict(platform.sensor_node)
+        return {**known, 'turns': tuple(map(tuple, known.get('turns', ())))}

@@ -52,9 +52,9 @@ def common_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         '--dbc',
-        default='sara',
-        help='bus description: sara (default), sara_tenths, sara_assisted, or a file; +compass behind it: with the '
-        "magnetometer's frame",
+        default='',
+        help="bus description: name of a DBC file of the platform, or a path (the platform's own); +compass behind it, "
+        "or alone: with the magnetometer's frame",
     )
     parser.add_argument('--record', metavar='FILE', help='log frames sent and received to FILE, as candump -l does')
 
@@ -228,5 +228,5 @@ def main_of(run: Callable[[list[str] | None], int], arguments: list[str] | None 
 
 
 def bus_named(name: str) -> BusDescription:
-    """'sara', 'sara_tenths', 'sara_assisted' or a file's name. Raises BusError."""
-    return BusDescription.named(name)
+    """The name of a DBC file of the platform, or a path; '': the platform's own. Raises BusError."""
+    return BusDescription.named(name) if name else BusDescription.default()

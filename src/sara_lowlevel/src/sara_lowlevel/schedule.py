@@ -1,10 +1,10 @@
 """Turns and slots of the nodes: what is due when, by the time and not by the number of calls.
 
-The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 2.6). Turn 1 triggers SDI, STD, SLDD,
-SLIT in its first slot, turn 2 SLID, SDD, SLDT, STI, SJO; both are read from 70 ms later on (an SRF02 needs 66 ms). At
-most one frame goes out in a slot: 0x201 in slot 10, 0x202 in slot 0 of the next cycle, the IMU's four in the last four
-slots of every IMU period, the rates last, so that they are the freshest. The fast mode repeats the IMU's slots every 50
-ms and leaves slots 0, 5, 10, 15 free: for the ranges, and on a bus that has it the magnetometer's frame.
+The sensor node's cycle is two turns of 100 ms, each of ten 10 ms slots (thesis 2.6). Each turn triggers its sonars in
+its first slot and reads them from 70 ms later on (an SRF02 needs 66 ms). At most one frame goes out in a slot: RANGES_1
+in slot 10, RANGES_2 in slot 0 of the next cycle, the IMU's four in the last four slots of every IMU period, the rates
+last, so that they are the freshest. The fast mode repeats the IMU's slots every 50 ms and leaves slots 0, 5, 10, 15
+free: for the ranges, and on a bus that has it the magnetometer's frame.
 """
 
 from __future__ import annotations
@@ -12,13 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from math import floor
 
-SENSORS = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
-TURN_1 = ('SDI', 'STD', 'SLDD', 'SLIT')
-TURN_2 = ('SLID', 'SDD', 'SLDT', 'STI', 'SJO')
 SLOTS, SLOT_S = 20, 0.01
-TRIGGER_SLOTS = {0: TURN_1, 10: TURN_2}
+TRIGGER_SLOTS = (0, 10)  # of the turns
 # The first slot in which a turn is read; what still ranges is asked again in the two slots after it.
-READ_SLOTS = {7: TURN_1, 17: TURN_2}
+READ_SLOTS = (7, 17)
 READ_TRIES = 3
 RANGE_FRAME_SLOTS = {10: 'RANGES_1', 0: 'RANGES_2'}
 COMPASS_SLOTS = {5: 'COMPASS', 15: 'COMPASS'}

@@ -217,7 +217,7 @@ def test_a_gentle_stop_is_let_finish():
 
 def law():
     """The rules alone, at the moment at which the PC has got control."""
-    assistance = Assistance(MotorConfig(), STEP)
+    assistance = Assistance(MotorConfig.of(), STEP)
     assert assistance.on_stick(0.0, 1, Stick(2, 0, False)) == 0
     assistance.begin()
     return assistance
@@ -275,7 +275,7 @@ def test_the_pc_follows_until_it_has_stood_with_the_stick_centred(wheels):
 
 def test_time_in_vain_is_counted_between_two_pushes_and_over_a_gap_little():
     def after(*pushes, notice=NOTICE_S):
-        one = Assistance(MotorConfig(notice_time=notice), STEP)
+        one = Assistance(MotorConfig.of(notice_time=notice), STEP)
         for t, deflected in ((0.0, False), *pushes):
             mode = one.on_stick(t, 0, Stick(2, int(deflected), deflected))
         return mode

@@ -198,7 +198,7 @@ def test_the_switch_of_the_joystick_node_needs_a_bus_that_has_it(tmp_path):
     options = ('--device', device, '--assist-switch', '2')
     with Command('joystick', *options) as command:
         _, errors = command.process.communicate(timeout=60)
-        assert command.process.returncode == 2 and 'the bus sara has no such mode, sara_assisted has' in errors
+        assert command.process.returncode == 2 and 'sara.dbc has no such mode' in errors
     with Command('joystick', *options, '--dbc', 'sara_assisted') as command:
         command.hear(lambda c: c.count('JOYSTICK') >= 1)
         assert command.frames[-1][2]['modo'] == 1

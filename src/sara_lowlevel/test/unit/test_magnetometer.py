@@ -111,7 +111,7 @@ def frames_of(node, seconds):
 def test_the_sensor_node_sends_the_field_every_100_ms_on_a_bus_that_has_it():
     bus = BusDescription.named('sara+compass')
     chips = {0x0D: qmc(600, -900, 1200)}
-    came = frames_of(SensorNode(bus, FakeBus(chips), SensorConfig(imu_period=FAST_IMU)), 2.0)
+    came = frames_of(SensorNode(bus, FakeBus(chips), SensorConfig.of(imu_period=FAST_IMU)), 2.0)
     fields = [(step, frame) for step, frame in came if frame.id == bus.id_of('COMPASS')]
     assert [step % 10 for step, _ in fields] == [5] * len(fields) and len(fields) == 19
     assert bus.decode(fields[0][1]) == ('COMPASS', pytest.approx({'mx': 20.0, 'my': -30.0, 'mz': 40.0}))

@@ -220,5 +220,5 @@ def test_counts_that_are_old_or_missing_are_not_sent():
 
 def test_bad_settings_are_named():
     with pytest.raises(ConfigError) as error:
-        MotorConfig(encoder_period=0, command_timeout=float('nan'))
+        MotorConfig.of(encoder_period=0, command_timeout=float('nan'))
     assert 'encoder_period' in str(error.value) and 'command_timeout' in str(error.value)

@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
 from sara_lowlevel.config import SensorConfig
-from sara_lowlevel.schedule import SENSORS, SLOTS, TURN_1, TURN_2, frame_slots
+from sara_lowlevel.schedule import SLOTS, frame_slots
 from sara_lowlevel.sensor.sensor_node import SensorNode
 
 sys.path.insert(0, str(Path(__file__).parent))
 from fake_chips import SONAR_ADDRESSES, chair  # noqa: E402
 
 BUS = BusDescription.default()
+SENSORS, (TURN_1, TURN_2) = tuple(SensorConfig.of().sonar_addresses), SensorConfig.of().turns
 QUICK = {'settle_time': 0.1, 'calibration_time': 0.5}
 IMU = ('MADGWICK', 'COMPLEMENTARY', 'RANGE_ACCEL', 'IMPACT_GYRO')
 
@@ -27,7 +28,7 @@ class Bench:
 
     def __init__(self, config=None, **mpu):
         self.i2c, self.mpu, self.sonars = chair(**mpu)
-        self.node = SensorNode(BUS, self.i2c, config or SensorConfig(calibrate=False))
+        self.node = SensorNode(BUS, self.i2c, config or SensorConfig.of(calibrate=False))
         self.tick, self.heard = 0, []
 
     def run(self, ticks, each=lambda k: None):
@@ -72,7 +73,7 @@ def test_no_two_frames_share_a_slot_and_each_name_has_its_rate(period, madgwick)
 
 @pytest.mark.parametrize('period', [0.2, 0.05])
 def test_a_cycle_on_the_bus_is_the_plan(period):
-    bench = Bench(SensorConfig(calibrate=False, imu_period=period)).run(200)
+    bench = Bench(SensorConfig.of(calibrate=False, imu_period=period)).run(200)
     cycle = {k - 180: name for k, name, _ in bench.heard if k >= 180}
     assert cycle == frame_slots(period)
     assert bench.node.counts.keys() <= {'chip starts'}
@@ -126,7 +127,7 @@ def test_no_echo_and_nonsense_from_a_ranger():
 @settings(max_examples=25)
 @given(st.lists(st.integers(-32768, 32767), min_size=20, max_size=20), st.sampled_from([0.2, 0.05]))
 def test_the_rate_sent_is_the_mean_of_the_turn_and_the_acceleration_the_newest_sample(counts, period):
-    bench = Bench(SensorConfig(calibrate=False, imu_period=period)).run(200)
+    bench = Bench(SensorConfig.of(calibrate=False, imu_period=period)).run(200)
     bench.mpu.motion = lambda k: (0, 0, -counts[bench.tick % 20] // 2, 0, 0, counts[bench.tick % 20])
     bench.heard.clear()
     bench.run(40)
@@ -144,6 +145,8 @@ def test_tenths_where_the_bus_says_so():
     class Tenths:
         """The default bus, with the rates of the thesis's last firmware."""
 
+        ranges = BUS.ranges
+
         def encode(self, name, **values):
             return name, values
 
@@ -153,7 +156,7 @@ def test_tenths_where_the_bus_says_so():
         names = ()
 
     bench = Bench(bias=(0, 0, 0, 0, 0, 32767))
-    node, heard = SensorNode(Tenths(), bench.i2c, SensorConfig(calibrate=False)), []
+    node, heard = SensorNode(Tenths(), bench.i2c, SensorConfig.of(calibrate=False)), []
     for k in range(100):
         bench.i2c.now = k / 100
         heard += node.update(k / 100)
@@ -166,7 +169,7 @@ def test_tenths_where_the_bus_says_so():
     st.tuples(*[st.integers(-20000, 20000)] * 3),
 )
 def test_calibration_leaves_at_most_half_a_register_step(bias, factory):
-    bench = Bench(SensorConfig(**QUICK), bias=bias, factory=factory).until_running()
+    bench = Bench(SensorConfig.of(**QUICK), bias=bias, factory=factory).until_running()
     bench.mpu.read(0x3B, 6, bench.tick)
     accel, gyro = bench.node.imu.sample()[:3], bench.node.imu.sample()[3:]
     assert all(abs(a - ideal) <= 8 for a, ideal in zip(accel, (0, 0, 16384))) and all(abs(g) <= 2 for g in gyro)
@@ -175,7 +178,7 @@ def test_calibration_leaves_at_most_half_a_register_step(bias, factory):
 
 
 def test_the_thesis_times_of_the_calibration():
-    bench = Bench(SensorConfig()).run(25)
+    bench = Bench(SensorConfig.of()).run(25)
     assert bench.node.state == 'settling'
     bench.run(1000)
     assert bench.node.state == 'calibrating'
@@ -187,7 +190,7 @@ def test_the_thesis_times_of_the_calibration():
 
 
 def test_calibration_starts_over_when_the_chair_moves_and_the_button_repeats_it():
-    bench = Bench(SensorConfig(**QUICK), bias=(0, 0, 0, 400, 0, 0))
+    bench = Bench(SensorConfig.of(**QUICK), bias=(0, 0, 0, 400, 0, 0))
     bench.mpu.motion = lambda k: (0, 0, 0, 0, 0, 400 if k < 100 and k // 40 % 2 else 0)
     bench.until_running()
     assert bench.node.counts['not still'] >= 1 and bench.node.imu.sample()[3:] == (0, 0, 0)
@@ -200,7 +203,7 @@ def test_calibration_starts_over_when_the_chair_moves_and_the_button_repeats_it(
 
 
 def test_an_imu_on_its_side_is_not_calibrated_away():
-    bench = Bench(SensorConfig(**QUICK), bias=(16000, 0, -16384, 0, 0, 0)).run(500)
+    bench = Bench(SensorConfig.of(**QUICK), bias=(16000, 0, -16384, 0, 0, 0)).run(500)
     assert bench.node.state == 'calibrating' and 'refused' in bench.node.reason and bench.imu_ticks() == []
 
 
@@ -255,7 +258,7 @@ def test_a_clock_that_goes_back_begins_anew():
 @given(st.integers(0, 2**32), st.floats(0.0005, 0.3))
 def test_random_faults_never_raise_never_send_what_is_old_and_are_survived(seed, rate):
     luck = random.Random(seed)
-    bench = Bench(SensorConfig(settle_time=0.1, calibration_time=0.3, retry_period=0.2))
+    bench = Bench(SensorConfig.of(settle_time=0.1, calibration_time=0.3, retry_period=0.2))
     bench.mpu.motion = lambda k: (
         (bench.tick % 50, 0, 0, 0, 0, 40 * (bench.tick % 50)) if bench.node.state == 'running' else (0,) * 6
     )
@@ -288,7 +291,7 @@ def test_one_error_costs_one_turn_and_no_reset():
 
 
 def test_a_chip_that_lost_its_supply_is_started_again_with_its_offsets():
-    bench = Bench(SensorConfig(**QUICK), bias=(500, 0, 0, 80, 0, 0), factory=(7, -3, 11)).until_running().run(100)
+    bench = Bench(SensorConfig.of(**QUICK), bias=(500, 0, 0, 80, 0, 0), factory=(7, -3, 11)).until_running().run(100)
     offsets = bench.node.offsets
     bench.mpu.power_up()
     before = bench.tick
@@ -313,7 +316,7 @@ def test_a_chip_of_another_make_or_none_is_a_fault_and_the_ranges_go_on():
 
 def test_bad_settings_are_named_all_at_once():
     with pytest.raises(ConfigError) as error:
-        SensorConfig(
+        SensorConfig.of(
             imu_period=0.1, imu_address=3, madgwick=1, sonar_addresses=(0x70,), complementary_weight=1.0, settle_time=-1
         )
     for name in ('imu_period', 'imu_address', 'madgwick', 'sonar_addresses', 'complementary_weight', 'settle_time'):

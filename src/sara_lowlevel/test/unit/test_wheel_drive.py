@@ -199,7 +199,7 @@ def test_the_voltage_and_the_rate_of_the_round():
 
 
 def test_a_count_no_wheel_can_have_made_is_a_glitch():
-    loop = SpeedLoop(SpeedLoopConfig())
+    loop = SpeedLoop(SpeedLoopConfig.of())
     for k, steps in enumerate((0, 1000, 2000, 900000, 3000, 4000, 5000)):
         loop.update(steps, k * 0.06, 1.0)
     assert loop.glitches == 2 and loop.speed == pytest.approx(1000 / 64000 * 2 * math.pi / 0.06)
@@ -207,7 +207,7 @@ def test_a_count_no_wheel_can_have_made_is_a_glitch():
 
 @given(st.integers(0, 2**32 - 1))
 def test_counters_wrap(start):
-    loop = SpeedLoop(SpeedLoopConfig())
+    loop = SpeedLoop(SpeedLoopConfig.of())
     for k in range(5):
         loop.update((start + 600 * k) % 2**32, k * 0.06, 1.0)
     assert loop.speed == pytest.approx(600 / 64000 * 2 * math.pi / 0.06) and loop.glitches == 0
@@ -217,4 +217,4 @@ def test_bad_settings_are_named():
     with pytest.raises(ConfigError, match='right_channel is 3.*'):
         AmplifierConfig(right_channel=3)
     with pytest.raises(ConfigError, match='kp is -1'):
-        SpeedLoopConfig(kp=-1)
+        SpeedLoopConfig.of(kp=-1)

@@ -10,17 +10,19 @@ from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D, wrap
+from sara_common.platforms import load
 from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import circle_footprint, pad_footprint
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.lattice.config import LatticePlannerConfig
-from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner
+from sara_nav.lattice.planner import LatticePlanner
 from sara_nav.maps.map_io import load_map
 from sara_nav.planners.navfn import NavfnConfig, NavfnROS
 from sara_nav.planners.planning import PlanError, path_length
 
 RESOLUTION = 0.05
+FOOTPRINT = load('sara').footprint
 PADDED = pad_footprint(np.array(FOOTPRINT), 0.01)
 MAPS = Path(__file__).parents[3] / 'sara_bringup' / 'maps'
 LETHAL, UNKNOWN = 254, 255
@@ -60,6 +62,12 @@ def fine(plan):
     return np.vstack(rows)
 
 
+def planner_of(*config):
+    planner = LatticePlanner(*config)
+    planner.set_footprint(np.array(FOOTPRINT))
+    return planner
+
+
 def check(plan, costmap, start, goal, footprint=PADDED, unknown_blocks=True):
     """Assert what holds of every plan from a free start."""
     assert plan[0].tolist() == [start.x, start.y, start.yaw] and plan[-1].tolist() == [goal.x, goal.y, goal.yaw]
@@ -83,7 +91,7 @@ def parts(plan):
 
 
 def plan_of(costmap, start, goal, footprint=PADDED, **parameters):
-    planner = LatticePlanner(LatticePlannerConfig(**parameters))
+    planner = planner_of(LatticePlannerConfig(**parameters))
     planner.set_footprint(footprint)
     return planner.plan(costmap, start, goal)
 
@@ -267,7 +275,7 @@ def test_where_sensors_do_not_measure_it_does_not_turn():
     costmap, start, goal = junction(), Pose2D(1.5, 1.0, 0.0), Pose2D(4.5, 4.0, 0.5 * math.pi)
     near = {}
     for blind in (0.0, 0.18):
-        plan = LatticePlanner(LatticePlannerConfig(blind=blind)).plan(costmap, start, goal)
+        plan = planner_of(LatticePlannerConfig(blind=blind)).plan(costmap, start, goal)
         check(plan, costmap, start, goal)
         near[blind] = turned_with_something_near_an_end(plan, costmap)
     assert near[0.18] == 0.0 < 0.2 < near[0.0]
@@ -275,7 +283,7 @@ def test_where_sensors_do_not_measure_it_does_not_turn():
 
 def test_with_its_front_at_a_wall_it_backs_before_it_turns():
     costmap, start, goal = grid(6.0, 6.0, (4.0, 0.0, 4.1, 6.0)), Pose2D(3.4, 3.0, 0.0), Pose2D(3.0, 1.5, -0.5 * math.pi)
-    plan = LatticePlanner(LatticePlannerConfig(blind=0.18)).plan(costmap, start, goal)
+    plan = planner_of(LatticePlannerConfig(blind=0.18)).plan(costmap, start, goal)
     check(plan, costmap, start, goal)
     assert turned_with_something_near_an_end(plan, costmap) == 0.0
     assert plan[1, 0] < start.x and plan[1, 2] == start.yaw
@@ -333,8 +341,8 @@ def test_a_yaw_may_have_been_counted_round_and_round(turns):
     costmap = grid(6.0, 6.0)
     yaw = turns * 2.0 * math.pi
     same = Pose2D(4.0, 3.0, float(wrap(yaw)))
-    plan = LatticePlanner().plan(costmap, Pose2D(2.0, 2.0, yaw), Pose2D(4.0, 3.0, yaw))
-    assert np.array_equal(plan, LatticePlanner().plan(costmap, Pose2D(2.0, 2.0, same.yaw), same))
+    plan = planner_of().plan(costmap, Pose2D(2.0, 2.0, yaw), Pose2D(4.0, 3.0, yaw))
+    assert np.array_equal(plan, planner_of().plan(costmap, Pose2D(2.0, 2.0, same.yaw), same))
 
 
 def test_where_the_body_is_turned_matters():
@@ -345,7 +353,7 @@ def test_where_the_body_is_turned_matters():
 
 def test_a_goal_moves_within_the_tolerance():
     costmap = door(0.8)
-    planner = LatticePlanner(LatticePlannerConfig(default_tolerance=1.0))
+    planner = planner_of(LatticePlannerConfig(default_tolerance=1.0))
     planner.set_footprint(PADDED)
     start, goal = Pose2D(1.5, 3.0, 0.0), Pose2D(3.7, 1.5, 0.0)
     plan = planner.plan(costmap, start, goal)
@@ -361,9 +369,9 @@ def test_a_search_gives_up_in_words():
 
 
 def test_explore_says_where_a_plan_may_lead():
-    reached = LatticePlanner().explore(door(0.6 - 0.1), Pose2D(1.5, 3.0, 0.0))
+    reached = planner_of().explore(door(0.6 - 0.1), Pose2D(1.5, 3.0, 0.0))
     assert reached.shape == (120, 160) and reached[60, 40] and not reached[60, 120] and not reached[60, 78]
-    reached = LatticePlanner().explore(door(0.8), Pose2D(1.5, 3.0, 0.0))
+    reached = planner_of().explore(door(0.8), Pose2D(1.5, 3.0, 0.0))
     assert reached[60, 40] and reached[60, 120]
 
 
@@ -382,7 +390,7 @@ def test_any_polygon_fits_where_it_fits(corners):
 
 
 def test_another_footprint_is_taken_at_once():
-    costmap, planner = door(0.8), LatticePlanner()
+    costmap, planner = door(0.8), planner_of()
     ends = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
     planner.plan(costmap, *ends)
     planner.set_footprint(pad_footprint(np.array(FOOTPRINT), 0.15))
@@ -391,7 +399,7 @@ def test_another_footprint_is_taken_at_once():
 
 
 def test_a_costmap_that_changed_is_looked_at_anew():
-    costmap, planner = door(0.8), LatticePlanner()
+    costmap, planner = door(0.8), planner_of()
     ends = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
     planner.plan(costmap, *ends)
     costmap.costs[60, 80] = LETHAL  # a post in the door

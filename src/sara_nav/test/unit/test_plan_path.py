@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from sara_common.platforms import chosen
 from sara_nav.costmaps.costmap import build
-from sara_nav.grids.footprint import parse_footprint, radii
+from sara_nav.grids.footprint import radii
 from sara_nav.maps.map_io import load_map
-from sara_nav.planners.plan_path import FOOTPRINT, main
+from sara_nav.planners.plan_path import main
 from sara_nav.planners.planning import GLOBAL_PLANNERS
 
 DATA = Path(__file__).parents[1] / 'data'
@@ -42,7 +43,7 @@ def test_json_holds_the_plan(capsys, name):
     assert path[0, :2] == pytest.approx([1.2, 1.2]) and path[-1] == pytest.approx([6.3, 6.6, -0.001])
     assert answer['length_m'] == pytest.approx(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
     assert 7.4 < answer['length_m'] < 9.0 and np.abs(path[:, 2]).max() <= math.pi
-    costmap = build(load_map(ROOM), radii(parse_footprint(FOOTPRINT))[0])
+    costmap = build(load_map(ROOM), radii(np.array(chosen().footprint))[0])
     assert max(costmap.cost_at(x, y) for x, y, _ in path) < 253
 
 

@@ -1,7 +1,6 @@
 """Parameters: the shipped configuration, the peers' forms of it, and that nothing is ignored in silence."""
 
 import dataclasses
-import pathlib
 import re
 
 import numpy as np
@@ -9,12 +8,13 @@ import pytest
 import yaml
 
 from sara_common.config import ConfigError
+from sara_common.platforms import load, parameters
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import MoveBaseConfig
 from sara_nav.move_base.settings import read_settings
 from sara_nav.recovery.behaviours import RotateRecoveryConfig
 
-SHIPPED = pathlib.Path(__file__).parents[2] / 'config' / 'sara_nav.yaml'
+SHIPPED = parameters('sara_nav', 'sara_nav.yaml', load('sara'))
 
 
 def read(tree, **above):
@@ -27,7 +27,7 @@ def config_of(settings, name, where='global_costmap'):
 
 
 def test_the_shipped_configuration_is_sound_and_complete():
-    tree = yaml.safe_load(SHIPPED.read_text())
+    tree = SHIPPED
     settings = read(tree)
     assert settings.warnings == ()
     for where in ('global_costmap', 'local_costmap'):
@@ -42,7 +42,7 @@ def test_the_shipped_configuration_is_sound_and_complete():
 
 
 def test_nobody_spins_who_carries_somebody():
-    settings = read(yaml.safe_load(SHIPPED.read_text()))
+    settings = read(SHIPPED)
     behaviours = settings.recoveries.make(settings.move_base)
     assert [(b.name, b.plugin_name.split('/')[1]) for b in behaviours] == [
         ('clear_far', 'ClearCostmapRecovery'),

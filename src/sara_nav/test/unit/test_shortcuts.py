@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D
+from sara_common.platforms import load
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.clearance import room
 from sara_nav.grids.collision import LocalWorld
@@ -19,13 +20,12 @@ from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.driving import FARTHEST, room_ahead
 from sara_nav.lattice.dubins import dubins_join, joins_of
 from sara_nav.lattice.field import Field
-from sara_nav.lattice.planner import FOOTPRINT
 from sara_nav.lattice.problem import Problem
 from sara_nav.lattice.shortcuts import BITTY, cut, delay, least_seconds, merged, run_up_seconds, with_shortcuts
 from sara_nav.lattice.world import Body
 from sara_nav.planners.planning import PlanError
 
-PADDED = pad_footprint(np.array(FOOTPRINT), 0.01)
+PADDED = pad_footprint(np.array(load('sara').footprint), 0.01)
 CONFIG = LatticePlannerConfig(curve_radius=0.4, max_vel_x=0.8, max_vel_theta=0.8, max_lateral_acc=0.3)
 LETHAL = 254
 SHARES = np.linspace(0.0, 1.0, 20)

@@ -14,16 +14,19 @@ from typing import Any
 import numpy as np
 
 from canserial.frame import Frame
-from sara_lowlevel.config import SensorConfig
+from sara_common.platforms import Mount, Platform, chosen
+from sara_lowlevel.config import JoystickConfig, MotorConfig, SensorConfig
 from sara_lowlevel.joystick.joystick_node import JoystickNode
 from sara_lowlevel.motor.motor_node import MotorNode
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.bus.wire import CandumpLog, Wire
 from sara_sim.chips.encoders import Encoders
+from sara_sim.chips.imu import Imu
 from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.chips.magnetism import Magnetism, Placement, Wheel
-from sara_sim.chips.scanner import Scanner
+from sara_sim.chips.scanner import Scanner, optics_at
 from sara_sim.chips.sensor_box import SensorBox
+from sara_sim.chips.sonars import Sonars
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.drive import Drive
 from sara_sim.options import ChairOptions
@@ -60,40 +63,44 @@ class SimulatedChair:
         seed: int,
         start: tuple[float, float, float] = (0.0, 0.0, 0.0),
         bus=None,
-        config: ChairConfig = ChairConfig(),
+        config: ChairConfig | None = None,
         options: ChairOptions = ChairOptions(),
         sensors: SensorConfig | None = None,
         power_up: bool = False,
+        platform: Platform | None = None,
         magnetic: MagneticConfig = MagneticConfig(),
     ):
-        """`start`: (x, y, yaw) in the map, m, rad. `bus`: canserial.dbc.bus.BusDescription, SARA's if None. `sensors`:
-        of the sensor node. `magnetic`: the field, for a bus with the magnetometer's frame.
+        """`start`: (x, y, yaw) in the map, m, rad. `platform`: the robot, the chosen one if None; `bus`:
+        canserial.dbc.bus.BusDescription, `config`, `sensors` (of the sensor node): the platform's if None. `magnetic`:
+        the field, for a bus with the magnetometer's frame.
 
         `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
         """
+        platform = platform or chosen()
         if bus is None:
             from canserial.dbc.bus import BusDescription
 
-            bus = BusDescription.default()
+            bus = BusDescription.of(platform)
         # A stream for each source: a change in one leaves the luck of the others alone.
         drawn, imu, sonar, bus_luck = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
-        self.config, self.options, self.world = config, options, world
+        self.platform, self.options, self.world = platform, options, world
+        self.config = config = config or ChairConfig.of(platform)
         self.chair = DrawnChair.draw(config, drawn)
         world.obstacles.move_to(0.0)
         self.drive = Drive(world, config, self.chair, start, STEP_S, options)
-        self.box = SensorBox(
-            world, config, self.chair, (imu, sonar), lambda: (self.drive.x, self.drive.y, self.drive.yaw), STEP_S
-        )
-        sensors = SensorConfig(gravity=config.gravity) if sensors is None else sensors
+        sensors = SensorConfig.of(platform, gravity=config.gravity) if sensors is None else sensors
+        physics = Imu(config, self.chair, platform.imu, imu, STEP_S)
+        acoustics = Sonars(world, config, platform.sonars, sonar, lambda: (self.drive.x, self.drive.y, self.drive.yaw))
+        self.box = SensorBox(physics, acoustics, sensors, STEP_S)
         self.motor, self.sensors, self.joystick_node = (
-            MotorNode(bus),
+            MotorNode(bus, MotorConfig.of(platform)),
             SensorNode(bus, self.box.i2c, sensors),
-            JoystickNode(bus),
+            JoystickNode(bus, JoystickConfig.of(platform)),
         )
         self.scanner = None
         if options.scan:
-            self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S)
-        self.magnetism = self._magnetometer(magnetic, seed) if 'COMPASS' in bus.names else None
+            self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S, optics_at(platform.scan))
+        self.magnetism = self._magnetometer(magnetic, seed, platform.imu) if 'COMPASS' in bus.names else None
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()
@@ -149,10 +156,10 @@ class SimulatedChair:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
 
-    def _magnetometer(self, magnetic: MagneticConfig, seed: int) -> Magnetism:
-        """Put the chip on the bus."""
+    def _magnetometer(self, magnetic: MagneticConfig, seed: int, imu: Mount) -> Magnetism:
+        """Put the chip on the bus, in the IMU's box."""
         tilt = self.chair.roll, self.chair.pitch
-        magnetism = Magnetism(magnetic, seed, tilt, self._placement, lambda: self.box.time)
+        magnetism = Magnetism(magnetic, seed, (tilt, imu), self._placement, lambda: self.box.time)
         self.box.i2c.chips[magnetism.address] = magnetism.chip
         return magnetism
 

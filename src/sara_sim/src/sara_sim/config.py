@@ -1,15 +1,18 @@
 """The numbers of the simulated chair: the distributions, and one chair drawn from them.
 
-Every published figure comes from the defaults; `ChairConfig.changes` says which of them a run has altered.
+What the robot decides is its platform's (`ChairConfig.of`); every published figure comes from that and the defaults,
+and `changes` says which of them a run has altered.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from sara_common.config import ConfigError, is_number
+from sara_common.platforms import OfPlatform, Platform
 
 _NOT_ZERO = frozenset(
     (
@@ -24,6 +27,8 @@ _NOT_ZERO = frozenset(
         'gravity',
     )
 )
+_SIZES = ('length', 'width', 'wheel_radius', 'track', 'steps_per_turn')
+_LENGTHS = dict.fromkeys(('gyro_bias', 'gyro_frame_sigma', 'accel_offset', 'accel_sigma_low', 'accel_sigma_high'), 3)
 
 
 @dataclass(frozen=True)
@@ -37,41 +42,43 @@ class Checked:
         if faults:
             raise ConfigError(faults)
 
-    def changes(self) -> dict[str, tuple]:
-        """{name: (value, default)} of everything that is not the default."""
+    def changes(self, reference: Any = None) -> dict[str, tuple]:
+        """{name: (value, usual)} of everything that is not as in `reference`, the defaults without one."""
+        reference = reference or type(self)()
         return {
-            field.name: (getattr(self, field.name), field.default)
+            field.name: (getattr(self, field.name), getattr(reference, field.name))
             for field in fields(self)
-            if getattr(self, field.name) != field.default
+            if getattr(self, field.name) != getattr(reference, field.name)
         }
 
 
 @dataclass(frozen=True)
-class ChairConfig(Checked):
+class ChairConfig(Checked, OfPlatform):
     """What chairs are drawn from. Pairs named `_range` are uniform limits, names ending in `_sigma` standard
     deviations.
     """
 
-    length: float = 1.08  # m
-    width: float = 0.58  # m
-    wheel_radius: float = 0.155  # m
-    wheel_radius_sigma: float = 0.005  # relative, each wheel
-    track: float = 0.525  # m
-    steps_per_turn: int = 64000  # encoder edges per turn of a wheel
-    slip_range: tuple = (1.25, 1.30)  # yaw the wheels say / yaw of the chair
-    motor_lag: float = 0.10  # s, first order
-    dead_band: float = 0.02  # rad/s of the wheel
-    max_wheel_speed: float = 7.0  # rad/s
-    gyro_scale_range: tuple = (0.920, 0.927)  # z only
-    gyro_bias: tuple = (-0.49, -0.91, -0.65)  # deg/s
-    gyro_bias_sigma: float = 0.02  # deg/s
-    gyro_drift: float = 0.003  # deg/s per square root of a minute
-    gyro_frame_sigma: tuple = (0.0841, 0.0971, 0.0734)  # deg/s of the 200 ms means (table 4.5)
-    accel_offset: tuple = (-0.9498, -0.0752, 9.5638 - 9.80665)  # m/s2 on the level chair, tilt included (table 4.1)
-    accel_sigma_low: tuple = (0.0576, 0.0365, 0.0476)  # m/s2 of a 10 ms sample, which is what is sent (table 4.1)
-    accel_sigma_high: tuple = (0.1097, 0.0594, 0.0628)  # m/s2 (table 4.2)
+    length: float  # m
+    width: float  # m
+    wheel_radius: float  # m
+    wheel_radius_sigma: float  # relative, each wheel
+    track: float  # m
+    steps_per_turn: int  # encoder edges per turn of a wheel
+    slip_range: tuple  # yaw the wheels say / yaw of the chair
+    motor_lag: float  # s, first order
+    dead_band: float  # rad/s of the wheel
+    max_wheel_speed: float  # rad/s
+    gyro_scale_range: tuple  # z only
+    gyro_bias: tuple  # deg/s
+    gyro_bias_sigma: float  # deg/s
+    gyro_drift: float  # deg/s per square root of a minute
+    gyro_frame_sigma: tuple  # deg/s of the 200 ms means
+    accel_offset: tuple  # m/s2 on the level chair, tilt included
+    accel_sigma_low: tuple  # m/s2 of a 10 ms sample, which is what is sent
+    accel_sigma_high: tuple  # m/s2
+    tilt_sigma: float  # deg, roll and pitch of the IMU's mounting
+    battery: float  # V at rest
     samples_per_frame: int = 20  # 10 ms samples in a 200 ms mean
-    tilt_sigma: float = 1.0  # deg, roll and pitch of the IMU's mounting
     frame_jitter: float = 0.010  # s, uniform from 0
     frame_loss: float = 1.0e-4  # fraction
     sonar_sigma: float = 0.01  # m
@@ -80,7 +87,6 @@ class ChairConfig(Checked):
     sonar_cone: float = 60.0  # deg, full
     sonar_rays: int = 13
     sonar_limit: float = 6.0  # m
-    battery: float = 25.4  # V at rest
     gravity: float = 9.80665  # m/s2
 
     def validate(self) -> list[str]:
@@ -91,7 +97,7 @@ class ChairConfig(Checked):
         for field in fields(self):
             value = getattr(self, field.name)
             pair = field.name.endswith('_range')
-            wanted = len(field.default) if isinstance(field.default, tuple) else 0
+            wanted = _LENGTHS.get(field.name, 2 if pair else 0)
             numbers = value if isinstance(value, tuple) else (value,)
             if (wanted and not (isinstance(value, tuple) and len(value) == wanted)) or not all(map(is_number, numbers)):
                 allowed = f'are {wanted} finite numbers' if wanted else 'is a finite number'
@@ -103,6 +109,23 @@ class ChairConfig(Checked):
             elif field.name not in ('gyro_bias', 'accel_offset') and min(numbers) < 0:
                 faults.append(f'{field.name} is {value!r}, allowed are numbers of 0 or more')
         return faults
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Its sizes, and what its simulated chairs are drawn from. Raises ConfigError where a number is missing."""
+        known = {name: tuple(value) if isinstance(value, list) else value for name, value in platform.simulated.items()}
+        missing = [
+            field.name for field in fields(cls) if field.default is MISSING and field.name not in {*known, *_SIZES}
+        ]
+        strange = [name for name in known if name not in cls.__dataclass_fields__]
+        if missing or strange:
+            raise ConfigError(
+                [f'platform/simulated/{name} is missing' for name in missing]
+                + [f'platform/simulated/{name} is {known[name]!r}, but there is no such number' for name in strange]
+            )
+        wheels = platform.wheels
+        sizes = (*platform.size, wheels.radius, wheels.separation, wheels.steps_per_turn)
+        return {**known, **dict(zip(_SIZES, sizes))}
 
 
 @dataclass(frozen=True)

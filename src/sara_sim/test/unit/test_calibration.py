@@ -15,7 +15,7 @@ from sara_sim.world.world import World
 
 SECONDS = 60
 G = 9.80665
-UNCALIBRATED = SensorConfig(calibrate=False)
+UNCALIBRATED = SensorConfig.of(calibrate=False)
 TABLE_4_1 = (-0.9498, -0.0752, 9.5638)
 TABLE_4_4 = (-0.4924, -0.9131, -0.6456)
 TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
@@ -63,7 +63,7 @@ def test_sigmas_stay_those_of_the_chip(seed):
     """
     before, after = at_rest(seed, False).std(0), at_rest(seed, True).std(0)
     np.testing.assert_allclose(after, before, rtol=0.05)
-    config = ChairConfig()
+    config = ChairConfig.of()
     assert np.all(before[:3] > 0.95 * np.array(config.accel_sigma_low)) and np.all(
         before[:3] < 1.05 * np.array(config.accel_sigma_high)
     )

@@ -12,8 +12,8 @@ from sara_sim.config import ChairConfig
 from sara_sim.world.world import World, WorldError
 
 BUS = BusDescription.default()
-IDEAL = ChairConfig(wheel_radius_sigma=0.0, frame_jitter=0.0, frame_loss=0.0)
-QUIET = ChairConfig(
+IDEAL = ChairConfig.of(wheel_radius_sigma=0.0, frame_jitter=0.0, frame_loss=0.0)
+QUIET = ChairConfig.of(
     gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, accel_sigma_low=(0.0,) * 3, accel_sigma_high=(0.0,) * 3, tilt_sigma=0.0
 )
 
@@ -208,7 +208,7 @@ def test_an_abrupt_start_fires_the_motion_interrupt_and_a_soft_one_does_not():
 
 def test_both_descriptions_of_the_bus_and_the_fast_mode():
     tenths = BusDescription.named('sara_tenths')
-    chair = SimulatedChair(World.empty(), 15, bus=tenths, sensors=SensorConfig(imu_period=0.05, calibrate=False))
+    chair = SimulatedChair(World.empty(), 15, bus=tenths, sensors=SensorConfig.of(imu_period=0.05, calibrate=False))
     rates = [tenths.decode(frame)[1]['gz'] for _ in range(1000) for frame in chair.step() if frame.id == 0x204]
     assert len(rates) == pytest.approx(200, abs=4)
     assert np.allclose(np.array(rates) * 10, np.round(np.array(rates) * 10)) and np.mean(rates) == pytest.approx(

@@ -2,15 +2,16 @@
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
+from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
-from sara_sim.chips.mounting import IMU, SONARS
+from sara_common.platforms import load
+from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig, DrawnChair
+from sara_sim.world.world import World
 
 REFERENCE = {
     'length': 1.08,
@@ -47,17 +48,18 @@ REFERENCE = {
 
 
 def test_the_reference_chair_is_pinned():
-    assert dataclasses.asdict(ChairConfig()) == REFERENCE
+    assert dataclasses.asdict(ChairConfig.of()) == REFERENCE
 
 
 def test_a_changed_chair_says_so():
-    assert ChairConfig().changes() == {}
-    assert ChairConfig(motor_lag=0.2).changes() == {'motor_lag': (0.2, 0.10)}
+    usual = ChairConfig.of()
+    assert usual.changes(usual) == {}
+    assert ChairConfig.of(motor_lag=0.2).changes(usual) == {'motor_lag': (0.2, 0.10)}
 
 
 def test_impossible_chairs_are_named():
     with pytest.raises(ConfigError) as error:
-        ChairConfig(
+        ChairConfig.of(
             slip_range=(1.3, 1.2), motor_lag=0.0, gyro_bias=(0.0, math.nan, 0.0), frame_jitter=-1.0, track='wide'
         )
     assert all(
@@ -66,7 +68,7 @@ def test_impossible_chairs_are_named():
 
 
 def test_draws_follow_the_distributions():
-    chairs = [DrawnChair.draw(ChairConfig(), np.random.default_rng(seed)) for seed in range(400)]
+    chairs = [DrawnChair.draw(ChairConfig.of(), np.random.default_rng(seed)) for seed in range(400)]
     slips = np.array([1 / chair.slip for chair in chairs])
     assert slips.min() >= 1.25 and slips.max() <= 1.30 and abs(slips.mean() - 1.275) < 0.003
     scales = np.array([chair.gyro_scale for chair in chairs])
@@ -79,24 +81,22 @@ def test_draws_follow_the_distributions():
     assert abs(np.std([chair.roll for chair in chairs]) - 1.0) < 0.15
 
 
-def test_sensors_sit_in_mirrored_pairs():
-    assert len(SONARS) == 9
-    for left, right in (('SDI', 'SDD'), ('SLID', 'SLDD'), ('SLIT', 'SLDT'), ('STI', 'STD')):
-        a, b = SONARS[left], SONARS[right]
-        assert (a.x, a.y, a.z, a.yaw) == (b.x, -b.y, b.z, -b.yaw)
-    assert (IMU.x, IMU.y, IMU.z) == (0.0, -0.25, 0.40)
+def test_a_platform_that_leaves_a_number_out_is_refused():
+    platform = load('sara')
+    simulated = {name: value for name, value in platform.simulated.items() if name != 'motor_lag'} | {'motor_lug': 0.1}
+    with pytest.raises(
+        ConfigError, match='simulated/motor_lag is missing.*simulated/motor_lug is 0.1, but there is no'
+    ):
+        ChairConfig.of(dataclasses.replace(platform, simulated=simulated))
 
 
-def test_mounts_are_those_of_the_description():
-    path = Path(__file__).resolve().parents[3] / 'sara_description' / 'config' / 'geometry.yaml'
-    if not path.exists():
-        pytest.skip(f'{path} is absent')
-    geometry = yaml.safe_load(path.read_text())
-    config = ChairConfig()
-    assert (config.length, config.width) == (geometry['body']['length'], geometry['body']['width'])
-    assert (config.wheel_radius, config.track) == (geometry['wheel']['radius'], geometry['wheel']['track'])
-    for name, mount in {**SONARS, 'imu_link': IMU}.items():
-        place = geometry['ranges'].get(name) or geometry[name]
-        assert (mount.x, mount.y, mount.z, math.degrees(mount.yaw)) == pytest.approx(
-            [place[key] for key in ('x', 'y', 'z', 'yaw_deg')]
-        )
+def test_another_platform_is_another_robot():
+    sara, kate = (SimulatedChair(World.empty(), 0, platform=load(name)) for name in ('sara', 'kate'))
+    assert (sara.config.length, sara.config.width) == (1.08, 0.58) and kate.config.steps_per_turn == 8192
+    assert set(kate.box.sonars) == set(load('kate').sonars) and kate.sensors.config.imu_address == 0x69
+    assert kate.motor.config.max_wheel_speed > sara.motor.config.max_wheel_speed
+    heard = {name: set() for name in ('sara', 'kate')}
+    for name, chair in (('sara', sara), ('kate', kate)):
+        for _ in range(150):
+            heard[name] |= {frame.id for frame in chair.step()}
+    assert heard['sara'] & heard['kate'] == set() and BusDescription.of(load('kate')).id_of('RANGES_2') in heard['kate']

@@ -7,13 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_common.platforms import load
 from sara_sim.chair import SimulatedChair
-from sara_sim.chips.mounting import SONARS
 from sara_sim.config import ChairConfig
 from sara_sim.faults.faults import FAULTS, FaultError, build, describe
 from sara_sim.world.world import World
 
-SURE = ChairConfig(frame_loss=0.0, sonar_lost=0.0)
+SONARS = load('sara').sonars
+
+SURE = ChairConfig.of(frame_loss=0.0, sonar_lost=0.0)
 
 
 def room():
@@ -43,7 +45,8 @@ def count(flight, name, since):
         ('frames_dropped', {'direction': 'up', 'duration': 0}, ['direction is', 'duration is']),
         ('frames_dropped', {'probabilty': 0.1}, ['probabilty', 'probability']),
         ('sonar_stuck', {}, ['sensor is missing', 'range is missing']),
-        ('sonar_stuck', {'sensor': 'SXX', 'range': 9}, ['sensor is', 'range is']),
+        ('sonar_stuck', {'sensor': '', 'range': 9}, ['sensor is', 'range is']),
+        ('sonar_silent', {'sensor': 'SXX'}, ['sensor is', 'SDI, SDD']),
         ('wheel_slip', {'radius': 0, 'factor': 'a'}, ['radius is', 'factor is']),
         ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']),
         ('push', {'forward': math.nan}, ['forward is']),
@@ -312,7 +315,7 @@ def test_a_node_silent(flight, node, missing, there):
 
 def test_a_wheel_slips_on_a_patch(pilot):
     chair = SimulatedChair(
-        World.empty(), 5, (0.0, 0.0, 0.0), config=ChairConfig(frame_loss=0.0, wheel_radius_sigma=0.0)
+        World.empty(), 5, (0.0, 0.0, 0.0), config=ChairConfig.of(frame_loss=0.0, wheel_radius_sigma=0.0)
     )
     chair.faults.add('wheel_slip', wheel='right', factor=0.4, x=1.0, y=-0.26, radius=0.3)
     flight = pilot(chair)

@@ -9,6 +9,7 @@ import pytest
 
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
+from sara_common.platforms import Mount
 from sara_lowlevel.sensor.hmc5883l import Hmc5883l as HmcDriver
 from sara_lowlevel.sensor.qmc5883l import Qmc5883l as QmcDriver
 from sara_sim.chair import SimulatedChair
@@ -23,6 +24,7 @@ from sara_sim.world.world import World
 BUS = BusDescription.named('sara+compass')
 STILL = Wheel(0.0, 0.0)
 ORIGIN = Placement(0.0, 0.0, 0.0, 0.0, 0.0, STILL, STILL)
+BOX = (0.0, 0.0), Mount(0.0, -0.25, 0.0)
 CLEAN = MagneticConfig(hard_iron_sigma=0.0, soft_iron_sigma=0.0, turn_sigma=0.0, motor_sigma=0.0, noise=0.0)
 
 
@@ -81,8 +83,8 @@ def test_a_qmc5883l_stands_by_until_it_is_told_and_after_a_reset():
     assert chip.read(0, 7) == [0] * 7 and chip.read(0x0D, 1) == [0xFF]
 
 
-def body_field(config, at, seed=0, tilt=(0.0, 0.0)):
-    return Magnetism(config, seed, tilt, lambda: at, Clock()).body_field(at)
+def body_field(config, at, seed=0, box=BOX):
+    return Magnetism(config, seed, box, lambda: at, Clock()).body_field(at)
 
 
 def test_the_earth_s_field_turns_with_the_chair_and_keeps_its_strength():
@@ -96,7 +98,7 @@ def test_the_earth_s_field_turns_with_the_chair_and_keeps_its_strength():
 
 def test_steel_is_as_strong_as_it_is_said_and_falls_with_the_third_power():
     steel = replace(CLEAN, steel=((0.0, 0.0),))
-    magnetism = Magnetism(steel, 3, (0.0, 0.0), lambda: ORIGIN, Clock())
+    magnetism = Magnetism(steel, 3, BOX, lambda: ORIGIN, Clock())
 
     def added(distance, angle):
         return np.linalg.norm(magnetism._steel(distance * np.array((math.cos(angle), math.sin(angle)))))
@@ -115,7 +117,7 @@ def test_motors_add_a_field_that_turns_its_sign_with_them():
 
 
 def test_the_same_seed_gives_the_same_iron_and_another_seed_another():
-    one, same, other = (Magnetism(MagneticConfig(), seed, (0.0, 0.0), lambda: ORIGIN, Clock()) for seed in (1, 1, 2))
+    one, same, other = (Magnetism(MagneticConfig(), seed, BOX, lambda: ORIGIN, Clock()) for seed in (1, 1, 2))
     assert one.field() == pytest.approx(same.field()) and not np.allclose(one.hard_iron, other.hard_iron)
 
 

@@ -14,7 +14,7 @@ from sara_sim.world.rays import Cone
 from sara_sim.world.world import World, WorldError
 
 CONE = Cone(math.radians(30), 13, math.cos(math.radians(60)), 6.0)
-SURE = ChairConfig(sonar_lost=0.0, frame_loss=0.0)
+SURE = ChairConfig.of(sonar_lost=0.0, frame_loss=0.0)
 
 
 def floor(*things, size=200):

@@ -13,7 +13,7 @@ from sara_sim.world.terrain import Ramp, TerrainError, attitude
 from sara_sim.world.world import World
 
 G = 9.80665
-QUIET = ChairConfig(
+QUIET = ChairConfig.of(
     wheel_radius_sigma=0.0,
     gyro_frame_sigma=(0.0,) * 3,
     gyro_drift=0.0,

@@ -237,7 +237,7 @@ def test_the_chair_is_one_whom_they_see():
     world = corridor(2.0)
     config = PedestrianConfig('ann', ((1.0, 1.0), (11.0, 1.0)), speed=1.2, waits=(60.0, 60.0))
     world.obstacles.add(Pedestrian(config, world))
-    chair = SimulatedChair(world, 0, (6.0, 0.7, 0.0), config=ChairConfig(sonar_lost=0.0))
+    chair = SimulatedChair(world, 0, (6.0, 0.7, 0.0), config=ChairConfig.of(sonar_lost=0.0))
     heard = []
     for _ in range(1400):
         chair.step()

@@ -44,7 +44,7 @@ def state(drive):
     st.floats(-3.0, 3.0),
 )
 def test_it_is_the_step_with_all_that_may_happen_where_nothing_does(seed, parts, grip, yaw):
-    config = ChairConfig()
+    config = ChairConfig.of()
     quick, whole = (
         Drive(room(), config, DrawnChair.draw(config, np.random.default_rng(seed)), (0.0, 0.0, yaw), 0.01)
         for _ in range(2)

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.planar import advanced, quaternion_from_yaw
+from sara_common.platforms import load
 from sara_common.scans import shares_of, swept
 from sara_sim.chair import SimulatedChair
-from sara_sim.chips import mounting, scanner
+from sara_sim.chips import scanner
 from sara_sim.config import ChairConfig
 from sara_sim.faults.faults import FaultError
 from sara_sim.options import ChairOptions
@@ -19,6 +20,8 @@ from sara_sim.world.world import World
 
 SEEN = np.abs(scanner.ANGLES) <= scanner.VIEW
 START = (3.02, 2.98, 0.3)
+SCANNER = load('sara').scan
+OPTICS = scanner.optics_at(SCANNER)
 
 
 def room():
@@ -40,7 +43,7 @@ def scans_of(chair, count):
 def truth(pose, angles):
     """(n,) m from the scanner of a chair at `pose` to the room's walls."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    x, y = pose[0] + c * mounting.SCANNER.x, pose[1] + s * mounting.SCANNER.x
+    x, y = pose[0] + c * SCANNER.x, pose[1] + s * SCANNER.x
     with np.errstate(divide='ignore'):
         ways = [
             (np.where(d > 0, 6.0, 0.0) - at) / d
@@ -80,14 +83,14 @@ def test_it_sees_who_stands_there_and_no_longer_when_gone():
     world.obstacles.add(Obstacle('ann', radius=0.25, at=(x, y), disappears=1.0))
     first, *_, last = scans_of(chair_of(world), 14)
     middle = 270
-    assert first.ranges[middle] == pytest.approx(1.5 - 0.25 - mounting.SCANNER.x, abs=0.05)
+    assert first.ranges[middle] == pytest.approx(1.5 - 0.25 - SCANNER.x, abs=0.05)
     assert last.ranges[middle] == pytest.approx(truth(START, scanner.ANGLES)[middle], abs=0.05)
 
 
 def test_each_ray_is_cast_from_where_the_chair_is_at_its_time():
     """A chair that is carried round: the pose of each ray is that of its own time, not of the sweep's beginning."""
     world, rate = room(), 1.0
-    device = scanner.Scanner(world, np.random.default_rng(0), START, 0.01)
+    device = scanner.Scanner(world, np.random.default_rng(0), START, 0.01, OPTICS)
     found = []
     for tick in range(1, 201):
         device.step((START[0], START[1], START[2] + rate * 0.01 * tick))
@@ -110,7 +113,7 @@ def test_a_sweep_placed_ray_by_ray_shows_the_walls_as_a_standing_one_does(rate, 
 
     def wall_error(rate, speed):
         pose = (3.0, 3.0, 0.4)
-        device, found = scanner.Scanner(room(), np.random.default_rng(0), pose, 0.01), []
+        device, found = scanner.Scanner(room(), np.random.default_rng(0), pose, 0.01, OPTICS), []
         for tick in range(1, 60):
             device.step(advanced(*pose, speed, rate, 0.01 * tick))
             if device.scan is not None:
@@ -148,7 +151,7 @@ def test_the_same_seed_gives_the_same_scans():
 
 
 def test_a_silent_scanner_sends_nothing_and_a_frozen_one_the_same():
-    chair = chair_of(config=ChairConfig())
+    chair = chair_of(config=ChairConfig.of())
     before = scans_of(chair, 1)[0]
     chair.faults.add('scan_frozen', duration=0.5)
     frozen = scans_of(chair, 3)

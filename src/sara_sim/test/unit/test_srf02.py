@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from canserial.dbc.bus import BusDescription
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.chips.demo import demo
-from sara_sim.chips.i2c_bus import SONAR_ADDRESSES, SimulatedI2c
+from sara_sim.chips.i2c_bus import SimulatedI2c
 from sara_sim.chips.mpu6050 import Mpu6050
 from sara_sim.chips.srf02 import AUTOTUNE, RANGE_CM, RANGE_INCHES, RANGE_US, REVISION, TUNING_STEPS, Srf02
 
@@ -125,4 +125,4 @@ def test_a_sensor_node_runs_on_the_demo_by_itself():
     assert {'RANGES_1', 'RANGES_2', 'RANGE_ACCEL', 'IMPACT_GYRO'} <= {name for name, _ in heard}
     ranges = [values for name, values in heard if name == 'RANGES_1'][-1]
     assert 0 < ranges['SDI'] < 2.5
-    assert set(SONAR_ADDRESSES.values()) == set(range(0x70, 0x79))
+    assert set(bus.chips) == {0x68, *range(0x70, 0x79)}

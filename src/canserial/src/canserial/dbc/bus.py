@@ -18,12 +18,12 @@ from cantools.database.errors import Error
 
 from canserial.dbc.codec import Codec
 from canserial.frame import Frame
+from sara_common import platforms
 
-DBC_FOLDER = Path(__file__).resolve().parent
-DEFAULT_DBC = DBC_FOLDER / 'sara.dbc'
-PACKAGED = ('sara', 'sara_tenths', 'sara_assisted')
-ADDITIONS = ('compass',)
-"""Frames of further devices, which a name may ask for besides: sara+compass."""
+ADDITIONS = {path.stem: path for path in Path(__file__).resolve().parent.glob('*.dbc')}
+"""Frames of further devices, which a name may ask for besides: +compass."""
+RANGE_FRAMES = ('RANGES_1', 'RANGES_2', 'RANGE_ACCEL')
+"""The messages that hold ranges: their signals in metres, each named as its ultrasonic sensor."""
 
 
 class BusError(ValueError):
@@ -49,7 +49,7 @@ class BusDescription:
     where two of them describe the same frame.
     """
 
-    def __init__(self, path: str | Path = DEFAULT_DBC, *additions: str | Path) -> None:
+    def __init__(self, path: str | Path, *additions: str | Path) -> None:
         self.path = '+'.join(map(str, (path, *additions)))
         databases = [_load(str(file)) for file in (path, *additions)]
         messages = [message for database in databases for message in database.messages]
@@ -63,25 +63,32 @@ class BusDescription:
 
     @classmethod
     def default(cls) -> BusDescription:
-        """The description of SARA's bus, 'sara'."""
-        return cls.named('sara')
+        """That of the platform that this process runs on."""
+        return cls.of(platforms.chosen())
 
     @classmethod
-    def named(cls, name: str | Path) -> BusDescription:
-        """A description that comes with this package ('sara'; 'sara_tenths': rates in tenths of deg/s; 'sara_assisted':
-        with a switch for shared control), or that of the file `name`; with '+compass' behind it, the compass's frame
-        too.
+    def of(cls, platform: platforms.Platform) -> BusDescription:
+        """That of a platform, as its reader of the bus is told. Raises BusError."""
+        return cls.named(_name_of(platform), platform)
+
+    @classmethod
+    def named(cls, name: str | Path, platform: platforms.Platform | None = None) -> BusDescription:
+        """The description NAME.dbc of a platform (the chosen one where none is given), or else of any platform, or the
+        file `name`; with '+compass' behind it, or alone for the platform's own, the compass's frame too.
 
         Read once per process. Raises BusError.
         """
+        platform = platform or platforms.chosen()
+        known = {**packaged(), **{path.stem: path for path in platform.folder.glob('*.dbc')}}
         first, *additions = [str(name)] if Path(name).is_file() else str(name).split('+')
-        path = DBC_FOLDER / f'{first}.dbc' if first in PACKAGED else Path(first)
+        first = first or (_name_of(platform) if additions else '')
+        path = known.get(first, Path(first))
         if not path.is_file() or not set(additions) <= set(ADDITIONS):
             raise BusError(
-                f'bus description is {str(name)!r}, allowed are {", ".join(PACKAGED)} or the path of a DBC file, and '
+                f'bus description is {str(name)!r}, allowed are {", ".join(known)} or the path of a DBC file, and '
                 f'behind it {" or ".join(f"+{addition}" for addition in ADDITIONS)}'
             )
-        return _read(str(path), *(str(DBC_FOLDER / f'{addition}.dbc') for addition in additions))
+        return _read(str(path), *(str(ADDITIONS[addition]) for addition in additions))
 
     @property
     def messages(self) -> tuple[Message, ...]:
@@ -92,6 +99,15 @@ class BusDescription:
     def names(self) -> tuple[str, ...]:
         """Names of all messages, in the file's order."""
         return tuple(self._by_name)
+
+    @property
+    def ranges(self) -> dict[str, tuple[str, ...]]:
+        """{message of RANGE_FRAMES: names of the ultrasonic sensors whose ranges it holds}."""
+        return {
+            name: tuple(signal.name for signal in self._by_name[name].signals if signal.unit == 'm')
+            for name in RANGE_FRAMES
+            if name in self._by_name
+        }
 
     def id_of(self, name: str) -> int:
         """The identifier of the message `name`; raises UnknownFrame."""
@@ -180,6 +196,16 @@ def _bad_value(message: Message, signals: dict, error: Exception) -> BadValue:
             low, high = low * signal.scale + signal.offset, high * signal.scale + signal.offset
             return BadValue(f'{message.name}.{signal.name} is {value}, allowed are numbers from {low:g} to {high:g}')
     return BadValue(f'{message.name}: {error}')
+
+
+def packaged() -> dict[str, Path]:
+    """{name: file} of the descriptions that come with the platforms."""
+    return {path.stem: path for folder in platforms.folders().values() for path in sorted(folder.glob('*.dbc'))}
+
+
+def _name_of(platform):
+    """The name of a platform's own bus."""
+    return platform.parameters('read').get('dbc', platform.name)
 
 
 @cache

@@ -72,11 +72,11 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         'bus',
         nargs='?',
-        default='sara',
-        help='sara, sara_tenths, sara_assisted or the path of a DBC file, each with +compass or without '
-        '(default: %(default)s)',
+        help='a description that comes with a platform, or the path of a DBC file, each with +compass or without '
+        '(without it: of the chosen platform)',
     )
     try:
-        sys.stdout.write(markdown(BusDescription.named(parser.parse_args(arguments).bus)))
+        name = parser.parse_args(arguments).bus
+        sys.stdout.write(markdown(BusDescription.named(name) if name else BusDescription.default()))
     except BusError as error:
         parser.error(str(error))

@@ -1,7 +1,7 @@
 """Who drives, as the bus says it: `modo` of the joystick node (its switch) and `modoPC` of the motor node.
 
-The mode ASSISTED is there only where the bus description declares it, as sara_assisted.dbc does: the joystick is a wish
-then, and the PC drives.
+The mode ASSISTED is there only where the bus description declares it, as a DBC file with three more names of values
+does: the joystick is a wish then, and the PC drives.
 """
 
 from __future__ import annotations

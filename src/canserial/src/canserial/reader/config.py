@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from sara_common.config import ConfigError, is_number, is_whole, number_faults
+from sara_common.platforms import OfPlatform, Platform
 
-DEFAULT_GAIN = 1.08  # table 4.11 of the thesis
 AUTO = 'auto'
 
 # Table 4.10 of the thesis. Its gyro figures are in (deg/s)^2; these are the same in (rad/s)^2.
@@ -31,15 +32,16 @@ ABOVE_0 = (
     'acceleration_limit',
     'gravity_tolerance',
     'max_wheel_speed',
+    'default_gain',
     'battery_max',
 )
 
 
 @dataclass(frozen=True)
-class ReaderConfig:
-    """How frames become readings. config/read.yaml describes each line for users.
+class ReaderConfig(OfPlatform):
+    """How frames become readings. config/read.yaml describes each line for users; `of` takes those of the robot.
 
-    gain: factor k on the yaw rate (the gyro's scale error); None: that of the calibration file, else DEFAULT_GAIN.
+    gain: factor k on the yaw rate (the gyro's scale error); None: that of the calibration file, else default_gain.
     calibration: 'measure' at start or 'saved'. calibration_time: s at rest that make the gyro's offset. imu_period: s
     between IMU frames, or 'auto'. max_gap: s after which a silent sensor's last value is not used any more. still_step,
     still_drift: deg/s, the largest excursion from the mean and the largest change of the mean over the calibration that
@@ -55,13 +57,14 @@ class ReaderConfig:
     """
 
     gain: float | None = None
+    default_gain: float = 1.0
     calibration: str = 'measure'
     calibration_time: float = 20.0
     imu_period: float = AUTO
     max_gap: float = 1.0
     still_step: float = 0.8
     still_drift: float = 0.12
-    still_steps: int = 20
+    still_steps: int = 0
     range_min: float = 0.16
     range_max: float = 2.5
     range_limit: float = 6.5
@@ -72,8 +75,8 @@ class ReaderConfig:
     rate_limit: float = 251.0
     acceleration_limit: float = 21.6
     gravity_tolerance: float = 2.0
-    max_wheel_speed: float = 10.0
-    encoder_steps_per_turn: int = 64000
+    max_wheel_speed: float = 0.0
+    encoder_steps_per_turn: int = 0
     battery_max: float = 40.0
     battery_empty: float | None = None
     battery_full: float | None = None
@@ -87,9 +90,7 @@ class ReaderConfig:
             if value is not None and not (is_number(value) and value > 0):
                 faults.append(f'{name} is {value!r}, allowed are numbers above 0, or leave it out')
         if self.imu_period != AUTO and not (is_number(self.imu_period) and self.imu_period > 0):
-            faults.append(
-                f"imu_period is {self.imu_period!r}, allowed are 'auto' and numbers above 0 (SARA: 0.2, fast 0.05)"
-            )
+            faults.append(f"imu_period is {self.imu_period!r}, allowed are 'auto' and numbers above 0 (0.2, fast 0.05)")
         for name, least in (('still_steps', 0), ('encoder_steps_per_turn', 1)):
             value = getattr(self, name)
             if not is_whole(value, least):
@@ -106,6 +107,11 @@ class ReaderConfig:
             faults += self._contradictions()
         if faults:
             raise ConfigError(faults)
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Those of its parameters of read.py that are fields."""
+        return {name: value for name, value in platform.parameters('read').items() if name in cls.__dataclass_fields__}
 
     def _contradictions(self):
         faults = []

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from canserial.calibration.calibration import GyroCalibration
 from canserial.calibration.calibration_file import Calibration
-from canserial.reader.config import AUTO, DEFAULT_GAIN, ReaderConfig
+from canserial.reader.config import AUTO, ReaderConfig
 from canserial.reader.imu import YawIntegrator
 from canserial.reader.plausibility import FrozenImu, GravityWatch, StuckValue
 from canserial.reader.readings import ImpactReading, ImuReading
@@ -48,7 +48,9 @@ class ImuReader:
         self.stamp = None
         self.yaw_doubtful, self.yaw_variance = False, 0.0
         stored_gain = None if stored is None else stored.gain
-        gain = config.gain if config.gain is not None else stored_gain if stored_gain is not None else DEFAULT_GAIN
+        gain = (
+            config.gain if config.gain is not None else stored_gain if stored_gain is not None else config.default_gain
+        )
         self.yaw = YawIntegrator(self.period, config.max_gap, config.initial_yaw, gain)
         self._drop = drop
         self._intervals = [] if config.imu_period == AUTO else None
@@ -93,7 +95,7 @@ class ImuReader:
                 f'the gyroscope is being calibrated: {self.calibration.elapsed:.0f} of {self.calibration.duration:g} s'
             )
         if self._gyro_stamp is None or not abs(now - self._gyro_stamp) <= self.config.max_gap:
-            return 'no rates (0x204) come'
+            return 'no rates (IMPACT_GYRO) come'
         moving = self.motion(now)
         if moving:
             return f'the chair moves: {moving}'

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
 
 SILENT = 655.345  # m; from here on a frame says that the sensor does not answer its node (65535 cm)
 MEASURED_EVERY = 0.2  # s, by each sensor (thesis, 2.6)
-NAMES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 
 
 def rep117(distance: float, minimum: float, maximum: float) -> float:
@@ -20,17 +20,18 @@ def rep117(distance: float, minimum: float, maximum: float) -> float:
 class RangeFilter:
     """Median of a sensor's last three readings; None until there are three, no two of them more than max_gap apart."""
 
-    def __init__(self, minimum: float, maximum: float, max_gap: float) -> None:
-        self.minimum = minimum
-        self.maximum = maximum
+    def __init__(self, names: Iterable[str], limits: tuple[float, float], max_gap: float) -> None:
+        """`names`: of the sensors. `limits`: least and most that they measure, m. `max_gap`: s."""
+        names = tuple(names)
+        self.minimum, self.maximum = limits
         self.max_gap = max_gap
-        self._last = {name: deque(maxlen=3) for name in NAMES}
-        self._stamp = dict.fromkeys(NAMES, -math.inf)
-        self._raw = dict.fromkeys(NAMES, math.nan)
+        self._last = {name: deque(maxlen=3) for name in names}
+        self._stamp = dict.fromkeys(names, -math.inf)
+        self._raw = dict.fromkeys(names, math.nan)
 
     def is_repeat(self, name: str, stamp: float, distance: float) -> bool:
         """Whether a frame only says again what was taken before: a raw distance (m) that has not changed, sooner than a
-        sensor measures anew. In the sensor node's fast mode each of SJO's measurements comes in four frames.
+        sensor measures anew. In the sensor node's fast mode a measurement in RANGE_ACCEL comes in four frames.
 
         A change is not taken at once either: two measurements 50 ms apart would be an approach at four times the speed.
         """

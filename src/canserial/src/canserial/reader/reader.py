@@ -1,4 +1,4 @@
-"""Frames of SARA's bus to readings: the whole of read.py without ROS (thesis 3.3, with its defects mended)."""
+"""Frames of the bus to readings: the whole of read.py without ROS (thesis 3.3, with its defects mended)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from canserial.frame import Frame
 from canserial.reader.compass import Compass
 from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
-from canserial.reader.faults import KINDS
+from canserial.reader.faults import kinds_of
 from canserial.reader.imu_reader import ImuReader
 from canserial.reader.plausibility import EncoderGuard, StuckValue
 from canserial.reader.ranges import SILENT, RangeFilter, rep117
@@ -41,10 +41,10 @@ class Reader:
     """Takes frames in the order of their reception and returns what they say.
 
     config: ReaderConfig. bus: BusDescription. stored: the calibration_file.Calibration of this chair, or None; it must
-    hold an offset where config.calibration is 'saved' (else ValueError). compass: CompassConfig.
-    `frames` counts what was taken, `counters` what was dropped by kind (faults.KINDS), `last_fault` holds each kind's
-    latest stamp, `seen` the latest stamp of each frame by name. `battery`: V, None until known. `compass`: Compass,
-    None on a bus without its frame.
+    hold an offset where config.calibration is 'saved' (else ValueError). compass: CompassConfig. `frames` counts what
+    was taken, `counters` what was dropped by kind (`kinds`: in words), `last_fault` holds each kind's latest stamp,
+    `seen` the latest stamp of each frame by name. `battery`: V, None until known. `compass`: Compass, None on a bus
+    without its frame.
     """
 
     def __init__(
@@ -63,7 +63,10 @@ class Reader:
         self.first_stamp = None
         self.battery = None
         self._imu = ImuReader(config, stored, self._drop)
-        self._ranges = RangeFilter(config.range_min, config.range_max, config.max_gap)
+        sensors = bus.ranges
+        self._ranges = RangeFilter(sum(sensors.values(), ()), (config.range_min, config.range_max), config.max_gap)
+        self.kinds = kinds_of(sum(sensors.values(), ()))
+        self._beside = sensors.get('RANGE_ACCEL', ())  # the sensors whose ranges come with the acceleration
         fastest = config.max_wheel_speed / math.tau * config.encoder_steps_per_turn
         self._guards = {wheel: EncoderGuard(fastest, config.still_steps) for wheel in (RIGHT, LEFT)}
         self._stuck = {source: StuckValue(config.stuck_time) for source in ('angles', 'madgwick', 'compass')}
@@ -192,7 +195,7 @@ class Reader:
 
     def _drop(self, kind, stamp):
         self.counters[kind] += 1
-        if kind in KINDS:
+        if kind in self.kinds:
             self.last_fault[kind] = stamp
         return []
 
@@ -248,9 +251,8 @@ class Reader:
 
     def _range_acceleration(self, stamp, values):
         self._imu.on_acceleration(stamp, (values['ax'], values['ay'], values['az']))
-        if self._ranges.is_repeat('SJO', stamp, values['SJO']):
-            return []
-        return self._distances(stamp, {'SJO': values['SJO']})
+        ranges = {name: values[name] for name in self._beside if not self._ranges.is_repeat(name, stamp, values[name])}
+        return self._distances(stamp, ranges)
 
     def _impact_gyro(self, stamp, values):
         readings = self._imu.on_gyro(stamp, (values['gx'], values['gy'], values['gz']), values['alarma'])

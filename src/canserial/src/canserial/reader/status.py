@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from canserial.reader.faults import KINDS
 from canserial.reader.reader import Reader
 from sara_common.diagnostics import ERROR, OK, WARN
 
@@ -72,7 +71,7 @@ def status_of(reader: Reader, now: float) -> ReaderStatus:
         key=lambda kind: (-reader.last_fault[kind], kind),
     )
     if lately:
-        shown = [f'{KINDS[kind]} ({reader.counters[kind]})' for kind in lately[:KINDS_SHOWN]]
+        shown = [f'{reader.kinds[kind]} ({reader.counters[kind]})' for kind in lately[:KINDS_SHOWN]]
         more = [f'and {len(lately) - KINDS_SHOWN} more'] if len(lately) > KINDS_SHOWN else []
         parts.append((WARN, 'dropped lately: ' + ', '.join(shown + more)))
     empty = reader.config.battery_empty

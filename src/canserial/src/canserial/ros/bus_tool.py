@@ -20,7 +20,7 @@ from canserial.msg import CAN
 from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
 from canserial.reader.status import status_of
-from canserial.ros import calibration_store, conversions
+from canserial.ros import conversions
 
 
 class GivenUp(Exception):
@@ -33,8 +33,9 @@ class BusTool:
     def __init__(self, options: argparse.Namespace, stored: Calibration | None, gain: float | None) -> None:
         """stored: what is known of the chair; gain: of the turned angle, None: the stored one."""
         self.options = options
-        config = ReaderConfig(gain=gain, calibration_time=options.calibration_time)
-        self.reader = Reader(config, BusDescription.named(options.dbc), stored)
+        config = ReaderConfig.of(gain=gain, calibration_time=options.calibration_time)
+        bus = BusDescription.named(options.dbc) if options.dbc else BusDescription.default()
+        self.reader = Reader(config, bus, stored)
         self.lock = threading.Lock()
         rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
 
@@ -72,13 +73,12 @@ class BusTool:
 
 def common_arguments(parser: argparse.ArgumentParser, dbc: str, what: str) -> None:
     """--file, --calibration-time, --dbc (with this default), --node and --dry-run of a command that finds `what`."""
-    parser.add_argument(
-        '--file', default=calibration_store.DEFAULT_FILE, help='calibration file; a relative path lies in ROS_HOME'
-    )
+    parser.add_argument('--file', default='', help="calibration file (the robot's); a relative path lies in ROS_HOME")
     parser.add_argument(
         '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
     )
-    parser.add_argument('--dbc', default=dbc, help='name or path of the bus description (%(default)s)')
+    own = dbc or "the robot's"
+    parser.add_argument('--dbc', default=dbc, help=f'name or path of the bus description ({own})')
     parser.add_argument('--node', default='read', help=f'the read.py that is to take the {what} (read)')
     parser.add_argument('--dry-run', action='store_true', help=f'print the {what}, save nothing')
 

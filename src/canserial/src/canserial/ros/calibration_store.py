@@ -13,13 +13,12 @@ from canserial.calibration import calibration_file
 from canserial.calibration.calibration_file import Calibration, CalibrationFileError
 from canserial.reader.config import ReaderConfig
 from canserial.ros.node import stop
-
-DEFAULT_FILE = 'sara_calibration.yaml'
+from sara_common.platforms import chosen
 
 
 def resolve(name: str) -> Path:
-    """The path of a calibration file: `~` is the home, a relative one lies in ROS_HOME (~/.ros)."""
-    return Path(rospkg.get_ros_home()) / os.path.expanduser(name)
+    """The path of a calibration file ('': the robot's): `~` is the home, a relative one lies in ROS_HOME (~/.ros)."""
+    return Path(rospkg.get_ros_home()) / os.path.expanduser(name or f'{chosen().name}_calibration.yaml')
 
 
 def load_at_start(path: Path, config: ReaderConfig) -> Calibration | None:

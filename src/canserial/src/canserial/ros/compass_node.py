@@ -37,7 +37,7 @@ class CompassTool(BusTool):
         known = None if stored is None else Calibration(gain=stored.gain)
         super().__init__(options, known, gain=None)
         if self.reader.compass is None:
-            raise GivenUp(f'the bus {options.dbc} has no compass; sara+compass has')
+            raise GivenUp(f'the bus {options.dbc} has no compass; +compass adds it')
 
     def on_readings(self, readings: Sequence[NamedTuple]) -> None:
         reader = self.reader
@@ -61,7 +61,7 @@ class CompassTool(BusTool):
             silent, fields = (silent + 0.1, fields) if count == fields else (0.0, count)
             if silent > SILENT:
                 raise GivenUp(
-                    'no magnetic fields (0x207) come: is there a chip, and does the sensor node know the bus?'
+                    'no magnetic fields (COMPASS) come: is there a chip, and does the sensor node know the bus?'
                 )
             news = tuple(round(math.degrees(left) / 30.0) * 30 for left in missing)
             if news != said:
@@ -119,7 +119,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--north', type=float, default=90.0, metavar='DEG', help='the yaw that faces magnetic north (90)'
     )
-    common_arguments(parser, 'sara+compass', 'compass')
+    common_arguments(parser, '+compass', 'compass')
     return parser.parse_args(arguments)
 
 

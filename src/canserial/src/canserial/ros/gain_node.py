@@ -63,9 +63,11 @@ class GainTool(BusTool):
                 age = rospy.get_time() - self.reader.seen['IMPACT_GYRO']
                 doubtful, turned = self.reader.yaw_doubtful, math.degrees(self.reader.turned)
             if doubtful:
-                raise GivenUp('rates (0x204) were missing for so long that the turned angle is not known: begin again')
+                raise GivenUp(
+                    'rates (IMPACT_GYRO) were missing for so long that the turned angle is not known: begin again'
+                )
             if age > self.reader.config.max_gap:
-                moving = 'no rates (0x204) come'
+                moving = 'no rates (IMPACT_GYRO) come'
             if not moving:
                 return turned
             if not said:
@@ -102,7 +104,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--max-residual', type=float, default=5.0, metavar='DEG', help='a turn further off the line is an error (5)'
     )
-    common_arguments(parser, 'sara', 'gain')
+    common_arguments(parser, '', 'gain')
     options = parser.parse_args(arguments)
     if any(angle < 0.0 for angle in options.angles):
         parser.error(f'--angles are {options.angles}, allowed are positive numbers: --directions says which way')

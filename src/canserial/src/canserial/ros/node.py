@@ -13,7 +13,8 @@ from sara_common.config import ConfigError
 def config_from_params(config_type: type) -> object:
     """The frozen dataclass `config_type` from the private parameters of its fields' names.
 
-    A wrong one ends the node with a sentence that names it.
+    What a platform knows of it (`OfPlatform`) need not be given. A wrong one ends the node with a sentence that names
+    it.
     """
     fields = config_type.__dataclass_fields__
     given = {name: rospy.get_param(f'~{name}') for name in fields if rospy.has_param(f'~{name}')}
@@ -21,7 +22,7 @@ def config_from_params(config_type: type) -> object:
         if isinstance(fields[name].default, float) and isinstance(value, int) and not isinstance(value, bool):
             given[name] = float(value)
     try:
-        return config_type(**given)
+        return getattr(config_type, 'of', config_type)(**given)
     except ConfigError as error:
         stop(f'wrong configuration of {rospy.get_name()}: {error}')
 

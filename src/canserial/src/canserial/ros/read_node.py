@@ -20,8 +20,6 @@ from canserial.dbc.bus import BusDescription, BusError
 from canserial.msg import CAN, Encoder
 from canserial.reader.compass_config import CompassConfig
 from canserial.reader.config import ReaderConfig
-from canserial.reader.faults import KINDS
-from canserial.reader.ranges import NAMES
 from canserial.reader.reader import Reader
 from canserial.reader.readings import (
     AnglesReading,
@@ -55,10 +53,11 @@ class ReadNode:
         config, compass = config_from_params(ReaderConfig), config_from_params(CompassConfig)
         warn_of_unknown_params({*ReaderConfig.__dataclass_fields__, *CompassConfig.__dataclass_fields__, *PARAMETERS})
         try:
-            bus = BusDescription.named(str(rospy.get_param('~dbc', 'sara')))
+            name = str(rospy.get_param('~dbc', ''))
+            bus = BusDescription.named(name) if name else BusDescription.default()
         except BusError as error:
             stop(f'wrong configuration of {rospy.get_name()}: dbc: {error}')
-        self.file = calibration_store.resolve(rospy.get_param('~calibration_file', calibration_store.DEFAULT_FILE))
+        self.file = calibration_store.resolve(rospy.get_param('~calibration_file', ''))
         self.save_at_start = rospy.get_param('~save_calibration', False)
         if not isinstance(self.save_at_start, bool):
             stop(
@@ -102,7 +101,8 @@ class ReadNode:
         encoders = advertise('encoders', Encoder)
         joystick, battery = advertise('joystick', Joy), advertise('battery', BatteryState)
         mode, impact = advertise('mode', UInt8), advertise('impact', Bool)
-        ranges, raw = {name: advertise(f'{name}_range', Range) for name in NAMES}, advertise('raw_ranges', Range)
+        sensors, raw = sum(self.reader.bus.ranges.values(), ()), advertise('raw_ranges', Range)
+        ranges = {name: advertise(f'{name}_range', Range) for name in sensors}
         limits = config.range_min, config.range_max
         variances = config.variances
         charge = config.battery_empty, config.battery_full, config.battery_charging
@@ -181,7 +181,7 @@ class ReadNode:
                 if calibration.frames != frames:
                     frames, since = calibration.frames, time.monotonic()
                 elif time.monotonic() - since > NO_FRAMES:
-                    calibration.start_over('no rates (0x204) come any more')
+                    calibration.start_over('no rates (IMPACT_GYRO) come any more')
                     return
 
     def save_offset(self, calibration: GyroCalibration) -> None:
@@ -272,11 +272,11 @@ class ReadNode:
     def warn_of_faults(self, counters: Mapping[str, int]) -> None:
         """Once per kind, and again when it was well for a while."""
         now = time.monotonic()
-        for kind in KINDS.keys() & counters.keys():
+        for kind in self.reader.kinds.keys() & counters.keys():
             if counters[kind] == self.known.get(kind):
                 continue
             if now - self.noticed.get(kind, -math.inf) > WELL:
-                rospy.logwarn('%s: %d so far; counted in /diagnostics', KINDS[kind], counters[kind])
+                rospy.logwarn('%s: %d so far; counted in /diagnostics', self.reader.kinds[kind], counters[kind])
             self.noticed[kind], self.known[kind] = now, counters[kind]
 
 

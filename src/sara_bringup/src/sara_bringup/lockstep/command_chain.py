@@ -19,7 +19,7 @@ from canserial.reader.readings import (
     ModeReading,
     RangeReading,
 )
-from sara_bringup.paths import parameters
+from sara_common.platforms import parameters
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import State, sentence
@@ -31,6 +31,7 @@ from sara_control.wheels.controller import DiffDriveController
 
 if TYPE_CHECKING:
     from canserial.dbc.bus import BusDescription
+    from sara_common.platforms import Platform
     from sara_control.wheels.odometry import OdometryState
 
 
@@ -40,15 +41,15 @@ class CommandChain:
     called with a SelectedCommand and the time, gives (v, w).
     """
 
-    def __init__(self, bus: BusDescription, scan: bool = False) -> None:
-        """`scan`: whether the gate is told of a laser scanner."""
+    def __init__(self, bus: BusDescription, platform: Platform, scan: bool = False) -> None:
+        """`platform`: the robot. `scan`: whether the gate is told of a laser scanner."""
         control, mux = (
-            ControllerConfig.from_params(parameters('sara_control', 'sara.yaml')),
+            ControllerConfig.from_params(parameters('sara_control', 'diff_drive_controller.yaml', platform)),
             parameters('sara_control', 'mux.yaml'),
         )
         self.base, self.controller = CanBase.from_config(bus, control, True), DiffDriveController(control)
         self.mux, self.joystick = Mux(MuxConfig.from_params(mux)), Joystick(JoystickConfig.from_params(mux['joystick']))
-        safety = parameters('sara_control', 'safety.yaml')
+        safety = parameters('sara_control', 'safety.yaml', platform)
         safety['scan']['enabled'] = scan
         self.guard = Guard(SafetyConfig.from_params(safety))
         self.decision = self.positions = None

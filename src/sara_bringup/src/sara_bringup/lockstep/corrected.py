@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.ranges import mountings
-from sara_bringup.paths import parameters
 from sara_common.planar import compose
+from sara_common.platforms import parameters
 from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
 
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
+    from sara_common.platforms import Platform
     from sara_nav.maps.map_io import GridMap
 
 
-@lru_cache(maxsize=1)
-def settings() -> RangeConfig:
-    """SARA's own RangeConfig."""
-    return RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml'))
+def settings(platform: Platform) -> RangeConfig:
+    """The RangeConfig that a robot is launched with."""
+    return RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml', platform))
 
 
 def range_map(grid: GridMap, occupied_above: float) -> RangeMap:
@@ -33,15 +32,15 @@ def range_map(grid: GridMap, occupied_above: float) -> RangeMap:
 
 
 class Corrected(Estimate):
-    """`inner`: the Filter. `grid`: sara_nav's GridMap. `limits`: least and most that the sensors measure, m. `config`:
-    RangeConfig, SARA's where none is given.
+    """`inner`: the Filter. `grid`: sara_nav's GridMap. `limits`: least and most that the sensors measure, m.
+    `platform`: the robot. `config`: RangeConfig, the robot's where none is given.
     """
 
-    def __init__(self, inner, grid, limits, config=None):
+    def __init__(self, inner, grid, limits, platform, config=None):
         super().__init__()
-        self._inner, self._limits, self._places = inner, limits, mountings()
+        self._inner, self._limits, self._places = inner, limits, mountings(platform)
         self.on_imu, self.on_odometry = inner.on_imu, inner.on_odometry
-        config = config or settings()
+        config = config or settings(platform)
         self.localizer = RangeLocalizer(config, range_map(grid, config.map_occupied_above))
 
     def on_range(self, reading: RangeReading) -> None:

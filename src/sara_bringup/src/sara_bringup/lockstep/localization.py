@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sara_bringup.paths import parameters
 from sara_common.planar import compose, inverse
+from sara_common.platforms import parameters
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy

@@ -19,10 +19,11 @@ from canserial.reader.reader import Reader
 from canserial.reader.readings import ImuReading, RangeReading
 from sara_bringup.lockstep.command_chain import CommandChain
 from sara_bringup.lockstep.localization import Filter, Truth
-from sara_bringup.lockstep.ranges import RangeFeeds
+from sara_bringup.lockstep.ranges import RangeFeeds, mountings
 from sara_bringup.lockstep.scans import ScanFeeds
-from sara_bringup.paths import parameters
+from sara_common.paths import merged
 from sara_common.planar import Pose2D, compose
+from sara_common.platforms import Platform, chosen, parameters
 from sara_control.gate.reasons import sentence
 from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_nav.config.parameters import Parameters
@@ -51,11 +52,11 @@ class Lockstep:
 
     `world`: a ROS map's path, or a map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an
     ekf_*.yaml. `gain`: of this chair's gyro, as its calibration file would hold it; None: read.py's own default.
-    `localization`: "ekf", "ukf", or "fake" for the true pose.
-    `navigation`: a tree laid over sara_nav.yaml's. `ranges`: whether the fused pose is corrected by what the sonars
-    hear of the map; as in sara.launch, None: with the default set alone. `imu_period`: s between the IMU's frames, 0.05
-    or 0.2. `scan`: whether the chair has the laser scanner, for gate and costmaps. `dbc`: the bus, as canserial
-    names it. `tick` counts the steps.
+    `localization`: "ekf", "ukf", or "fake" for the true pose. `navigation`: a tree laid over sara_nav.yaml's. `ranges`:
+    whether the fused pose is corrected by what the sonars hear of the map; as in sara.launch, None: with the default
+    set alone. `imu_period`: s between the IMU's frames, 0.05 or 0.2. `scan`: whether the chair has the laser scanner,
+    for gate and costmaps. `dbc`: the bus, as canserial names it, the robot's own where none is named. `platform`: the
+    robot, the chosen one where none is given. `tick` counts the steps.
     """
 
     def __init__(
@@ -70,13 +71,17 @@ class Lockstep:
         ranges: bool | None = None,
         imu_period: float = FAST_IMU,
         scan: bool = False,
-        dbc: str = 'sara',
+        dbc: str | None = None,
+        platform: Platform | None = None,
     ) -> None:
-        bus = BusDescription.named(dbc)
+        self.platform = platform = platform or chosen()
+        bus = BusDescription.named(dbc, platform) if dbc else BusDescription.of(platform)
         grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
-        options, sensors = ChairOptions(scan=scan), SensorConfig(imu_period=imu_period)
-        self.chair = SimulatedChair(world_of(grid), seed, start, bus, options=options, sensors=sensors)
-        reader = parameters('canserial', 'read.yaml')
+        sensors = SensorConfig.of(platform, imu_period=imu_period)
+        self.chair = SimulatedChair(
+            world_of(grid), seed, start, bus, options=ChairOptions(scan=scan), sensors=sensors, platform=platform
+        )
+        reader = parameters('canserial', 'read.yaml', platform)
         if gain is not None:
             reader['gain'] = gain
         self.reader = Reader(
@@ -84,23 +89,27 @@ class Lockstep:
             bus,
         )
         self.reader.set_yaw(start[2], 0.0)
-        self.wheels = CommandChain(bus, scan)
+        self.wheels = CommandChain(bus, platform, scan)
         if localization == 'fake':
             self.localization = Truth(lambda: self.chair.pose)
         else:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
-        tree = parameters('sara_nav', 'sara_nav.yaml')
+        tree = parameters('sara_nav', 'sara_nav.yaml', platform)
         tree = merged(tree, parameters('sara_nav', 'scan.yaml')) if scan else tree
         settings = read_settings(Parameters(merged(tree, navigation or {})))
         if localization != 'fake' and (ekf == 'default' if ranges is None else ranges):
             from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
 
             self.localization = Corrected(
-                self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max)
+                self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max), platform
             )
         self.move_base = settings.make_move_base(grid)
-        self.ranges = RangeFeeds(self.move_base, self.reader.config)
-        self.scans = ScanFeeds(self.move_base, self.wheels.guard) if scan else None
+        self.ranges = RangeFeeds(self.move_base, self.reader.config, mountings(platform))
+        self.scans = (
+            ScanFeeds(self.move_base, self.wheels.guard, self.chair.scanner.optics, mountings(platform)['scan'])
+            if scan
+            else None
+        )
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
         self.tick = 0
         self.navigation_runs = True  # False: as if move_base had been killed
@@ -231,16 +240,6 @@ def world_of(grid: map_io.GridMap) -> World:
     """The simulator's World in which a map_io.GridMap is true."""
     geometry = grid.geometry
     return World(grid.data == map_io.OCCUPIED, geometry.resolution, (geometry.origin_x, geometry.origin_y))
-
-
-def merged(tree: dict, over: dict) -> dict:
-    """A tree of parameters with another laid over it; neither is changed."""
-    result = dict(tree)
-    for name, value in over.items():
-        result[name] = (
-            merged(result[name], value) if isinstance(value, dict) and isinstance(result.get(name), dict) else value
-        )
-    return result
 
 
 def drive(lockstep: Lockstep, mission: Mission, record: Drive, progress: Callable[[str], None] | None = None) -> None:

@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from canserial.reader.readings import FIELD_OF_VIEW
-from sara_bringup.paths import share
 from sara_common.planar import compose
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 
 if TYPE_CHECKING:
     from canserial.reader.config import ReaderConfig
+    from sara_common.platforms import Platform
     from sara_nav.move_base.state_machine import MoveBase
 
 
-def mountings(urdf: str | None = None) -> dict[str, tuple[float, float, float]]:
-    """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} of a URDF's text; SARA's own where none is given."""
-    urdf = urdf or (share('sara_description') / 'urdf' / 'sara.urdf').read_text()
+def mountings(platform: Platform) -> dict[str, tuple[float, float, float]]:
+    """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} as the platform's URDF says it."""
     found = {}
-    for joint in ElementTree.fromstring(urdf).iter('joint'):
+    for joint in ElementTree.fromstring(platform.urdf).iter('joint'):
         child = joint.find('child').get('link')
         if (
             joint.get('type') == 'fixed'
@@ -39,13 +38,15 @@ def mountings(urdf: str | None = None) -> dict[str, tuple[float, float, float]]:
 class RangeFeeds:
     """Gives the range layers of both of move_base's costmaps what they listen to.
 
-    `move_base`: MoveBase. `reader`: read.py's ReaderConfig, for the limits it publishes with each reading.
-    `local_frame`: of the local costmap. Raises ValueError where a costmap is in neither `map` nor `odom`, the frames
-    that lockstep knows.
+    `move_base`: MoveBase. `reader`: read.py's ReaderConfig, for the limits it publishes with each reading. `places`:
+    where the sensors sit, of `mountings`. `local_frame`: of the local costmap. Raises ValueError where a costmap is in
+    neither `map` nor `odom`, the frames that lockstep knows.
     """
 
-    def __init__(self, move_base: MoveBase, reader: ReaderConfig) -> None:
-        self._limits, self._places = (reader.range_min, reader.range_max), mountings()
+    def __init__(
+        self, move_base: MoveBase, reader: ReaderConfig, places: dict[str, tuple[float, float, float]]
+    ) -> None:
+        self._limits, self._places = (reader.range_min, reader.range_max), places
         self._listeners = {}  # {topic: (layers of costmaps in map, of those in odom)}
         self.local_frame = move_base.local_costmap.config.global_frame
         for costmap in (move_base.global_costmap, move_base.local_costmap):

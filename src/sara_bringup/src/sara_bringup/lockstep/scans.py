@@ -8,12 +8,11 @@ from collections import deque
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from sara_bringup.lockstep.ranges import mountings
 from sara_common.planar import between, compose, quaternion_from_yaw
 from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.observations import Observation, scan_rays
-from sara_sim.chips.scanner import Scan, sweep_of
+from sara_sim.chips.scanner import Optics, Scan, sweep_of
 
 if TYPE_CHECKING:
     from sara_control.gate.guard import Guard
@@ -24,10 +23,12 @@ KEPT = 50  # odometry poses
 
 
 class ScanFeeds:
-    """Gives sweeps to the Guard, and to what listens to `/scan` in both costmaps of a MoveBase."""
+    """Gives sweeps to the Guard, and to what listens to `/scan` in both costmaps of a MoveBase. `optics`: the
+    scanner's; `mount`: its (x, y, yaw) in `base_link`, m, rad.
+    """
 
-    def __init__(self, move_base: MoveBase, guard: Guard) -> None:
-        self._guard, self._mount = guard, mountings()['scan']
+    def __init__(self, move_base: MoveBase, guard: Guard, optics: Optics, mount: tuple[float, float, float]) -> None:
+        self._guard, self._optics, self._mount = guard, optics, mount
         self._under_way, self._waiting, self._poses = deque(), deque(), deque(maxlen=KEPT)
         self._listeners = []  # (layer, its source, whether its costmap is in odom)
         for costmap in (move_base.global_costmap, move_base.local_costmap):
@@ -43,7 +44,7 @@ class ScanFeeds:
     def step(self, now: float, scan: Scan | None) -> None:
         """A sweep that has just ended, or None; what is due is handed on."""
         if scan is not None:
-            self._under_way.append((now + TRANSPORT_STEPS * 0.01 - 1e-9, sweep_of(scan)))
+            self._under_way.append((now + TRANSPORT_STEPS * 0.01 - 1e-9, sweep_of(scan, self._optics)))
         while self._under_way and self._under_way[0][0] <= now:
             sweep = self._under_way.popleft()[1]
             self._guard.on_scan(now, sweep)

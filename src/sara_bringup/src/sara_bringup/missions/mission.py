@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from sara_bringup.paths import plain
+from sara_common.paths import plain
 
 
 class MissionError(ValueError):

@@ -16,6 +16,7 @@ from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file, share
 from sara_bringup.ros.masters import environment, launched
+from sara_common import platforms
 from sara_sim.world.world import World
 
 
@@ -24,7 +25,7 @@ def drive(ekf: str, out: Path, seed: int, speed: float, rviz: bool) -> Drive | N
     result = out / f'square_{ekf}.json'
     result.unlink(missing_ok=True)
     env = environment()
-    with tempfile.TemporaryDirectory(prefix='sara') as folder:
+    with tempfile.TemporaryDirectory(prefix='sara_') as folder:
         arguments = {
             'ekf': ekf,
             'seed': seed,
@@ -60,6 +61,7 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out'), help='folder for figures, bags and results')
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--speed', type=float, default=2.0, help='simulated seconds per second')
+    platforms.add_option(parser)
     arguments = parser.parse_args()
     out = arguments.out.resolve()
     out.mkdir(parents=True, exist_ok=True)

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from sara_common.config import ConfigError, filled, range_faults
+from sara_common.platforms import OfPlatform, Platform
 
 
 @dataclass(frozen=True)
-class AssistConfig:
+class AssistConfig(OfPlatform):
     """m, s, m/s, rad/s. Names of the laws: see shared_control.
 
-    enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link.
-    horizon: s of driving that is looked ahead, within nearest_look and farthest_look (m). margin: the body comes no
-    nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety gate stops. clear:
-    m; nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking: m/s2, before what
-    cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of the greatest
-    deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the stick is
-    centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override lasts.
-    grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate driven.
-    latency: s until a command takes effect.
+    enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link;
+    they must be given. horizon: s of driving that is looked ahead, within nearest_look and farthest_look (m). margin:
+    the body comes no nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety
+    gate stops. clear: m; nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking:
+    m/s2, before what cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of
+    the greatest deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the
+    stick is centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override
+    lasts. grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate
+    driven. latency: s until a command takes effect.
     """
 
     enabled: bool = True
     sources: tuple = ('joystick', 'touch', 'keyboard')
-    length: float = 1.08
-    width: float = 0.58
+    length: float = 0.0
+    width: float = 0.0
     horizon: float = 6.0
     nearest_look: float = 0.8
     farthest_look: float = 2.1
@@ -56,6 +58,11 @@ class AssistConfig:
             )
         if faults:
             raise ConfigError(faults)
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Its body."""
+        return dict(zip(('length', 'width'), platform.size))
 
     @classmethod
     def from_params(cls, params: object) -> AssistConfig:

@@ -43,7 +43,7 @@ class HelpProfiles(NamedTuple):
         """
         if not isinstance(params, dict):
             raise ConfigError(f'{params!r} is given where a mapping of parameters is allowed')
-        own, faults, base = dict(params), [], AssistConfig()
+        own, faults, base = dict(params), [], AssistConfig(length=1.0, width=1.0)
         profiles, name = own.pop('profiles', {'much': {}}), own.pop('profile', 'much')
         try:
             base = AssistConfig.from_params(own)

@@ -54,7 +54,7 @@ class Assisted(NamedTuple):
 class SharedControl:
     """config: AssistConfig. Times in s on one clock; poses (x, y, yaw), m, rad, in the grid's frame."""
 
-    def __init__(self, config: AssistConfig = AssistConfig()) -> None:
+    def __init__(self, config: AssistConfig) -> None:
         rollouts.warm()
         way_search.warm()
         self._outline = outline_of(config.length, config.width, SPACING)

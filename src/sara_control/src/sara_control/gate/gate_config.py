@@ -1,8 +1,10 @@
 """Settings of the safety gate and of what it holds for plausible, checked all at once."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from sara_common.config import ConfigError, filled, is_number, number_faults
+from sara_common.platforms import OfPlatform, Platform
 from sara_control.gate.comfort import read_profiles
 from sara_control.zones.caution import CautionConfig
 from sara_control.zones.scan_config import ScanConfig
@@ -63,18 +65,18 @@ class GateConfig:
 
 
 @dataclass(frozen=True)
-class PlausibilityConfig:
-    """Geometry in m. max_wheel_speed: rad/s, no wheel turns faster.
+class PlausibilityConfig(OfPlatform):
+    """Geometry in m, which must be given: 0 is none. max_wheel_speed: rad/s, no wheel turns faster.
 
     frozen_distance: m of rim that one wheel may miss while the other turns, twice that if both stand. runaway_speed:
     m/s of rim that a wheel may differ from its command. turn_difference: rad/s between IMU and wheels. max_turn_rate:
     rad/s, no IMU can measure more. Readings in a row that make a fault: runaway_readings, turn_readings.
     """
 
-    wheel_radius: float = 0.155
-    wheel_separation: float = 0.525
-    steps_per_turn: int = 64000
-    max_wheel_speed: float = 10.0
+    wheel_radius: float = 0.0
+    wheel_separation: float = 0.0
+    steps_per_turn: int = 0
+    max_wheel_speed: float = 0.0
     frozen_distance: float = 0.01
     runaway_speed: float = 0.4
     runaway_readings: int = 3
@@ -102,13 +104,18 @@ class PlausibilityConfig:
         if faults:
             raise ConfigError(faults)
 
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Its wheels."""
+        return platform.parameters('safety_gate')['plausibility']
+
 
 @dataclass(frozen=True)
 class SafetyConfig:
     """All that the safety gate's YAML holds. rate: Hz. profiles: {name: Profile}; profile: the one in use at start.
 
     turn_slip: turn rate commanded over turn rate driven, 1 for a base that turns as it is told to. handshake: whether
-    the robot reports who drives (SARA: `mode`). cancel_topics: where goals are given up.
+    the robot reports who drives, on `mode`. cancel_topics: where goals are given up.
     """
 
     gate: GateConfig

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import rosbag
-import rospkg
 import yaml
 
 from canserial.ros.conversions import has_estimate
 from sara_common.config import ConfigError
+from sara_common.platforms import parameters
 from sara_control.calibration.calibration import Geometry, calibrate, end_errors
 from sara_control.calibration.calibration_report import report, yaml_text
 from sara_control.calibration.drive_log import DriveLog, LogError
@@ -99,8 +99,7 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
     parser.add_argument('bag')
     parser.add_argument(
         '--params',
-        default=str(Path(rospkg.RosPack().get_path('sara_control')) / 'config' / 'sara.yaml'),
-        help="the controller's YAML: geometry, joints (default: %(default)s)",
+        help="the controller's YAML: geometry, joints (the robot's)",
     )
     parser.add_argument('--joint-states', default='/joint_states', metavar='TOPIC', help='default: %(default)s')
     parser.add_argument('--imu', default='/imu/data', metavar='TOPIC', help='z up; default: %(default)s')
@@ -131,7 +130,12 @@ def main(words: list[str] | None = None) -> int:
     """Run the command; exit status 1 and one sentence where it cannot."""
     options = arguments(sys.argv[1:] if words is None else words)
     try:
-        config = ControllerConfig.from_params(yaml.safe_load(Path(options.params).read_text()))
+        params = (
+            yaml.safe_load(Path(options.params).read_text())
+            if options.params
+            else parameters('sara_control', 'diff_drive_controller.yaml')
+        )
+        config = ControllerConfig.from_params(params)
         log = read_log(options.bag, config, options.joint_states, options.imu, options.truth)
         result = calibrate(
             log, config.wheel_separation, config.wheel_radius, options.gyro_scale_sigma, options.leg, options.leg_sigma

@@ -1,4 +1,4 @@
-"""SARA on her CAN bus as a WheelBase: `encoders`, `mode` and, where the PC helps the chair's joystick, `joystick`
+"""The chair on its CAN bus as a WheelBase: `encoders`, `mode` and, where the PC helps the chair's joystick, `joystick`
 (canserial's read.py) in, `cantx` out.
 """
 
@@ -32,7 +32,8 @@ class CanChair(WheelBase):
         assists = params.get('assists', False)
         if not isinstance(assists, bool):
             raise ValueError(f'assists is {assists!r}, allowed are true and false')
-        self.can = CanBase.from_config(BusDescription.named(params.get('dbc', 'sara')), config, assists)
+        bus = BusDescription.named(params['dbc']) if params.get('dbc') else BusDescription.default()
+        self.can = CanBase.from_config(bus, config, assists)
         self.counters = self.can.counters
         self._lock = threading.Lock()
         self._positions = deque(maxlen=100)

@@ -12,6 +12,7 @@ from collections import Counter
 from canserial.dbc.bus import BusDescription
 from canserial.dbc.modes import ASSISTED, DRIVE, HELP, PC, STOP, has_assisted
 from canserial.reader.readings import EncoderReading
+from sara_common.config import ConfigError
 from sara_control.wheels.base import WheelPositions
 from sara_control.wheels.config import ControllerConfig
 
@@ -33,7 +34,7 @@ class CanBase:
     def __init__(
         self,
         bus: BusDescription,
-        steps_per_turn: int = 64000,
+        steps_per_turn: int,
         max_wheel_speed: float = 20.0,
         period: float = 0.1,
         assists: bool = False,
@@ -55,7 +56,9 @@ class CanBase:
 
     @classmethod
     def from_config(cls, bus: BusDescription, config: ControllerConfig, assists: bool = False) -> 'CanBase':
-        """With the settings of a ControllerConfig."""
+        """With the settings of a ControllerConfig. Raises ConfigError where it does not know the encoders."""
+        if not config.steps_per_turn:
+            raise ConfigError('steps_per_turn is missing: encoder edges of a wheel turn')
         return cls(bus, config.steps_per_turn, config.max_wheel_speed, config.encoder_period, assists)
 
     @property

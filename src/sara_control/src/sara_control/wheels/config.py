@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from sara_common.config import ConfigError, is_number, number_faults
+from sara_common.config import ConfigError, is_number, is_whole, number_faults
 from sara_control.wheels.limiter import Limits
 from sara_control.wheels.urdf import UrdfError, WheelGeometry
 
@@ -79,7 +79,7 @@ class ControllerConfig:
     stop_deceleration: float = None
     frozen_distance: float = 0.015
     wheel_acceleration: float = 1.5
-    steps_per_turn: int = 64000
+    steps_per_turn: int = 0
     encoder_period: float = 0.1
     max_wheel_speed: float = 20.0
 
@@ -116,10 +116,11 @@ class ControllerConfig:
             ),
             "is a joint's name or a list of names",
         )
+        check(('velocity_rolling_window_size',), lambda value: is_whole(value, 1), 'are whole numbers of 1 or more')
         check(
-            ('velocity_rolling_window_size', 'steps_per_turn'),
-            lambda value: isinstance(value, int) and not isinstance(value, bool) and value >= 1,
-            'are whole numbers of 1 or more',
+            ('steps_per_turn',),
+            lambda value: is_whole(value, 0),
+            'are whole numbers of 1 or more, 0 where no encoder is read',
         )
         check(FLAGS, lambda value: isinstance(value, bool), 'are true and false')
         return faults + self._joint_faults()

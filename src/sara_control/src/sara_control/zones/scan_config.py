@@ -18,7 +18,7 @@ class ScanConfig:
     """
 
     enabled: bool = False
-    x: float = 0.5
+    x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
     view: float = math.radians(100.0)

@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from sara_common.config import ConfigError, is_number, number_faults
+from sara_common.platforms import OfPlatform, Platform
 
 SLACK = 1.25  # creeping may be this much faster before it is braked hard: v and w are limited each by itself
 
@@ -32,9 +34,9 @@ class RangeSensor:
 
 
 @dataclass(frozen=True)
-class ZoneConfig:
-    """length, width: of the body, centred on the base frame, m. side_margin: added to each side, m. field_of_view: rad,
-    of each sensor.
+class ZoneConfig(OfPlatform):
+    """length, width: of the body, centred on the base frame, m; they must be given. side_margin: added to each side, m.
+    field_of_view: rad, of each sensor.
 
     stop_distance: m. reaction_time: s from an echo to the wheels' answer. braking, hard_braking: m/s2. ease: s more
     that is reckoned with for the former, so that it begins gently. creep_speed: m/s. trigger, release: how many
@@ -42,8 +44,8 @@ class ZoneConfig:
     """
 
     sensors: tuple
-    length: float = 1.08
-    width: float = 0.58
+    length: float = 0.0
+    width: float = 0.0
     side_margin: float = 0.02
     field_of_view: float = math.radians(60.0)
     stop_distance: float = 0.15
@@ -81,6 +83,11 @@ class ZoneConfig:
             )
         if faults:
             raise ConfigError(faults)
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Its body."""
+        return dict(zip(('length', 'width'), platform.size))
 
     def way_to_rest(self, u: float) -> float:
         """How far the chair goes from speed u (m/s) to rest, m."""

@@ -181,6 +181,7 @@ class RobotConfig(Group):
         default_factory=lambda: {'standard': dict(max_forward=0.4, max_reverse=0.2, max_turn=0.6)}
     )
     profile: str = 'standard'
+    body: tuple = (1.0, 0.6)
     range_topics: tuple = ()
     settle_s: float = 0.7
     state_hz: float = 10.0
@@ -198,6 +199,10 @@ class RobotConfig(Group):
             for name in ('places', 'base_frame', 'map_frame', 'profile')
             if not isinstance(getattr(self, name), str)
         ]
+        if not (
+            isinstance(self.body, tuple) and len(self.body) == 2 and all(is_number(v) and v > 0 for v in self.body)
+        ):
+            faults.append(f'body is {self.body!r}, allowed are two numbers above 0: length and width, m')
         if not all(isinstance(topic, str) and topic for topic in self.range_topics):
             faults.append(f'range_topics is {list(self.range_topics)!r}, allowed is a list of names of topics')
         if not isinstance(self.speech, bool):

@@ -164,6 +164,7 @@ class Hub:
             'driver': self.driving.driver,
             **self.tasks.profile_fields(),
             'profiles': self.tasks.profile_names(),
+            'body': list(self._config.robot.body),
         }
         return [*actions, Send(client.number, welcome), Order(client.number, 'catch_up')]
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_nav.costmaps import layered_costmap
 from sara_nav.costmaps.costmap import LETHAL, InflationConfig, inflate
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
@@ -22,11 +23,11 @@ from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.observations import Observation
+from sara_nav.grids.footprint import pad_footprint
 
 if TYPE_CHECKING:
     from sara_lab.benches.timed import Clock
 
-FOOTPRINT = np.array([[0.55, 0.30], [0.55, -0.30], [-0.55, -0.30], [-0.55, 0.30]])
 SENSORS = 9
 PEER_MS = {
     'inflation, scattered cells, 0.55 m': 44.18,
@@ -67,7 +68,7 @@ def nine_ranges(random: np.random.Generator, moving: bool, size: float = 10.0) -
     costmap = LayeredCostmap(
         CostmapConfig(rolling_window=True, width=size, height=size),
         [layer, InflationLayer('inflation', InflationConfig(0.75, 4.0))],
-        FOOTPRINT,
+        _outline(),
     )
 
     def update(i):
@@ -97,7 +98,7 @@ def laser(random: np.random.Generator) -> Callable[[int], object]:
     """Return work(i): an update of the same costmap with a scan of 720 rays, marking and clearing."""
     layer = ObstacleLayer('obstacles', ObstacleConfig(sources=(SourceConfig('scan', clearing=True),)))
     costmap = LayeredCostmap(
-        CostmapConfig(rolling_window=True), [layer, InflationLayer('inflation', InflationConfig(0.75, 4.0))], FOOTPRINT
+        CostmapConfig(rolling_window=True), [layer, InflationLayer('inflation', InflationConfig(0.75, 4.0))], _outline()
     )
     angle = np.linspace(-math.pi, math.pi, 720)
 
@@ -110,10 +111,15 @@ def laser(random: np.random.Generator) -> Callable[[int], object]:
     return update
 
 
+def _outline():
+    """The robot's corners, as it is kept clear."""
+    return pad_footprint(np.array(chosen().footprint), 0.01)
+
+
 def _inflating(scattered, radius):
     """Return work(i): the inflation of the whole grid."""
     costs, config = obstacles(scattered), InflationConfig(radius, 5.0)
-    return lambda i: inflate(costs, 0.05, 0.29, config)
+    return lambda i: inflate(costs, 0.05, 0.5 * chosen().body.width, config)
 
 
 CASES = {

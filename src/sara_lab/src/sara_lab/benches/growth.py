@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_lab.benches import costmaps as bench_costmap
 from sara_lab.benches.timed import Timed, timed
 from sara_localization.config.filter_config import FilterConfig
@@ -49,12 +50,12 @@ FAMILIES = {
 
 
 def field(side: int, resolution: float = RESOLUTION) -> Costmap:
-    """A Costmap of side x side cells, free but for a grid of posts of 0.3 m, inflated for SARA."""
+    """A Costmap of side x side cells, free but for a grid of posts of 0.3 m, inflated."""
     costs = np.zeros((side, side), np.uint8)
     for row in range(BLOCK, side - BLOCK // 2, BLOCK):
         for column in range(BLOCK, side - BLOCK // 2, BLOCK):
             costs[row - 3 : row + 3, column - 3 : column + 3] = 254
-    costs = np.ascontiguousarray(inflate(costs, resolution, 0.29, InflationConfig(0.55, 10.0)))
+    costs = np.ascontiguousarray(inflate(costs, resolution, 0.5 * chosen().body.width, InflationConfig(0.55, 10.0)))
     return Costmap(costs, GridGeometry(side, side, resolution, 0.0, 0.0))
 
 

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_common.planar import Pose2D, wrap
+from sara_common.platforms import chosen
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import pad_footprint, radii
-from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner
+from sara_nav.lattice.planner import LatticePlanner
 from sara_nav.maps.map_io import GridMap, load_map
 from sara_nav.planners.navfn import NavfnConfig, NavfnROS
 from sara_nav.planners.planning import PlanError, path_length
@@ -73,7 +74,7 @@ def free_poses(world: LocalWorld, count: int, random: np.random.Generator) -> li
 
 def bench(name: str, grid_map: GridMap, pairs: int, seed: int, clock: Clock = time.process_time) -> LatticeRow:
     """Return the LatticeRow of a GridMap."""
-    footprint = pad_footprint(np.array(FOOTPRINT), PADDING)
+    footprint = pad_footprint(np.array(chosen().footprint), PADDING)
     costmap = build(grid_map, radii(footprint)[0], inflation=InflationConfig())
     world, navfn, planner = LocalWorld(costmap, footprint), NavfnROS(NavfnConfig(allow_unknown=False)), LatticePlanner()
     planner.set_footprint(footprint)

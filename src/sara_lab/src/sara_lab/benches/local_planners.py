@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_nav.costmaps.costmap import Costmap, InflationConfig, inflate
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import GridGeometry
@@ -24,7 +25,6 @@ from sara_nav.planners.local_command import DRIVING, LOCAL_PLANNERS
 if TYPE_CHECKING:
     from sara_lab.benches.timed import Clock
 
-FOOTPRINT = np.array([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 CASES = {
     'TrajectoryPlannerROS': ('base_local_planner/TrajectoryPlannerROS', {}),
     'TrajectoryPlannerROS 8x20': ('base_local_planner/TrajectoryPlannerROS', {'vx_samples': 8}),
@@ -47,8 +47,8 @@ def make_world(seed: int = 0) -> tuple[LocalWorld, np.ndarray]:
         if np.hypot(*(plan[:, :2] - (x, y)).T).min() > 0.75:
             column, row = int((x + 5.0) / 0.05), int((y + 5.0) / 0.05)
             costs[row : row + 3, column : column + 3] = 254
-    costs = np.ascontiguousarray(inflate(costs, 0.05, 0.29, InflationConfig(0.55, 10.0)))
-    return LocalWorld(Costmap(costs, GridGeometry(200, 200, 0.05, -5.0, -5.0)), FOOTPRINT), plan
+    costs = np.ascontiguousarray(inflate(costs, 0.05, 0.5 * chosen().body.width, InflationConfig(0.55, 10.0)))
+    return LocalWorld(Costmap(costs, GridGeometry(200, 200, 0.05, -5.0, -5.0)), np.array(chosen().footprint)), plan
 
 
 def samples_of(config: object) -> int:

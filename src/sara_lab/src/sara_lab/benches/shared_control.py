@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sara_bringup.paths import parameters
+from sara_common.platforms import parameters
 from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.local_grid import LocalGrid
 from sara_control.assist.shared_control import SharedControl

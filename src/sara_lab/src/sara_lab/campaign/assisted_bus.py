@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_bringup.paths import parameters, share
+from sara_bringup.paths import share
+from sara_common.platforms import parameters
 from sara_control.gate.gate_config import SafetyConfig
 from sara_lab.campaign.hazards import AT_REST, HALL_START, HARD_BRAKING, MOVED_M, STEPS_PER_S, too_late
 from sara_lab.campaign.part import Part
@@ -221,7 +222,7 @@ def _goes_on(driven):
     chair = driven.chair
     chair.joystick = CENTRED
     driven.run(FRESH_S)
-    before, full = chair.pose, JoystickConfig()
+    before, full = chair.pose, JoystickConfig.of()
     chair.joystick = 512, 512 + (full.full_scale + full.dead_band) // 2
     driven.run(PUSH_S)
     return math.dist(chair.pose[:2], before[:2]) > GOES_M

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
@@ -85,7 +86,10 @@ def _arguments():
     parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
     parser.add_argument('--seeds', type=int, default=50)
     parser.add_argument(
-        '--out', type=Path, default=Path('out/campaign'), help='resumed if it holds results of an earlier call'
+        '--out',
+        type=Path,
+        help='resumed if it holds results of an earlier call (out/campaign; of another robot than the usual one '
+        'out/campaign_NAME)',
     )
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
@@ -97,7 +101,11 @@ def _arguments():
         parser.add_argument(
             f'--{choice}', nargs='+', choices=known, metavar='NAME', help=f'of the part assisted: {", ".join(known)}'
         )
+    platforms.add_option(parser)
     arguments = parser.parse_args()
+    if arguments.out is None:
+        name, usual = platforms.chosen().name, platforms.load().name
+        arguments.out = Path('out/campaign' if name == usual else f'out/campaign_{name}')
     if _chosen(arguments) and arguments.parts != ['assisted']:
         parser.error(f'--{" and --".join(_chosen(arguments))} go with the part assisted alone')
     unknown = [name for name in arguments.parts if name not in PARTS]

@@ -47,6 +47,14 @@ def _fault(time, name, **arguments):
     return Hazard(lambda lockstep: lockstep.chair.faults.add(name, duration=LASTS_S, **arguments), time)
 
 
+def _silence_rear_left(lockstep):
+    chair = lockstep.chair
+    sensor = min(
+        chair.platform.sonars, key=lambda name: (chair.platform.sonars[name].x, -chair.platform.sonars[name].y)
+    )
+    chair.faults.add('sonar_silent', duration=LASTS_S, sensor=sensor)
+
+
 def _press(lockstep):
     lockstep.wheels.guard.on_emergency_stop(True)
 
@@ -94,7 +102,7 @@ HAZARDS = {
     'imu_frozen': _fault(0.8, 'imu_stuck'),
     'sensor_node_silent': _fault(0.5, 'node_silent', node='sensor'),
     'ranges_silent': _fault(0.6, 'frames_dropped', ids=['RANGES_1']),
-    'one_sonar_silent': _fault(0.6, 'sonar_silent', sensor='STI'),
+    'one_sonar_silent': Hazard(_silence_rear_left, 0.6),
     'navigation_killed': Hazard(_kill_navigation, 0.5, _restart_navigation),
     'localization_killed': Hazard(_kill_localization, 0.6, _restart_localization),
     'joystick_node_silent': _fault(0.5 + 0.2, 'node_silent', node='joystick'),

@@ -17,12 +17,11 @@ import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import wrap
+from sara_common.platforms import chosen
 from sara_control.gate.reasons import State
 from sara_lab.campaign.part import Part, lines_of
 from sara_lab.journeys.travel import PACE, PATIENCE_S, Recorder, map_file, reach
 from sara_lab.journeys.travel_cases import PAIRS, pairs
-from sara_lab.judge.judge import BODY
-from sara_sim.chips.mounting import SONARS
 
 MAPS = ('flat', 'school')
 STREAM = 21  # of the seed's random numbers, so that the faults' luck is not the chair's
@@ -31,7 +30,6 @@ FIRST_S, APART_S = (1.0, 15.0), 3.0  # s after the goal was given; and so much l
 LASTS_S, ON_THE_BUS = (0.3, 6.0), 5.0  # what happens to frames lasts so many times longer
 WATCHED_S = 5.0  # after the goal's end and the last fault's
 AT_REST = 0.01  # m/s of the fastest corner; once slower, a held chair has come to rest
-CORNER_M = 0.5 * math.hypot(*BODY)  # from the axle's middle to a corner of the body
 MOVED_M = 0.02  # less than this is no motion
 HELD = (State.HELD, State.WAITING)
 
@@ -51,14 +49,14 @@ DRAWS: dict[str, Callable[[np.random.Generator], dict[str, Any]]] = {
     'frames_corrupted': lambda random: {**_bus(random), 'bits': int(random.integers(1, 9))},
     'adapter_unplugged': lambda random: {},
     'sonar_stuck': lambda random: {
-        'sensor': str(random.choice(sorted(SONARS))),
+        'sensor': str(random.choice(sorted(chosen().sonars))),
         'range': float(random.uniform(0.0, 3.0)),
     },
     'sonar_noisy': lambda random: {
-        'sensor': str(random.choice(sorted(SONARS))),
+        'sensor': str(random.choice(sorted(chosen().sonars))),
         'sigma': float(random.uniform(0.05, 1.0)),
     },
-    'sonar_silent': lambda random: {'sensor': str(random.choice(sorted(SONARS)))},
+    'sonar_silent': lambda random: {'sensor': str(random.choice(sorted(chosen().sonars)))},
     'imu_stuck': lambda random: {},
     'imu_noisy': lambda random: {'gyro_sigma': float(random.uniform(1.0, 20.0))},
     'imu_silent': lambda random: {},
@@ -113,17 +111,18 @@ class HeldWatch:
         """After each step of the Lockstep."""
         chair, decision = lockstep.chair, lockstep.wheels.decision
         by_hand = chair.drive.drift.active or chair.motor.mode == 1
+        corner = 0.5 * math.hypot(*chair.platform.size)  # from the axle's middle to a corner of the body
         if decision is None or decision.state not in HELD or by_hand:
             self._rest = None
             return
         x, y, yaw = chair.pose
         if self._rest is None:
             speed, turn = chair.velocity
-            if abs(speed) + abs(turn) * CORNER_M < AT_REST:
+            if abs(speed) + abs(turn) * corner < AT_REST:
                 self._rest = x, y, yaw
             return
         there_x, there_y, there_yaw = self._rest
-        moved = math.hypot(x - there_x, y - there_y) + abs(wrap(yaw - there_yaw)) * CORNER_M
+        moved = math.hypot(x - there_x, y - there_y) + abs(wrap(yaw - there_yaw)) * corner
         self.moved = max(self.moved, moved)
 
 

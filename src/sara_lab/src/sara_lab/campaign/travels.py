@@ -146,9 +146,9 @@ def _in_10_min(judgements):
     return 600.0 * sum(found['meetings']['false_stops'] for found in watched) / seconds if seconds else math.nan
 
 
-def travel(_seeds: int, folder: Path) -> Part:
-    """Fifty pairs of any poses on each of three maps, whatever the number of chairs: true pose, fused, with unknown
-    boxes, with pedestrians, with people who stop for nobody, with those who are expected.
+def travel(seeds: int, folder: Path) -> Part:
+    """Pairs of any poses on each of three maps, as many as chairs, fifty at most: true pose, fused, with unknown boxes,
+    with pedestrians, with people who stop for nobody, with those who are expected.
     """
 
     def case(name, mode, number):
@@ -162,7 +162,7 @@ def travel(_seeds: int, folder: Path) -> Part:
             f'travel_{name}_{mode}_{number}': lambda name=name, mode=mode, number=number: case(name, mode, number)
             for mode in travels.MODES
             for name in MAPS
-            for number in range(PAIRS)
+            for number in range(min(seeds, PAIRS))
         },
         _travel_summary,
         _travel_verdict,

@@ -11,6 +11,7 @@ from pathlib import Path
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file
+from sara_common import platforms
 from sara_lab.experiments.missions import EXPERIMENTS, run
 
 SPEED = 2.0  # simulated seconds per second, over ROS
@@ -127,6 +128,7 @@ def _add_drives(names):
         sub.add_argument('--seed', type=int, default=0, help='which chair is drawn')
         sub.add_argument('--json', action='store_true', help='JSON on stdout instead of the table')
         sub.add_argument('--out', type=Path, help='folder for figures and results')
+    platforms.add_option(names.choices['square'])
     names.choices['square'].add_argument('--ekf', choices=('default', 'thesis'), default='default')
     names.choices['sensors'].add_argument('--chairs', type=_count, default=10, help='how many, from --seed on')
 

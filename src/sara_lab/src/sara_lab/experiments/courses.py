@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_bringup.lockstep.lockstep import merged
-from sara_bringup.paths import parameters
+from sara_common.paths import merged
 from sara_common.planar import compose
+from sara_common.platforms import parameters
 from sara_sim.chair import SimulatedChair
 
 Pose = tuple[float, float, float]

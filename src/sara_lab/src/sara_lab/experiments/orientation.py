@@ -70,7 +70,7 @@ def at_rest(seed: int, bus: BusDescription | None = None, seconds: float = senso
 class _Turner(sensor_experiments.Turner):
     def __init__(self, seed):
         self.listener = Listener(BusDescription.default())
-        super().__init__(seed, calibration_time=ReaderConfig().calibration_time)
+        super().__init__(seed, calibration_time=ReaderConfig.of().calibration_time)
 
     def _step(self):
         for frame in self.chair.step():

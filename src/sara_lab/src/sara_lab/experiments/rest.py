@@ -75,8 +75,8 @@ def yaw_case(seed: int) -> dict:
         'fixed': experiments.yaw_with_a_fixed_offset(seed),
         'pc': experiments.yaw_calibrated_on_the_pc(seed),
     }
-    sigma = tuple(QUIET * value for value in ChairConfig().gyro_frame_sigma)
-    quiet = experiments.yaw_in_the_sensor_node(seed, experiments.tenths(), ChairConfig(gyro_frame_sigma=sigma))
+    sigma = tuple(QUIET * value for value in ChairConfig.of().gyro_frame_sigma)
+    quiet = experiments.yaw_in_the_sensor_node(seed, experiments.tenths(), ChairConfig.of(gyro_frame_sigma=sigma))
     result = {
         key: {'rate': minutes[key].rate, 'end': float(minutes[key].yaw[-1])} for key in ('node', 'tenths', 'fixed')
     }

@@ -83,7 +83,7 @@ def fingerprint(root: Path | None = None) -> str:
     for path in sorted(root.glob('*/**/*')):
         parts = path.relative_to(root).parts
         if (
-            path.suffix in ('.py', '.yaml', '.dbc', '.pgm')
+            path.suffix in ('.py', '.yaml', '.dbc', '.urdf', '.pgm')
             and 'test' not in parts
             and parts[1:2] != ('docs',)
             and 'ros' not in parts

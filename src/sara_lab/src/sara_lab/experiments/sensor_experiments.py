@@ -31,9 +31,9 @@ TURN_AXIS = 200  # deflection of the joystick in a turn, of 512
 PAUSE_S = 2.0
 
 
-def _chair(seed, calibrate, bus=None, config=ChairConfig()):
+def _chair(seed, calibrate, bus=None, config=None):
     """A chair at rest whose chip has settled, calibrated by its sensor node or not."""
-    sensors = SensorConfig(calibrate=calibrate)
+    sensors = SensorConfig.of(calibrate=calibrate)
     chair = SimulatedChair(World.empty(), seed, bus=bus, config=config, sensors=sensors)
     if not calibrate:  # nobody else waited for it
         for _ in _frames(chair, sensors.settle_time):
@@ -120,7 +120,7 @@ def integrated(t: np.ndarray, rate: np.ndarray) -> np.ndarray:
 
 
 def yaw_in_the_sensor_node(
-    seed: int, bus: BusDescription | None = None, config: ChairConfig | None = ChairConfig()
+    seed: int, bus: BusDescription | None = None, config: ChairConfig | None = None
 ) -> YawAtRest:
     """Yaw with the offset registers as the only calibration. bus: another description, such as the last firmware's
     tenths. config: what the chair is drawn from.
@@ -143,7 +143,7 @@ def yaw_calibrated_on_the_pc(seed: int) -> list[YawAtRest]:
     chair = _chair(seed, False, bus)
     trials = []
     for _ in range(TRIALS):
-        reader = Reader(ReaderConfig(calibration_time=CALIBRATION_S), bus)
+        reader = Reader(ReaderConfig.of(calibration_time=CALIBRATION_S), bus)
         while not reader.ready:
             for frame in chair.step():
                 reader.on_frame(frame)
@@ -167,7 +167,7 @@ class Turner:
     def __init__(self, seed: int, **config) -> None:
         bus = BusDescription.default()
         self.chair = _chair(seed, True, bus)
-        self.reader = Reader(ReaderConfig(**config), bus)
+        self.reader = Reader(ReaderConfig.of(**config), bus)
         while not self.reader.ready:
             self._step()
         self.start_over()

@@ -24,7 +24,7 @@ def covariances(results: Results) -> Report:
         for kind in UNITS
         for k, axis in enumerate('xyz')
     }
-    published = np.array(ReaderConfig().variances[1])
+    published = np.array(ReaderConfig.of().variances[1])
     measured = np.radians(1.0) ** 2 * np.array([data[f'gyro_{axis}']['mean'] for axis in 'xyz'])
     faults = []
     if not np.all((published / measured > 0.5) & (published / measured < 2.0)):

@@ -69,7 +69,7 @@ def space_of(
     return Space(free, room.astype(np.float32), float(size), float(origin[0]), float(origin[1]))
 
 
-def ideal(space: Space, limits: Limits, start: Sequence[float], goal: Sequence[float], radius: float = 0.29) -> Ideal:
+def ideal(space: Space, limits: Limits, start: Sequence[float], goal: Sequence[float], radius: float) -> Ideal:
     """The Ideal from a pose (x, y, yaw; m, rad) to a pose. radius: m, of the circle that fits into the body."""
     nothing = Ideal(math.nan, np.empty((0, 2)))
     ends = np.array([start, goal], float)

@@ -1,5 +1,5 @@
-"""A door of 0.80 m in the wall between two rooms: the chair crosses it from different angles, its body 0.58 m wide,
-sensors and safety gate on.
+"""A door of 0.80 m in the wall between two rooms: the chair crosses it from different angles, its body as wide as the
+robot's, sensors and safety gate on.
 """
 
 from __future__ import annotations

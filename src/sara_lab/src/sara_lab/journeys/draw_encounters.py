@@ -21,7 +21,6 @@ from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.journeys.tight_places import block
 from sara_lab.journeys.travel import Recorder, reach
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
 from sara_nav.maps import map_io
 from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
 
@@ -78,7 +77,7 @@ def drive(scene: Scene) -> tuple[list[Frame], bool]:
             world.obstacles.add(pedestrian)
         elif world.obstacles.all:
             place, chair = pedestrian.pose(lockstep.time), lockstep.chair
-            gap = gaps.to_shape(chair.pose, BODY, pedestrian.shape(lockstep.time))
+            gap = gaps.to_shape(chair.pose, chair.platform.size, pedestrian.shape(lockstep.time))
             frames.append(Frame(lockstep.time - begin, chair.pose, place[:2], chair.velocity[0], gap))
 
     begin = math.inf

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sara_bringup.paths import share
+from sara_common.platforms import chosen
 from sara_lab.journeys import journeys
 from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.journeys.journeys import Planner
@@ -118,7 +119,7 @@ def _legend(of):
     ]
     return handles + [
         Line2D([], [], color='0.3', linewidth=2, linestyle=(0, (2, 1)), label='driven backwards'),
-        Patch(edgecolor='0.3', facecolor='none', label='outline of the body, 1.08 x 0.58 m'),
+        Patch(edgecolor='0.3', facecolor='none', label='outline of the body, {:g} x {:g} m'.format(*chosen().size)),
         Line2D([], [], color='0.3', marker='o', linestyle='', label='start'),
         Line2D([], [], color='0.3', marker='*', markersize=11, linestyle='', label='goal; the arrow is its heading'),
     ]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sara_lab.judge.judge import BODY
+from sara_common.platforms import chosen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +34,6 @@ def body_at(pose: tuple[float, float, float], **style) -> Polygon:
     from matplotlib.patches import Polygon
 
     x, y, yaw = pose
-    corners = 0.5 * np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)]) * BODY
+    corners = 0.5 * np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)]) * chosen().size
     c, s = np.cos(yaw), np.sin(yaw)
     return Polygon(corners @ np.array([[c, s], [-s, c]]) + (x, y), **style)

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sara_bringup.paths import parameters
 from sara_common.files import write_whole
+from sara_common.platforms import chosen, parameters
 from sara_control.gate.comfort import Profile
 from sara_control.gate.gate_config import SafetyConfig
 from sara_lab.ideal.ideal import Ideal, ideal, limits_of, space_of
 from sara_lab.ideal.moves import Limits, Space
 from sara_lab.journeys.travel_cases import map_file, pairs
-from sara_lab.judge.judge import BODY
 from sara_lab.judge.judgement import Track
 from sara_nav.maps import map_io
 
@@ -42,7 +41,9 @@ def map_space(path: Path | str) -> Space:
     """The Space of a map's YAML file: what is not known to be free is occupied."""
     grid = map_io.load_map(str(path))
     geometry = grid.geometry
-    return space_of(grid.data != map_io.FREE, geometry.resolution, (geometry.origin_x, geometry.origin_y), BODY)
+    return space_of(
+        grid.data != map_io.FREE, geometry.resolution, (geometry.origin_x, geometry.origin_y), chosen().size
+    )
 
 
 def with_ideal(track: Track, path: Path | str) -> Track:
@@ -50,7 +51,9 @@ def with_ideal(track: Track, path: Path | str) -> Track:
 
     def timed(goal):
         row = min(int(np.searchsorted(track.t, goal.given)), len(track.t) - 1)
-        seconds = ideal(map_space(path), default_limits(), track.pose[row], goal.pose).seconds
+        seconds = ideal(
+            map_space(path), default_limits(), track.pose[row], goal.pose, 0.5 * chosen().body.width
+        ).seconds
         return goal if math.isnan(seconds) else replace(goal, ideal=seconds)
 
     return replace(track, goals=tuple(map(timed, track.goals)))
@@ -59,14 +62,14 @@ def with_ideal(track: Track, path: Path | str) -> Track:
 def ideal_path(name: str, number: int) -> Ideal:
     """The Ideal of journey `number` on a map."""
     pair = pairs(name)[number]
-    return ideal(map_space(map_file(name)), default_limits(), pair.start, pair.goal)
+    return ideal(map_space(map_file(name)), default_limits(), pair.start, pair.goal, 0.5 * chosen().body.width)
 
 
 def ideal_time(name: str, number: int, folder: Path | str) -> float:
     """s of that Ideal, kept in `folder`, by limits."""
     path = Path(folder) / f'ideal_{name}_{number}.json'
     known = json.loads(path.read_text()) if path.exists() else {}
-    key = ' '.join(f'{value:g}' for value in (*default_limits(), *BODY))
+    key = ' '.join(f'{value:g}' for value in (*default_limits(), *chosen().size))
     if key not in known:
         known[key] = round(ideal_path(name, number).seconds, 6)
         write_whole(path, json.dumps(known, indent=1) + '\n')

@@ -19,9 +19,11 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from sara_bringup.lockstep.lockstep import Lockstep, LockstepError, merged
-from sara_bringup.paths import parameters, share
+from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
+from sara_bringup.paths import share
+from sara_common.paths import merged
 from sara_common.planar import Pose2D, wrap
+from sara_common.platforms import parameters
 from sara_lab.journeys.travel import Recorder, reach
 from sara_lab.judge.judge import judge
 from sara_lab.judge.motion import Motion

@@ -14,17 +14,18 @@ from functools import cache
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
+from sara_common.platforms import chosen
 from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel import PATIENCE_S, Recorder, reach
 from sara_lab.judge.body_space import BodySpace
-from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judge import judge
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps import map_io
 
 WORLDS, GOALS = 10, 4
 PILLARS, DIAMETER = 60, 0.15  # how many; m
 TRIES = 20000  # places that are drawn until the room is taken for too full
-GAP = BODY[1] + 0.3  # m between two pillars at least
+GAP = 0.3  # m more than the body is wide, between two pillars at least
 ROOM, EDGE, CELL, WALL = (12.0, 9.0), 0.5, 0.025, 10  # m; m without pillars at the walls; m; cells of wall
 MARGIN = 0.10  # m about the body at start and goal, and on a way between
 OFF_WALL, FAR = 0.8, 4.0  # m from a wall, and from the goal before, at least
@@ -56,7 +57,7 @@ def world(number: int) -> tuple[map_io.GridMap, tuple[tuple[float, float, float]
     grid = _grid(_places(random))
     geometry = grid.geometry
     origin = geometry.origin_x, geometry.origin_y
-    space = BodySpace(grid.data != map_io.FREE, geometry.resolution, origin, BODY, MARGIN)
+    space = BodySpace(grid.data != map_io.FREE, geometry.resolution, origin, chosen().size, MARGIN)
     poses = [_pose(space, random)]
     while len(poses) <= GOALS:
         pose = _pose(space, random)
@@ -73,7 +74,7 @@ def _places(random):
         tries += 1
         if tries > TRIES:
             places, tries = [], 0
-        elif all(math.dist(place, other) >= GAP + DIAMETER for other in places):
+        elif all(math.dist(place, other) >= chosen().body.width + GAP + DIAMETER for other in places):
             places.append(place)
     return places
 

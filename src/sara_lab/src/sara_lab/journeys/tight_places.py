@@ -17,10 +17,11 @@ import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, wrap
+from sara_common.platforms import chosen
 from sara_lab.journeys.judged import Judged
 from sara_lab.journeys.travel import POSITION_M, YAW_DEG, Recorder, reach
 from sara_lab.judge.body_space import BodySpace
-from sara_lab.judge.judge import BODY, judge
+from sara_lab.judge.judge import judge
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps import map_io
 
@@ -59,7 +60,7 @@ class Place(NamedTuple):
         """Whether the body gets in and out with FITS about it."""
         geometry = self.grid.geometry
         origin = geometry.origin_x, geometry.origin_y
-        space = BodySpace(self.grid.data != map_io.FREE, geometry.resolution, origin, BODY, FITS)
+        space = BodySpace(self.grid.data != map_io.FREE, geometry.resolution, origin, chosen().size, FITS)
         return space.connected(self.start, self.goal)
 
 

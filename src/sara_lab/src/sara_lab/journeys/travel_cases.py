@@ -17,10 +17,10 @@ import numpy as np
 
 from sara_bringup.paths import share
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.contact_watch import PERSON
-from sara_lab.judge.judge import BODY
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.maps import map_io
 from sara_nav.planners.grid_planner import GridPlanner
@@ -67,12 +67,12 @@ def random_of(name: str, purpose: str, *numbers: int) -> np.random.Generator:
 
 
 def shortest_way(
-    name: str, start: tuple[float, float, float], goal: tuple[float, float, float], radius: float = 0.5 * BODY[1]
+    name: str, start: tuple[float, float, float], goal: tuple[float, float, float], radius: float | None = None
 ) -> tuple[np.ndarray | None, float]:
-    """(n, 2) points and m of the shortest way for a disc of that radius (m) between two places; (None, NaN) where there
-    is none.
+    """(n, 2) points and m of the shortest way for a disc of that radius (m; as wide as the body if None) between two
+    places; (None, NaN) where there is none.
     """
-    costmap = _disc_costmap(name, radius)
+    costmap = _disc_costmap(name, 0.5 * chosen().body.width if radius is None else radius)
     try:
         plan = GridPlanner().plan(costmap, Pose2D(*start[:2], 0.0), Pose2D(*goal[:2], 0.0))
     except PlanError:
@@ -89,7 +89,7 @@ def _space(name, boxes=()):
     grid = grid_of(name)
     size, origin = grid.geometry.resolution, (grid.geometry.origin_x, grid.geometry.origin_y)
     apart = (_covered(grid, boxes), BOX_MARGIN) if boxes else None
-    return BodySpace(grid.data != map_io.FREE, size, origin, BODY, WAY_MARGIN, apart)
+    return BodySpace(grid.data != map_io.FREE, size, origin, chosen().size, WAY_MARGIN, apart)
 
 
 def _covered(grid, boxes):
@@ -134,7 +134,7 @@ def random_poses(grid: map_io.GridMap, random: np.random.Generator) -> Iterator[
 
 def roomy_pose(grid: map_io.GridMap, world: World, random: np.random.Generator) -> tuple[float, float, float]:
     """A random pose about whose body PAIR_GAP is free."""
-    return next(pose for pose in random_poses(grid, random) if gaps.at(world, pose, BODY) >= PAIR_GAP)
+    return next(pose for pose in random_poses(grid, random) if gaps.at(world, pose, chosen().size) >= PAIR_GAP)
 
 
 @cache
@@ -155,7 +155,9 @@ def boxes(name: str) -> list[Obstacle]:
         if world.overlaps(*box.at, box.yaw, *box.size):
             continue
         world.obstacles.add(box)
-        roomy = all(gaps.at(world, pose, BODY) >= PAIR_GAP for pair in pairs(name) for pose in (pair.start, pair.goal))
+        roomy = all(
+            gaps.at(world, pose, chosen().size) >= PAIR_GAP for pair in pairs(name) for pose in (pair.start, pair.goal)
+        )
         if roomy and _all_connected(name, (*found, box)):
             found.append(box)
         else:

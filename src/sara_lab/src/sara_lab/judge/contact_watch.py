@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from sara_lab.judge.judge import BODY
+from sara_common.platforms import chosen
 
 if TYPE_CHECKING:
     from sara_sim.chair import SimulatedChair
@@ -47,7 +47,7 @@ class Contact:
 
 
 def towards(
-    pose: Sequence[float], velocity: Sequence[float], place: Sequence[float], body: tuple[float, float] = BODY
+    pose: Sequence[float], velocity: Sequence[float], place: Sequence[float], body: tuple[float, float] | None = None
 ) -> float:
     """Speed (m/s) at which the body at `pose` (x, y, yaw), moving with `velocity` (v, w), nears a place (x, y) by its
     nearest point; < 0: it leaves.
@@ -55,6 +55,7 @@ def towards(
     c, s = math.cos(pose[2]), math.sin(pose[2])
     dx, dy = place[0] - pose[0], place[1] - pose[1]
     ax, ay = c * dx + s * dy, c * dy - s * dx
+    body = body or chosen().size
     px, py = min(max(ax, -0.5 * body[0]), 0.5 * body[0]), min(max(ay, -0.5 * body[1]), 0.5 * body[1])
     nx, ny = (ax - px, ay - py) if (px, py) != (ax, ay) else (ax, ay)  # a place inside the body: away from its centre
     far = math.hypot(nx, ny)

@@ -10,12 +10,11 @@ import math
 from typing import TYPE_CHECKING
 
 from sara_common.planar import wrap
+from sara_common.platforms import chosen
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import towards
-from sara_lab.judge.judge import BODY
 from sara_lab.judge.judgement import Meetings
 from sara_lab.judge.time_split import SLOWING
-from sara_sim.chips.mounting import SONARS
 from sara_sim.pedestrians import social_force
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ class Encounters:
             self._false_stops += not self._met
 
     def _meet(self, chair, shape):
-        gap = gaps.to_shape(chair.pose, BODY, shape)
+        gap = gaps.to_shape(chair.pose, chosen().size, shape)
         self._nearest = min(self._nearest, gap)
         if gap < NEAR:
             speed = towards(chair.pose, chair.velocity, shape[:2])
@@ -84,7 +83,7 @@ def _heard(chair, shape):
     c, s = math.cos(yaw), math.sin(yaw)
     half = math.radians(chair.config.sonar_cone / 2)
     ground = social_force.Floor.of(chair.world)
-    for mount in SONARS.values():
+    for mount in chair.platform.sonars.values():
         sx, sy = x + c * mount.x - s * mount.y, y + s * mount.x + c * mount.y
         far = math.dist((sx, sy), place)
         wide = math.asin(min(radius / far, 1.0)) if far > 0.0 else math.pi

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.platforms import chosen
 from sara_lab.judge import gaps
 from sara_lab.judge.judgement import Corner, Goal, Judgement, Track, Turn
 from sara_lab.judge.motion import Motion, reversals
@@ -26,7 +27,6 @@ from sara_lab.judge.motion import Motion, reversals
 if TYPE_CHECKING:
     from sara_sim.world.world import World
 
-BODY = (1.08, 0.58)  # m, length and width of the chair
 WEIGHTS = (1.0, 9.75 / 1.28, 9.75 / 1.28)  # of a second (-), of tangential and of normal jerk squared (s6/m2)
 TURNING = 0.05  # rad/s: a rate from which on the heading goes to one side
 STANDING = 0.05  # m/s: slower than this is no driving: standing, or turning in place
@@ -38,11 +38,12 @@ GAP_STEP_S = 0.04  # between two looks at the gap
 def judge(
     track: Track,
     world: 'World | None' = None,
-    body: tuple[float, float] = BODY,
+    body: tuple[float, float] | None = None,
     weights: tuple[float, float, float] = WEIGHTS,
 ) -> Judgement:
     """The Judgement of a Track. `world`: for the gap: what is occupied, and the obstacles where they were at each time;
-    None: no gap. `body`: length, width, m. `weights`: of time, tangential and normal jerk squared in the discomfort.
+    None: no gap. `body`: length, width, m, the chosen robot's if None. `weights`: of time, tangential and normal jerk
+    squared in the discomfort.
     """
     motion = Motion.of(track.t, track.pose)
     goals = track.goals or (Goal(tuple(track.pose[-1]), track.t[0], track.t[-1], True),)
@@ -53,7 +54,7 @@ def judge(
     length, seconds = motion.way(under_way), float(sum(goal.ended - goal.given for goal in goals))
     shortest, detour = _detour(motion, goals)
     ideal, time_ratio = _ideal(goals)
-    gap_min, gap_p5 = _gaps(motion, under_way, world, body)
+    gap_min, gap_p5 = _gaps(motion, under_way, world, body or chosen().size)
     across = np.concatenate([_across(motion, goal, driving) for goal in goals])
     changes = reversals(motion.w[under_way], TURNING)
     endings = [ending for goal in goals if goal.reached and (ending := _ending(motion, goal))]

@@ -17,6 +17,7 @@ import numpy as np
 from sara_bringup.lockstep.lockstep import world_of
 from sara_bringup.paths import share
 from sara_common.planar import advanced
+from sara_common.platforms import chosen
 from sara_lab.experiments.plotting import figure
 from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.rides.circuits import Circuit, circuits
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 SHOWN = ('late', 'blind')
 WISH_S, WISHES = 1.5, 16  # s that a wish is drawn for; one of so many readings is drawn
 OUTLINE_M = 1.5  # m between two outlines of the body
-SLIP = 1.27  # turn rate commanded over turn rate driven
 WIDTH = 15  # inches
 
 
@@ -38,11 +38,11 @@ def draw_ride(axis: Axes, circuit: Circuit, driven: tuple[Ride, Log]) -> None:
     made, log = driven
     draw_map(axis, world_of(circuit.grid))
     axis.plot(*np.transpose(circuit.task.way), color='tab:green', lw=0.8)
-    poses = np.array(log.poses)
+    poses, slip = np.array(log.poses), chosen().parameters('safety_gate')['turn_slip']
     for step, reading in log.readings[::WISHES]:
         v, w = reading.wish
         pose = log.poses[min(step, len(log.poses) - 1)][1:]
-        ends = [advanced(*pose, v, w / SLIP, share * WISH_S)[:2] for share in np.linspace(0.0, 1.0, 7)]
+        ends = [advanced(*pose, v, w / slip, share * WISH_S)[:2] for share in np.linspace(0.0, 1.0, 7)]
         axis.plot(*np.transpose(ends), color='tab:red', lw=0.8)
     axis.plot(poses[:, 1], poses[:, 2], color='tab:blue', lw=1.2)
     way = np.concatenate([[0.0], np.hypot(*np.diff(poses[:, 1:3], axis=0).T).cumsum()])

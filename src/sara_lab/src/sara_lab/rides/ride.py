@@ -17,7 +17,7 @@ import numpy as np
 
 from sara_bringup.lockstep.assisted import Assisted
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_bringup.paths import parameters
+from sara_common.platforms import chosen, parameters
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.help_profiles import HelpProfiles
 from sara_control.assist.shared_control import SharedControl
@@ -25,7 +25,7 @@ from sara_control.gate.gate_config import SafetyConfig
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import ContactWatch
-from sara_lab.judge.judge import BODY, GAP_STEP_S
+from sara_lab.judge.judge import GAP_STEP_S
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.steering import reversal_rate, sign_changes
 from sara_lab.rides.ungated import Ungated
@@ -204,7 +204,7 @@ def _judged(names, course, lockstep, log, end):
         reversals_per_min=reversal_rate(left, STEP_S * STICK_STEPS),
         changed=_changed(readings),
         stops=_stops(speeds),
-        gap=float(gaps.along(lockstep.chair.drive.world, t, poses, BODY, GAP_STEP_S).min()),
+        gap=float(gaps.along(lockstep.chair.drive.world, t, poses, chosen().size, GAP_STEP_S).min()),
         corrections=_shares([reading.correction for reading in readings]),
         contacts=tuple(contact.to_json() for contact in touched.contacts),
     )

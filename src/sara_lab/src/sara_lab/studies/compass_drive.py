@@ -26,12 +26,12 @@ from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.world import luck
 from sara_sim.world.world import World
 
-BUS = 'sara+compass'
+BUS = '+compass'
 READY_S = 25.0
 """s of rest at the start: the gyroscope is calibrated by then."""
 COMMAND_STEPS = 2
-SPEED, TURN, TURNED_SLIP = 0.6, 0.6, 1.27
-"""m/s, rad/s, and what the wheels turn more than the chair does."""
+SPEED, TURN = 0.6, 0.6
+"""m/s, rad/s."""
 RAMP = 1.0, 1.5
 """m/s2, rad/s2."""
 DOORS, FIELD_M, DOOR_M, BEFORE_M = 10, 24.0, 0.90, 1.2
@@ -61,12 +61,13 @@ class CompassChair:
 
     def __init__(self, seed: int, magnetic: MagneticConfig) -> None:
         self.bus = BusDescription.named(BUS)
-        sensors = SensorConfig(imu_period=FAST_IMU)
+        sensors = SensorConfig.of(imu_period=FAST_IMU)
         self.chair = SimulatedChair(World.empty(), seed, (0.0, 0.0, 0.0), self.bus, sensors=sensors, magnetic=magnetic)
         earth = self.chair.magnetism.earth
         self.north = math.atan2(earth[1], earth[0])
-        self.reader = Reader(ReaderConfig(), self.bus)
+        self.reader = Reader(ReaderConfig.of(), self.bus)
         self.reader.compass.config = replace(self.reader.compass.config, compass_north=self.north)
+        self._slip = self.chair.platform.parameters('safety_gate')['turn_slip']  # what the wheels turn more
         self._v = self._w = 0.0
         self._tick = 0
 
@@ -82,7 +83,7 @@ class CompassChair:
 
     def _command(self):
         config, time = self.chair.config, self.chair.time
-        side = 0.5 * config.track * TURNED_SLIP * self._w
+        side = 0.5 * config.track * self._slip * self._w
         right, left = ((self._v + sign * side) / config.wheel_radius for sign in (1, -1))
         if time > READY_S:
             self.chair.receive(self.bus.encode('WHEEL_COMMAND', time, right=right, left=left, mode=DRIVE))

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.corrected import range_map, settings
 from sara_bringup.lockstep.ranges import mountings
-from sara_bringup.paths import parameters
 from sara_common.planar import wrap
+from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.studies.wandering import Recording
 from sara_localization.particles.lost import NEAR, TURNED
@@ -40,7 +40,7 @@ class Start(NamedTuple):
 
 def start(recording: Recording, map_name: str) -> Start:
     """Let a localization that knows nothing but the map hear a Recording."""
-    localizer = RangeLocalizer(settings(), _map(map_name))
+    localizer = RangeLocalizer(settings(chosen()), _map(map_name))
     localizer.start_anywhere()
     way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), recording.poses[0, 5:7]
     greatest = (0.0, 0.0)
@@ -62,12 +62,12 @@ def start(recording: Recording, map_name: str) -> Start:
 
 @cache
 def _map(name) -> RangeMap:
-    return range_map(grid_of(name), settings().map_occupied_above)
+    return range_map(grid_of(name), settings(chosen()).map_occupied_above)
 
 
 def _readings(recording):
     """[(when it came, s; RangeData)]."""
-    places, reader = mountings(), parameters('canserial', 'read.yaml')
+    places, reader = mountings(chosen()), parameters('canserial', 'read.yaml')
     limits = reader['range_min'], reader['range_max']
     names = recording.sensors
     return [

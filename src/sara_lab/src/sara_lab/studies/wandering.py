@@ -17,8 +17,8 @@ import numpy as np
 
 from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_bringup.paths import parameters
 from sara_common.planar import Pose2D, compose, inverse, wrap
+from sara_common.platforms import parameters
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, random_poses, roomy_pose
 from sara_nav.costmaps.costmap import INSCRIBED, InflationConfig, build

@@ -1,1 +1,1 @@
-"""The joystick node: two axes in, frame 0x110 out."""
+"""The joystick node: two axes in, frame JOYSTICK out."""

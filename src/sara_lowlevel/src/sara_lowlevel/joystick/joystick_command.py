@@ -22,7 +22,9 @@ from sara_lowlevel.schedule import Every
 
 def parser() -> argparse.ArgumentParser:
     """The command's options."""
-    result = argparse.ArgumentParser(prog='joystick_node', description='A Linux joystick in, frame 0x110 on CAN out.')
+    result = argparse.ArgumentParser(
+        prog='joystick_node', description='A Linux joystick in, frame JOYSTICK on CAN out.'
+    )
     result.add_argument('--device', default='/dev/input/js0', help='joystick device (default %(default)s)')
     common_arguments(result)
     result.add_argument('--x-axis', type=int, default=0, help='number of the axis to the right (default 0)')
@@ -32,18 +34,18 @@ def parser() -> argparse.ArgumentParser:
         '--assist-switch',
         type=int,
         metavar='BUTTON',
-        help='the PC helps while this button is pressed, a switch best; needs --dbc sara_assisted',
+        help='the PC helps while this button is pressed, a switch best; needs a --dbc with the mode assisted',
     )
     result.add_argument(
         '--max-forward',
         type=float,
-        default=JoystickConfig.max_forward,
+        default=JoystickConfig.of().max_forward,
         help='rad/s of the wheels, stick fully forward (default %(default)s)',
     )
     result.add_argument(
         '--max-turn',
         type=float,
-        default=JoystickConfig.max_turn,
+        default=JoystickConfig.of().max_turn,
         help='rad/s of the wheels, stick fully sideways (default %(default)s)',
     )
     return result
@@ -100,8 +102,8 @@ def run(arguments: list[str] | None = None) -> int:
     can, bus = adapter_config(options.can), bus_named(options.dbc)
     switch = options.assist_switch
     if switch is not None and not has_assisted(bus):
-        raise BusError(f'--assist-switch: the bus {options.dbc} has no such mode, sara_assisted has')
-    node = JoystickNode(bus, JoystickConfig(max_forward=options.max_forward, max_turn=options.max_turn))
+        raise BusError(f'--assist-switch: the bus {bus.path} has no such mode; see its VAL_ of modo')
+    node = JoystickNode(bus, JoystickConfig.of(max_forward=options.max_forward, max_turn=options.max_turn))
     recorder = Recorder(options.record, can.port) if options.record else None
     device = Device(options)
 

@@ -1,4 +1,4 @@
-"""The joystick node: two 10-bit axes in, frame 0x110 out, with the wheel commands the axes ask for."""
+"""The joystick node: two 10-bit axes in, frame JOYSTICK out, with the wheel commands the axes ask for."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from sara_lowlevel.schedule import Every
 class JoystickNode:
     """Sends its state every period, and at once when it changes."""
 
-    def __init__(self, bus: BusDescription, config: JoystickConfig = JoystickConfig()) -> None:
-        """`bus`: canserial.dbc.bus.BusDescription."""
-        self.config = config
+    def __init__(self, bus: BusDescription, config: JoystickConfig | None = None) -> None:
+        """`bus`: canserial.dbc.bus.BusDescription. `config`: without it, of the chosen platform."""
+        self.config = config = config or JoystickConfig.of()
         self._bus = bus
         self._turn = Every(config.period)
         self._pc_drives = False

@@ -52,13 +52,13 @@ def _speed_arguments(result: argparse.ArgumentParser) -> None:
     result.add_argument(
         '--full-speed',
         type=float,
-        default=SpeedLoopConfig.full_speed,
+        default=SpeedLoopConfig.of().full_speed,
         help='rad/s of a wheel at full output without load (default %(default)s)',
     )
     result.add_argument(
         '--max-speed',
         type=float,
-        default=MotorConfig.max_wheel_speed,
+        default=MotorConfig.of().max_wheel_speed,
         help='rad/s of a wheel, no command goes beyond (default %(default)s)',
     )
     result.add_argument(
@@ -158,8 +158,8 @@ def run(arguments: list[str] | None = None) -> int:
         options.right_encoder_reversed,
         options.left_encoder_reversed,
     )
-    node = MotorNode(bus, MotorConfig(max_wheel_speed=options.max_speed))
-    drive = WheelDrive(amplifier, SpeedLoopConfig(full_speed=options.full_speed, kp=options.kp, ki=options.ki))
+    node = MotorNode(bus, MotorConfig.of(max_wheel_speed=options.max_speed))
+    drive = WheelDrive(amplifier, SpeedLoopConfig.of(full_speed=options.full_speed, kp=options.kp, ki=options.ki))
     recorder = Recorder(options.record, can.port) if options.record else None
     port = Port(options.serial)
     try:

@@ -40,9 +40,9 @@ class MotorNode:
     `counts`: what was dropped, by reason.
     """
 
-    def __init__(self, bus: BusDescription, config: MotorConfig = MotorConfig()) -> None:
-        """`bus`: canserial.dbc.bus.BusDescription."""
-        self.config = config
+    def __init__(self, bus: BusDescription, config: MotorConfig | None = None) -> None:
+        """`bus`: canserial.dbc.bus.BusDescription. `config`: without it, of the chosen platform."""
+        self.config = config = config or MotorConfig.of()
         self.mode = MANUAL
         self.target = (0.0, 0.0)
         self.counts: Counter = Counter()
@@ -92,7 +92,7 @@ class MotorNode:
     ) -> list:
         """One turn of the main loop (every 10 ms).
 
-        `t`: s, this node's clock. `right_steps`, `left_steps`: encoder edges, 64000 per wheel turn, any integer (sent
+        `t`: s, this node's clock. `right_steps`, `left_steps`: encoder edges, any integer (sent
         modulo 2^32); None where they could not be read: then no encoder frame goes out. `joystick`: when it is wired to
         this node; otherwise its frames come through `receive`. `battery`: V. `measured_at`: when the steps were read,
         now if None; what was sent is not sent again. Returns the frames to send now and sets `target`.

@@ -28,7 +28,7 @@ class SpeedLoop:
     wheel can have made.
     """
 
-    def __init__(self, config: SpeedLoopConfig = SpeedLoopConfig()) -> None:
+    def __init__(self, config: SpeedLoopConfig) -> None:
         self.config = config
         self.speed = self.output = 0.0
         self.fault = ''

@@ -17,10 +17,9 @@ from sara_lowlevel.motor.speed_loop import SpeedLoop
 class WheelDrive:
     """`fault`: '' or why the wheels stand. `counts`: faults by kind. `amplifier`, `right`, `left`: the parts."""
 
-    def __init__(
-        self, amplifier: AmplifierConfig = AmplifierConfig(), loop: SpeedLoopConfig = SpeedLoopConfig()
-    ) -> None:
+    def __init__(self, amplifier: AmplifierConfig = AmplifierConfig(), loop: SpeedLoopConfig | None = None) -> None:
         self.amplifier = Ax3500(amplifier)
+        loop = loop or SpeedLoopConfig.of()
         self.right, self.left = SpeedLoop(loop), SpeedLoop(loop)
         self.fault = ''
         self.counts: Counter = Counter()

@@ -1,4 +1,4 @@
-"""The nine SRF02s of the sensor node: ranged in turns, each with its own luck.
+"""The SRF02s of the sensor node: ranged in turns, each with its own luck.
 
 A ranger that does not answer must not look like free space, nor like an old distance. It shares its frame with three
 others, so
@@ -9,10 +9,9 @@ readers of the bus drop as implausible.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from sara_lowlevel.hardware import I2cBus
-from sara_lowlevel.schedule import SENSORS
 from sara_lowlevel.sensor.srf02 import Srf02
 
 SILENT = 0xFFFF
@@ -23,11 +22,11 @@ class Rangers:
     by name.
     """
 
-    def __init__(self, i2c: I2cBus, addresses: tuple[int, ...]) -> None:
-        """`addresses`: 7 bits, in the order of `schedule.SENSORS`."""
-        self.cm = dict.fromkeys(SENSORS, SILENT)
+    def __init__(self, i2c: I2cBus, addresses: Mapping[str, int]) -> None:
+        """`addresses`: {name: 7 bits}."""
+        self.cm = dict.fromkeys(addresses, SILENT)
         self.counts: Counter = Counter()
-        self._rangers = {name: Srf02(i2c, address) for name, address in zip(SENSORS, addresses)}
+        self._rangers = {name: Srf02(i2c, address) for name, address in addresses.items()}
         self._waiting: set[str] = set()
 
     def trigger(self, names: Iterable[str], t: float) -> None:

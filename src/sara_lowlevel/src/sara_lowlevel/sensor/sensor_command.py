@@ -18,7 +18,7 @@ def parser() -> argparse.ArgumentParser:
     """The command's options."""
     result = argparse.ArgumentParser(
         prog='sensor_node',
-        description='MPU6050 and SRF02s on I2C in, frames 0x201 to 0x206 on CAN out; with --dbc sara+compass an '
+        description='MPU6050 and SRF02s on I2C in, frames of ranges and IMU on CAN out; with --dbc +compass an '
         'HMC5883L or QMC5883L too.',
     )
     result.add_argument(
@@ -32,7 +32,7 @@ def parser() -> argparse.ArgumentParser:
         '--slow', action='store_true', help='IMU frames every 200 ms, as in the thesis, instead of 50 ms'
     )
     result.add_argument('--no-calibrate', action='store_true', help='leave the offset registers as they are')
-    result.add_argument('--no-madgwick', action='store_true', help='leave out 0x206')
+    result.add_argument('--no-madgwick', action='store_true', help='leave out the frame MADGWICK')
     result.add_argument('--no-settle', action='store_true', help='calibrate without the 10 s of settling (for trials)')
     return result
 
@@ -57,7 +57,7 @@ def run(arguments: list[str] | None = None) -> int:
     """The command."""
     options = parser().parse_args(arguments)
     settle = {'settle_time': 0.01} if options.no_settle else {}
-    config = SensorConfig(
+    config = SensorConfig.of(
         imu_period=SLOW_IMU if options.slow else FAST_IMU,
         calibrate=not options.no_calibrate,
         madgwick=not options.no_madgwick,

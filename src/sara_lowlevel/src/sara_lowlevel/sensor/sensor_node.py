@@ -1,5 +1,5 @@
-"""The sensor node: an MPU6050 and nine SRF02s on I2C in, frames 0x201 to 0x206 out (thesis 2.5, 2.6); on a bus that
-has the frame COMPASS, a magnetometer too.
+"""The sensor node: an MPU6050 and SRF02s on I2C in, frames of ranges and of the IMU out (thesis 2.5, 2.6); on a bus
+that has the frame COMPASS, a magnetometer too.
 
 `update` is called every 10 ms and never waits. Every call samples the IMU and feeds both filters; the cycle of
 `schedule` says when sonars are triggered and read and which frame goes out. What the IMU is doing is said by
@@ -20,12 +20,9 @@ from sara_lowlevel.hardware import I2cBus
 from sara_lowlevel.schedule import (
     READ_SLOTS,
     READ_TRIES,
-    SENSORS,
     SLOT_S,
     SLOTS,
     TRIGGER_SLOTS,
-    TURN_1,
-    TURN_2,
     Cycle,
     frame_slots,
 )
@@ -35,8 +32,6 @@ from sara_lowlevel.sensor.madgwick import MadgwickFilter
 from sara_lowlevel.sensor.magnetometer import Magnetometer
 from sara_lowlevel.sensor.mpu6050 import ACCEL_COUNTS_PER_G, GYRO_COUNTS_PER_DPS, Mpu6050
 from sara_lowlevel.sensor.rangers import Rangers
-
-__all__ = ['SENSORS', 'TURN_1', 'TURN_2', 'SensorNode']
 
 _ANGLE_SPAN_DEG, _ANGLE_LIMIT_DEG = 65.536, 32.767
 _DPS, _RPS = 1.0 / GYRO_COUNTS_PER_DPS, radians(1.0 / GYRO_COUNTS_PER_DPS)
@@ -51,8 +46,11 @@ class SensorNode:
     `rangers`, `magnetometer` (None on a bus without its frame): the chips.
     """
 
-    def __init__(self, bus: BusDescription, i2c: I2cBus, config: SensorConfig = SensorConfig()) -> None:
-        """`bus`: canserial.dbc.bus.BusDescription. `i2c`: has smbus2's methods; OSError where no chip acknowledges."""
+    def __init__(self, bus: BusDescription, i2c: I2cBus, config: SensorConfig | None = None) -> None:
+        """`bus`: canserial.dbc.bus.BusDescription. `i2c`: has smbus2's methods; OSError where no chip acknowledges.
+        `config`: without it, of the chosen platform.
+        """
+        config = config or SensorConfig.of()
         self.config = config
         self.filter = ComplementaryFilter(config.complementary_weight, SLOT_S)
         self.madgwick = MadgwickFilter(config.madgwick_beta) if config.madgwick else None
@@ -61,7 +59,7 @@ class SensorNode:
         self.counts: Counter = self._states.counts
         self.rangers = Rangers(i2c, config.sonar_addresses)
         self.magnetometer = Magnetometer(i2c, config.retry_period) if 'COMPASS' in bus.names else None
-        self._bus = bus
+        self._bus, self._sensors = bus, bus.ranges
         self._limits = {name: bus.resolution(*name) * 32767 for name in (('RANGE_ACCEL', 'ax'), ('IMPACT_GYRO', 'gx'))}
         self._mps2 = config.gravity / ACCEL_COUNTS_PER_G
         self._period_slots = round(config.imu_period / SLOT_S)
@@ -122,9 +120,10 @@ class SensorNode:
 
     def _duties(self) -> dict[int, list]:
         duties: dict[int, list] = {slot: [] for slot in range(SLOTS)}
-        for slot, names in TRIGGER_SLOTS.items():
+        turns = self.config.turns
+        for slot, names in zip(TRIGGER_SLOTS, turns):
             duties[slot].append(partial(self._trigger, names))
-        for slot, names in READ_SLOTS.items():
+        for slot, names in zip(READ_SLOTS, turns):
             for k in range(READ_TRIES):
                 duties[slot + k].append(partial(self._read, names, k == READ_TRIES - 1))
         senders = {
@@ -146,17 +145,20 @@ class SensorNode:
 
     def _read(self, names, last: bool, t: float) -> None:
         self.rangers.read(names, t, last)
-        self._ranged = self._ranged or last and names is TURN_2
+        self._ranged = self._ranged or last and names is self.config.turns[1]
 
     def _ranges_1(self, t: float) -> Frame:
-        return self._range_frame('RANGES_1', ('STD', 'SDI', 'SLIT', 'SLDD'))
+        return self._range_frame('RANGES_1')
 
     def _ranges_2(self, t: float) -> Frame | None:
-        return self._range_frame('RANGES_2', ('SDD', 'SLID', 'STI', 'SLDT')) if self._ranged else None
+        return self._range_frame('RANGES_2') if self._ranged else None
 
-    def _range_frame(self, message: str, names: tuple[str, ...]) -> Frame:
+    def _range_frame(self, message: str) -> Frame:
+        return self._bus.encode(message, **self._ranges(message))
+
+    def _ranges(self, message: str) -> dict[str, float]:
         cm = self.rangers.cm
-        return self._bus.encode(message, **{name: cm[name] / 100 for name in names})
+        return {name: cm[name] / 100 for name in self._sensors.get(message, ())}
 
     def _field(self, t: float) -> Frame | None:
         field = self.magnetometer.read(t)
@@ -189,7 +191,7 @@ class SensorNode:
             return None
         limit, factor = self._limits['RANGE_ACCEL', 'ax'], self._mps2
         ax, ay, az = (min(max(count * factor, -limit), limit) for count in self._accel)
-        return self._bus.encode('RANGE_ACCEL', SJO=self.rangers.cm['SJO'] / 100, az=az, ay=ay, ax=ax)
+        return self._bus.encode('RANGE_ACCEL', **self._ranges('RANGE_ACCEL'), az=az, ay=ay, ax=ax)
 
     def _impact_gyro(self, t: float) -> Frame | None:
         """Closes the IMU period: the mean of its rates, and whether there was an impact in it."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.footprint import circle_footprint
 from sara_nav.lattice import (
     arrivals,
     driving,
@@ -36,8 +37,8 @@ from sara_nav.lattice.problem import Problem
 from sara_nav.lattice.world import Body
 from sara_nav.planners.planning import GLOBAL_PLANNERS, PlanError, require_finite
 
-FOOTPRINT = ((0.54, 0.29), (0.54, -0.29), (-0.54, -0.29), (-0.54, 0.29))
-"""SARA's, until another is set; corners about base_link, m."""
+ROBOT_RADIUS = 0.46
+"""m, costmap_2d's, until a footprint is set."""
 TRIES = 12
 """Places about a goal that cannot be reached that are tried in its stead."""
 TRIES_APART = 0.2
@@ -55,7 +56,7 @@ class LatticePlanner:
         self.config = config
         self.goal_used = None
         self.expanded = 0
-        self._corners = np.array(FOOTPRINT)
+        self._corners = circle_footprint(ROBOT_RADIUS)
         self._body = self._field = None
 
     def set_footprint(self, corners: np.ndarray) -> None:

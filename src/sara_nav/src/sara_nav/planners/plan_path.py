@@ -21,6 +21,7 @@ import yaml
 
 from sara_common.config import ConfigError
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_nav.config.parameters import Parameters
 from sara_nav.config.registry import UnknownPlanner
 from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
@@ -29,8 +30,6 @@ from sara_nav.maps.map_io import MapError, load_map
 from sara_nav.planners.plan_picture import draw_plan
 from sara_nav.planners.planning import GLOBAL_PLANNERS, PlanError, path_length
 
-FOOTPRINT = [[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]]
-"""SARA's, corners about base_link."""
 PLANNED, NO_PLAN, BAD_QUESTION = 0, 1, 2
 
 
@@ -58,7 +57,9 @@ def parse(arguments: Sequence[str]) -> Question:
         metavar='NAME',
         help='{} (default: %(default)s)'.format(', '.join(GLOBAL_PLANNERS.names())),
     )
-    parser.add_argument('--footprint', metavar='"[[x,y],...]"', help=f"the robot's corners, m (default: {FOOTPRINT})")
+    parser.add_argument(
+        '--footprint', metavar='"[[x,y],...]"', help="corners about base_link, m (the chosen platform's)"
+    )
     parser.add_argument('--json', action='store_true', help='print {"success", "length_m", "planning_ms", "path"}')
     parser.add_argument('--png', metavar='FILE', help='draw the map and the plan')
     parser.add_argument(
@@ -97,7 +98,9 @@ def answer(
     for warning in getattr(planner_config, 'warnings', list)():
         print(f'plan_path: {warning}', file=sys.stderr)
     planner = cls(planner_config)
-    footprint = parse_footprint(FOOTPRINT if question.footprint is None else question.footprint)
+    footprint = parse_footprint(
+        list(map(list, chosen().footprint)) if question.footprint is None else question.footprint
+    )
     inscribed = radii(footprint)[0]
     if not given:
         inflation = replace(inflation, inflation_radius=max(inflation.inflation_radius, inscribed))

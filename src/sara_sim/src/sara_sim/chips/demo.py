@@ -7,8 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sara_common.platforms import chosen
+from sara_lowlevel.config import SensorConfig
 from sara_sim.chips.i2c_bus import SimulatedI2c
+from sara_sim.chips.imu import Imu
 from sara_sim.chips.sensor_box import SensorBox
+from sara_sim.chips.sonars import Sonars
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.world.world import World
 
@@ -24,12 +28,13 @@ class RestingChips:
         """`now`: s, the clock's reading at power-up."""
         walls = np.zeros((ROOM_CELLS, ROOM_CELLS), bool)
         walls[[0, -1], :] = walls[:, [0, -1]] = True
-        world, config = World(walls), ChairConfig()
+        world, platform = World(walls), chosen()
+        config = ChairConfig.of(platform)
         drawn, imu, sonar, _ = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(4))
         middle = 0.5 * ROOM_CELLS * world.resolution
-        self.box = SensorBox(
-            world, config, DrawnChair.draw(config, drawn), (imu, sonar), lambda: (middle, middle, 0.0), STEP_S
-        )
+        physics = Imu(config, DrawnChair.draw(config, drawn), platform.imu, imu, STEP_S)
+        acoustics = Sonars(world, config, platform.sonars, sonar, lambda: (middle, middle, 0.0))
+        self.box = SensorBox(physics, acoustics, SensorConfig.of(platform), STEP_S)
         self._start, self._steps = now, 0
 
     def advance(self, now: float) -> None:
@@ -71,7 +76,7 @@ class _RealTimeI2c(SimulatedI2c):
 
 
 def demo(seed: int = 0, clock: Callable[[], float] = time.monotonic) -> SimulatedI2c:
-    """The ten chips of chair number `seed`, at rest in the middle of a room of 4 x 4 m, in real time.
+    """The chips of chair number `seed`, at rest in the middle of a room of 4 x 4 m, in real time.
 
     For trying a program of the sensor node without a chair: it needs nothing else. `clock`: s, any steady clock.
     """

@@ -9,10 +9,6 @@ from __future__ import annotations
 import errno
 from collections import Counter
 
-from sara_sim.chips import mounting
-
-# 7-bit addresses, in the order of the mounting table: SDI, SDD, SLID, SLIT, SLDD, SLDT, STI, STD, SJO.
-SONAR_ADDRESSES = {name: 0x70 + number for number, name in enumerate(mounting.SONARS)}
 BLOCK_MAX = 32
 
 

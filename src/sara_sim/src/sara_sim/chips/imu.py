@@ -12,7 +12,7 @@ from math import cos, degrees, radians, sin, sqrt
 
 import numpy as np
 
-from sara_sim.chips import mounting
+from sara_common.platforms import Mount
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.body_motion import Motion
 
@@ -24,8 +24,8 @@ class Imu:
     accelerometer's is that of tables 4.1 and 4.2 as it stands, since the node sends single samples of it.
     """
 
-    def __init__(self, config: ChairConfig, chair: DrawnChair, random: np.random.Generator, dt: float):
-        self._random = random
+    def __init__(self, config: ChairConfig, chair: DrawnChair, mount: Mount, random: np.random.Generator, dt: float):
+        self._random, self._mount = random, mount
         gravity = self._gravity = config.gravity
         root = sqrt(config.samples_per_frame)
         step = config.gyro_drift * sqrt(dt / 60.0)
@@ -58,7 +58,7 @@ class Imu:
         """The same in motion."""
         ax, ay, yaw_rate, yaw_acceleration, roll, pitch, roll_rate, pitch_rate, az = motion
         value = self.sample()
-        place, g = mounting.IMU, self._gravity
+        place, g = self._mount, self._gravity
         square = yaw_rate * yaw_rate
         fx = (ax - yaw_acceleration * place.y - square * place.x) / g
         fy = (ay + yaw_acceleration * place.x - square * place.y) / g

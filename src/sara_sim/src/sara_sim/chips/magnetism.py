@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.earth_field import earth_field
-from sara_sim.chips import mounting
+from sara_common.platforms import Mount
 from sara_sim.chips.hmc5883l import ADDRESS as HMC_ADDRESS
 from sara_sim.chips.hmc5883l import Hmc5883l
 from sara_sim.chips.magnetic_config import MagneticConfig
@@ -69,12 +69,12 @@ class Magnetism:
         self,
         config: MagneticConfig,
         seed: int,
-        tilt: tuple[float, float],
+        box: tuple[tuple[float, float], Mount],
         placement: Callable[[], Placement],
         clock: Callable[[], float],
     ) -> None:
-        """`tilt`: the box's roll and pitch, deg. `placement`: of the chair now. `clock`: s."""
-        random = luck.stream(seed, 'magnetism')
+        """`box`: its roll and pitch, deg, and its place. `placement`: of the chair now. `clock`: s."""
+        random, (tilt, self._mount) = luck.stream(seed, 'magnetism'), box
         self.config = config
         self.earth = np.array(_earth(config.latitude, config.longitude, config.date))
         self.hard_iron = random.normal(0.0, config.hard_iron_sigma, 3)
@@ -100,7 +100,7 @@ class Magnetism:
     def body_field(self, at: Placement) -> np.ndarray:
         """(3,) uT in `base_link` without the chair's own iron."""
         turned = rotation(at.roll, at.pitch, at.yaw)
-        place = np.array((at.x, at.y)) + (turned @ (mounting.IMU.x, mounting.IMU.y, 0.0))[:2]
+        place = np.array((at.x, at.y)) + (turned @ (self._mount.x, self._mount.y, 0.0))[:2]
         motors = self._motors[0] * at.right.current + self._motors[1] * at.left.current
         return turned.T @ (self.earth + self._steel(place)) + motors
 

@@ -2,9 +2,8 @@
 
 What it sends is what a driver puts into a sensor_msgs/LaserScan. Ranges follow REP 117: +Inf where nothing is within
 its reach, -Inf where something is nearer than it can see. The chair's scanner (the constants here) sweeps every 0.1 s;
-it has an interface of its own (USB or Ethernet) and never speaks on the CAN bus. Its bracket sits 0.04 m behind the
-chair's front edge. The chair's own frame hides whatever is more than VIEW to either side: those rays read -Inf, for the
-frame is nearer than RANGE_MIN.
+it has an interface of its own (USB or Ethernet) and never speaks on the CAN bus. The chair's own frame hides whatever
+is more than VIEW to either side: those rays read -Inf, for the frame is nearer than RANGE_MIN.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import between
+from sara_common.platforms import Mount
 from sara_common.scans import Sweep
-from sara_sim.chips import mounting
 from sara_sim.world.world import World
 
 RAYS = 541
@@ -36,7 +35,7 @@ class Optics(NamedTuple):
     itself is in the way.
     """
 
-    mount: mounting.Mount
+    mount: Mount
     rays: int
     angle_min: float
     angle_increment: float
@@ -53,18 +52,11 @@ class Optics(NamedTuple):
         return self.angle_min + self.angle_increment * np.arange(self.rays)
 
 
-CHAIRS = Optics(
-    mounting.SCANNER,
-    RAYS,
-    ANGLE_MIN,
-    ANGLE_INCREMENT,
-    PERIOD_STEPS,
-    TIME_INCREMENT,
-    RANGE_MIN,
-    RANGE_MAX,
-    SIGMA,
-    VIEW,
-)
+def optics_at(mount: Mount) -> Optics:
+    """The chair's scanner, sitting there."""
+    return Optics(
+        mount, RAYS, ANGLE_MIN, ANGLE_INCREMENT, PERIOD_STEPS, TIME_INCREMENT, RANGE_MIN, RANGE_MAX, SIGMA, VIEW
+    )
 
 
 class Scan(NamedTuple):
@@ -85,7 +77,7 @@ class Scanner:
         random: np.random.Generator,
         pose: tuple[float, float, float],
         step_s: float,
-        optics: Optics = CHAIRS,
+        optics: Optics,
     ):
         """`pose`: true (x, y, yaw) of the vehicle at the start, m, rad. `step_s`: s between two calls of `step`."""
         self._world, self._random, self._step_s, self.optics = world, random, step_s, optics
@@ -136,7 +128,7 @@ class Scanner:
         self.scan = None if self.silent else Scan(stamp, ranges)
 
 
-def sweep_of(scan: Scan, optics: Optics = CHAIRS) -> Sweep:
+def sweep_of(scan: Scan, optics: Optics) -> Sweep:
     """A Scan with all that a sensor_msgs/LaserScan says besides."""
     return Sweep(
         scan.stamp,

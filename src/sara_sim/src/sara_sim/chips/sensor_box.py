@@ -1,20 +1,16 @@
-"""The sensor node's box: one MPU6050 and nine SRF02s on an I2C bus, fed with the chair's true motion."""
+"""The sensor node's box: one MPU6050 and SRF02s on an I2C bus, fed with the chair's true motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
-from sara_sim.chips.i2c_bus import SONAR_ADDRESSES, SimulatedI2c
+from sara_lowlevel.config import SensorConfig
+from sara_sim.chips.i2c_bus import SimulatedI2c
 from sara_sim.chips.imu import Imu
-from sara_sim.chips.mpu6050 import ADDRESS as IMU_ADDRESS
 from sara_sim.chips.mpu6050 import Mpu6050
 from sara_sim.chips.sonars import Sonars
 from sara_sim.chips.srf02 import Srf02
-from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.body_motion import Motion
-from sara_sim.world.world import World
 
 
 class SensorBox:
@@ -22,25 +18,17 @@ class SensorBox:
     sigma in m/s2, in deg/s)] that faults add.
     """
 
-    def __init__(
-        self,
-        world: World,
-        config: ChairConfig,
-        chair: DrawnChair,
-        luck: tuple[np.random.Generator, np.random.Generator],
-        pose: Callable[[], tuple[float, float, float]],
-        dt: float,
-    ):
-        """`luck`: of the IMU and of the sonars. `pose`: gives the true (x, y, yaw) of the chair now. `dt`: s a step."""
+    def __init__(self, physics: Imu, acoustics: Sonars, sensors: SensorConfig, dt: float):
+        """`physics`, `acoustics`: what reaches the chips. `sensors`: their addresses. `dt`: s a step."""
         self.dt, self.time = dt, 0.0
         self.noise: list[tuple] = []
-        self._gravity = config.gravity
-        self.physics = Imu(config, chair, luck[0], dt)
-        self.acoustics = Sonars(world, config, luck[1], pose)
+        self._gravity = sensors.gravity
+        self.physics, self.acoustics = physics, acoustics
         self.imu = Mpu6050()
-        self.sonars = {name: Srf02(self._echo_of(name), lambda: self.time) for name in SONAR_ADDRESSES}
+        addresses = sensors.sonar_addresses
+        self.sonars = {name: Srf02(self._echo_of(name), lambda: self.time) for name in addresses}
         self.i2c = SimulatedI2c(
-            {IMU_ADDRESS: self.imu, **{SONAR_ADDRESSES[name]: chip for name, chip in self.sonars.items()}}
+            {sensors.imu_address: self.imu, **{addresses[name]: chip for name, chip in self.sonars.items()}}
         )
 
     def _echo_of(self, name: str) -> Callable[[], float]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import cos, inf, radians, sin
 
 import numpy as np
 
-from sara_sim.chips import mounting
+from sara_common.platforms import Mount
 from sara_sim.config import ChairConfig
 from sara_sim.world.rays import Cone
 from sara_sim.world.world import World
@@ -16,16 +16,18 @@ _BLOCK = 256
 
 
 class Sonars:
-    """Bursts of the nine sensors. `extra_sigma`: {name: m} added scatter (a fault)."""
+    """Bursts of the sensors. `extra_sigma`: {name: m} added scatter (a fault)."""
 
     def __init__(
         self,
         world: World,
         config: ChairConfig,
+        mounts: Mapping[str, Mount],
         random: np.random.Generator,
         pose: Callable[[], tuple[float, float, float]],
     ):
-        """`pose`: gives the true (x, y, yaw) of the chair now."""
+        """`mounts`: where each sits. `pose`: gives the true (x, y, yaw) of the chair now."""
+        self._mounts = mounts
         self._world, self._config, self._random, self._pose = world, config, random, pose
         self._cone = Cone(
             radians(config.sonar_cone / 2), config.sonar_rays, cos(radians(config.sonar_steepest)), config.sonar_limit
@@ -43,7 +45,7 @@ class Sonars:
                 self._random.random(_BLOCK).tolist(),
             )
         error, luck = self._errors.pop(), self._luck.pop()
-        config, mount = self._config, mounting.SONARS[name]
+        config, mount = self._config, self._mounts[name]
         x, y, yaw = self._pose()
         c, s = cos(yaw), sin(yaw)
         distance = self._world.sonar(

@@ -54,6 +54,9 @@ class Faults:
             raise FaultError(f'{name}: this chair has no laser scanner; its option scan is false.')
         if isinstance(fault, kinds.COMPASS) and self._chair.magnetism is None:
             raise FaultError(f'{name}: this chair has no magnetometer; its bus is without +compass.')
+        if isinstance(fault, kinds.SonarFault) and fault.sensor not in (*self._chair.box.sonars, 'all'):
+            known = ', '.join((*self._chair.box.sonars, 'all'))
+            raise FaultError(f'{name}: sensor is {fault.sensor!r}, allowed is one of {known}')
         number = self._number[name] = self._number.get(name, -1) + 1
         stream = luck.stream(self._seed, name, number)
         active = Active(fault, self._chair.time, stream)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import MISSING, dataclass, fields
 
-from sara_sim.chips import mounting
 from sara_sim.faults.arguments import FaultError, argument, between, one_of, seconds, whole
 
 DIRECTIONS = ('to_pc', 'from_pc', 'both')
@@ -91,9 +90,9 @@ class AdapterUnplugged(Fault):
 
 @dataclass(frozen=True, kw_only=True)
 class SonarFault(Fault):
-    """`sensor`: which of the nine, or all."""
+    """`sensor`: which of the robot's, or all."""
 
-    sensor: str = one_of((*mounting.SONARS, 'all'))
+    sensor: str = argument('the name of a sonar, or all', lambda value: isinstance(value, str) and value != '')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +172,7 @@ class EncoderNoisy(Fault):
     """A wheel's counter scatters about what it should say."""
 
     wheel: str = one_of(WHEELS)
-    sigma: float = between(0, 64000, 'steps', 500.0)
+    sigma: float = between(0, 100000, 'steps', 500.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,14 +18,16 @@ class SettingsError(ValueError):
 class SimulatorSettings:
     """Of the node; those of ChairOptions are parameters too.
 
-    `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, '' for none. `start`: x, y (m), yaw (rad) in the
-    map. `speed`: simulated seconds per second. `port`: where the link to the pseudo-terminal is made. `bitrate`: of the
-    bus, bit/s. `dbc`: the bus's description, a name that canserial knows or a path. `assisted`: the rider's switch for
-    shared control, of a bus that has it (sara_assisted). `power_up`: begin with the switch-on. `calibrate`: whether the
-    sensor node does. `fast`: IMU frames every 50 ms. `madgwick`: whether 0x206 is sent. `log`: file for a log in the
-    format of candump, '' for none. `magnetic`: a mapping of MagneticConfig's fields, for a bus with the compass.
+    `platform`: the robot, '' for the chosen one. `map`: YAML file, '' for an empty floor. `obstacles`: YAML file, ''
+    for none. `start`: x, y (m), yaw (rad) in the map. `speed`: simulated seconds per second. `port`: where the link to
+    the pseudo-terminal is made. `bitrate`: of the bus, bit/s. `dbc`: the bus's description, a name that canserial knows
+    or a path, '' for the platform's. `assisted`: the rider's switch for shared control, of a bus that has it.
+    `power_up`: begin with the switch-on. `calibrate`: whether the sensor node does. `fast`: IMU frames every 50 ms, not
+    as the robot's are at first. `madgwick`: whether its angles are sent. `log`: file for a log in the format of
+    candump, '' for none. `magnetic`: a mapping of MagneticConfig's fields, for a bus with the compass.
     """
 
+    platform: str = ''
     map: str = ''
     obstacles: str = ''
     start: tuple = (0.0, 0.0, 0.0)
@@ -33,7 +35,7 @@ class SimulatorSettings:
     speed: float = 1.0
     port: str = '/tmp/sara_can'
     bitrate: int = 500000
-    dbc: str = 'sara'
+    dbc: str = ''
     assisted: bool = False
     power_up: bool = False
     calibrate: bool = True
@@ -75,11 +77,12 @@ class SimulatorSettings:
         faults = common_faults(self)
         if not isinstance(self.log, str):
             faults.append(f"log is {self.log!r}, allowed is the path of a file for the log, or '' for none")
-        if not isinstance(self.dbc, str) or not self.dbc:
+        if not isinstance(self.dbc, str):
             faults.append(
-                f"dbc is {self.dbc!r}, allowed is 'sara', 'sara_tenths', 'sara_assisted' or the path of a DBC file, "
-                "with '+compass' or without"
+                f"dbc is {self.dbc!r}, allowed is the name of a bus, the path of a DBC file, or '' for the robot's"
             )
+        if not isinstance(self.platform, str):
+            faults.append(f"platform is {self.platform!r}, allowed is the name of a robot, or '' for the chosen one")
         if not is_number(self.speed) or not 0 < self.speed <= 100:
             faults.append(f'speed is {self.speed!r}, allowed are numbers above 0 to 100, times real time')
         if not isinstance(self.port, str) or not self.port.startswith('/'):

@@ -22,13 +22,16 @@ from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.dbc.modes import has_assisted
+from sara_common.config import ConfigError
+from sara_common.platforms import chosen, load
 from sara_common.ros.node import start_node
-from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
+from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
 from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.chips.scanner import PERIOD_STEPS, sweep_of
+from sara_sim.config import ChairConfig
 from sara_sim.faults.faults import FaultError
 from sara_sim.pedestrians import course
 from sara_sim.ros import messages
@@ -174,7 +177,7 @@ class SimulatorNode:
         if self._ticks % GROUND_TRUTH_STEPS == 0:
             self._truth.publish(messages.ground_truth(self._chair, stamp))
         if self._scan and self._chair.scanner.scan:
-            sweep = sweep_of(self._chair.scanner.scan)
+            sweep = sweep_of(self._chair.scanner.scan, self._chair.scanner.optics)
             self._scan.publish(messages.laser_scan(sweep, 'scan', PERIOD_STEPS * STEP_S))
         if self._chair.contacts != self._contacts:
             self._contacts = self._chair.contacts
@@ -234,16 +237,16 @@ class SimulatorNode:
 
 
 def make_chair(settings: SimulatorSettings) -> SimulatedChair:
-    """The chair and its world. Raises WorldError, ObstacleError, BusError, OSError."""
+    """The chair and its world. Raises WorldError, ObstacleError, BusError, ConfigError, OSError."""
     world = World.from_yaml(settings.map) if settings.map else World.empty()
     if settings.obstacles:
         course.load(settings.obstacles).put_on(world)
-    sensors = SensorConfig(
-        imu_period=FAST_IMU if settings.fast else SLOW_IMU, calibrate=settings.calibrate, madgwick=settings.madgwick
-    )
-    bus = BusDescription.named(settings.dbc)
+    platform = load(settings.platform) if settings.platform else chosen()
+    fast = {'imu_period': FAST_IMU} if settings.fast else {}
+    sensors = SensorConfig.of(platform, calibrate=settings.calibrate, madgwick=settings.madgwick, **fast)
+    bus = BusDescription.named(settings.dbc, platform) if settings.dbc else BusDescription.of(platform)
     if settings.assisted and not has_assisted(bus):
-        raise BusError(f'assisted is true, but the bus {settings.dbc} has no such mode; sara_assisted has')
+        raise BusError(f'assisted is true, but the bus {bus.path} has no such mode')
     chair = SimulatedChair(
         world,
         settings.seed,
@@ -252,6 +255,7 @@ def make_chair(settings: SimulatorSettings) -> SimulatedChair:
         options=settings.options,
         sensors=sensors,
         power_up=settings.power_up,
+        platform=platform,
         magnetic=settings.magnetic,
     )
     chair.assisted = settings.assisted
@@ -268,13 +272,17 @@ def main() -> None:
         settings = SimulatorSettings.from_params(rospy.get_param('~', {}))
         chair = make_chair(settings)
         node = SimulatorNode(chair, Terminal(settings.port), settings)
-    except (SettingsError, WorldError, ObstacleError, BusError, OSError) as error:
+    except (SettingsError, WorldError, ObstacleError, BusError, ConfigError, OSError) as error:
         rospy.logfatal('the simulator cannot start: %s', error)
         sys.exit(1)
-    for name, (value, default) in {**chair.config.changes(), **chair.options.changes()}.items():
+    for name, (value, default) in {
+        **chair.config.changes(ChairConfig.of(chair.platform)),
+        **chair.options.changes(),
+    }.items():
         rospy.logwarn('this is not the reference chair: %s is %r, not %r', name, value, default)
     rospy.loginfo(
-        'simulating chair %d on %s, at %g times real time, adapter at %s',
+        'simulating %s, number %d, on %s, at %g times real time, adapter at %s',
+        chair.platform.name,
         settings.seed,
         settings.map or 'an empty floor',
         settings.speed,

@@ -19,8 +19,8 @@ FRAMES_PER_READER = 500
 STEPS_OF_TIME = (0.0, 0.001) + (0.01,) * 10 + (0.02,) * 10 + (0.05, 0.2, -0.01)
 LEAPS_OF_TIME = (1.0, 10.0, 60.0, -0.5, -20.0)
 STRANGE_STAMPS = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e-300, 2.0**32, 1e300)
+RANGE_M = (0, 6.6)
 CORNERS = (b'\x00', b'\xff', b'\x80', b'\x7f')
-RANGES_1, RANGES_2 = ('STD', 'SDI', 'SLIT', 'SLDD'), ('SDD', 'SLID', 'STI', 'SLDT')
 
 
 class FuzzFailure(AssertionError):
@@ -58,7 +58,7 @@ def fuzz_reader(
 
 def _config(chance):
     lax = chance.random() < 0.8  # strict limits seldom let noise come through to what lies behind them
-    return ReaderConfig(
+    return ReaderConfig.of(
         calibration_time=0.3 if lax else 2.0,
         still_step=1e3 if lax else 0.8,
         still_drift=1e3 if lax else 0.12,
@@ -83,11 +83,11 @@ NAMES = (
     'MADGWICK',
     'BATTERY',
 )
-# The values that a chair's frames may have; signals are drawn in this order.
+# The values that a robot's frames may have besides its ranges; signals are drawn in this order, ranges first.
 BETWEEN = {
-    'RANGES_1': dict.fromkeys(RANGES_1, (0, 6.6)),
-    'RANGES_2': dict.fromkeys(RANGES_2, (0, 6.6)),
-    'RANGE_ACCEL': {'SJO': (0, 6.6), 'ax': (-22, 22), 'ay': (-22, 22), 'az': (-22, 22)},
+    'RANGES_1': {},
+    'RANGES_2': {},
+    'RANGE_ACCEL': {'ax': (-22, 22), 'ay': (-22, 22), 'az': (-22, 22)},
     'COMPLEMENTARY': {'rx': (-32, 32), 'ry': (-32, 32), 'rz': (-32, 32)},
     'MADGWICK': {'roll': (-32, 32), 'pitch': (-32, 32), 'yaw': (-32, 32)},
     'BATTERY': {'voltage': (0, 41)},
@@ -100,7 +100,8 @@ def _plausible(chance, bus, time):
     name = chance.choice(NAMES)
     clock = int(time * 1e4) % 2**32
     if name in BETWEEN:
-        signals = {signal: uniform(*limits) for signal, limits in BETWEEN[name].items()}
+        limits = {**dict.fromkeys(bus.ranges.get(name, ()), RANGE_M), **BETWEEN[name]}
+        signals = {signal: uniform(*pair) for signal, pair in limits.items()}
     elif name == 'JOYSTICK':
         signals = {
             'velD': uniform(-13, 13),

@@ -2,7 +2,7 @@
 
 import time
 
-from canserial.dbc.bus import PACKAGED, BusDescription
+from canserial.dbc.bus import BusDescription, packaged
 from sara_lab.fuzz.blocks import blocks, options_of
 from sara_lab.fuzz.bus.frames import fuzz_reader
 from sara_lab.fuzz.bus.lawicel import fuzz_lawicel
@@ -14,7 +14,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the fuzz tests; a failure ends with its seed and input."""
     options = options_of(arguments, 'fuzz', __doc__)
     kinds = {'lines through the Lawicel path': (lambda count, seed: fuzz_lawicel(count, seed), 'frames')}
-    for name in PACKAGED:
+    for name in packaged():
         kinds[f'frames through the reader ({name})'] = (
             lambda count, seed, bus=BusDescription.named(name): fuzz_reader(count, seed, bus),
             'readings',

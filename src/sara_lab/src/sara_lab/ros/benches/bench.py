@@ -104,7 +104,7 @@ def run(names: Sequence[str], out: Path) -> list[Row]:
     for number, name in enumerate(names, 1):
         began = time.monotonic()
         print(f'[{number} of {len(names)}] {name}', flush=True)
-        with tempfile.TemporaryDirectory(prefix='sara') as folder:
+        with tempfile.TemporaryDirectory(prefix='sara_') as folder:
             path = Path(folder) / 'rows.json'
             process = subprocess.Popen(
                 [sys.executable, '-m', 'sara_lab.ros.benches.bench', '--child', name, str(path)],

@@ -69,7 +69,7 @@ def measure(rate: float, seconds: float, log: IO[str] | None = None) -> dict[str
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
     arrived = {}
-    with tempfile.TemporaryDirectory(prefix='sara') as folder, Terminal(f'{folder}/can') as terminal:
+    with tempfile.TemporaryDirectory(prefix='sara_') as folder, Terminal(f'{folder}/can') as terminal:
         feed = Feed(terminal, rate)
         with launched('canserial', 'canserial.launch', {'port': f'{folder}/can'}, env, stdout=log, stderr=log):
             while not rosgraph.is_master_online():
@@ -125,7 +125,7 @@ def measure_odometry(seconds: float, log: IO[str] | None = None) -> tuple[list[f
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
     arrived, latency, lost = [], [], 0
-    with tempfile.TemporaryDirectory(prefix='sara') as folder, Terminal(f'{folder}/can') as terminal:
+    with tempfile.TemporaryDirectory(prefix='sara_') as folder, Terminal(f'{folder}/can') as terminal:
         feed = Feed(terminal, 1.0 / FRAMES_PERIOD_S)
         with launched('sara_lab', 'bench_odometry.launch', {'port': f'{folder}/can'}, env, stdout=log, stderr=log):
             while not rosgraph.is_master_online():

@@ -29,6 +29,7 @@ from sensor_msgs.msg import Range
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.ros.goals import goal_at
 from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_common.platforms import chosen
 from sara_lab.journeys.journeys import PLANNERS
 from sara_lab.ros.benches.node_cost import cpu_seconds, peak_memory_mb, process_of
 
@@ -46,7 +47,7 @@ class Robot:
         self.pose, self.speed, self._command = START, (0.0, 0.0), (0.0, 0.0)
         self.alive, self._broadcaster = True, tf2_ros.TransformBroadcaster()
         self._odometry = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
-        self._places = mountings()
+        self._places = mountings(chosen())
         self._ranges = {
             name: rospy.Publisher(f'/{name}_range', Range, queue_size=1, tcp_nodelay=True) for name in self._places
         }

@@ -98,7 +98,7 @@ def bags() -> Iterator[Timed]:
             )
         else:
             yield Timed(name, text=f'{husky} is not there')
-    with tempfile.TemporaryDirectory(prefix='sara') as folder:
+    with tempfile.TemporaryDirectory(prefix='sara_') as folder:
         path = Path(folder) / 'drive.bag'
         write_drive(path)
         yield _bag(path, PARAMETERS, 'ekf', [], SECONDS, f'offline EKF over a made-up drive of {SECONDS} s')

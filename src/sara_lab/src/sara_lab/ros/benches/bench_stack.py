@@ -116,7 +116,7 @@ def start_and_drive(driving: bool) -> dict[str, Any]:
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
     LOG.parent.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix='sara') as folder, open(LOG, 'w', encoding='utf-8') as log:
+    with tempfile.TemporaryDirectory(prefix='sara_') as folder, open(LOG, 'w', encoding='utf-8') as log:
         save(f'{folder}/calibration.yaml', SIMULATED)
         arguments = {'calibration': 'saved', 'calibration_file': f'{folder}/calibration.yaml', 'port': f'{folder}/can'}
         began, marks = time.monotonic(), []

@@ -61,7 +61,7 @@ class Bench:
 
     def settle(self) -> None:
         """Until a chip that nobody waited for has settled."""
-        goals.until(lambda: rospy.get_time() >= SensorConfig().settle_time, 'the clock', WAIT_S)
+        goals.until(lambda: rospy.get_time() >= SensorConfig.settle_time, 'the clock', WAIT_S)
 
     def calibrated(self) -> None:
         """Until read.py gives a yaw."""

@@ -41,7 +41,7 @@ def heard(task: str, seed: int, speed: float, say: Callable[[str], None] = lambd
     Raises OverRosError.
     """
     say(task)
-    with tempfile.TemporaryDirectory(prefix='sara') as name:
+    with tempfile.TemporaryDirectory(prefix='sara_') as name:
         folder = Path(name)
         arguments = {
             'seed': seed,

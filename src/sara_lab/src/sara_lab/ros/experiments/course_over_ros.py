@@ -85,7 +85,7 @@ def course_over_ros(
     """Drive a Course over ROS with the chair `seed`; the dict that drives.course_driven gives. `speed`: simulated
     seconds per second. `say`: called with each sentence on the way. Raises OverRosError.
     """
-    with tempfile.TemporaryDirectory(prefix='sara') as name:
+    with tempfile.TemporaryDirectory(prefix='sara_') as name:
         folder = Path(name)
         asked = folder / 'course.pickle'
         asked.write_bytes(pickle.dumps((course, setup)))

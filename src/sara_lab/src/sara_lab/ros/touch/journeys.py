@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 import rospkg
 
+from sara_common.platforms import chosen
 from sara_hmi.browser.page import Page, browsing
 from sara_lab.journeys.by_hand import Rider, legs, stop
 from sara_lab.journeys.touch_journey import TouchJourney, journeys_of, missing, summary
 from sara_lab.judge import gaps
-from sara_lab.judge.judge import BODY
 from sara_lab.ros.touch.whole_chair import Truth, a_node, whole_chair
 from sara_nav.maps import places as places_file
 from sara_sim.world.world import World
@@ -206,7 +206,7 @@ def journey(page: Page, truth: Truth, world: World, which: tuple[str, int], plac
         goal,
         off=round(float(np.hypot(*(track[-1, 1:3] - places[goal][:2]))), 3),
         contacts=contacts,
-        gap=round(float(gaps.along(world, track[:, 0], track[:, 1:], BODY, GAP_STEP_S).min()), 3),
+        gap=round(float(gaps.along(world, track[:, 0], track[:, 1:], chosen().size, GAP_STEP_S).min()), 3),
         way=round(float(moved.sum()), 2),
         seconds=round(float(track[driven[-1], 0] - track[driven[0], 0]), 1) if len(driven) else 0.0,
         fault=fault,

@@ -22,15 +22,15 @@ from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
 from sara_bringup.ros.masters import environment, launched
+from sara_common.platforms import chosen
 
 PATIENCE_S = 60.0
 TF_HZ, RANGES_HZ = 50.0, 10.0
-SENSORS = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
 Grid = numpy_msg(OccupancyGrid)
 
 
 class StandIn:
-    """tf and odometry at 50 Hz, nine range sensors at 10 Hz, the gate's status, a map on request.
+    """tf and odometry at 50 Hz, the robot's range sensors at 10 Hz, the gate's status, a map on request.
 
     touched: [(when, v, w)] of /cmd_vel/touch; stops: when /emergency_stop came, both by the monotonic clock, s.
     """
@@ -46,7 +46,7 @@ class StandIn:
         self._map = rospy.Publisher('/map', Grid, queue_size=1, latch=True)
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=10)
         self._odometry = rospy.Publisher('/odometry/filtered', Odometry, queue_size=1)
-        self._ranges = {name: rospy.Publisher(f'/{name}_range', Range, queue_size=1) for name in SENSORS}
+        self._ranges = {name: rospy.Publisher(f'/{name}_range', Range, queue_size=1) for name in chosen().sonars}
         self._status.publish('The chair is ready.')
         self._end = threading.Event()
         self._speaking = threading.Thread(target=self._speak, daemon=True)
@@ -80,7 +80,7 @@ class StandIn:
     def _transforms(x):
         """The chair drives along x, so that every pose is another; the sensors sit on it."""
         made = []
-        frames = [('map', 'base_link', x), *(('base_link', f'{name}_frame', 0.5) for name in SENSORS)]
+        frames = [('map', 'base_link', x), *(('base_link', f'{name}_frame', 0.5) for name in chosen().sonars)]
         for parent, child, x_m in frames:
             one = TransformStamped(child_frame_id=child)
             one.header.frame_id, one.header.stamp = parent, rospy.Time.now()
@@ -109,10 +109,11 @@ def serving() -> Iterator[tuple[str, StandIn]]:
     """(the page's address, the stand-in) while the server's node runs; this process becomes a node of its master."""
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
+    arguments = {'port': 0, 'range_topics': '[' + ', '.join(f'{name}_range' for name in chosen().sonars) + ']'}
     with (
-        tempfile.TemporaryDirectory(prefix='sara') as folder,
+        tempfile.TemporaryDirectory(prefix='sara_') as folder,
         open(os.devnull, 'w', encoding='utf-8') as log,
-        launched('sara_hmi', 'hmi.launch', {'port': 0}, {**env, 'ROS_HOME': folder}, stdout=log, stderr=log),
+        launched('sara_hmi', 'hmi.launch', arguments, {**env, 'ROS_HOME': folder}, stdout=log, stderr=log),
     ):
         while not rosgraph.is_master_online():
             time.sleep(0.1)

@@ -1,0 +1,1 @@
+"""What is wrong with a robot's folder of numbers."""

@@ -1,0 +1,72 @@
+"""What contradicts what in a robot's speeds: wheels against profiles, limits against what the wheels can do, slip."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from canserial.dbc.bus import BusDescription, BusError
+from sara_common.config import ConfigError
+from sara_common.platforms import Platform, parameters
+from sara_control.gate.gate_config import SafetyConfig
+
+SLACK = 0.97  # of a limit that is rounded
+
+
+def findings(platform: Platform) -> Iterator[str]:
+    """A sentence for each contradiction; nothing where the gate's parameters cannot be read, which others report."""
+    try:
+        safety = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', platform))
+        fastest, change = (float(platform.motor_node[name]) for name in ('max_wheel_speed', 'wheel_acceleration'))
+    except (ConfigError, KeyError, TypeError, ValueError):
+        return
+    yield from _profiles(platform, safety, fastest)
+    for where, limit in (
+        ('read/max_wheel_speed', platform.parameters('read').get('max_wheel_speed', 0.0)),
+        ('safety_gate/plausibility/max_wheel_speed', safety.plausibility.max_wheel_speed),
+    ):
+        if not limit > fastest:
+            yield f'{where} is {limit:g} rad/s, the wheels turn up to {fastest:g}: true readings would be dropped'
+    yield from _braking(platform, safety, change)
+    yield from _command(platform, fastest)
+    yield from _slip(platform, safety)
+
+
+def _profiles(platform, safety, fastest):
+    radius, half = platform.wheels.radius, 0.5 * platform.wheels.separation
+    for name, profile in safety.profiles.items() if radius > 0.0 else ():
+        wheel = max(profile.max_forward, profile.max_turn * safety.turn_slip * half) / radius
+        if SLACK * wheel > fastest:
+            yield (
+                f'profile {name} asks for {wheel:.1f} rad/s of a wheel, platform/motor_node/max_wheel_speed is '
+                f'{fastest:g}: it would never be driven'
+            )
+
+
+def _braking(platform, safety, change):
+    gate, wheels = safety.gate, platform.wheels
+    if wheels.radius <= 0.0:
+        return
+    hardest = (gate.emergency_braking + gate.emergency_turn_braking * 0.5 * wheels.separation) / wheels.radius
+    if change < SLACK * hardest:
+        yield (
+            f'platform/motor_node/wheel_acceleration is {change:g} rad/s2, the hard braking of the safety gate needs '
+            f'{hardest:.1f} at the rim: the motor node would refuse it'
+        )
+
+
+def _command(platform, fastest):
+    try:
+        step = BusDescription.of(platform).resolution('WHEEL_COMMAND', 'right')
+    except BusError:
+        return
+    if fastest > 127 * step:
+        yield (
+            f'platform/motor_node/max_wheel_speed is {fastest:g} rad/s, WHEEL_COMMAND says {127 * step:.1f} at '
+            'most: more is never commanded'
+        )
+
+
+def _slip(platform, safety):
+    low, high = platform.simulated.get('slip_range', (1.0, 2.0))
+    if not low - 0.02 <= safety.turn_slip <= high + 0.02:
+        yield f'safety_gate/turn_slip is {safety.turn_slip:g}, simulated chairs slip {low:g} to {high:g}'

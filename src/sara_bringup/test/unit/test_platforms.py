@@ -1,0 +1,94 @@
+"""The robots there are, and what check_config says of a folder with a mistake in it."""
+
+import shutil
+
+import pytest
+
+from sara_bringup.lockstep.lockstep import Lockstep
+from sara_bringup.paths import share
+from sara_bringup.platforms import check_config
+from sara_common.platforms import folders, load
+
+LINES = 'platform.yaml'
+
+
+@pytest.mark.parametrize('name', folders())
+def test_nothing_is_to_mend_in_what_is_shipped(name):
+    assert list(check_config.findings(load(name))) == []
+
+
+def broken(tmp_path, file, old, new):
+    """The findings about a copy of a folder in which `old` became `new`."""
+    folder = tmp_path / 'kate'
+    shutil.copytree(folders()['kate'], folder)
+    text = (folder / file).read_text()
+    assert old in text, old
+    (folder / file).write_text(text.replace(old, new, 1))
+    return list(check_config.findings(load(str(folder))))
+
+
+@pytest.mark.parametrize(
+    'file, old, new, words',
+    [
+        (LINES, '[[0.40, 0.275], [0.40, -0.275], [-0.40, -0.275], [-0.40, 0.275]]',
+         '[[0.8, 0.6], [0.8, 0.1], [0.1, 0.1]]',
+         'base_link, its origin, lies outside'),
+        (LINES, '[[0.40, 0.275]', '[[0.50, 0.275]', 'the gate and the planner know different bodies'),
+        (LINES, 'length 0.80', 'length 0.90', 'robot.urdf has a body'),
+        (LINES, '&inflation 0.62', '&inflation 0.30', 'does not see where the robot can turn in place'),
+        (LINES, 'separation 0.46', 'separation 0.0', 'platform/wheels/separation is 0 m'),
+        (LINES, 'radius 0.125', 'radius 0.0', 'platform/wheels/radius is 0 m'),
+        (LINES, 'radius 0.125', 'radius 0.130', 'robot.urdf has wheels 0.46 m apart with a radius of 0.125 m'),
+        (LINES, 'wheel_radius: *radius\n', 'wheel_radius: 0.155\n', 'diff_drive_controller has wheel_radius 0.155'),
+        (LINES, 'x: 0.05,  y: 0.275, ', 'x: 0.05,  y: 0.475, ', 'ML sits at (0.05, 0.475), 0.20 m outside of the body'),
+        (LINES, 'yaw_deg: 168.0', 'yaw_deg: 12.0', 'RL at (-0.4, 0.16) looks across the body'),
+        (LINES, '      RR: *RR\n', '', 'safety_gate/zones/sensors leaves out RR'),
+        (LINES, 'RL: *RL', 'RL: {x: -0.40, y: 0.10, yaw_deg: 168.0}', 'safety_gate has RL at'),
+        (LINES, '&scan {x: 0.36', '&scan {x: 0.30', 'robot.urdf has scan at (0.36, 0)'),
+        (LINES, 'FR: 0x72', 'FR: 0x71', 'the I2C bus has two chips at 0x71'),
+        (LINES, 'imu_address: 0x69', 'imu_address: 0x71', 'sensor_node refuses it: sonar_addresses is'),
+        (LINES, ', RR: 0x76}', '}', 'platform/sensor_node/sonar_addresses leaves out RR'),
+        (LINES, '[FR, ML, RR]', '[FR, ML]', 'sensor_node refuses it: turns is'),
+        (LINES, '/RL_range, /RR_range]', '/RL_range, /SDI_range]', 'has the topics of SDI'),
+        (LINES, 'max_wheel_speed: &fastest 10.5', 'max_wheel_speed: &fastest 5.0', 'profile standard asks for'),
+        (LINES, 'wheel_acceleration: 17.5', 'wheel_acceleration: 10.0', 'the motor node would refuse it'),
+        (LINES, '&slip 1.08', '&slip 1.4', 'safety_gate/turn_slip is 1.4'),
+        (LINES, 'max_wheel_speed: 14.0           #', 'max_wheel_speed: 9.0            #',
+         'true readings would be dropped'),
+        (LINES, '    motor_lag: 0.08', '    motor_leg: 0.08',
+         'the simulator refuses it: platform/simulated/motor_lag is missing'),
+        (LINES, 'max_forward: 3.6, ', '', 'joystick_node refuses it: max_forward is 0.0'),
+        (LINES, '  dbc: kate                       #',
+         '  dbc: kiti                       #', "the bus: bus description is 'kiti'"),
+        ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', 'gives 0x231 to RANGES_1 and to RANGES_2'),
+        ('kate.dbc', 'BO_ 576 BATTERY', 'BO_ 576 BATTERIE', 'has no message BATTERY'),
+        ('kate.dbc', ' SG_ ML : 16|16@1+ (0.01,0) [0|0] "m" PC\n', '', 'leaves out ML'),
+        ('robot.urdf', '<child link="FL_frame"/>', '<child link="VL_frame"/>', 'no joint from base_link to FL_frame'),
+        ('robot.urdf', '</robot>', '', 'robot.urdf cannot be read'),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_said_in_words(tmp_path, file, old, new, words):
+    found = broken(tmp_path, file, old, new)
+    assert any(words in sentence for sentence in found), found
+
+
+def test_the_command_says_which_robot_and_ends_with_1(tmp_path, capsys):
+    broken(tmp_path, LINES, 'separation 0.46', 'separation 0.0')
+    with pytest.raises(SystemExit) as ended:
+        check_config.main(['sara', str(tmp_path / 'kate'), 'mary'])
+    said = capsys.readouterr().out
+    assert ended.value.code == 1 and 'sara: nothing to mend' in said and 'separation is 0 m' in said
+    assert "mary: platform is 'mary', allowed are kate, sara" in said
+
+
+@pytest.mark.parametrize('name', folders())
+def test_a_robot_of_any_folder_drives(name):
+    lockstep = Lockstep(share() / 'maps' / 'room.yaml', (1.0, 1.0, 0.0), 1, platform=load(name))
+    lockstep.start_up()
+    lockstep.pilot = lambda now: (0.3, 0.0)
+    begin = lockstep.time
+    while lockstep.time < begin + 4.0:
+        lockstep.step()
+    x, y, _ = lockstep.chair.pose
+    assert 1.6 < x < 2.2 and abs(y - 1.0) < 0.1 and lockstep.chair.contacts == 0
+    assert abs(lockstep.fused[0] - x) < 0.1 and set(lockstep.chair.box.sonars) == set(load(name).sonars)
