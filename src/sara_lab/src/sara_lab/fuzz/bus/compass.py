@@ -106,7 +106,7 @@ def _rates(compass, said, wild, chance, report):
 def _calibrated(turns, chance, report):
     """What comes of the same fields as a calibration: a plausible one, or a sentence."""
     try:
-        found = turns.result(chance.uniform(1.0, 70.0), chance.uniform(-70.0, 70.0), 1.08, None, 1.5)
+        found = turns.result(chance.uniform(1.0, 70.0), chance.uniform(-70.0, 70.0), 1.0, None, 1.5)
     except IronError as error:
         report.kinds['refused calibrations'] += 1
         if not str(error):
