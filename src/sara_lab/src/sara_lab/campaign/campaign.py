@@ -1,9 +1,9 @@
 """`make campaign`: everything that is judged over many chairs, in lockstep; resumable, with a table for each part and a
 JSON of all figures.
 
-A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once a source, a
-parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are cores;
-what a process was at that was killed is run again. Neither changes a figure.
+A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once the robot, a
+source, a parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are
+cores; what a process was at that was killed is run again. Neither changes a figure.
 """
 
 import argparse
@@ -66,7 +66,7 @@ CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the par
 def main() -> None:
     """Exit status 0 if every case meets its acceptance."""
     arguments = _arguments()
-    folder = arguments.out / fingerprint()
+    folder = arguments.out / f'{platforms.chosen().name}_{fingerprint()}'
     folder.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
@@ -84,10 +84,7 @@ def _arguments():
     parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
     parser.add_argument('--seeds', type=int, default=50)
     parser.add_argument(
-        '--out',
-        type=Path,
-        help='resumed if it holds results of an earlier call (out/campaign; of another robot than the usual one '
-        'out/campaign_NAME)',
+        '--out', type=Path, default=Path('out/campaign'), help='resumed if it holds results of an earlier call'
     )
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
@@ -101,9 +98,6 @@ def _arguments():
         )
     platforms.add_option(parser)
     arguments = parser.parse_args()
-    if arguments.out is None:
-        name, usual = platforms.chosen().name, platforms.load().name
-        arguments.out = Path('out/campaign' if name == usual else f'out/campaign_{name}')
     if _chosen(arguments) and arguments.parts != ['assisted']:
         parser.error(f'--{" and --".join(_chosen(arguments))} go with the part assisted alone')
     unknown = [name for name in arguments.parts if name not in PARTS]
