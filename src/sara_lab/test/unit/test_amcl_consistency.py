@@ -14,7 +14,7 @@ from sara_lab.studies.carried import SCANNER, TOLD
 from sara_lab.studies.consistency import QUANTILE, interval
 from sara_localization.particles.amcl_config import AmclConfig
 
-DEFAULT, PRODUCT, EXACT = (KINDS[name] for name in ('likelihood_field', 'likelihood_field_prob', 'exact'))
+DEFAULT, PRODUCT = KINDS['likelihood_field'], KINDS['likelihood_field_prob']
 
 
 def robot(by_field=False, number=0, **parameters):
@@ -32,7 +32,7 @@ def test_the_default_law_is_not_too_sure_and_the_product_of_all_beams_is():
 
 def test_a_world_as_the_law_has_it_and_particles_enough_are_consistent():
     low, high = interval(3, 10)
-    assert low < last(EXACT, range(10), 10) < high
+    assert low < last(KINDS['drawn_by_field'], range(10), 10) < high
 
 
 def test_a_number_is_a_drive():
@@ -108,7 +108,7 @@ def result(kind, name, *values):
 def test_the_part_names_what_is_too_sure():
     good = [result(kind, name, 2.0, 3.0) for kind in part.NOT_TOO_SURE for name in MAPS for _ in range(10)]
     lines, figures = part._summary(good)
-    assert len(lines) == 16 and part._verdict(figures) == []
+    assert len(lines) == 12 and part._verdict(figures) == []
     assert figures['beam_all']['mean'] == 3.0 and figures['beam_all']['runs'] == 30
     assert figures['beam_hall']['median'] == 2.5 and figures['beam_hall']['within'] == 1.0
     bad = [result(r['kind'], r['map'], 2.0, 9.0) if r['kind'] == 'beam' else r for r in good]
@@ -120,5 +120,5 @@ def test_the_part_names_what_is_too_sure():
 
 
 def test_a_result_is_plain_data():
-    kept = result('exact', 'flat', 0.12345, MOST)
+    kept = result('beam', 'flat', 0.12345, MOST)
     assert json.loads(json.dumps(kept)) == kept and kept['nees'] == [0.123, MOST]

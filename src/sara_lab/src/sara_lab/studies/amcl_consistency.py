@@ -46,11 +46,14 @@ class Kind(NamedTuple):
 
 KINDS = {
     **{name: Kind({'laser_model_type': name}) for name in ('likelihood_field', 'beam', 'likelihood_field_prob')},
-    'exact': Kind(
+    'drawn_by_field': Kind(
         {'laser_model_type': 'likelihood_field_prob', 'min_particles': 20_000, 'max_particles': 40_000}, by_field=True
     ),
 }
-"""`exact`: the law that multiplies the beams' probabilities, scans drawn by it, and particles enough."""
+"""`drawn_by_field`: the law that multiplies the beams' probabilities, scans drawn by it, and particles enough. It is as
+near as a likelihood field comes to being consistent: its probabilities are no density, their integral along a ray
+depends on the pose.
+"""
 SIMULATED = ('likelihood_field', 'likelihood_field_prob')
 """Measurement models that are given the simulated robot of carried.py as well, which errs less than amcl's parameters
 say: its ranges by 0.01 m, not by laser_sigma_hit.
