@@ -25,7 +25,7 @@ FURTHER = 2.0
 
 def global_start(seeds: int, folder: Path) -> Part:
     """On each map as many chairs as chairs and a third more: 201 in all with 50, and four later starts on each drive.
-    Drives are kept in the folder: what changes the localization alone needs no new ones.
+    Drives are kept in the folder, for all of these.
     """
     chairs, drives = -(-4 * seeds // 3), folder / 'wander'
     each = [(name, number) for number in range(chairs) for name in MAPS]
