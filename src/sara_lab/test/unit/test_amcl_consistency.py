@@ -97,7 +97,7 @@ def test_a_scan_by_the_field_ends_near_walls():
 
 
 def test_the_simulated_robot_errs_less_than_amcl_is_told():
-    found = simulated('likelihood_field', 'hall', 0)
+    found = simulated('simulated_likelihood_field', 'hall', 0)
     assert np.mean(found) < 1.5 and max(found) < QUANTILE
 
 

@@ -26,10 +26,10 @@ def amcl_nees(seeds: int, _folder: Path) -> Part:
         for number in range(seeds)
     }
     cases |= {
-        f'amcl_nees_simulated_{model}_{name}_{number}': lambda model=model, name=name, number=number: _result(
-            f'simulated_{model}', name, simulated(model, name, number)
+        f'amcl_nees_{group}_{name}_{number}': lambda group=group, name=name, number=number: _result(
+            group, name, simulated(group, name, number)
         )
-        for model in SIMULATED
+        for group in SIMULATED
         for name in MAPS
         for number in range(-(-seeds // 5))
     }

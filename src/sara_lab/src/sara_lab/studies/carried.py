@@ -134,8 +134,10 @@ class Wanderer:
         return None if points is None or length < 1.0 else (points, length)
 
 
-def drive(case: Case, parameters: dict | None = None) -> Iterator[Step]:
-    """The Steps of a drive. parameters: of amcl that differ from its defaults."""
+def drive(case: Case, parameters: dict | None = None, config: RobotConfig = ROBOT) -> Iterator[Step]:
+    """The Steps of a drive. parameters: of amcl that differ from its defaults. config: of the robot, whose scanner sits
+    at MOUNT.
+    """
     random = random_of(case.map, 'carried', case.number)
     world = World.from_yaml(map_file(case.map))
     wanderer = Wanderer(case.map, world, random)
@@ -143,7 +145,7 @@ def drive(case: Case, parameters: dict | None = None) -> Iterator[Step]:
     if case.people:
         for person in crowd(case.map, case.number, start):
             world.obstacles.add(person)
-    robot = SimulatedRobot(world, ROBOT, case.number, start)
+    robot = SimulatedRobot(world, config, case.number, start)
     own = {'seed': case.number, 'lost_keeps_heading': KEEPS_HEADING[case.heading]}
     amcl = Amcl(AmclConfig.from_params({**own, **(parameters or {})}))
     amcl.set_map(world_map(case.map))
