@@ -97,7 +97,7 @@ def test_a_scan_by_the_field_ends_near_walls():
 
 
 def test_the_simulated_robot_errs_less_than_amcl_is_told():
-    found = simulated('simulated_likelihood_field', 'hall', 0)
+    found = simulated('likelihood_field', 'hall', 0)
     assert np.mean(found) < 1.5 and max(found) < QUANTILE
 
 
@@ -108,7 +108,7 @@ def result(kind, name, *values):
 def test_the_part_names_what_is_too_sure():
     good = [result(kind, name, 2.0, 3.0) for kind in part.NOT_TOO_SURE for name in MAPS for _ in range(10)]
     lines, figures = part._summary(good)
-    assert len(lines) == 12 and part._verdict(figures) == []
+    assert len(lines) == 16 and part._verdict(figures) == []
     assert figures['beam_all']['mean'] == 3.0 and figures['beam_all']['runs'] == 30
     assert figures['beam_hall']['median'] == 2.5 and figures['beam_hall']['within'] == 1.0
     bad = [result(r['kind'], r['map'], 2.0, 9.0) if r['kind'] == 'beam' else r for r in good]

@@ -9,7 +9,7 @@ from sara_lab.journeys.travel_cases import MAPS
 from sara_lab.studies.amcl_consistency import KINDS, SIMULATED, fair, simulated
 from sara_lab.studies.consistency import CONSISTENT, PLANAR_POSE, QUANTILE, interval
 
-NOT_TOO_SURE = 'likelihood_field', 'beam', 'simulated_likelihood_field'
+NOT_TOO_SURE = 'likelihood_field', 'beam', *(f'simulated_{model}' for model in SIMULATED)
 """Groups whose covariance must not be too small. In the others each beam counts as independent of all others, as the
 C++ node's likelihood_field_prob has it; there the figures say how much too small it is.
 """
@@ -26,10 +26,10 @@ def amcl_nees(seeds: int, _folder: Path) -> Part:
         for number in range(seeds)
     }
     cases |= {
-        f'amcl_nees_{group}_{name}_{number}': lambda group=group, name=name, number=number: _result(
-            group, name, simulated(group, name, number)
+        f'amcl_nees_simulated_{model}_{name}_{number}': lambda model=model, name=name, number=number: _result(
+            f'simulated_{model}', name, simulated(model, name, number)
         )
-        for group in SIMULATED
+        for model in SIMULATED
         for name in MAPS
         for number in range(-(-seeds // 5))
     }

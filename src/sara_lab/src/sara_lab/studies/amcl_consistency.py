@@ -9,7 +9,6 @@ covariance that amcl is told. What is off then, is off because of how amcl weigh
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from sara_common.planar import compose, wrap
 from sara_common.scans import Sweep
 from sara_lab.journeys.travel_cases import map_file, random_of
-from sara_lab.studies.carried import MOUNT, ROBOT, SCANNER, TOLD, Case, Wanderer, drive, world_map
+from sara_lab.studies.carried import MOUNT, SCANNER, TOLD, Case, Wanderer, drive, world_map
 from sara_lab.studies.carrying import Pose
 from sara_lab.studies.consistency import nees
 from sara_localization.geometry.rigid import Transform
@@ -55,14 +54,9 @@ KINDS = {
 near as a likelihood field comes to being consistent: its probabilities are no density, their integral along a ray
 depends on the pose.
 """
-AT_ONCE = replace(ROBOT, scanners=(replace(SCANNER, sweep=0.0),))
-SIMULATED = {
-    'simulated_likelihood_field': ('likelihood_field', ROBOT),
-    'simulated_likelihood_field_prob': ('likelihood_field_prob', ROBOT),
-    'at_once_likelihood_field_prob': ('likelihood_field_prob', AT_ONCE),
-}
-"""{group: (laser_model_type, robot)} of simulated robots, which err less than amcl's parameters say: their ranges by
-0.01 m, not by laser_sigma_hit. The scanner of ROBOT takes 0.1 s for a sweep, that of AT_ONCE none.
+SIMULATED = ('likelihood_field', 'likelihood_field_prob')
+"""Measurement models that are given the simulated robot of carried.py as well, which errs less than amcl's parameters
+say: its ranges by 0.01 m, not by laser_sigma_hit.
 """
 
 
@@ -90,10 +84,9 @@ def fair(kind: Kind, name: str, number: int, steps: int = STEPS) -> list[float]:
     return found
 
 
-def simulated(group: str, name: str, number: int) -> list[float]:
-    """The same of a drive of a simulated robot of SIMULATED, which nobody carries away."""
-    model, robot = SIMULATED[group]
-    steps = drive(Case(name, number, carried=False), {'laser_model_type': model}, robot)
+def simulated(model: str, name: str, number: int) -> list[float]:
+    """The same of a drive of the simulated robot, which nobody carries away. model: laser_model_type."""
+    steps = drive(Case(name, number, carried=False), {'laser_model_type': model})
     return [min(step.nees, MOST) for step in steps if step.nees is not None]
 
 

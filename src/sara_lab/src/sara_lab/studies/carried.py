@@ -134,10 +134,8 @@ class Wanderer:
         return None if points is None or length < 1.0 else (points, length)
 
 
-def drive(case: Case, parameters: dict | None = None, config: RobotConfig = ROBOT) -> Iterator[Step]:
-    """The Steps of a drive. parameters: of amcl that differ from its defaults. config: of the robot, whose scanner sits
-    at MOUNT.
-    """
+def drive(case: Case, parameters: dict | None = None) -> Iterator[Step]:
+    """The Steps of a drive. parameters: of amcl that differ from its defaults."""
     random = random_of(case.map, 'carried', case.number)
     world = World.from_yaml(map_file(case.map))
     wanderer = Wanderer(case.map, world, random)
@@ -145,7 +143,7 @@ def drive(case: Case, parameters: dict | None = None, config: RobotConfig = ROBO
     if case.people:
         for person in crowd(case.map, case.number, start):
             world.obstacles.add(person)
-    robot = SimulatedRobot(world, config, case.number, start)
+    robot = SimulatedRobot(world, ROBOT, case.number, start)
     own = {'seed': case.number, 'lost_keeps_heading': KEEPS_HEADING[case.heading]}
     amcl = Amcl(AmclConfig.from_params({**own, **(parameters or {})}))
     amcl.set_map(world_map(case.map))
@@ -200,9 +198,12 @@ class _Watch:
                 yield step
 
     def _step(self, sweep):
-        odometry, truth = self.odometry.at(sweep.stamp), self.truth.at(sweep.stamp)
-        placed = Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
-        result = self.amcl.on_scan(ScanInput('laser', sweep, MOUNT, placed))
+        truth = self.truth.at(sweep.stamp)
+        placed, ended = (
+            Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
+            for odometry in map(self.odometry.at, (sweep.stamp, sweep.stamp + sweep.duration))
+        )
+        result = self.amcl.on_scan(ScanInput('laser', sweep, MOUNT, placed, ended))
         if result is None or not result.counted:
             return None
         pose = result.map_from_odom @ placed
