@@ -27,6 +27,7 @@ from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
+from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.experiments.runner import fingerprint
@@ -55,6 +56,7 @@ PARTS = {
     'amcl_nees': amcl_nees,
     'kidnapped': kidnapped,
     'global_start': global_start,
+    'sonar_mapping': sonar_mapping,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
