@@ -83,16 +83,17 @@ import numpy as np
 from ahead_of_time import misses
 from sara_bringup.paths import share
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_lab.fuzz.navigation.fuzz import fuzz_move_base
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import pad_footprint, radii
-from sara_nav.lattice.planner import FOOTPRINT, LatticePlanner, LatticePlannerConfig
+from sara_nav.lattice.planner import LatticePlanner, LatticePlannerConfig
 from sara_nav.maps.map_io import load_map
 from sara_nav.move_base import warming
 from sara_nav.planners.planning import PlanError
 warming.warm()
-bare, padded, wide = (pad_footprint(np.array(FOOTPRINT), by) for by in (0.0, 0.01, 0.04))
+bare, padded, wide = (pad_footprint(np.array(chosen().footprint), by) for by in (0.0, 0.01, 0.04))
 costmap = build(load_map(share() / "maps" / "flat.yaml"), radii(padded)[0], inflation=InflationConfig())
 planner = LatticePlanner(LatticePlannerConfig(default_tolerance=0.2))
 planner.set_footprint(padded)

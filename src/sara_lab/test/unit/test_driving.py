@@ -139,7 +139,7 @@ def test_a_journey_that_runs_out_of_time_or_makes_contact_is_a_fault():
 
 
 def test_the_travel_verdict_counts_shares_of_each_mode():
-    part = travels.travel(0, None)
+    part = travels.travel(50, None)
     assert len(part.cases) == 900
     calm = {
         'gap_min': 0.1,

@@ -99,7 +99,7 @@ def test_lower_limits_take_longer(plain):
 
 def test_ideal_times_of_journeys_are_kept_and_those_of_recorded_drives_are_the_same(tmp_path):
     pair, known = travel_cases.pairs('flat')[32], ideal_times.ideal_time('flat', 32, tmp_path)
-    kept = tmp_path / 'ideal_flat.json'
+    kept = tmp_path / 'ideal_flat_32.json'
     kept.write_text(kept.read_text().replace(f'{known}', '7.5'))
     assert ideal_times.ideal_time('flat', 32, tmp_path) == 7.5
     track = Track(np.array([0.0, 9.0]), np.array([pair.start, pair.goal]), goals=(Goal(pair.goal, 0.0, 9.0, True),))

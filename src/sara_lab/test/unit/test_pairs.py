@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from canserial.dbc.bus import BusDescription
-from sara_common.platforms import parameters
+from sara_common.platforms import chosen, parameters
 from sara_control.gate.comfort import Comfort
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.reasons import State
@@ -15,7 +15,7 @@ from sara_lab.campaign import pairs
 from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 from sara_sim.faults.faults import FAULTS, build
 
-BUS = BusDescription.default()
+BUS, STEPS = BusDescription.default(), chosen().wheels.steps_per_turn
 SAFETY = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml'))
 
 
@@ -42,7 +42,8 @@ def held(poses, drifting=False, mode=3, state=State.HELD):
     watch = pairs.HeldWatch()
     for pose in poses:
         drive = SimpleNamespace(drift=SimpleNamespace(active=drifting))
-        chair = SimpleNamespace(pose=pose, velocity=(0.0, 0.0), drive=drive, motor=SimpleNamespace(mode=mode))
+        motor, platform = SimpleNamespace(mode=mode), SimpleNamespace(size=(1.08, 0.58))
+        chair = SimpleNamespace(pose=pose, velocity=(0.0, 0.0), drive=drive, motor=motor, platform=platform)
         wheels = SimpleNamespace(decision=SimpleNamespace(state=state))
         watch.step(SimpleNamespace(chair=chair, wheels=wheels))
     return watch.moved
@@ -59,7 +60,8 @@ def said(seed, profile, lost):
     """A MotorNode's counts, and the fastest it drove, rad/s: told for a minute what the gate says of random commands,
     through a bus that delays by up to 10 ms and loses a share of the frames.
     """
-    chance, comfort, base, node = random.Random(seed), Comfort(SAFETY.profiles[profile]), CanBase(BUS), MotorNode(BUS)
+    chance, comfort = random.Random(seed), Comfort(SAFETY.profiles[profile])
+    base, node = CanBase(BUS, STEPS), MotorNode(BUS)
     base.on_mode(3)
     node.update(0.0, 0, 0, Joystick())
     node.receive(base.stop(), 0.0)

@@ -1,9 +1,9 @@
 """`make campaign`: everything that is judged over many chairs, in lockstep; resumable, with a table for each part and a
 JSON of all figures.
 
-A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once a source, a
-parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are cores;
-what a process was at that was killed is run again. Neither changes a figure.
+A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once the robot, a
+source, a parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are
+cores; what a process was at that was killed is run again. Neither changes a figure.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from tqdm import tqdm
 from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab.campaign.amcl import amcl
+from sara_lab.campaign.amcl_nees import amcl_nees
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
@@ -27,6 +28,7 @@ from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
+from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.experiments.runner import fingerprint
@@ -52,8 +54,10 @@ PARTS = {
     'nees': nees,
     'filter_fuzz': filter_fuzz,
     'amcl': amcl,
+    'amcl_nees': amcl_nees,
     'kidnapped': kidnapped,
     'global_start': global_start,
+    'sonar_mapping': sonar_mapping,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
@@ -68,7 +72,7 @@ CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the par
 def main() -> None:
     """Exit status 0 if every case meets its acceptance."""
     arguments = _arguments()
-    folder = arguments.out / fingerprint()
+    folder = arguments.out / f'{platforms.chosen().name}_{fingerprint()}'
     folder.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
@@ -86,10 +90,7 @@ def _arguments():
     parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
     parser.add_argument('--seeds', type=int, default=50)
     parser.add_argument(
-        '--out',
-        type=Path,
-        help='resumed if it holds results of an earlier call (out/campaign; of another robot than the usual one '
-        'out/campaign_NAME)',
+        '--out', type=Path, default=Path('out/campaign'), help='resumed if it holds results of an earlier call'
     )
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
@@ -103,9 +104,6 @@ def _arguments():
         )
     platforms.add_option(parser)
     arguments = parser.parse_args()
-    if arguments.out is None:
-        name, usual = platforms.chosen().name, platforms.load().name
-        arguments.out = Path('out/campaign' if name == usual else f'out/campaign_{name}')
     if _chosen(arguments) and arguments.parts != ['assisted']:
         parser.error(f'--{" and --".join(_chosen(arguments))} go with the part assisted alone')
     unknown = [name for name in arguments.parts if name not in PARTS]

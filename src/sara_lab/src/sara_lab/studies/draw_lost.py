@@ -28,8 +28,9 @@ NAMES = {
 
 
 def results_of(folder: Path) -> list[dict]:
-    """What the campaign left in a folder."""
-    return [json.loads(path.read_text()) for path in sorted(folder.glob('kidnapped_*.json'))]
+    """What the campaign left in a folder, newest robot and state of the sources."""
+    found = sorted(folder.rglob('kidnapped_*.json'), key=lambda path: path.stat().st_mtime)
+    return [json.loads(path.read_text()) for path in sorted(found[-1].parent.glob('kidnapped_*.json'))] if found else []
 
 
 def moments_of(results: Iterable[dict], group: tuple[str, bool] | None = None, name: str | None = None) -> list:

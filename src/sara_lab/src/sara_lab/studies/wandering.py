@@ -8,6 +8,7 @@ are those of sara_nav's planner, driven by the rider `expert`. The chair starts 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -57,7 +58,7 @@ class Recording(NamedTuple):
     way: float
 
 
-class _Ear(Estimate):
+class Ear(Estimate):
     """Localization that passes dead reckoning on, and keeps what it hears. chair: gives the true pose."""
 
     def __init__(self, inner, chair):
@@ -89,7 +90,7 @@ def record(name: str, number: int) -> Recording:
     random = random_of(name, 'wander', number)
     world = World.from_yaml(map_file(name))
     lockstep = Lockstep(map_file(name), roomy_pose(grid_of(name), world, random), number, ranges=False)
-    ear = lockstep.localization = _Ear(lockstep.localization, lockstep.chair)
+    ear = lockstep.localization = Ear(lockstep.localization, lockstep.chair)
     joystick = Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
     lockstep.start_up()
     rider, way, end = _Rider(name, random), 0.0, lockstep.time + LIMIT_S
@@ -109,10 +110,14 @@ def record(name: str, number: int) -> Recording:
 
 def kept(name: str, number: int, folder: Path) -> Recording:
     """As `record`; made once and kept in a folder."""
-    path = folder / f'wander_{name}_{number}.npz'
+    return whole(folder / f'wander_{name}_{number}.npz', lambda: record(name, number))
+
+
+def whole(path: Path, make: Callable[[], Recording]) -> Recording:
+    """What a file holds; made first, and kept there, where there is none."""
     if not path.exists():
-        made = record(name, number)
-        folder.mkdir(parents=True, exist_ok=True)
+        made = make()
+        path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix('.part.npz')
         np.savez_compressed(part, **made._asdict())
         part.replace(path)  # whole or not at all

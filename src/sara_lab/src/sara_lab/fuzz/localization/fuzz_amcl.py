@@ -124,7 +124,8 @@ def _config(rng):
 
 
 def _scan(rng, amcl, _report):
-    amcl.on_scan(ScanInput(FRAMES[rng.integers(len(FRAMES))], _sweep(rng), _mount(rng), _transform(rng, 3.0)))
+    ended = _transform(rng, 3.0) if rng.random() < 0.5 else None
+    amcl.on_scan(ScanInput(FRAMES[rng.integers(len(FRAMES))], _sweep(rng), _mount(rng), _transform(rng, 3.0), ended))
 
 
 def _sweep(rng):

@@ -18,6 +18,10 @@ PATIENCE = 1.0
 """s that a scan may wait before that is told."""
 
 
+LONGEST_SWEEP = 1.0
+"""s from a scan's first ray to its last; no scanner takes longer, and nobody waits for one that says so."""
+
+
 class WaitingScans:
     """`lost`: called with a sentence for each scan that is dropped. `last`: when the newest came (s), None before the
     first.
@@ -76,7 +80,14 @@ class WaitingScans:
         odom, base = self._frames
         odometry = self._transforms.lookup_at(odom, base, stamp)
         mount = self._transforms.lookup_at(base, frame, stamp) if frame and odometry is not None else None
-        return None if mount is None else ScanInput(frame, sweep_of(msg)._replace(stamp=stamp), mount, odometry)
+        if mount is None:
+            return None
+        sweep, ended = sweep_of(msg)._replace(stamp=stamp), None
+        if 0.0 < sweep.duration <= LONGEST_SWEEP:
+            ended = self._transforms.lookup_at(odom, base, stamp + sweep.duration)
+            if ended is None:
+                return None
+        return ScanInput(frame, sweep, mount, odometry, ended)
 
     def _is_too_old(self, frame, msg):
         stamp = conversions.seconds(msg.header.stamp)

@@ -1,0 +1,80 @@
+"""Maps made of a recorded drive with the nine ultrasonic sensors alone, and how good they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_bringup.lockstep.ranges import mountings
+from sara_common.planar import compose
+from sara_common.platforms import chosen
+from sara_lab.journeys.drawing import draw_map
+from sara_lab.journeys.travel_cases import grid_of, map_file
+from sara_lab.judge.passed_walls import MapErrors, judged
+from sara_lab.judge.walls import occupied_points, placed
+from sara_lab.studies import arc_grid
+from sara_lab.studies.wandering import Recording
+from sara_nav.maps.map_io import GridMap
+from sara_sim.world.world import World
+from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.sonar_slam import SonarSlam
+
+WIDE = 9.0  # inches
+
+
+class Made(NamedTuple):
+    """A map; (n, 2) m, places of the robot in it; its MapErrors."""
+
+    grid: GridMap
+    places: np.ndarray
+    errors: MapErrors
+
+
+def replayed(drive: Recording, config: SonarConfig) -> SonarSlam:
+    """A map builder that has heard a drive."""
+    slam, mounts, number = SonarSlam(config), mountings(chosen()), 0
+    for now, stamp, x, y, yaw in drive.poses[:, :5].tolist():
+        while number < len(drive.ranges) and drive.ranges[number, 0] <= now:
+            _, taken, sensor, distance = drive.ranges[number].tolist()
+            name = drive.sensors[int(sensor)]
+            slam.on_range(taken, name, mounts[name], distance)
+            number += 1
+        slam.on_pose(stamp, (x, y, yaw))
+    return slam
+
+
+def true_poses(drive: Recording, stamps: np.ndarray) -> np.ndarray:
+    """(n, 2) m: where the robot truly was at times (s)."""
+    return np.stack([np.interp(stamps, drive.poses[:, 1], drive.poses[:, column]) for column in (5, 6)], 1)
+
+
+def made_of(name: str, drive: Recording) -> tuple[Made, Made]:
+    """What a drive on a map came to: by walls as lines, and by arcs on the odometry as it is."""
+    slam = replayed(drive, SonarConfig())
+    solved, true = slam.solved(), true_poses(drive, np.array(slam.stamps))
+    grid, nodes = slam.map(solved), np.array(slam.nodes)
+    sensors = np.array([compose(slam.nodes[kept.node], kept.sensor) for kept in slam.kept])
+    arcs = arc_grid.draw(sensors, np.array([kept.range for kept in slam.kept]), slam.config.field_of_view)
+    return tuple(
+        Made(made, places[:, :2], judged(made, places[:, :2], grid_of(name), true))
+        for made, places in ((grid, solved.poses), (arcs, nodes))
+    )
+
+
+def draw(name: str, made: Made, path: Path) -> None:
+    """Write a picture: true walls grey, mapped ones red, the way blue."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    world = World.from_yaml(map_file(name))
+    rows, columns = world.occupied.shape
+    figure = Figure(figsize=(WIDE, WIDE * rows / columns + 0.4), layout='constrained')
+    FigureCanvasAgg(figure)
+    axis = figure.add_subplot()
+    draw_map(axis, world)
+    axis.plot(*placed(occupied_points(made.grid), made.errors.pose).T, 's', color='tab:red', markersize=1.2)
+    axis.plot(*placed(made.places, made.errors.pose).T, color='tab:blue', linewidth=0.8)
+    axis.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
+    figure.savefig(path, dpi=80)

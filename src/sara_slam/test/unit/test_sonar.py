@@ -1,0 +1,239 @@
+"""The map builder with ultrasonic sensors alone, in a building of two rooms, and its parts."""
+
+import math
+
+import numpy as np
+import pytest
+import sonar_world
+from sonar_world import DEPTH, DOOR, MIDDLE, MOUNTS, THICK, WIDTH
+
+from sara_common.planar import compose, inverse, wrap
+from sara_nav.maps.map_io import FREE, OCCUPIED
+from sara_slam.sonar import arrow_system, evidence_grid, wall_search
+from sara_slam.sonar.echo_points import other_points
+from sara_slam.sonar.forward_model import Heard
+from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.sonar_slam import SonarSlam
+from sara_slam.sonar.wall_filter import POSE, WallFilter, foot
+
+
+@pytest.fixture(scope='module')
+def driven():
+    """(SonarSlam, what it solved, its map, true poses) after a drive."""
+    slam = SonarSlam(SonarConfig())
+    true = sonar_world.drive(slam, 1)
+    solved = slam.solved()
+    return slam, solved, slam.map(solved), true
+
+
+def true_at(slam, true):
+    """(n, 3): true poses at the graph's, in the frame of the first."""
+    numbers = np.round(np.array(slam.stamps) / sonar_world.TICK).astype(int)
+    return np.array([compose(inverse(true[0]), pose) for pose in true[numbers]])
+
+
+def in_building(grid, value, first):
+    """(n, 2) m: cells of a value, where they are in the building."""
+    rows, columns = np.nonzero(grid.data == value)
+    x, y = grid.geometry.origin_x + 0.05 * (columns + 0.5), grid.geometry.origin_y + 0.05 * (rows + 0.5)
+    c, s = math.cos(first[2]), math.sin(first[2])
+    return np.stack((first[0] + c * x - s * y, first[1] + s * x + c * y), 1)
+
+
+def off_walls(points):
+    """(n,) m to the building's nearest wall."""
+    a, along = sonar_world.FACES[:, 0], sonar_world.FACES[:, 1] - sonar_world.FACES[:, 0]
+    share = (((points[:, None] - a) * along).sum(2) / (along**2).sum(1)).clip(0.0, 1.0)
+    return np.hypot(*np.moveaxis(points[:, None] - a - share[..., None] * along, 2, 0)).min(1)
+
+
+def test_walls_hold_the_way_where_the_odometry_loses_it(driven):
+    slam, solved, _, true = driven
+    there = true_at(slam, true)
+    by_odometry = np.hypot(*(np.array(slam.nodes) - there)[:, :2].T)
+    by_walls = np.hypot(*(solved.poses - there)[:, :2].T)
+    assert by_odometry.max() > 0.2
+    assert by_walls.max() < 0.08
+    assert np.degrees(np.abs(wrap(solved.poses[:, 2] - there[:, 2]))).max() < 1.0
+
+
+def test_the_scales_of_the_odometry_are_learned(driven):
+    _, solved, _, _ = driven
+    assert solved.scales[0] == pytest.approx(sonar_world.TURNS, abs=0.008)
+    assert solved.scales[1] == pytest.approx(sonar_world.WAYS, abs=0.008)
+
+
+def test_what_is_occupied_is_wall_and_the_walls_are_there(driven):
+    _, _, grid, true = driven
+    occupied = in_building(grid, OCCUPIED, true[0])
+    off = off_walls(occupied)
+    assert np.median(off) < 0.04
+    assert (off > 0.15).sum() < 0.01 * (grid.data == FREE).sum()
+    for place in ((2.0, 0.0), (2.0, DEPTH), (0.0, 2.0), (6.0, 0.0), (6.0, DEPTH), (WIDTH, 2.0), (MIDDLE - THICK, 1.0)):
+        assert np.hypot(*(occupied - place).T).min() < 0.10, place
+
+
+def test_the_door_stays_open(driven):
+    _, _, grid, true = driven
+    for value, some in ((OCCUPIED, False), (FREE, True)):
+        x, y = in_building(grid, value, true[0]).T
+        between = (np.abs(x - MIDDLE) < 0.3) & (y > DOOR[0] + 0.1) & (y < DOOR[1] - 0.1)
+        assert between.any() == some
+
+
+def test_the_same_input_gives_the_same_bytes(driven):
+    _, solved, grid, _ = driven
+    again = SonarSlam(SonarConfig())
+    sonar_world.drive(again, 1)
+    made = again.solved()
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(solved, made))
+    assert again.map(made).data.tobytes() == grid.data.tobytes()
+
+
+def test_bad_input_is_counted_and_changes_nothing(driven):
+    slam, faulty = SonarSlam(SonarConfig()), SonarSlam(SonarConfig())
+    for target in (slam, faulty):
+        for number in range(40):
+            if target is faulty:
+                target.on_pose(math.nan, (0.0, 0.0, 0.0))
+                target.on_pose(0.1 * number, (0.0, math.inf, 0.0))
+                target.on_range(0.1 * number, 'front', MOUNTS['front'], math.nan)
+                target.on_range(math.inf, 'front', MOUNTS['front'], 1.0)
+            target.on_pose(0.1 * number, (0.04 * number, 0.0, 0.0))
+            target.on_range(0.1 * number + 0.3, 'left_front', MOUNTS['left_front'], 0.7)
+    assert (faulty.counts['bad_pose'], faulty.counts['bad_range']) == (80, 80)
+    assert faulty.kept == slam.kept
+    assert faulty.map().data.tobytes() == slam.map().data.tobytes()
+
+
+def test_without_a_reading_there_is_no_map():
+    with pytest.raises(ValueError, match='no map before the first reading'):
+        SonarSlam(SonarConfig()).map()
+
+
+def test_silence_alone_makes_a_map_without_walls():
+    slam = SonarSlam(SonarConfig())
+    for number in range(20):
+        slam.on_pose(0.1 * number, (0.04 * number, 0.0, 0.0))
+        slam.on_range(0.1 * number + 0.3, 'front', MOUNTS['front'], math.inf)
+    data = slam.map().data
+    assert (data == FREE).any()
+    assert not (data == OCCUPIED).any()
+
+
+def a_filter():
+    """A WallFilter that has moved, and knows a wall."""
+    known = WallFilter(SonarConfig())
+    known.move((0.5, 0.1, 0.4))
+    known.add((math.radians(-80.0), -0.9), np.diag([1e-4, 1e-4]), (-0.5, 0.5))
+    return known
+
+
+def test_the_derivatives_of_a_reading_are_those_of_the_distance():
+    known, mount = a_filter(), MOUNTS['left_front']
+    at, H = known._jacobian(mount, 0)
+
+    def distance():
+        x, y, axis = known.sensor(mount)
+        return float(foot(known.walls, x, y, axis)[0][0])
+
+    for place, slope in zip(at.tolist(), H.tolist()):
+        before = distance()
+        known.x[place] += 1e-6
+        assert (distance() - before) / 1e-6 == pytest.approx(slope, abs=1e-5)
+        known.x[place] -= 1e-6
+
+
+def test_a_reading_makes_the_pose_more_certain_and_the_covariance_stays_one():
+    known, mount = a_filter(), MOUNTS['left_front']
+    for _ in range(20):
+        known.move((0.05, 0.0, 0.02))
+    before = known.P.copy()
+    known.see(0, mount, 0.6)
+    assert np.trace(known.P) < np.trace(before)
+    assert np.allclose(known.P, known.P.T, atol=1e-12)
+    assert np.linalg.eigvalsh(known.P).min() > -1e-12
+
+
+def test_a_wall_found_again_is_the_one_that_is_known():
+    known = a_filter()
+    assert known.add((math.radians(-80.5), -0.92), np.diag([1e-4, 1e-4]), (-0.3, 0.8)) == 0
+    assert len(known.walls) == 1
+    assert known.add((math.radians(100.0), -0.9), np.diag([1e-4, 1e-4]), (-0.5, 0.5)) == 1  # faces the other way
+    assert len(known.x) == POSE + 4
+
+
+def test_a_short_slanting_wall_is_none():
+    known = a_filter()
+    assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.3, 0.3)) == -1
+    assert len(known.walls) == 1
+
+
+def test_search_finds_a_wall_among_clutter():
+    random = np.random.default_rng(4)
+    x = np.linspace(0.0, 1.5, 20)
+    sensors = np.stack((x, 0.1 * x, np.full(20, 0.5 * math.pi + 0.1)), 1)
+    theta, rho = -0.5 * math.pi + 0.05, -1.2
+    ranges = np.cos(theta) * sensors[:, 0] + np.sin(theta) * sensors[:, 1] - rho + random.normal(0.0, 0.01, 20)
+    ranges[::5] = random.uniform(0.4, 2.0, 4)
+    found = wall_search.search(sensors, ranges, math.radians(30.0), 0.02)
+    assert found.theta == pytest.approx(theta, abs=0.03)
+    assert found.rho == pytest.approx(rho, abs=0.03)
+    assert len(found.members) >= 14
+
+
+def test_search_takes_no_corner_for_a_wall():
+    x = np.linspace(-0.5, 0.5, 26)
+    sensors = np.stack((x, np.zeros(26), np.full(26, 0.5 * math.pi)), 1)
+    assert wall_search.search(sensors, np.hypot(x, 1.0), math.radians(30.0), 0.02) is None
+
+
+def test_a_piece_that_is_looked_through_is_not_there():
+    wall = np.array([[-0.5 * math.pi, -1.0]])  # y = 1, seen from below
+    along = np.linspace(0.0, 3.0, 61)
+    sensors = np.stack((along, np.zeros(61), np.full(61, 0.5 * math.pi)), 1)
+    ranges = np.ones(61)
+    whole = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
+    assert (np.diff(np.sort(whole[:, 0])) < 0.06).all()
+    ranges[(along > 1.3) & (along < 1.7)] = 2.0
+    holed = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
+    assert not ((holed[:, 0] > 1.2) & (holed[:, 0] < 1.8)).any()
+
+
+@pytest.mark.parametrize('looked', (False, True))
+def test_two_walls_meet_in_a_corner_unless_somebody_looked_through(looked):
+    walls = np.array([[-0.5 * math.pi, -1.0], [math.pi, -1.0]])  # y = 1 seen from below, x = 1 seen from the left
+    along = np.linspace(-1.0, 0.7, 35)
+    up = np.stack((along, np.zeros(35), np.full(35, 0.5 * math.pi)), 1)
+    right = np.stack((np.zeros(35), along, np.zeros(35)), 1)
+    sensors, ranges = np.vstack((up, right)), np.ones(70)
+    if looked:
+        sensors, ranges = np.vstack((sensors, (0.9, 0.5, 0.5 * math.pi))), np.append(ranges, 2.0)
+    pieces = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), walls)
+    of_first = pieces[np.abs(pieces[:, 1] - 1.0) < 0.01]
+    assert (of_first[:, 0].max() > 0.97) != looked
+
+
+def test_a_corner_that_many_arcs_meet_in_is_a_point():
+    corner = np.array((1.0, 1.0))
+    places = np.stack((np.linspace(0.4, 1.6, 25), np.zeros(25)), 1)
+    ranges = np.hypot(*(corner - places).T)
+    heard = Heard(np.hstack((places, np.full((25, 1), 0.5 * math.pi))), ranges)
+    points = other_points(SonarConfig(), heard, np.empty((0, 4)))
+    assert np.hypot(*(points[0] - corner)) < 0.08
+
+
+def test_a_chain_with_a_border_is_solved():
+    random = np.random.default_rng(2)
+    n, m, wide = 12, 3, 4
+    J = np.zeros((40, n + m))
+    for row in range(40):
+        at = random.integers(0, n - 1)
+        J[row, at : min(at + wide, n)] = random.normal(size=min(wide, n - at))
+        J[row, n:] = random.normal(size=m)
+    N, right = J.T @ J + np.eye(n + m), random.normal(size=n + m)
+    band = np.zeros((wide, n))
+    for below in range(wide):
+        band[below, : n - below] = np.diag(N[:n, :n], -below)
+    found = arrow_system.solve(band, N[:n, n:].copy(), N[n:, n:].copy(), right)
+    assert np.allclose(found, np.linalg.solve(N, right))
