@@ -60,7 +60,7 @@ def broken(tmp_path, file, old, new):
         (LINES, 'max_forward: 3.6, ', '', 'joystick_node refuses it: max_forward is 0.0'),
         (LINES, '  dbc: kate                       #',
          '  dbc: kiti                       #', "the bus: bus description is 'kiti'"),
-        ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', 'gives 0x231 to RANGES_1 and to RANGES_2'),
+        ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', '0x231 is RANGES_1 and RANGES_2'),
         ('kate.dbc', 'BO_ 576 BATTERY', 'BO_ 576 BATTERIE', 'has no message BATTERY'),
         ('kate.dbc', ' SG_ ML : 16|16@1+ (0.01,0) [0|0] "m" PC\n', '', 'leaves out ML'),
         ('robot.urdf', '<child link="FL_frame"/>', '<child link="VL_frame"/>', 'no joint from base_link to FL_frame'),

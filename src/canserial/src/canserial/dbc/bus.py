@@ -57,8 +57,11 @@ class BusDescription:
         self.nodes = {node.name: node.comment for database in reversed(databases) for node in database.nodes}
         self._by_name = {message.name: message for message in messages}
         self._by_id = {(message.frame_id, message.is_extended_frame): message for message in messages}
-        if not len(self._by_name) == len(self._by_id) == len(messages):
-            raise BusError(f'the files of {self.path} describe the same frame twice')
+        for message in messages:
+            other = self._by_id[message.frame_id, message.is_extended_frame]
+            if not other is message is self._by_name[message.name]:
+                twice = f'0x{message.frame_id:X} is {message.name} and {other.name}'
+                raise BusError(f'the files of {self.path} describe the same frame twice: {twice}')
         self._codecs = {message.name: Codec.of(message) for message in messages}
 
     @classmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -50,12 +49,6 @@ def findings(platform: Platform, bus: BusDescription) -> Iterator[str]:
 
 
 def _messages(bus):
-    ids = re.findall(r'^BO_ (\d+) (\w+)', Path(bus.path).read_text(), re.MULTILINE)
-    known = {}
-    for number, name in ids:
-        if number in known and number != '3221225472':
-            yield f'{Path(bus.path).name} gives 0x{int(number):X} to {known[number]} and to {name}'
-        known[number] = name
     for name, signals in SIGNALS.items():
         if name not in bus.names:
             yield f'{Path(bus.path).name} has no message {name}'
