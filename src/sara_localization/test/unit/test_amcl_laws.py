@@ -170,7 +170,7 @@ def test_the_likelihood_field_is_its_formula():
     c = AmclConfig(laser_z_hit=0.9, laser_z_rand=0.1, laser_sigma_hit=0.3)
     for model, law in (('likelihood_field', lambda p: 1.0 + p**3), ('likelihood_field_prob', None)):
         scans = scan_models.ScanModel(replace(c, laser_model_type=model), map_)
-        beam = beams.Beams(0.0, 0.0, np.array([0.0]), np.array([1.0]), 5.0)
+        beam = beams.Beams(0.0, 0.0, np.array([0.0]), np.array([1.0]), 5.0, np.array([0]))
         poses = np.array([[x, 2.05, 0.0] for x in (2.05, 1.55, 1.05, 3.55)])  # ends in cells 30, 25, 20, outside
         found = scans.scan(beam).likelihoods(poses)
         p = 0.9 * np.exp(-0.5 * (np.array([0.0, 0.5, 1.0, 2.0]) / 0.3) ** 2) + 0.1 / 5.0
@@ -186,7 +186,7 @@ def test_the_beam_model_is_its_formula():
     c = AmclConfig(laser_model_type='beam', laser_sigma_hit=0.3, laser_lambda_short=0.5)
     scans = scan_models.ScanModel(c, map_)
     for measured in (1.0, 0.6, 1.4, 5.0):
-        beam = beams.Beams(0.5, 0.0, np.array([0.0]), np.array([measured]), 5.0)
+        beam = beams.Beams(0.5, 0.0, np.array([0.0]), np.array([measured]), 5.0, np.array([0]))
         (found,) = scans.scan(beam).likelihoods(np.array([[1.5, 2.05, 0.0]])).values
         off = measured - 1.0
         p = 0.95 * math.exp(-0.5 * (off / 0.3) ** 2)

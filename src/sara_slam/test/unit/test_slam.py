@@ -99,6 +99,36 @@ def test_what_cannot_be_used_is_dropped_and_told_once_and_nothing_is_lost():
     assert len(slam.poses) == 1 and slam.on_scan(scan(ranges(MAP, (1.4, 1.0, 0.0)), (1.4, 1.0, 0.0))).used
 
 
+def test_a_scan_whose_end_nobody_knows_is_told_of_and_taken_at_its_stamp():
+    said = []
+    measured = ranges(MAP, (1.0, 1.0, 0.0))
+    slow = scan(measured, (1.0, 1.0, 0.0))
+    slow = slow._replace(sweep=slow.sweep._replace(time_increment=0.1))
+    for config, told in ((SlamConfig(), 1), (SlamConfig(deskew=False), 0)):
+        slam = Slam(config, said.append)
+        assert slam.on_scan(slow).used and slam.counts['not_deskewed'] == told
+    assert len(said) == 1 and 'time_increment' in said[0]
+
+
+def test_a_thin_wall_is_not_taken_for_its_own_back():
+    """Seen from both sides, a wall of 0.1 m stays two surfaces."""
+    x, rng = np.arange(-3.0, 3.0, 0.05), np.random.default_rng(2)
+    slam = Slam(SlamConfig(loop_closing=False, maxRange=20.0))
+    for k, (y, odometry) in enumerate([(1.0, 0.0), (0.6, 0.4), (-0.6, 1.66), (-1.0, 2.06)]):
+        side = math.copysign(0.05, y)  # of the wall's face; the odometry lags behind by 0.06 m through the door
+        angles = np.arctan2(side - y, x)
+        order = np.argsort(angles)
+        distances = (np.hypot(x, side - y) + 0.005 * rng.standard_normal(len(x)))[order]
+        even = np.linspace(angles[order][0], angles[order][-1], 200)
+        measured = np.interp(even, angles[order], distances)
+        step = float(even[1] - even[0])
+        taken = Sweep(1.0 + k, float(even[0]), float(even[-1]), step, 0.0, 0.05, 10.0, measured)
+        slam.on_scan(ScanInput('laser', taken, Transform(), planar((0.0, 1.0 - odometry, 0.0))))
+    assert slam.poses[1][1] == pytest.approx(0.6, abs=0.02)
+    assert slam.poses[3][1] - slam.poses[2][1] == pytest.approx(-0.4, abs=0.02)
+    assert slam.poses[2][1] == pytest.approx(-0.66, abs=0.02)  # as the odometry has it: the back tells nothing
+
+
 @pytest.mark.parametrize('value', [np.nan, np.inf, 0.0, -1.0, 1e9])
 def test_scans_without_an_echo_leave_the_pose_to_the_odometry(value):
     slam = Slam(SlamConfig())
@@ -132,7 +162,7 @@ def test_scans_of_another_number_of_rays_are_taken_as_they_come():
     path, slam, rng = round_trip(6.0), Slam(SlamConfig()), np.random.default_rng(1)
     for k, (pose, odometry) in enumerate(zip(path, drifting(path))):
         slam.on_scan(scan(ranges(MAP, pose, rng, 120 if k % 2 else 77), odometry, 1.0 + k))
-    assert off(slam, path).max() < 0.08
+    assert off(slam, path).max() < 0.1
 
 
 class NeverSeen:

@@ -16,7 +16,7 @@ FLATTEST = 0.5
 
 class Beams(NamedTuple):
     """x, y of the scanner in the robot's frame, m; directions (n,) there, rad; ranges (n,), m; most: the range, m, that
-    stands for "no echo".
+    stands for "no echo"; indices (n,): which rays of the scan they are.
     """
 
     x: float
@@ -24,6 +24,7 @@ class Beams(NamedTuple):
     directions: np.ndarray
     ranges: np.ndarray
     most: float
+    indices: np.ndarray
 
     @property
     def points(self) -> np.ndarray:
@@ -74,7 +75,7 @@ def chosen(sweep: Sweep, mount: Transform, choice: BeamChoice) -> Beams:
     flat = rotation_matrix(mount.rotation)[:2, :2] @ np.stack((np.cos(angles), np.sin(angles)))
     reach = np.minimum(ranges[indices], most)
     reach = np.where(echo[indices], reach * np.hypot(*flat), most)
-    return Beams(*mount.translation[:2], np.arctan2(flat[1], flat[0]), reach, most)
+    return Beams(*mount.translation[:2], np.arctan2(flat[1], flat[0]), reach, most, indices)
 
 
 def is_level(mount: Transform) -> bool:

@@ -14,19 +14,23 @@ FARTHEST = 1e7
 
 
 class ScanInput(NamedTuple):
-    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time."""
+    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time. ended: odom_from_base at its
+    last ray; None where nobody asked for it, or the rays were cast all at once.
+    """
 
     frame: str
     sweep: Sweep
     mount: Transform
     odometry: Transform
+    ended: Transform | None = None
 
     @property
     def fault(self) -> tuple[str, str] | None:
         """(what it counts as, what is wrong) with a scan that nobody can use; None with any other."""
         if self.sweep.fault:
             return 'bad_scan', f'a {self.sweep.fault}'
-        places = (*self.odometry.translation, *self.odometry.rotation)
+        poses = (self.odometry,) if self.ended is None else (self.odometry, self.ended)
+        places = (v for pose in poses for v in (*pose.translation, *pose.rotation))
         if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
             return 'bad_odometry', 'the odometry is no pose'
         if not is_level(self.mount):

@@ -96,11 +96,14 @@ class Slam:
             kind, wrong = fault
             self.trouble(kind, f'{scan.frame}: {wrong}: dropped')
             return None
+        if self.config.deskew and scan.ended is None and scan.sweep.duration > 0.0:
+            long = f'its rays take {scan.sweep.duration:g} s by its time_increment, and count as cast at its stamp'
+            self.trouble('not_deskewed', f'{scan.frame}: {long}')
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
-        key = key_scan(scan.sweep, scan.mount, scan.odometry, self.config.limits)
+        key = key_scan(scan, self.config.limits)
         changed = self._join(key)
         self._odometry = odometry
         self.counts['used'] += 1
@@ -162,18 +165,19 @@ class Slam:
         return match.pose, match.covariance
 
     def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, cleared: bool = True):
-        """The LikelihoodGrid of key scans about a pose, as far as the newest scan reaches and a margin (m) more; None
-        where they show nothing there. cleared: it tells also where their rays went through.
+        """The LikelihoodGrid of key scans about a pose, which may be off by a margin (m), as far as the newest scan
+        reaches beyond that; None where they show nothing there. cleared: it tells also where their rays went through.
         """
-        ends = self.scans[-1].ends
+        ends, origin = self.scans[-1].ends, self.scans[-1].origin
         reach = (float(np.hypot(ends[:, 0], ends[:, 1]).max()) if len(ends) else 0.0) + margin + BEYOND
         poses = self.graph.poses
         seen = [self._surfaces_of(node).placed(poses[node]) for node in nodes]
-        points, normals = (np.concatenate(parts) for parts in zip(*seen))
-        near = (np.abs(points - pose[:2]) < reach).all(1)
+        known = Surfaces(*(np.concatenate(parts) for parts in zip(*seen)))
+        near = (np.abs(known.points - pose[:2]) < reach).all(1)
+        near &= known.facing(placed(np.array([origin]), pose)[0], margin)
         if not near.any():
             return None
-        grid = LikelihoodGrid(Surfaces(points[near], normals[near]), margin, self.config.grain)
+        grid = LikelihoodGrid(Surfaces(known.points[near], known.normals[near]), margin, self.config.grain)
         if cleared:
             for node in nodes:
                 scan = self.scans[node]

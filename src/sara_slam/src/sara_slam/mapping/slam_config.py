@@ -66,6 +66,7 @@ class SlamConfig:
     minimumScore: float = 0.0  # noqa: N815
     sigma: float = 0.06
     lskip: int = 0
+    deskew: bool = True
     srr: float = 0.1
     srt: float = 0.2
     str: float = 0.1

@@ -37,7 +37,7 @@ class SlamNode:
         self.transforms = None  # tf may come before the rest is there
         self.waiting = None
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
-        self.waiting = WaitingScans(self.transforms, lambda sentence: self.slam.trouble('no_transform', sentence))
+        self.waiting = WaitingScans(self.transforms, self._lost, config.deskew)
         self.began, self.drawn_at, self.drawn = rospy.Time.now(), None, 0
         self.told = {}
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
@@ -47,6 +47,9 @@ class SlamNode:
         if config.transform_publish_period > 0.0:
             period = rospy.Duration.from_sec(config.transform_publish_period)
             self.timers.append(rospy.Timer(period, self.on_transform_due, reset=True))
+
+    def _lost(self, sentence):
+        self.slam.trouble('no_transform', sentence)
 
     def on_scan(self, msg: LaserScan) -> None:
         """Queue a scan, and use all whose transforms have come."""

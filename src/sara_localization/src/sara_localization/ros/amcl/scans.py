@@ -16,15 +16,17 @@ MOST_WAITING = 100
 """Scans of a scanner; more push the oldest out."""
 PATIENCE = 1.0
 """s that a scan may wait before that is told."""
+LONGEST = 1.0
+"""s from the first ray to the last: a scan that claims to take longer counts as taken at its stamp."""
 
 
 class WaitingScans:
-    """`lost`: called with a sentence for each scan that is dropped. `last`: when the newest came (s), None before the
-    first.
+    """`lost`: called with a sentence for each scan that is dropped. `to_the_end`: a scan waits until the robot's pose
+    at its last ray is known, too. `last`: when the newest came (s), None before the first.
     """
 
-    def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
-        self._transforms, self._lost = transforms, lost
+    def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None], to_the_end: bool = False):
+        self._transforms, self._lost, self._to_the_end = transforms, lost, to_the_end
         self._waiting, self._count = {}, 0
         self._frames = '', ''
         self.last: float | None = None
@@ -76,7 +78,14 @@ class WaitingScans:
         odom, base = self._frames
         odometry = self._transforms.lookup_at(odom, base, stamp)
         mount = self._transforms.lookup_at(base, frame, stamp) if frame and odometry is not None else None
-        return None if mount is None else ScanInput(frame, sweep_of(msg)._replace(stamp=stamp), mount, odometry)
+        if mount is None:
+            return None
+        sweep, ended = sweep_of(msg)._replace(stamp=stamp), None
+        if self._to_the_end and 0.0 < sweep.duration <= LONGEST:
+            ended = self._transforms.lookup_at(odom, base, stamp + sweep.duration)
+            if ended is None:
+                return None
+        return ScanInput(frame, sweep, mount, odometry, ended)
 
     def _is_too_old(self, frame, msg):
         stamp = conversions.seconds(msg.header.stamp)
