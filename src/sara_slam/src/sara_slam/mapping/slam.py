@@ -19,11 +19,13 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
+from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.occupancy import Occupancy
+from sara_slam.mapping.resuming import found_again, restored
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.matching import surfaces
-from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window
+from sara_slam.matching.likelihood_grid import Grain, LikelihoodGrid, Window
 from sara_slam.matching.surfaces import Surfaces, placed
 
 Pose = tuple[float, float, float]
@@ -40,24 +42,33 @@ BEYOND = 1.0
 """m beyond the longest ray that a grid shows."""
 KEPT = 200
 """Key scans whose surfaces are kept."""
+SEEK_S = 1.0
+"""s between two tries to find the robot in a map that is gone on with."""
 POSTPONED, AT_ONCE = 10, 0.05
 """Loops that are collected before the graph is optimised; m from which on a loop's displacement is heeded at once."""
 
 
 class Result(NamedTuple):
-    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map. used: it is a key scan;
-    changed: poses of earlier key scans moved.
+    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map, None while the robot is looked
+    for in a map that is gone on with. used: it is a key scan; changed: poses of earlier key scans moved.
     """
 
-    map_from_odom: Pose
+    map_from_odom: Pose | None
     used: bool
     changed: bool
 
 
 class Slam:
-    """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble."""
+    """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble.
+    `journal`: where everything is kept; with what it holds from before, the map is gone on with.
+    """
 
-    def __init__(self, config: SlamConfig, say: Callable[[str], None] = lambda sentence: None):
+    def __init__(
+        self,
+        config: SlamConfig,
+        say: Callable[[str], None] = lambda sentence: None,
+        journal: Journal | None = None,
+    ):
         surfaces.warm()
         self.config, self.say = config, say
         self.counts, self._said = Counter(), set()
@@ -66,10 +77,20 @@ class Slam:
         self._occupancy = Occupancy(
             config.delta, config.occ_thresh, (config.xmin, config.ymin, config.xmax, config.ymax)
         )
-        self.map_from_odom: Pose = (0.0, 0.0, 0.0)
+        self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)
         self.covariance = np.zeros((3, 3))
         self._postponed, self._surfaces = 0, {}
         self._odometry: Pose | None = None  # when a scan was last used
+        self._journal, self._sought = journal, -math.inf
+        if journal is not None and journal.records:
+            self._resume(journal.records)
+
+    def _resume(self, records):
+        self.scans, self._postponed = restored(records, self.graph)
+        records.clear()
+        self.counts.update(used=len(self.scans), loops=sum(edge.loop for edge in self.graph.edges))
+        if self.scans:
+            self.map_from_odom = None
 
     @property
     def poses(self) -> list[Pose]:
@@ -104,7 +125,12 @@ class Slam:
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
         key = key_scan(scan, self.config.limits)
-        changed = self._join(key)
+        if self.map_from_odom is None:
+            if not self._rejoin(key):
+                return Result(None, False, False)
+            changed = False
+        else:
+            changed = self._join(key)
         self._odometry = odometry
         self.counts['used'] += 1
         self.map_from_odom = compose(self.graph.poses[-1], inverse(odometry))
@@ -116,6 +142,8 @@ class Slam:
             self._optimise()
 
     def _is_due(self, stamp, odometry):
+        if self.map_from_odom is None:
+            return not 0.0 <= stamp - self._sought < SEEK_S
         if self._odometry is None:
             return True
         c, last = self.config, self._odometry
@@ -129,6 +157,7 @@ class Slam:
         if len(self.scans) == 1:
             self.graph.add_node(key.odometry)
             self.covariance = np.diag((*2 * (LEAST_SIGMA[0] ** 2,), LEAST_SIGMA[1] ** 2))
+            self._keep(lambda journal: journal.scan(key, self.graph.poses[0], None))
             return False
         last = self.graph.poses[-1]
         motion, sigmas = (0.0, 0.0, 0.0), UNKNOWN_SIGMA
@@ -136,9 +165,39 @@ class Slam:
             motion = compose(inverse(self._odometry), key.odometry)
             sigmas = self._sigmas(motion)
         pose, self.covariance = self._matched(key, compose(last, motion), sigmas)
-        new = self.graph.add_node(pose)
-        self.graph.add_edge(new - 1, new, pose, self.covariance)
+        self._add(key, len(self.scans) - 2, pose)
         return self.config.loop_closing and self._close_loops(key)
+
+    def _add(self, key, old, pose):
+        """A node for a key scan at a pose, joined to the node `old` by a match of this covariance."""
+        new = self.graph.add_node(pose)
+        edge = self.graph.add_edge(old, new, pose, self.covariance)
+        self._keep(lambda journal: journal.scan(key, self.graph.poses[new], edge))
+
+    def _rejoin(self, key):
+        """Whether a scan tells where the robot is in a map that is gone on with; then it becomes a node."""
+        self._sought = key.stamp
+        config = self.config
+        found = found_again(key, self.graph.poses, self._grid_about, config.grain, config.loop_rules)
+        if found is None:
+            self.trouble(
+                'not_found', 'where the map ended, nothing looks as the scanner sees it: the robot is looked for'
+            )
+            return False
+        old, match = found
+        self.scans.append(key)
+        self.covariance = match.covariance
+        self._add(key, old, match.pose)
+        return True
+
+    def _keep(self, write):
+        """Write into the journal; where that fails, it is told, and mapping goes on without."""
+        try:
+            if self._journal is not None:
+                write(self._journal)
+        except OSError as error:
+            self._journal = None
+            self.trouble('not_kept', f'{error}: after a restart the map ends here')
 
     def _sigmas(self, motion):
         """Standard deviations (m, rad) of a motion (x, y, yaw) of the odometry, by gmapping's law."""
@@ -164,11 +223,15 @@ class Slam:
             return predicted, by_odometry
         return match.pose, match.covariance
 
-    def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, cleared: bool = True):
-        """The LikelihoodGrid of key scans about a pose, which may be off by a margin (m), as far as the newest scan
-        reaches beyond that; None where they show nothing there. cleared: it tells also where their rays went through.
+    def _grid_of(self, nodes, pose, margin, cleared=True):
+        return self._grid_about(self.scans[-1], nodes, pose, margin, self.config.grain, cleared)
+
+    def _grid_about(self, key, nodes: Sequence[int], pose: Pose, margin: float, grain: Grain, cleared: bool = True):
+        """The LikelihoodGrid of key scans for another, `key`, about a pose, which may be off by a margin (m), as far as
+        that one reaches beyond; None where they show nothing there. cleared: it tells also where their rays went
+        through.
         """
-        ends, origin = self.scans[-1].ends, self.scans[-1].origin
+        ends, origin = key.ends, key.origin
         reach = (float(np.hypot(ends[:, 0], ends[:, 1]).max()) if len(ends) else 0.0) + margin + BEYOND
         poses = self.graph.poses
         seen = [self._surfaces_of(node).placed(poses[node]) for node in nodes]
@@ -177,7 +240,7 @@ class Slam:
         near &= known.facing(placed(np.array([origin]), pose)[0], margin)
         if not near.any():
             return None
-        grid = LikelihoodGrid(Surfaces(known.points[near], known.normals[near]), margin, self.config.grain)
+        grid = LikelihoodGrid(Surfaces(known.points[near], known.normals[near]), margin, grain)
         if cleared:
             for node in nodes:
                 scan = self.scans[node]
@@ -201,7 +264,8 @@ class Slam:
         for loop in self.loops.found(points):
             pose = compose(self.graph.poses[loop.old], loop.relation)
             off = math.dist(pose[:2], self.graph.poses[loop.new][:2])
-            self.graph.add_edge(loop.old, loop.new, pose, loop.match.covariance, loop=True)
+            edge = self.graph.add_edge(loop.old, loop.new, pose, loop.match.covariance, loop=True)
+            self._keep(lambda journal, edge=edge: journal.loop(edge))
             self.counts['loops'] += 1
             self._postponed += 1
             now = now or off > AT_ONCE
@@ -213,7 +277,11 @@ class Slam:
     def _optimise(self):
         self._postponed = 0
         self.counts['optimised'] += 1
-        self.counts['false_loops'] += len(self.graph.optimise())
+        before = list(self.graph.edges)
+        false = set(map(id, self.graph.optimise()))
+        self.counts['false_loops'] += len(false)
+        dropped = [n for n, edge in enumerate(before) if id(edge) in false]
+        self._keep(lambda journal: journal.optimised(dropped, self.graph.poses))
 
     def trouble(self, kind: str, sentence: str) -> None:
         """Count it, and say the first of its kind."""

@@ -80,6 +80,8 @@ class SlamConfig:
     ymax: float = 0.0
     delta: float = 0.05
     occ_thresh: float = 0.25
+    map_file: str = ''
+    state_file: str = ''
 
     search_resolution: float = 0.05
     information: float = 0.2
@@ -153,6 +155,11 @@ class SlamConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
         values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay',))
+        for name in ('map_file', 'state_file'):
+            if reader.left.get(name) == '':
+                reader.take(name)
+            elif name in reader.left:
+                values[name] = reader.file(name, '')
         if 'tf_delay' in reader.left:
             values['tf_delay'] = reader.number('tf_delay', 0.0)
         warnings = [
