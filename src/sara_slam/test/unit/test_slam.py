@@ -14,6 +14,7 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import OCCUPIED
 from sara_slam.graph.loops import LoopRules, LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
+from sara_slam.mapping import occupancy
 from sara_slam.mapping.slam import Slam
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.matching.likelihood_grid import Match
@@ -145,6 +146,35 @@ def test_a_scan_that_fits_nowhere_leaves_the_pose_to_the_odometry():
     slam.on_scan(scan(ranges(MAP, (1.0, 1.0, 0.0)), (1.0, 1.0, 0.0)))
     slam.on_scan(scan(rng.uniform(0.2, 9.0, 120), (1.4, 1.0, 0.0), 2.0))
     assert slam.counts['no_fit'] == 1 and slam.poses[1] == pytest.approx((1.4, 1.0, 0.0))
+
+
+def test_a_jump_of_the_odometry_that_nobody_tells_of_is_no_motion():
+    path, said, rng = round_trip(9.0), [], np.random.default_rng(1)
+    slam = Slam(SlamConfig(), said.append)
+    for k, pose in enumerate(path):
+        odometry = pose if k < 15 else compose((5000.0, -20.0, 2.0), pose)
+        slam.on_scan(scan(ranges(MAP, pose, rng), odometry, 1.0 + k))
+    assert off(slam, path).max() < 0.08 and slam.counts['jump'] == 1
+    assert said == ['the odometry jumps by 4.99e+03 m: that is no motion']
+
+
+def test_a_map_of_odometry_that_begins_far_off_begins_at_0():
+    slam = Slam(SlamConfig())
+    slam.on_scan(scan(ranges(MAP, (1.0, 1.0, 0.0)), (440_000.0, 4_480_000.0, 0.5)))
+    assert slam.poses == [(0.0, 0.0, 0.5)] and slam.map().data.size < 200_000
+    assert compose(slam.map_from_odom, (440_000.0, 4_480_000.0, 0.5)) == pytest.approx((0.0, 0.0, 0.5), abs=1e-6)
+
+
+def test_what_does_not_fit_into_memory_is_told_and_not_on_the_map(monkeypatch):
+    monkeypatch.setattr(occupancy, 'MOST_CELLS', 100_000)
+    said = []
+    slam = Slam(SlamConfig(), said.append)
+    slam.on_scan(scan(ranges(MAP, (1.0, 1.0, 0.0)), (1.0, 1.0, 0.0)))
+    before = slam.map()
+    slam.forget_odometry()
+    slam.graph.poses.append((900.0, 0.0, 0.0))
+    slam.scans.append(slam.scans[0])
+    assert slam.map().data.tobytes() == before.data.tobytes() and slam.counts['map_full'] == 1 and len(said) == 1
 
 
 def test_a_jump_of_the_odometry_that_is_told_of_does_no_harm():

@@ -14,6 +14,8 @@ from sara_slam.matching.surfaces import Surfaces, surfaces_of
 
 EVERY = 1_000_000
 """More beams than a scan has."""
+FARTHEST = 250.0
+"""m: an echo from further off is none; no scanner sees so far indoors, and the map would not fit into memory."""
 
 
 class RangeLimits(NamedTuple):
@@ -58,7 +60,7 @@ def key_scan(scan: ScanInput, limits: RangeLimits) -> KeyScan:
     if greatest <= sweep.range_max:
         with np.errstate(invalid='ignore'):
             ranges[ranges >= greatest] = np.nan
-    usable = min(limits.usable or greatest, greatest)
+    usable = min(limits.usable or greatest, greatest, FARTHEST)
     beams = chosen(sweep._replace(ranges=ranges), scan.mount, BeamChoice(EVERY, most=usable, silent=True))
     odometry, ends, origin = _planar(scan.odometry), beams.points, (float(beams.x), float(beams.y))
     if scan.ended is not None:

@@ -9,6 +9,7 @@ from sara_common.config import ConfigError, fault, is_whole, number_faults, rang
 from sara_localization.config.parameters import ParameterReader
 from sara_slam.graph.loops import LoopRules
 from sara_slam.mapping.key_scan import RangeLimits
+from sara_slam.mapping.occupancy import MOST_CELLS
 from sara_slam.matching.likelihood_grid import Grain
 
 _FRAMES = ('base_frame', 'map_frame', 'odom_frame')
@@ -46,8 +47,6 @@ _RANGES = {
 }
 _WHOLE = {'throttle_scans': 1, 'lskip': 0, 'local_scans': 1, 'loop_together': 1}
 """{whole number: the least}."""
-MOST_CELLS = 100_000_000
-"""Of the map that xmin to ymax ask for."""
 
 
 @dataclass(frozen=True)
