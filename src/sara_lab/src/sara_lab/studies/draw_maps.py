@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sara_lab.experiments.plotting import figure
 from sara_lab.journeys.drawing import draw_map
 from sara_lab.journeys.travel_cases import map_file
 from sara_lab.judge.walls import Pose, occupied_points, placed
@@ -18,17 +19,11 @@ WIDE = 9.0  # inches
 
 def draw(name: str, made: Made, poses: Sequence[Pose], path: Path) -> None:
     """Write a picture of what was made of a map. poses: of the robot in the map that was made."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     world = World.from_yaml(map_file(name))
     rows, columns = world.occupied.shape
-    figure = Figure(figsize=(WIDE, WIDE * rows / columns + 0.4), layout='constrained')
-    FigureCanvasAgg(figure)
-    axis = figure.add_subplot()
-    draw_map(axis, world)
-    axis.plot(*placed(occupied_points(made.grid), made.errors.pose).T, 's', color='tab:red', markersize=0.7)
-    axis.plot(*placed(np.array(poses)[:, :2], made.errors.pose).T, color='tab:blue', linewidth=0.8)
-    axis.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
-    axis.set_title(f'walls off: median {made.errors.median:.3f} m, p95 {made.errors.p95:.3f} m', fontsize=9)
-    figure.savefig(path, dpi=130)
+    with figure(path, size=(WIDE, WIDE * rows / columns + 0.4)) as (_, axis):
+        draw_map(axis, world)
+        axis.plot(*placed(occupied_points(made.grid), made.errors.pose).T, 's', color='tab:red', markersize=0.7)
+        axis.plot(*placed(np.array(poses)[:, :2], made.errors.pose).T, color='tab:blue', linewidth=0.8)
+        axis.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
+        axis.set_title(f'walls off: median {made.errors.median:.3f} m, p95 {made.errors.p95:.3f} m')

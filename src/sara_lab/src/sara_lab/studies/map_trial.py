@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,17 +53,30 @@ class Track:
         return between(a, b, (t - t0) / (t1 - t0))
 
 
-def mapped(drive: Drive, params: dict[str, Any] | None = None) -> Slam:
-    """slam_gmapping after a drive. params: laid over those of sara_bringup's slam.yaml."""
-    slam = Slam(SlamConfig.from_params({**parameters('sara_bringup', 'slam.yaml'), **(params or {})}))
+def slam_of(params: dict[str, Any] | None = None) -> Slam:
+    """SARA's slam_gmapping. params: laid over those of sara_bringup's slam.yaml."""
+    return Slam(SlamConfig.from_params({**parameters('sara_bringup', 'slam.yaml'), **(params or {})}))
+
+
+def scans_of(drive: Drive, start: Pose = (0.0, 0.0, 0.0), later: float = 0.0) -> Iterator[ScanInput]:
+    """The scans of a drive. start: of its odometry; later: s that it begins after it was recorded."""
     x, y, yaw = mountings()['scan']
     mount, track = Transform.from_xyz_rpy(x, y, 0.0, yaw=yaw), Track(drive.poses[:, :4])
     for stamp, ranges in zip(drive.stamps.tolist(), drive.ranges):
         sweep = sweep_of(Scan(stamp, ranges.astype(float)))
         ends = [track.at(stamp + after) for after in (0.0, sweep.duration)]
-        if None not in ends:
-            begun, ended = (Transform.from_xyz_rpy(*pose[:2], 0.0, yaw=pose[2]) for pose in ends)
-            slam.on_scan(ScanInput('scan', sweep, mount, begun, ended if slam.config.deskew else None))
+        if None in ends:
+            continue
+        begun, ended = (compose(start, pose) for pose in ends)
+        begun, ended = (Transform.from_xyz_rpy(*pose[:2], 0.0, yaw=pose[2]) for pose in (begun, ended))
+        yield ScanInput('scan', sweep._replace(stamp=stamp + later), mount, begun, ended)
+
+
+def mapped(drive: Drive, params: dict[str, Any] | None = None) -> Slam:
+    """slam_gmapping after a drive. params: see slam_of."""
+    slam = slam_of(params)
+    for scan in scans_of(drive):
+        slam.on_scan(scan if slam.config.deskew else scan._replace(ended=None))
     slam.finish()
     return slam
 

@@ -46,8 +46,10 @@ NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
 SIGMAS = 3.0
 SEEK_S = 1.0
 """s between two tries to find the robot in a map that is gone on with."""
-POSTPONED, AT_ONCE = 10, 0.05
-"""Loops that are collected before the graph is optimised; m from which on a loop's displacement is heeded at once."""
+POSTPONED, SHARE, AT_ONCE = 10, 100, 0.05
+"""Loops that are collected before the graph is optimised, or one for so many edges, where that is more; m from which on
+a loop's displacement is heeded at once.
+"""
 
 
 class Result(NamedTuple):
@@ -253,7 +255,7 @@ class Slam:
             self.counts['loops'] += 1
             self._postponed += 1
             now = now or off > AT_ONCE
-        if now or self._postponed >= POSTPONED:
+        if now or self._postponed >= max(POSTPONED, len(self.graph.edges) // SHARE):
             self._optimise()
             return True
         return False
