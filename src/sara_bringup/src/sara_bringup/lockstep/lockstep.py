@@ -56,7 +56,8 @@ class Lockstep:
     whether the fused pose is corrected by what the sonars hear of the map; as in sara.launch, None: with the default
     set alone. `imu_period`: s between the IMU's frames, 0.05 or 0.2. `scan`: whether the chair has the laser scanner,
     for gate and costmaps. `dbc`: the bus, as canserial names it, the robot's own where none is named. `platform`: the
-    robot, the chosen one where none is given. `tick` counts the steps.
+    robot, the chosen one where none is given. `known`: the map that the stack has of the world, in its frame; None: the
+    world itself. `tick` counts the steps.
     """
 
     def __init__(
@@ -73,10 +74,12 @@ class Lockstep:
         scan: bool = False,
         dbc: str | None = None,
         platform: Platform | None = None,
+        known: map_io.GridMap | None = None,
     ) -> None:
         self.platform = platform = platform or chosen()
         bus = BusDescription.named(dbc, platform) if dbc else BusDescription.of(platform)
         grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
+        known = grid if known is None else known
         sensors = SensorConfig.of(platform, imu_period=imu_period)
         self.chair = SimulatedChair(
             world_of(grid), seed, start, bus, options=ChairOptions(scan=scan), sensors=sensors, platform=platform

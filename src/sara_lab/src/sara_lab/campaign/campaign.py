@@ -24,7 +24,7 @@ from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, s
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
-from sara_lab.campaign.mapping import mapping
+from sara_lab.campaign.mapping import made_maps, mapping
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.squares import squares
@@ -55,6 +55,7 @@ PARTS = {
     'kidnapped': kidnapped,
     'global_start': global_start,
     'mapping': mapping,
+    'made_maps': made_maps,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,

@@ -72,10 +72,10 @@ def scans_of(drive: Drive, start: Pose = (0.0, 0.0, 0.0), later: float = 0.0) ->
         yield ScanInput('scan', sweep._replace(stamp=stamp + later), mount, begun, ended)
 
 
-def mapped(drive: Drive, params: dict[str, Any] | None = None) -> Slam:
-    """slam_gmapping after a drive. params: see slam_of."""
+def mapped(drive: Drive, params: dict[str, Any] | None = None, start: Pose = (0.0, 0.0, 0.0)) -> Slam:
+    """slam_gmapping after a drive. params: see slam_of; start: of the odometry, and so of the map."""
     slam = slam_of(params)
-    for scan in scans_of(drive):
+    for scan in scans_of(drive, start):
         slam.on_scan(scan if slam.config.deskew else scan._replace(ended=None))
     slam.finish()
     return slam
