@@ -174,8 +174,8 @@ def drive(
     """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
 
     `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the
-    Lockstep after each step. `scan`: whether the chair has the laser scanner. `known`: the map that it drives by, in the
-    true one's frame; None: the true one.
+    Lockstep after each step. `scan`: whether the chair has the laser scanner. `known`: the map that it drives by, in
+    the true one's frame; None: the true one.
     """
     pair = pairs(name)[number]
     lockstep = Lockstep(
