@@ -25,6 +25,7 @@ from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.robot_inputs import RobotInputs
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
+from sara_hmi.web.screen import dumps
 from sara_hmi.web.server import Server
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
@@ -179,7 +180,8 @@ class RosRobot(RobotInputs):
             self._refuse(client, 'error.no_map', 'save_map')
             return
         if answer.success:
-            self._server.post(self._server.on_saved)
+            saved = dumps({'op': 'saved', 'key': 'event.map_saved', 'values': {}})
+            self._server.post(self._server.everyone, saved)
         else:
             rospy.logwarn('the map is not saved: %s', answer.message)
             self._refuse(client, 'error.map_file', 'save_map')

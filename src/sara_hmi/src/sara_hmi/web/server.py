@@ -85,10 +85,6 @@ class Server:
         self.hub.driving.stopped = False
         self.screen.note('event.reset', {})
 
-    def on_saved(self) -> None:
-        """The map that is being made is saved."""
-        self.everyone(dumps({'op': 'saved', 'key': 'event.map_saved', 'values': {}}))
-
     def on_refusal(self, client: int, key: str, of: str, values: dict[str, Any]) -> None:
         """An order cannot be carried out."""
         self.apply([error(client, key, of, values)])
