@@ -7,9 +7,11 @@ import signal
 import sys
 import time
 import unittest
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import numpy as np
+import rosgraph
 import rosnode
 import rospy
 import rostest
@@ -31,9 +33,9 @@ SLAM, WALL_S = '/slam_gmapping', 120.0
 def pid_of(name):
     """The process of a node, None while it has none."""
     try:
-        uri = rosnode.get_api_uri(rospy.get_master(), name)
-        return uri and rosnode.ServerProxy(uri).getPid('mapping_test')[2]
-    except OSError:
+        uri = rosgraph.Master('/mapping_test').lookupNode(name)
+        return ServerProxy(uri).getPid('/mapping_test')[2]
+    except (OSError, rosgraph.MasterException):
         return None
 
 

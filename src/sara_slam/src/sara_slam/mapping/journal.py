@@ -99,11 +99,6 @@ class Journal:
         except OSError as error:
             raise JournalError(f'{self.path} cannot be written: {error.strerror or error}') from error
 
-    def close(self) -> None:
-        """Whole on the disk."""
-        os.fsync(self._file.fileno())
-        self._file.close()
-
 
 def _of_edge(edge):
     return {

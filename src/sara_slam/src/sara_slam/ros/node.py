@@ -28,7 +28,7 @@ from sara_slam.ros.outputs import Outputs
 
 SILENT_AFTER = 15.0
 """s without a scan until that is told."""
-FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform')
+FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform', 'jump', 'not_kept')
 
 
 class SlamNode:
