@@ -104,9 +104,9 @@ class Lockstep:
             from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
 
             self.localization = Corrected(
-                self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max), platform
+                self.localization, known, (self.reader.config.range_min, self.reader.config.range_max), platform
             )
-        self.move_base = settings.make_move_base(grid)
+        self.move_base = settings.make_move_base(known)
         self.ranges = RangeFeeds(self.move_base, self.reader.config, mountings(platform))
         self.scans = (
             ScanFeeds(self.move_base, self.wheels.guard, self.chair.scanner.optics, mountings(platform)['scan'])

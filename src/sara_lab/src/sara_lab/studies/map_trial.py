@@ -8,16 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sara_bringup.lockstep.ranges import mountings
-from sara_bringup.paths import parameters
 from sara_common.planar import between, compose
+from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge import walls
 from sara_lab.studies.map_drives import Drive
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
-from sara_sim.chips.scanner import ANGLES, Scan, sweep_of
+from sara_sim.chips.scanner import ANGLES, Scan, optics_at, sweep_of
 from sara_slam.mapping.slam import Slam
 from sara_slam.mapping.slam_config import SlamConfig
 
@@ -60,10 +59,11 @@ def slam_of(params: dict[str, Any] | None = None) -> Slam:
 
 def scans_of(drive: Drive, start: Pose = (0.0, 0.0, 0.0), later: float = 0.0) -> Iterator[ScanInput]:
     """The scans of a drive. start: of its odometry; later: s that it begins after it was recorded."""
-    x, y, yaw = mountings()['scan']
+    sits = chosen().scan
+    optics, x, y, yaw = optics_at(sits), sits.x, sits.y, sits.yaw
     mount, track = Transform.from_xyz_rpy(x, y, 0.0, yaw=yaw), Track(drive.poses[:, :4])
     for stamp, ranges in zip(drive.stamps.tolist(), drive.ranges):
-        sweep = sweep_of(Scan(stamp, ranges.astype(float)))
+        sweep = sweep_of(Scan(stamp, ranges.astype(float)), optics)
         ends = [track.at(stamp + after) for after in (0.0, sweep.duration)]
         if None in ends:
             continue
@@ -83,10 +83,11 @@ def mapped(drive: Drive, params: dict[str, Any] | None = None, start: Pose = (0.
 
 def seen_walls(name: str, drive: Drive) -> np.ndarray:
     """(n, 2) m: places on a map's true walls that were seen in a drive."""
-    x, y, yaw = mountings()['scan']
+    sits = chosen().scan
+    optics, x, y, yaw = optics_at(sits), sits.x, sits.y, sits.yaw
     track, echoes = Track(drive.poses[:, (0, 4, 5, 6)]), []
     for stamp, ranges in zip(drive.stamps[::EVERY].tolist(), drive.ranges[::EVERY]):
-        sweep = sweep_of(Scan(stamp, ranges))
+        sweep = sweep_of(Scan(stamp, ranges), optics)
         begun, ended = track.at(stamp), track.at(stamp + sweep.duration)
         if begun is None or ended is None:
             continue
