@@ -58,7 +58,7 @@ class MappingTest(unittest.TestCase):
         rospy.sleep(2.0)
         self.reach((2.5, 1.0, 0.0))
         self.kill()
-        self.reach((2.0, 2.0, 2.0))
+        self.reach((3.5, 1.0, 0.0))
         self.assertEqual(rospy.get_param('/places_file'), f'{OUT}.places.yaml')
         answer = rospy.ServiceProxy(f'{SLAM}/save', Trigger)()
         self.assertTrue(answer.success, answer.message)
