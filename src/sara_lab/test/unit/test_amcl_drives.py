@@ -1,11 +1,11 @@
-"""The nine tests of the C++ amcl: each simulated drive ends at its target in time and meets nothing on its way."""
+"""The tests of the C++ amcl: each simulated drive ends at its target in time and meets nothing on its way."""
 
 import math
 from dataclasses import replace
 
 import pytest
 
-from sara_lab.studies.amcl_drives import AMCL_TESTS, map_file
+from sara_lab.studies.amcl_drives import AMCL_TESTS, CORRECTED, map_file
 from sara_sim.robot.recording import recorded
 from sara_sim.robot.robot import SimulatedRobot
 from sara_sim.world.world import World
@@ -16,11 +16,17 @@ def world():
     return World.from_yaml(map_file())
 
 
-def test_there_are_nine():
-    assert len(AMCL_TESTS) == 9
+def test_there_are_nine_and_three_of_them_again_with_a_corrected_motion_model():
+    again = {name for name, test in AMCL_TESTS.items() if test.parameters['odom_model_type'].endswith('-corrected')}
+    assert len(AMCL_TESTS) == 12 and again == {f'{name}_corrected' for name in CORRECTED}
+    for name in CORRECTED:
+        first, second = AMCL_TESTS[name], AMCL_TESTS[f'{name}_corrected']
+        assert replace(second, name=name, parameters=first.parameters) == first
+        changed = {key for key in first.parameters if first.parameters[key] != second.parameters[key]}
+        assert first.parameters.keys() == second.parameters.keys() and all(key.startswith('odom_') for key in changed)
 
 
-@pytest.mark.parametrize('name', AMCL_TESTS)
+@pytest.mark.parametrize('name', [name for name in AMCL_TESTS if not name.endswith('_corrected')])
 def test_a_drive_ends_at_its_target_and_touches_nothing(world, name):
     test = AMCL_TESTS[name]
     robot = SimulatedRobot(world, replace(test.robot, scanners=()), 0, test.start)

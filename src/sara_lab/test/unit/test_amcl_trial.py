@@ -124,7 +124,7 @@ def test_the_part_counts_and_asks_for_all_but_two_in_a_hundred_of_the_global_sta
 
     good = [result(name, seed) for name in AMCL_TESTS for seed in range(100)]
     lines, figures = part._summary(good)
-    assert len(lines) == 9 and part._verdict(figures) == []
+    assert len(lines) == 12 and part._verdict(figures) == []
     assert [name for name, row in figures.items() if 'known_from_s' in row] == ['global_localization_stage']
     assert sum('known after 2.495 s, p95 2.941, worst 2.990' in line for line in lines) == 1
     for name, bad, met in (

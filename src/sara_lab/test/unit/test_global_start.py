@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sara_lab.campaign.global_start import _summary, _verdict, judged
+from sara_lab.campaign.global_start import FURTHER, LATER, _summary, _verdict, judged, later
 from sara_lab.studies.global_start import Start, start
 from sara_lab.studies.wandering import WAY, Recording, kept, record
 
@@ -36,6 +36,20 @@ def test_the_part_asks_for_its_shares():
     assert _verdict(_summary(one)[1]) == ['sure and wrong: 1 of 201, 0.1% is allowed']
 
 
+def test_later_starts_count_for_the_share_of_wrong_ones():
+    def drives(count, *wrong):
+        each = [judged('flat', KNOWN)] * 4
+        kept_ = [{'map': 'flat', 'starts': each, 'faults': []}] * count
+        return kept_ + [{'map': 'flat', 'starts': [judged('flat', one)], 'faults': []} for one in wrong]
+
+    first = [judged(name, KNOWN) for name in ('school', 'flat', 'hall')] * 67
+    lines, figures = _summary(first + drives(201))
+    assert lines[-1].startswith('later   known 804, not sure 0, wrong 0 of 804') and figures['all']['cases'] == 201
+    wrong = KNOWN._replace(off=2.0)
+    assert _verdict(_summary(first + drives(201, wrong))[1]) == []  # 1 of 1006
+    assert _verdict(_summary(first + drives(201, wrong, wrong))[1]) == ['sure and wrong: 2 of 1007, 0.1% is allowed']
+
+
 def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
     made = record('flat', 1)
     assert isinstance(made, Recording) and 2.0 < made.way < WAY + 0.1 and len(made.sensors) == 9
@@ -43,5 +57,9 @@ def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
     came = start(made, 'flat')
     assert judged('flat', came)['known'] and came.found < made.way
     np.savez(tmp_path / 'wander_flat_1.npz', **made._asdict())
+    starts = later('flat', made)
+    assert len(starts['starts']) == sum(since + FURTHER <= made.way for since in LATER) and starts['faults'] == []
+    for since, one in zip(LATER, starts['starts']):
+        assert one['known'] and one['found'] + FURTHER <= one['way'] + 0.1 <= made.way - since + 0.2
     again = kept('flat', 1, tmp_path)
     assert again.sensors == made.sensors and np.array_equal(again.ranges, made.ranges)

@@ -4,15 +4,15 @@ import json
 
 import pytest
 
-from sara_lab.campaign.kidnapped import NEES, _summary, _verdict, judged
+from sara_lab.campaign.kidnapped import _summary, _verdict, judged
 from sara_lab.studies.carried import CARRIED, GROUPS, Case, Step, drive
-from sara_lab.studies.consistency import reliability
+from sara_lab.studies.consistency import QUANTILE, reliability
 
 CASE = Case('flat', 3)
 
 
 def step(way, after, off, probability):
-    return Step(way, after, off, 0.0, probability, nees=NEES * probability)
+    return Step(way, after, off, 0.0, probability, nees=QUANTILE * probability)
 
 
 def result(noticed=2.0, found=8.0, people=False, heading='gyro'):
@@ -60,7 +60,7 @@ def test_without_a_gyro_only_noticing_is_asked_for():
 def test_poses_that_are_more_wrong_than_they_claim_are_told():
     each = [result(people=people, heading=heading) for heading, people in GROUPS]
     assert not [s for s in _verdict(_summary(each)[1]) if 'claim' in s]
-    each[0]['nees'] = [0.5 * NEES] * 9 + [2.0 * NEES]
+    each[0]['nees'] = [0.5 * QUANTILE] * 9 + [2.0 * QUANTILE]
     (sentence,) = [s for s in _verdict(_summary(each)[1]) if 'claim' in s]
     assert sentence == 'gyro_alone_all: 90.0% of the poses are as right as they claim, 95% are asked for'
 

@@ -106,8 +106,8 @@ class AmclTest(unittest.TestCase):
     def message(self, name='amcl: amcl'):
         return self.told[name].message if name in self.told else ''
 
-    def send(self, mount=(0.2, 0.0, 0.0), frame='laser', answered=True):
-        """A scan from the true pose, with the transforms of its time; returns map -> odom of that time."""
+    def send(self, mount=(0.2, 0.0, 0.0), frame='laser', answered=True, lasts=0.0):
+        """A scan of so many s from the true pose, with the transforms of its time; returns map -> odom of that time."""
         self.stamp += STEP
         odometry = compose(DRIFT, self.truth)
         self.tf_pub.publish(
@@ -122,6 +122,7 @@ class AmclTest(unittest.TestCase):
         cast = lambda bearing: map_echo.cast(CELLS, x / CELL, y / CELL, yaw + bearing, MOST / CELL)[0] * CELL
         msg = LaserScan(angle_min=BEARINGS[0], angle_max=BEARINGS[-1], angle_increment=2 * math.pi / COUNT)
         msg.header.stamp, msg.header.frame_id = self.stamp, frame
+        msg.time_increment = lasts / (COUNT - 1)
         msg.range_min, msg.range_max, msg.ranges = 0.1, MOST, [cast(float(b)) for b in BEARINGS]
         self.scan_pub.publish(msg)
         if not answered:
@@ -149,6 +150,7 @@ class AmclTest(unittest.TestCase):
         """One after the other, for the node keeps what it learned."""
         self.waits_for_the_map_and_takes_it()
         self.tracks()
+        self.waits_for_the_odometry_of_a_sweep_s_end()
         self.saves_its_pose()
         self.updates_at_rest()
         self.follows_a_scanner_that_is_turned()
@@ -185,6 +187,15 @@ class AmclTest(unittest.TestCase):
             'diagnostics are not satisfied',
         )
         wait_until(lambda: 'amcl: Standard deviation' in self.told, 'no status of the standard deviation')
+
+    def waits_for_the_odometry_of_a_sweep_s_end(self):
+        self.send(answered=False, lasts=0.5 * STEP.to_sec())
+        dated = self.stamp + rospy.Duration(0.1)
+        rospy.sleep(0.3)
+        self.assertFalse(self.buffer.can_transform('map', 'odom', dated), 'a scan is used before its end is known')
+        sent = self.send()
+        self.assertTrue(self.buffer.can_transform('map', 'odom', dated), 'a sweep is not used')
+        self.assert_near(self.estimate(sent))
 
     @staticmethod
     def _quaternion(pose):

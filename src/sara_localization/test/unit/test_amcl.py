@@ -268,6 +268,8 @@ def test_what_cannot_be_used_is_counted_said_once_and_changes_nothing():
         for _ in range(3):
             assert amcl.on_scan(bad) is None
         assert amcl.counts[kind] == 3
+    assert amcl.on_scan(good._replace(ended=Transform((0.0, math.inf, 0.0)))) is None
+    assert amcl.counts['bad_odometry'] == 4
     assert len(said) == 3 and all(sentence.startswith('laser: ') for sentence in said)
     assert (amcl.filter.poses == before[0]).all() and (amcl.filter.weights == before[1]).all()
 

@@ -118,6 +118,28 @@ def test_limits_of_the_range_are_the_narrower_ones():
     assert beams.chosen(sweep(measured), planar((0, 0, 0)), beams.BeamChoice(10, 0.01, 99.0)).most == MOST
 
 
+def test_beams_of_a_robot_that_moves_end_where_they_met_a_wall():
+    motion, rays = (0.12, -0.05, 0.3), 60
+    s = sweep(np.full(rays, 1.0), increment=2.0 / (rays - 1))
+    angles_, shares = s.angle_min + s.angle_increment * np.arange(rays), np.linspace(0.0, 1.0, rays)
+    seen = [compose(tuple(share * part for part in motion), MOUNT) for share in shares]
+    wall = 2.0  # m ahead, square to the robot at the first ray
+    measured = [(wall - x) / math.cos(yaw + a) for (x, _, yaw), a in zip(seen, angles_)]
+    s = s._replace(ranges=np.array(measured))
+    points = beams.chosen(s, planar(MOUNT), beams.BeamChoice(rays), motion).points
+    assert points[:, 0] == pytest.approx(wall)
+    sideways = [y + r * math.sin(yaw + a) for (_, y, yaw), a, r in zip(seen, angles_, measured)]
+    assert points[:, 1] == pytest.approx(sideways)
+    assert np.ptp(beams.chosen(s, planar(MOUNT), beams.BeamChoice(rays)).points[:, 0]) > 0.3
+
+
+def test_beams_without_an_echo_turn_with_the_robot_and_stay_without():
+    s = sweep([math.inf, math.inf, 0.99 * MOST])
+    found = beams.chosen(s, planar((0, 0, 0)), beams.BeamChoice(9, silent=True), (-1.0, 0.0, 0.2))
+    assert found.ranges[:2].tolist() == [MOST, MOST] and found.ranges[2] < MOST
+    assert found.directions[0] == -1.0 and found.directions[1] > -0.98
+
+
 @given(st.floats(-3, 3), st.floats(-3, 3), angles)
 def test_beams_end_where_the_mount_says_also_upside_down(x, y, yaw):
     s = sweep(np.linspace(1.0, 2.0, 9))
@@ -170,7 +192,7 @@ def test_the_likelihood_field_is_its_formula():
     c = AmclConfig(laser_z_hit=0.9, laser_z_rand=0.1, laser_sigma_hit=0.3)
     for model, law in (('likelihood_field', lambda p: 1.0 + p**3), ('likelihood_field_prob', None)):
         scans = scan_models.ScanModel(replace(c, laser_model_type=model), map_)
-        beam = beams.Beams(0.0, 0.0, np.array([0.0]), np.array([1.0]), 5.0, np.array([0]))
+        beam = beams.Beams(0.0, 0.0, np.array([0.0]), np.array([1.0]), 5.0)
         poses = np.array([[x, 2.05, 0.0] for x in (2.05, 1.55, 1.05, 3.55)])  # ends in cells 30, 25, 20, outside
         found = scans.scan(beam).likelihoods(poses)
         p = 0.9 * np.exp(-0.5 * (np.array([0.0, 0.5, 1.0, 2.0]) / 0.3) ** 2) + 0.1 / 5.0
@@ -186,7 +208,7 @@ def test_the_beam_model_is_its_formula():
     c = AmclConfig(laser_model_type='beam', laser_sigma_hit=0.3, laser_lambda_short=0.5)
     scans = scan_models.ScanModel(c, map_)
     for measured in (1.0, 0.6, 1.4, 5.0):
-        beam = beams.Beams(0.5, 0.0, np.array([0.0]), np.array([measured]), 5.0, np.array([0]))
+        beam = beams.Beams(0.5, 0.0, np.array([0.0]), np.array([measured]), 5.0)
         (found,) = scans.scan(beam).likelihoods(np.array([[1.5, 2.05, 0.0]])).values
         off = measured - 1.0
         p = 0.95 * math.exp(-0.5 * (off / 0.3) ** 2)

@@ -130,4 +130,4 @@ def test_each_ray_counts_as_cast_at_its_own_time(motion):
     c, s = math.cos(pose[2]), math.sin(pose[2])
     placed = kept.ends @ np.array([[c, s], [-s, c]]) + pose[:2]
     assert placed == pytest.approx(np.array(true), abs=1e-5)
-    assert kept.origin == pytest.approx(compose(between((0.0, 0.0, 0.0), motion, 0.5), mount)[:2])
+    assert kept.origin == pytest.approx(mount[:2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
 import numpy as np
@@ -115,7 +115,7 @@ def _same(a, b):
     return math.dist(a[:2], b[:2]) <= SAME_M and abs(math.remainder(a.yaw - b.yaw, math.tau)) <= SAME_RAD
 
 
-def same_names(where, names, sonars):
+def same_names(where: str, names: Iterable[str], sonars: Iterable[str]) -> Iterator[str]:
     """A sentence where those are not the names of the sonars."""
     missing, strange = sorted(set(sonars) - set(names)), sorted(set(names) - set(sonars))
     if missing:

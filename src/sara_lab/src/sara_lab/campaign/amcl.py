@@ -1,4 +1,4 @@
-"""The campaign's part `amcl`: the nine tests of the C++ node on simulated robots, judged by that node's tolerances."""
+"""The campaign's part `amcl`: the tests of the C++ node on simulated robots, judged by that node's tolerances."""
 
 from pathlib import Path
 

@@ -17,6 +17,7 @@ from tqdm import tqdm
 from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab.campaign.amcl import amcl
+from sara_lab.campaign.amcl_nees import amcl_nees
 from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
@@ -52,6 +53,7 @@ PARTS = {
     'nees': nees,
     'filter_fuzz': filter_fuzz,
     'amcl': amcl,
+    'amcl_nees': amcl_nees,
     'kidnapped': kidnapped,
     'global_start': global_start,
     'mapping': mapping,

@@ -8,11 +8,10 @@ from typing import Any
 from sara_lab.campaign.part import Figures, Part, mean, spread
 from sara_lab.journeys.travel_cases import MAPS
 from sara_lab.studies.carried import GROUPS, Case, Step, drive
-from sara_lab.studies.consistency import reliability
+from sara_lab.studies.consistency import CONSISTENT, QUANTILE, reliability
 
 NOTICED, FOUND = (5.0, 0.95), (25.0, 0.90)  # m of driving; share of the robots
 AMONG_PEOPLE = 0.05  # by so much less
-NEES, CONSISTENT = 7.815, 0.95  # quantile of chi-square with 3 degrees of freedom, and of which probability
 IS_LOST, IS_FOUND = 0.5, 0.2  # probability of being lost
 ERROR = 0.05  # greatest expected calibration error
 
@@ -69,7 +68,7 @@ def _row(of) -> Figures:
             row[f'{what}_m'] = spread(ways)
     row['calibration_error'] = reliability([moment for result in of for moment in result['moments']])[1]
     values = [value for result in of for value in result['nees']]
-    row |= {'nees': mean(values), 'within_nees': mean([value <= NEES for value in values])}
+    row |= {'nees': mean(values), 'within_nees': mean([value <= QUANTILE for value in values])}
     return row
 
 

@@ -1,4 +1,4 @@
-"""Our amcl put to the C++ node's nine tests, in lockstep: where it says that the robot is when each test ends."""
+"""Our amcl put to the C++ node's tests, in lockstep: where it says that the robot is when each test ends."""
 
 from __future__ import annotations
 

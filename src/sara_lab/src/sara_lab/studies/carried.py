@@ -198,9 +198,12 @@ class _Watch:
                 yield step
 
     def _step(self, sweep):
-        odometry, truth = self.odometry.at(sweep.stamp), self.truth.at(sweep.stamp)
-        placed = Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
-        result = self.amcl.on_scan(ScanInput('laser', sweep, MOUNT, placed))
+        truth = self.truth.at(sweep.stamp)
+        placed, ended = (
+            Transform.from_xyz_rpy(*odometry[:2], 0.0, 0.0, 0.0, odometry[2])
+            for odometry in map(self.odometry.at, (sweep.stamp, sweep.stamp + sweep.duration))
+        )
+        result = self.amcl.on_scan(ScanInput('laser', sweep, MOUNT, placed, ended))
         if result is None or not result.counted:
             return None
         pose = result.map_from_odom @ placed

@@ -11,6 +11,7 @@ Of all moments at which a probability was said to be about p, what it is of happ
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -29,11 +30,16 @@ TRIAL_NOISE = {X: 1e-4, Y: 1e-4, YAW: 1e-5, VX: 0.05, VYAW: 0.02}
 TRIAL_VARIANCES = {VX: 4e-4, VYAW: 1e-4}
 TRIAL_START = {X: 1e-4, Y: 1e-4, YAW: 1e-4, VX: 0.04, VYAW: 0.01}
 BINS = 10  # of a reliability curve
+QUANTILE, CONSISTENT = 7.815, 0.95
+"""Of chi-square with as many degrees of freedom as PLANAR_POSE has elements, and of which probability."""
 
 
 def nees(error: np.ndarray, P: np.ndarray) -> float:
-    """e' P^-1 e of an error (k,) and its covariance (k, k)."""
-    return float(np.asarray(error) @ np.linalg.solve(P, error))
+    """e' P^-1 e of an error (k,) and its covariance (k, k); inf where that is singular."""
+    try:
+        return float(np.asarray(error) @ np.linalg.solve(P, error))
+    except np.linalg.LinAlgError:
+        return math.inf
 
 
 def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, float]:

@@ -8,6 +8,8 @@ import math
 from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.corrected import range_map, settings
 from sara_bringup.lockstep.ranges import mountings
@@ -38,15 +40,18 @@ class Start(NamedTuple):
     told: str
 
 
-def start(recording: Recording, map_name: str) -> Start:
-    """Let a localization that knows nothing but the map hear a Recording."""
+def start(recording: Recording, map_name: str, since: float = 0.0, further: float = math.inf) -> Start:
+    """Let a localization that knows nothing but the map hear a Recording from so many m on, until it has known the
+    place for `further` m.
+    """
     localizer = RangeLocalizer(settings(chosen()), _map(map_name))
     localizer.start_anywhere()
-    way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), recording.poses[0, 5:7]
+    heard_from = _from(recording, since)
+    way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), heard_from[0, 5:7]
     greatest = (0.0, 0.0)
-    readings = iter(_readings(recording))
+    readings = iter([reading for reading in _readings(recording) if reading[0] >= heard_from[0, 0] or not since])
     heard, reading = next(readings)
-    for now, stamp, *poses in recording.poses.tolist():
+    for now, stamp, *poses in heard_from.tolist():
         while heard <= now:
             localizer.on_range(reading)
             heard, reading = next(readings, (math.inf, None))
@@ -57,7 +62,15 @@ def start(recording: Recording, map_name: str) -> Start:
             if found is None:
                 found, at_once = way, errors
             greatest = max(greatest[0], errors[0]), max(greatest[1], errors[1])
+        if found is not None and way > found + further:
+            break
     return Start(way, found, *errors, at_once, None if found is None else greatest, localizer.told)
+
+
+def _from(recording, since):
+    """The poses from so many m on."""
+    ways = np.cumsum(np.hypot(*np.diff(recording.poses[:, 5:7], axis=0, prepend=recording.poses[:1, 5:7]).T))
+    return recording.poses[np.searchsorted(ways, since) :]
 
 
 @cache

@@ -245,7 +245,7 @@ class Amcl:
         if self._last is not None:
             self.filter.move(self._last, odometry)
         self._last = odometry
-        chosen = beam_choice.chosen(scan.sweep, scan.mount, self._model.choice)
+        chosen = beam_choice.chosen(scan.sweep, scan.mount, self._model.choice, scan.motion)
         if not len(chosen.ranges):
             self.trouble('no_beams', f'{scan.frame}: a scan has no range that can be used')
             return None

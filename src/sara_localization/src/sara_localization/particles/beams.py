@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.scans import Sweep
+from sara_common.planar import between
+from sara_common.scans import Sweep, shares_of
 from sara_localization.geometry.rigid import Transform, rotation_matrix
 
 FLATTEST = 0.5
@@ -16,7 +17,7 @@ FLATTEST = 0.5
 
 class Beams(NamedTuple):
     """x, y of the scanner in the robot's frame, m; directions (n,) there, rad; ranges (n,), m; most: the range, m, that
-    stands for "no echo"; indices (n,): which rays of the scan they are.
+    stands for "no echo".
     """
 
     x: float
@@ -24,7 +25,6 @@ class Beams(NamedTuple):
     directions: np.ndarray
     ranges: np.ndarray
     most: float
-    indices: np.ndarray
 
     @property
     def points(self) -> np.ndarray:
@@ -56,12 +56,15 @@ def limits(sweep: Sweep, choice: BeamChoice) -> tuple[float, float]:
     return least, most
 
 
-def chosen(sweep: Sweep, mount: Transform, choice: BeamChoice) -> Beams:
+def chosen(
+    sweep: Sweep, mount: Transform, choice: BeamChoice, motion: tuple[float, float, float] | None = None
+) -> Beams:
     """At most `choice.count` beams, spread evenly over those that say something: of a scan that is half empty as many
     are used as of a full one.
 
     mount: base_from_scanner. A scanner that is upside down or leans is projected onto the floor. No echo is +inf or the
-    maximum of the range (REP 117); NaN and what is too near (-inf) say nothing.
+    maximum of the range (REP 117); NaN and what is too near (-inf) say nothing. motion: ScanInput's; beams are then as
+    the scanner would have seen their ends from where it was at the first ray.
     """
     least, most = limits(sweep, choice)
     ranges = np.asarray(sweep.ranges, float)
@@ -75,7 +78,19 @@ def chosen(sweep: Sweep, mount: Transform, choice: BeamChoice) -> Beams:
     flat = rotation_matrix(mount.rotation)[:2, :2] @ np.stack((np.cos(angles), np.sin(angles)))
     reach = np.minimum(ranges[indices], most)
     reach = np.where(echo[indices], reach * np.hypot(*flat), most)
-    return Beams(*mount.translation[:2], np.arctan2(flat[1], flat[0]), reach, most, indices)
+    beams = Beams(*mount.translation[:2], np.arctan2(flat[1], flat[0]), reach, most)
+    if motion is None or not len(indices):
+        return beams
+    return _from_first(beams, shares_of(indices, len(ranges)), motion, echo[indices])
+
+
+def _from_first(beams, shares, motion, echo):
+    """Beams that were cast while the robot moved, as seen from where the first was; without an echo they stay so."""
+    x, y, yaw = between((0.0, 0.0, 0.0), motion, shares)
+    (across, along), c, s = beams.points.T, np.cos(yaw), np.sin(yaw)
+    x, y = x + c * across - s * along - beams.x, y + s * across + c * along - beams.y
+    ranges = np.where(echo, np.minimum(np.hypot(x, y), np.nextafter(beams.most, 0.0)), beams.most)
+    return beams._replace(directions=np.arctan2(y, x), ranges=ranges)
 
 
 def is_level(mount: Transform) -> bool:

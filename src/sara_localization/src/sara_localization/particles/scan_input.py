@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from sara_common.planar import compose, inverse
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.beams import is_level
@@ -16,8 +17,8 @@ FARTHEST_MOUNT = 100.0
 
 
 class ScanInput(NamedTuple):
-    """A scan of the scanner `frame`, base_from_scanner and odom_from_base at its time. ended: odom_from_base at its
-    last ray; None where nobody asked for it, or the rays were cast all at once.
+    """A scan of the scanner `frame`; base_from_scanner and odom_from_base at its time, that of its first ray; ended:
+    odom_from_base at its last ray, None where all rays are of one time.
     """
 
     frame: str
@@ -27,12 +28,20 @@ class ScanInput(NamedTuple):
     ended: Transform | None = None
 
     @property
+    def motion(self) -> tuple[float, float, float] | None:
+        """Where the robot is at the last ray, x, y, yaw, m, rad, in its frame at the first."""
+        if self.ended is None:
+            return None
+        first, last = ((*pose.translation[:2], pose.yaw) for pose in (self.odometry, self.ended))
+        return compose(inverse(first), last)
+
+    @property
     def fault(self) -> tuple[str, str] | None:
         """(what it counts as, what is wrong) with a scan that nobody can use; None with any other."""
         if self.sweep.fault:
             return 'bad_scan', f'a {self.sweep.fault}'
         poses = (self.odometry,) if self.ended is None else (self.odometry, self.ended)
-        places = (v for pose in poses for v in (*pose.translation, *pose.rotation))
+        places = [number for pose in poses for number in (*pose.translation, *pose.rotation)]
         if not all(math.isfinite(v) and abs(v) <= FARTHEST for v in places):
             return 'bad_odometry', 'the odometry is no pose'
         if not is_level(self.mount):

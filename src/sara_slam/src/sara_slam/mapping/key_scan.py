@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import between, compose, inverse
-from sara_common.scans import shares_of
 from sara_localization.particles.beams import BeamChoice, chosen
 from sara_localization.particles.scan_input import ScanInput
 from sara_slam.matching.surfaces import Surfaces, surfaces_of
@@ -28,8 +26,8 @@ class RangeLimits(NamedTuple):
 
 
 class KeyScan(NamedTuple):
-    """stamp, s; odometry: the robot's pose (x, y, yaw) by it; origin: the scanner in the robot's frame in the middle
-    of the scan, m; ends (n, 2), float32, of its rays there; echo (n,): which of them end at something.
+    """stamp, s; odometry: the robot's pose (x, y, yaw) by it; origin: the scanner in the robot's frame, m; ends (n, 2),
+    float32, of its rays there; echo (n,): which of them end at something.
     """
 
     stamp: float
@@ -61,21 +59,7 @@ def key_scan(scan: ScanInput, limits: RangeLimits) -> KeyScan:
         with np.errstate(invalid='ignore'):
             ranges[ranges >= greatest] = np.nan
     usable = min(limits.usable or greatest, greatest, FARTHEST)
-    beams = chosen(sweep._replace(ranges=ranges), scan.mount, BeamChoice(EVERY, most=usable, silent=True))
-    odometry, ends, origin = _planar(scan.odometry), beams.points, (float(beams.x), float(beams.y))
-    if scan.ended is not None:
-        motion = compose(inverse(odometry), _planar(scan.ended))
-        ends = _moved(ends, motion, shares_of(beams.indices, len(ranges)))
-        origin = tuple(_moved(np.array([origin]), motion, np.array([0.5]))[0].tolist())
-    return KeyScan(sweep.stamp, odometry, origin, ends.astype(np.float32), beams.ranges < beams.most)
-
-
-def _planar(pose):
-    return (*pose.translation[:2], pose.yaw)
-
-
-def _moved(points, motion, shares):
-    """(n, 2) points, each in the frame of a robot after its share (n,) of a motion (x, y, yaw), in the frame before."""
-    x, y, yaw = between((0.0, 0.0, 0.0), motion, shares)
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.stack((x + c * points[:, 0] - s * points[:, 1], y + s * points[:, 0] + c * points[:, 1]), 1)
+    beams = chosen(sweep._replace(ranges=ranges), scan.mount, BeamChoice(EVERY, most=usable, silent=True), scan.motion)
+    odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+    origin = float(beams.x), float(beams.y)
+    return KeyScan(sweep.stamp, odometry, origin, beams.points.astype(np.float32), beams.ranges < beams.most)

@@ -132,7 +132,7 @@ class Slam:
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
-        key = key_scan(scan, self.config.limits)
+        key = key_scan(scan if self.config.deskew else scan._replace(ended=None), self.config.limits)
         if self.map_from_odom is None:
             if not self._rejoin(key):
                 return Result(None, False, False)

@@ -44,7 +44,7 @@ class BagSlam:
     def __init__(self, config: SlamConfig, topic: str, warn: Warnings):
         self.config, self.topic = config, topic
         self.slam, self.transforms = Slam(config, warn), TransformBuffer()
-        self._waiting = WaitingScans(self.transforms, self._lost, config.deskew)
+        self._waiting = WaitingScans(self.transforms, self._lost)
 
     def _lost(self, sentence):
         self.slam.trouble('no_transform', sentence)

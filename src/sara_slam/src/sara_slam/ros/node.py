@@ -41,7 +41,7 @@ class SlamNode:
         self.transforms = None  # tf may come before the rest is there
         self.waiting = None
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
-        self.waiting = WaitingScans(self.transforms, self._lost, config.deskew)
+        self.waiting = WaitingScans(self.transforms, self._lost)
         self.began, self.drawn_at, self.drawn = rospy.Time.now(), None, 0
         self.told = {}
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)

@@ -117,9 +117,9 @@ def _config(rng):
 
 
 def _scan(rng, amcl, _report):
-    amcl.on_scan(
-        ScanInput(FRAMES[rng.integers(len(FRAMES))], random_sweep(rng), random_mount(rng), random_transform(rng, 3.0))
-    )
+    ended = random_transform(rng, 3.0) if rng.random() < 0.5 else None
+    frame = FRAMES[rng.integers(len(FRAMES))]
+    amcl.on_scan(ScanInput(frame, random_sweep(rng), random_mount(rng), random_transform(rng, 3.0), ended))
 
 
 def _set_map(rng, amcl, report):

@@ -1,4 +1,4 @@
-"""`rosrun sara_lab amcl_bags`: the nine tests of the C++ amcl as bags of a simulated robot, for any localiser.
+"""`rosrun sara_lab amcl_bags`: the tests of the C++ amcl as bags of a simulated robot, for any localiser.
 
 Each NAME.bag holds /tf, odom, base_scan (base_scan_0, base_scan_1) and base_pose_ground_truth as the node robot
 publishes them; NAME.yaml amcl's parameters, and where the test wants the robot to be when. Play with `rosbag play

@@ -16,17 +16,19 @@ MOST_WAITING = 100
 """Scans of a scanner; more push the oldest out."""
 PATIENCE = 1.0
 """s that a scan may wait before that is told."""
-LONGEST = 1.0
-"""s from the first ray to the last: a scan that claims to take longer counts as taken at its stamp."""
+
+
+LONGEST_SWEEP = 1.0
+"""s from a scan's first ray to its last; no scanner takes longer, and nobody waits for one that says so."""
 
 
 class WaitingScans:
-    """`lost`: called with a sentence for each scan that is dropped. `to_the_end`: a scan waits until the robot's pose
-    at its last ray is known, too. `last`: when the newest came (s), None before the first.
+    """`lost`: called with a sentence for each scan that is dropped. `last`: when the newest came (s), None before the
+    first.
     """
 
-    def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None], to_the_end: bool = False):
-        self._transforms, self._lost, self._to_the_end = transforms, lost, to_the_end
+    def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
+        self._transforms, self._lost = transforms, lost
         self._waiting, self._count = {}, 0
         self._frames = '', ''
         self.last: float | None = None
@@ -81,7 +83,7 @@ class WaitingScans:
         if mount is None:
             return None
         sweep, ended = sweep_of(msg)._replace(stamp=stamp), None
-        if self._to_the_end and 0.0 < sweep.duration <= LONGEST:
+        if 0.0 < sweep.duration <= LONGEST_SWEEP:
             ended = self._transforms.lookup_at(odom, base, stamp + sweep.duration)
             if ended is None:
                 return None
