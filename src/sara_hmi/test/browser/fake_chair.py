@@ -41,6 +41,7 @@ def idle():
         't': 1_700_000_000_000,
         'pose': [2.0, 3.0, 0.5],
         'lost': False,
+        'maps': False,
         'v': 0.0,
         'w': 0.0,
         'gate': {'state': 'IDLE', 'reasons': []},
@@ -295,6 +296,9 @@ class FakeChair:
     def _on_delete(self, frame):
         del self.places[frame['name']]
         return [self._listed()]
+
+    def _on_save_map(self, frame):
+        return [{'op': 'saved', 'key': 'event.map_saved', 'values': {}}]
 
     def _on_pair(self, frame):
         if frame['code'] != 'ABCD-2345':

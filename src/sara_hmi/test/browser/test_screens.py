@@ -219,6 +219,18 @@ def test_places_are_added_renamed_and_deleted(page):
     page.until('!document.querySelector("[data-name=Escritorio]")')
 
 
+def test_a_map_that_is_being_made_is_saved_by_one_tap(page):
+    page.load('map')
+    assert not page.js('!!document.querySelector("[data-save-map]")')
+    page.chair.state['maps'] = True
+    page.until('!!document.querySelector("[data-save-map]")')
+    page.click('[data-save-map]')
+    assert page.chair.wait_for('save_map') == [{'op': 'save_map'}]
+    page.until('document.getElementById("notice").textContent === "The map is saved."')
+    page.chair.state['maps'] = False
+    page.until('!document.querySelector("[data-save-map]")')
+
+
 def test_why_says_what_happens_what_helps_and_what_was(page):
     page.load('why')
     page.chair.state['gate'] = {'state': 'HELD', 'reasons': ['LOCALIZATION']}

@@ -94,7 +94,7 @@ class Robot:
         self.goal = None
         rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
-        rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
+        self.listen_to_poses()
         rospy.Subscriber('/safety_gate/profile', String, lambda m: self.profiles.append(m.data), tcp_nodelay=True)
         rospy.Subscriber('/shared_control/profile', String, lambda m: self.helps.append(m.data), tcp_nodelay=True)
         rospy.Subscriber('/shared_control/override', Bool, lambda m: self.overrides.append(m.data), tcp_nodelay=True)
@@ -111,6 +111,9 @@ class Robot:
         self.server.start()
         self.end = threading.Event()
         threading.Thread(target=self._speak, daemon=True).start()
+
+    def listen_to_poses(self):
+        self.set_pose = rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
 
     def _on_touch(self, message):
         self.touched.append((time.monotonic(), message.linear.x, message.angular.z))
@@ -379,6 +382,34 @@ class HmiTest(unittest.TestCase):
             self.assertEqual((told.header.frame_id, told.pose.pose.position.x), ('map', 2.0))
             self.assertEqual((told.pose.covariance[0], told.pose.covariance[7]), (1.0, 1.0))
             self.assertAlmostEqual(told.pose.covariance[35], math.radians(60.0) ** 2)
+
+        self.run_it(test)
+
+    def test_a_map_that_is_being_made_is_saved(self):
+        answers = [TriggerResponse(True, '/maps/flat.yaml'), TriggerResponse(False, 'the disk is full')]
+
+        async def test(page, other):
+            await page.until('state', lambda f: not f['maps'])
+            await page.send('save_map')
+            await page.until('error', lambda f: f['key'] == 'error.no_map')
+            service = rospy.Service('slam_gmapping/save', Trigger, lambda _request: answers.pop(0))
+            await page.until('state', lambda f: f['maps'])
+            await page.send('save_map')
+            self.assertEqual((await other.until('saved'))['key'], 'event.map_saved')
+            await page.send('save_map')
+            await page.until('error', lambda f: f['key'] == 'error.map_file')
+            service.shutdown()
+            await page.until('state', lambda f: not f['maps'])
+
+        self.run_it(test)
+
+    def test_a_pose_that_nobody_takes_is_refused(self):
+        async def test(page, _):
+            self.robot.set_pose.unregister()
+            await asyncio.sleep(0.5)
+            await page.send('pose', pose=[1.0, -1.0, 0.5])
+            await page.until('error', lambda f: f['key'] == 'error.pose_kept')
+            self.robot.listen_to_poses()
 
         self.run_it(test)
 

@@ -336,6 +336,13 @@ def test_places(desk):
     assert errors(desk.send(number, 'delete', name='attic')) == ['error.no_place']
 
 
+def test_a_map_is_saved_where_one_is_made(desk):
+    number = desk.connect()
+    assert errors(desk.send(number, 'save_map')) == ['error.no_map']
+    desk.hub.tasks.maps = True
+    assert desk.send(number, 'save_map') == [Order(number, 'save_map')]
+
+
 def test_profile_pose_and_speech(desk):
     number = desk.connect()
     assert errors(desk.send(number, 'profile', name='fast')) == ['error.no_profile']

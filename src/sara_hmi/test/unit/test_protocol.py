@@ -32,6 +32,7 @@ GOOD = {
     'help': {'name': 'little'},
     'place': {'name': 'küche_2', 'pose': [0, 0, 0]},
     'rename': {'name': 'a', 'to': 'b'},
+    'save_map': {},
     'delete': {'name': 'a'},
     'say': {'key': 'goal.succeeded', 'values': {'place': 'kitchen', 'left': 1.5}},
     'invite': {'role': 'carer'},

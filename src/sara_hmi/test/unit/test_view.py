@@ -54,6 +54,10 @@ def test_what_shared_control_does_is_shown_only_where_it_runs():
     assert frame['assist'] == {'does': '', 'command': None, 'left': None, 'lasts': 20} | nothing
 
 
+def test_whether_a_map_is_made_is_shown():
+    assert [frames.state_frame(0.0, View(maps=maps), None, None)['maps'] for maps in (False, True)] == [False, True]
+
+
 def test_whether_the_chair_is_lost_is_shown_as_it_is_known():
     assert [frames.state_frame(0.0, View(lost=lost), None, None)['lost'] for lost in (None, True, False)] == [
         None,

@@ -75,6 +75,7 @@ class App {
   listen() {
     const on = (op, act) => this.connection.addEventListener(op, (event) => act(event.detail));
     on('error', (frame) => this.notice(frame.key, frame.values));
+    on('saved', (frame) => this.notice(frame.key, frame.values));
     on('ended', (frame) => {
       this.notice(frame.key, frame.values);
       this.speech.say(frame.key, frame.values);

@@ -10,7 +10,7 @@ from slam_world import points, world
 
 from sara_common.planar import compose, inverse
 from sara_slam.matching import grid_kernels, search_kernels
-from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window
+from sara_slam.matching.likelihood_grid import TILT, LikelihoodGrid, Window, believed
 from sara_slam.matching.search_kernels import Search
 from sara_slam.matching.surfaces import JOINED, Surfaces, fitted, placed, surfaces_of
 
@@ -173,3 +173,44 @@ def test_a_match_does_not_depend_on_where_the_map_s_origin_lies():
     assert math.dist(np.array(two.pose[:2]) - shift, one.pose[:2]) < 1e-3
     off = compose(inverse(one.pose), (two.pose[0] - shift[0], two.pose[1] - shift[1], two.pose[2]))
     assert abs(off[2]) < 1e-3
+
+
+def test_normals_point_to_where_a_wall_was_seen_from_and_its_back_is_not_faced():
+    wall = surfaces_of(np.stack((np.linspace(-1.0, 1.0, 40), np.full(40, 2.0)), 1)).seen_from((0.0, 0.0))
+    assert (wall.normals[:, 1] < -0.99).all()
+    turned = wall.placed((5.0, 0.0, 0.5 * math.pi))
+    assert (turned.normals[:, 0] > 0.99).all()
+    assert wall.facing((0.3, 1.5), 0.2).all() and not wall.facing((0.3, 2.5), 0.2).any()
+    assert wall.facing((0.3, 2.1), 0.2).all()  # the viewer may be on this side after all
+    corner = Surfaces(np.zeros((1, 2)), np.zeros((1, 2)))
+    assert corner.facing((9.0, 9.0), 0.0).all()
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 0.5 * TILT))
+def test_along_a_bare_wall_echoes_tell_nothing_however_their_normals_err(direction, error):
+    rng = np.random.default_rng(0)
+    angles = direction + error * rng.standard_normal(400)
+    J = np.stack((np.cos(angles), np.sin(angles), rng.uniform(-3.0, 3.0, 400)), 1)
+    told = believed(J.T @ J)
+    along = np.array((-math.sin(direction), math.cos(direction), 0.0))
+    across = np.array((math.cos(direction), math.sin(direction), 0.0))
+    assert along @ told @ along < 1.0 and across @ told @ across > 380.0
+    assert np.linalg.eigvalsh(told).min() > -1e-6
+
+
+def test_where_walls_stand_across_all_is_believed():
+    J = np.array([(1.0, 0.0, 0.5), (0.0, 1.0, -0.5)] * 50)
+    told = believed(J.T @ J)
+    assert told == pytest.approx(J.T @ J, rel=0.03)
+    assert believed(np.zeros((3, 3))) == pytest.approx(np.zeros((3, 3)))
+
+
+def test_along_a_bare_wall_the_pose_is_the_predicted_one():
+    x = np.arange(-4.0, 4.0, 0.02)
+    rng = np.random.default_rng(3)
+    known = surfaces_of(np.stack((x, 1.0 + 0.01 * rng.standard_normal(len(x))), 1))
+    seen = np.stack((x, 1.0 + 0.01 * rng.standard_normal(len(x))), 1)[50:-50]
+    match = LikelihoodGrid(known, 1.0).match(seen, (0.3, 0.05, 0.0), Window(1.0, 0.2, 0.4, 0.05))
+    assert match.pose[0] == pytest.approx(0.3, abs=0.02) and match.pose[1] == pytest.approx(0.0, abs=0.01)
+    sigmas = np.sqrt(np.diag(match.covariance))
+    assert sigmas[0] == pytest.approx(0.4, rel=0.1) and sigmas[1] < 0.04

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from slam_world import plan, planar, points, ranges, round_trip, sweep, world
+from slam_world import RAYS, angles_of, plan, planar, points, ranges, round_trip, scan, world
 
+from sara_common.planar import between, compose
 from sara_localization.geometry.rigid import Transform
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN
 from sara_slam.mapping.key_scan import KeyScan, RangeLimits, key_scan
@@ -15,7 +16,7 @@ MAP = world()
 
 
 def key(pose, **limits):
-    return key_scan(sweep(ranges(MAP, pose)), Transform(), planar(pose), RangeLimits(**limits))
+    return key_scan(scan(ranges(MAP, pose), pose), RangeLimits(**limits))
 
 
 def one_ray(end, echo=True):
@@ -92,7 +93,7 @@ def test_ranges_that_are_used():
     measured = np.full(120, 4.0)
     measured[:10], measured[10:20], measured[20:30], measured[30:40] = np.inf, np.nan, -np.inf, 10.0
     measured[40:50] = 0.01
-    kept = lambda **limits: key_scan(sweep(measured), Transform(), planar((0.0, 0.0, 0.0)), RangeLimits(**limits))
+    kept = lambda **limits: key_scan(scan(measured, (0.0, 0.0, 0.0)), RangeLimits(**limits))
     plain = kept()
     assert len(plain.ends) == 70 and plain.echo.all()  # no echo says nothing
     near = kept(usable=3.0)
@@ -107,6 +108,26 @@ def test_ranges_that_are_used():
 def test_a_scanner_upside_down_and_beside_the_middle():
     pose, mount = (7.0, 1.0, 0.0), Transform.from_xyz_rpy(0.3, 0.1, 0.2, math.pi, 0.0, 0.0)
     seen = ranges(MAP, (7.3, 1.1, 0.0))[::-1]  # it counts the other way round
-    kept = key_scan(sweep(seen), mount, planar(pose), RangeLimits())
+    kept = key_scan(scan(seen, pose)._replace(mount=mount), RangeLimits())
     expected = points(MAP, (7.3, 1.1, 0.0)) + (0.3, 0.1)
     assert kept.origin == pytest.approx((0.3, 0.1)) and kept.points()[::-1] == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize('motion', [(0.08, 0.01, 0.12), (0.0, 0.0, -0.3), (-0.05, 0.0, 0.0)])
+def test_each_ray_counts_as_cast_at_its_own_time(motion):
+    """The echoes of a scanner that moves while it sweeps lie where those of one at rest do."""
+    pose, mount = (7.0, 1.0, 0.2), (0.4, 0.05, 0.1)
+    base = [compose(pose, between((0.0, 0.0, 0.0), motion, k / (RAYS - 1))) for k in range(RAYS)]
+    measured = np.array([ranges(MAP, compose(there, mount))[k] for k, there in enumerate(base)])
+    taken = scan(measured, pose)._replace(mount=planar(mount), ended=planar(compose(pose, motion)))
+    kept = key_scan(taken, RangeLimits())
+    true = []
+    for k, there in enumerate(base):
+        if np.isfinite(measured[k]):
+            x, y, yaw = compose(there, mount)
+            angle = yaw + angles_of()[k]
+            true.append((x + measured[k] * math.cos(angle), y + measured[k] * math.sin(angle)))
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    placed = kept.ends @ np.array([[c, s], [-s, c]]) + pose[:2]
+    assert placed == pytest.approx(np.array(true), abs=1e-5)
+    assert kept.origin == pytest.approx(mount[:2])

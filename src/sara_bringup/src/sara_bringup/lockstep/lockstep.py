@@ -56,7 +56,8 @@ class Lockstep:
     whether the fused pose is corrected by what the sonars hear of the map; as in sara.launch, None: with the default
     set alone. `imu_period`: s between the IMU's frames, 0.05 or 0.2. `scan`: whether the chair has the laser scanner,
     for gate and costmaps. `dbc`: the bus, as canserial names it, the robot's own where none is named. `platform`: the
-    robot, the chosen one where none is given. `tick` counts the steps.
+    robot, the chosen one where none is given. `known`: the map that the stack has of the world, in its frame; None: the
+    world itself. `tick` counts the steps.
     """
 
     def __init__(
@@ -73,10 +74,12 @@ class Lockstep:
         scan: bool = False,
         dbc: str | None = None,
         platform: Platform | None = None,
+        known: map_io.GridMap | None = None,
     ) -> None:
         self.platform = platform = platform or chosen()
         bus = BusDescription.named(dbc, platform) if dbc else BusDescription.of(platform)
         grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
+        known = grid if known is None else known
         sensors = SensorConfig.of(platform, imu_period=imu_period)
         self.chair = SimulatedChair(
             world_of(grid), seed, start, bus, options=ChairOptions(scan=scan), sensors=sensors, platform=platform
@@ -101,9 +104,9 @@ class Lockstep:
             from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
 
             self.localization = Corrected(
-                self.localization, grid, (self.reader.config.range_min, self.reader.config.range_max), platform
+                self.localization, known, (self.reader.config.range_min, self.reader.config.range_max), platform
             )
-        self.move_base = settings.make_move_base(grid)
+        self.move_base = settings.make_move_base(known)
         self.ranges = RangeFeeds(self.move_base, self.reader.config, mountings(platform))
         self.scans = (
             ScanFeeds(self.move_base, self.wheels.guard, self.chair.scanner.optics, mountings(platform)['scan'])

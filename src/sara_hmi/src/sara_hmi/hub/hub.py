@@ -16,7 +16,10 @@ from sara_hmi.sessions.sessions import Session
 
 ALWAYS = ('stop', 'halt')  # is done even where too many frames have come
 ASSIST = ('override', 'help')  # of shared control: where there is a driver, the driver's alone
-TASKS = ('go', 'pause', 'resume', 'cancel', 'pose', 'profile', 'override', 'help', 'place', 'rename', 'delete', 'say')
+TASKS = (
+    *('go', 'pause', 'resume', 'cancel', 'pose', 'profile', 'override', 'help'),
+    *('place', 'rename', 'delete', 'save_map', 'say'),
+)
 
 
 @dataclass

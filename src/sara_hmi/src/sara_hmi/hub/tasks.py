@@ -15,14 +15,14 @@ LIMITS = ('max_forward', 'max_reverse', 'max_turn')
 
 class Tasks:
     """Knows what it is told of the robot: `places`, `profiles` with the one in use, `pose`, where the chair is,
-    `assisted`, whether shared control runs, and `helps`, its profiles.
+    `assisted`, whether shared control runs, and `helps`, its profiles; `maps`, whether a map is being made.
     """
 
     def __init__(self, config: RobotConfig) -> None:
         self.mission = Mission()
         self.places: dict[str, Pose] = {}
         self.pose: Pose | None = None
-        self.assisted, self.helps = False, ()
+        self.assisted, self.helps, self.maps = False, (), False
         self.profiles: Mapping[str, Mapping[str, float]] = config.profiles
         self.profile = config.profile
 
@@ -122,6 +122,9 @@ class Tasks:
         if frame.get('name') not in self.places:
             return [error(client, 'error.no_place', 'delete', {'place': frame.get('name')})]
         return [Order(client, 'delete', (frame.get('name'),))]
+
+    def _on_save_map(self, client, _frame):
+        return [Order(client, 'save_map') if self.maps else error(client, 'error.no_map', 'save_map')]
 
     def _on_say(self, client, frame):
         return [Order(client, 'say', (frame.get('key'), frame.get('values', {})))]

@@ -122,6 +122,7 @@ OPS = {
     'place': Op(MOVERS, {'name': _match(PLACE)}, {'pose': _pose}),
     'rename': Op(MOVERS, {'name': _match(PLACE), 'to': _match(PLACE)}),
     'delete': Op(MOVERS, {'name': _match(PLACE)}),
+    'save_map': Op(MOVERS),
     'say': Op(EVERYBODY, {'key': _match(KEY)}, {'values': _values}),
     'invite': Op((RIDER,), {'role': lambda value: value in ROLES}),
 }

@@ -25,6 +25,7 @@ from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.robot_inputs import RobotInputs
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
+from sara_hmi.web.screen import dumps
 from sara_hmi.web.server import Server
 from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
@@ -155,7 +156,10 @@ class RosRobot(RobotInputs):
 
     # Pose and profile
 
-    def _do_pose(self, _client, pose, somewhere):
+    def _do_pose(self, client, pose, somewhere):
+        if not self._set_pose.get_num_connections():
+            self._refuse(client, 'error.pose_kept', 'pose')
+            return
         x, y, yaw = pose
         message = PoseWithCovarianceStamped()
         message.header.frame_id, message.header.stamp = self._config.map_frame, rospy.Time.now()
@@ -166,6 +170,21 @@ class RosRobot(RobotInputs):
             covariance[index] = variance
         message.pose.covariance = covariance
         self._set_pose.publish(message)
+
+    def _do_save_map(self, client):
+        try:
+            rospy.wait_for_service('save_map', SERVICE_S)
+            answer = rospy.ServiceProxy('save_map', Trigger)()
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            rospy.logwarn('%s', error)
+            self._refuse(client, 'error.no_map', 'save_map')
+            return
+        if answer.success:
+            saved = dumps({'op': 'saved', 'key': 'event.map_saved', 'values': {}})
+            self._server.post(self._server.everyone, saved)
+        else:
+            rospy.logwarn('the map is not saved: %s', answer.message)
+            self._refuse(client, 'error.map_file', 'save_map')
 
     def _do_profile(self, _client, name):
         self._profile.publish(String(name))
@@ -178,8 +197,9 @@ class RosRobot(RobotInputs):
 
     def _look_for_parameters(self):
         """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles
-        and how long its override lasts, and the planner's name.
+        and how long its override lasts, the planner's name, and whether somebody makes a map.
         """
+        self.maps = rospy.get_master().lookupService(rospy.resolve_name('save_map'))[0] == 1
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True

@@ -32,7 +32,7 @@ class RobotInputs:
     """Subscribes to all that the page shows. on_map and on_said are called from ROS's threads, on_said with a topic's
     name and its text. turn_slip: the turn rate of a command over that of the motion it asks for, as the safety gate
     counts; motions are shown and asked for as the robot's own. override_s: s that an override of shared control lasts;
-    helps: its profiles.
+    helps: its profiles. maps: whether a map is being made.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class RobotInputs:
     ) -> None:
         self._config = config
         self.turn_slip = 1.0
-        self.override_s, self.helps = AssistConfig.override_time, ()
+        self.override_s, self.helps, self.maps = AssistConfig.override_time, (), False
         self._heard: dict[str, float] = {}
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
@@ -139,7 +139,7 @@ class RobotInputs:
     def view(self) -> View:
         """The newest of everything."""
         now = time.monotonic()
-        view = View(pose=self.pose())
+        view = View(pose=self.pose(), maps=self.maps)
         if self._odometry is not None and now - self._heard['odom'] < LATELY_S:
             twist = self._odometry.twist.twist
             view.v, view.w = twist.linear.x, twist.angular.z

@@ -31,7 +31,8 @@ class View:
 
     gate: (State's name, Reason's name or "", the sentence). asked: the newest (v, w) of page or navigation.
     battery: (share 0 to 1 or None, V or None). connected: {topic: whether something came of late}. assist: None where
-    shared control does not run. lost: whether the localization doubts the pose; None: it does not say.
+    shared control does not run. lost: whether the localization doubts the pose; None: it does not say. maps: whether a
+    map is being made, and can be saved.
     """
 
     pose: Pose | None = None
@@ -44,6 +45,7 @@ class View:
     connected: Mapping[str, bool] = field(default_factory=dict)
     assist: Assist | None = None
     lost: bool | None = None
+    maps: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,7 @@ def state_frame(t: float, view: View, driver: int | None, goal: Mapping | None) 
         't': round(1000.0 * t),
         'pose': pose_field(view.pose),
         'lost': view.lost,
+        'maps': view.maps,
         'v': number(view.v),
         'w': number(view.w),
         'gate': gate,

@@ -57,6 +57,7 @@ class Screen:
         view.gate, view.stopped = self._gate, hub.driving.stopped
         hub.tasks.pose, hub.tasks.assisted = view.pose, view.assist is not None
         hub.tasks.helps = view.assist.profiles if view.assist else ()
+        hub.tasks.maps = view.maps
         mission = hub.tasks.mission
         left = frames.left_of(robot.plan(), view.pose) if mission.state == 'going' else None
         goal = frames.goal_field(mission, left)

@@ -45,7 +45,7 @@ WHYS = tuple(
         'unknown',
     )
 )
-EVENTS = ('event.stop', 'event.reset', 'event.goal')
+EVENTS = ('event.stop', 'event.reset', 'event.goal', 'event.map_saved')
 ERRORS = tuple(
     f'error.{name}'
     for name in (
@@ -85,6 +85,9 @@ ERRORS = tuple(
         'no_place',
         'place_known',
         'places_file',
+        'no_map',
+        'map_file',
+        'pose_kept',
         'no_pose',
         'no_profile',
         'no_navigation',

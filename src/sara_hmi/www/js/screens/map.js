@@ -38,11 +38,12 @@ export function show(app, screen) {
   canvas.addEventListener('dwell', (event) => tap(event.detail.x, event.detail.y));
   const sized = new ResizeObserver(draw);
   sized.observe(canvas);
+  const saving = el('div', { class: 'saving' });
   const places = placesRow(app);
   const where = whereCard(app, true);
   fill(screen,
     el('h1', {}, say('ui.tab.map')),
-    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, looks(scene, draw))),
+    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, looks(scene, draw), saving)),
     where.node, places.node,
   );
   drawMarking(app, marking, scene, mark);
@@ -52,6 +53,8 @@ export function show(app, screen) {
     const text = pose ? say('ui.map.label', { x: number(pose[0]), y: number(pose[1]) }) : say('ui.map.nowhere');
     if (told.label !== text) canvas.setAttribute('aria-label', (told.label = text));
     if (op === 'welcome') drawMarking(app, marking, scene, mark);
+    const maps = chair.state?.maps === true && chair.mayDrive;
+    if (told.maps !== maps) drawSaving(app, saving, (told.maps = maps));
     where.update();
     places.update(op);
     draw();
@@ -85,6 +88,13 @@ function looks({ view: seen, chair }, draw) {
     look('', 'whole', () => {
       seen.fitted = false;
     }, 'whole'));
+}
+
+/** While a map is being made: save it. */
+function drawSaving(app, node, maps) {
+  fill(node, maps ? [el('p', {}, say('ui.map.growing')), el('div', { class: 'row', 'data-scan': 'row' },
+    button(say('ui.map.save'), () => app.command({ op: 'save_map' }), { 'data-save-map': 'now' }))] : []);
+  document.dispatchEvent(new CustomEvent('screen-changed'));
 }
 
 /** Without a marker: how to set one. With one: move, turn, and what to do with it. */

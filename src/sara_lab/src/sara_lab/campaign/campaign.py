@@ -26,6 +26,7 @@ from sara_lab.campaign.compass import compass
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
+from sara_lab.campaign.mapping import made_maps, mapping
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.sonar_mapping import sonar_mapping
@@ -57,6 +58,8 @@ PARTS = {
     'amcl_nees': amcl_nees,
     'kidnapped': kidnapped,
     'global_start': global_start,
+    'mapping': mapping,
+    'made_maps': made_maps,
     'sonar_mapping': sonar_mapping,
     'assisted': assisted,
     'assisted_doors': assisted_doors,

@@ -23,13 +23,13 @@ DISTRACTED, NOTICES = 0.3, 1.0  # share of them; m at which they notice the chai
 BLIND = 0.05  # share of those who stop for nobody
 
 
-def crowd(name: str, number: int, start: Sequence[float] | None = None) -> list[Pedestrian]:
+def crowd(name: str, number: int, start: Sequence[float] | None = None, count: int | None = None) -> list[Pedestrian]:
     """The pedestrians of journey `number` on a map: each walks between STROLL random places. start: the robot's (x, y;
-    m), without it that journey's.
+    m), without it that journey's. count: how many, without it the map's CROWD.
     """
     world, random, found = World.from_yaml(map_file(name)), random_of(name, 'crowd', number), []
     routes, start = Routes(world), pairs(name)[number].start if start is None else start
-    while len(found) < CROWD[name]:
+    while len(found) < (CROWD[name] if count is None else count):
         luck = random.random()
         config = PedestrianConfig(
             f'{PERSON} {len(found) + 1}',

@@ -27,6 +27,7 @@ from sara_lab.judge.judge import judge
 from sara_lab.judge.judgement import Goal, Track
 from sara_lab.judge.time_split import StepRecorder, split
 from sara_nav.goals.move_base_config import ACTIVE, SUCCEEDED
+from sara_nav.maps.map_io import GridMap
 from sara_sim.chair import STEP_S
 from sara_sim.world.world import World
 
@@ -168,11 +169,13 @@ def drive(
     navigation: dict | None = None,
     watch: Callable[[Lockstep], None] | None = None,
     scan: bool = False,
+    known: GridMap | None = None,
 ) -> Outcome:
     """Journey `number` of a map in one of the MODES; the chair is drawn by the number. Returns the Outcome.
 
     `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml. `watch`: called with the
-    Lockstep after each step. `scan`: whether the chair has the laser scanner.
+    Lockstep after each step. `scan`: whether the chair has the laser scanner. `known`: the map that it drives by, in
+    the true one's frame; None: the true one.
     """
     pair = pairs(name)[number]
     lockstep = Lockstep(
@@ -183,6 +186,7 @@ def drive(
         localization='ekf' if mode in FUSED else 'fake',
         navigation=navigation,
         scan=scan,
+        known=known,
     )
     world = World.from_yaml(map_file(name))
     for obstacle in _about(name, mode, number):

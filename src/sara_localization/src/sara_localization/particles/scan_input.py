@@ -12,6 +12,8 @@ from sara_localization.particles.beams import is_level
 
 FARTHEST = 1e7
 """m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
+FARTHEST_MOUNT = 100.0
+"""m from the robot to a scanner on it."""
 
 
 class ScanInput(NamedTuple):
@@ -44,4 +46,6 @@ class ScanInput(NamedTuple):
             return 'bad_odometry', 'the odometry is no pose'
         if not is_level(self.mount):
             return 'bad_mount', 'the scanner does not look along the floor'
+        if not max(map(abs, self.mount.translation)) <= FARTHEST_MOUNT:
+            return 'bad_mount', f'the scanner is more than {FARTHEST_MOUNT:g} m off the robot'
         return None

@@ -60,7 +60,7 @@ class PoseGraph:
 
     def add_node(self, pose: Pose) -> int:
         """A node at a pose; its number."""
-        self.poses.append((float(pose[0]), float(pose[1]), float(pose[2])))
+        self.poses.append((float(pose[0]), float(pose[1]), float(wrap(pose[2]))))
         return len(self.poses) - 1
 
     def add_edge(self, first: int, second: int, pose: Pose, covariance: np.ndarray, loop: bool = False) -> Edge:

@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.scans import Sweep
-from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.beams import BeamChoice, chosen
+from sara_localization.particles.scan_input import ScanInput
 from sara_slam.matching.surfaces import Surfaces, surfaces_of
 
 EVERY = 1_000_000
 """More beams than a scan has."""
+FARTHEST = 250.0
+"""m: an echo from further off is none; no scanner sees so far indoors, and the map would not fit into memory."""
 
 
 class RangeLimits(NamedTuple):
@@ -41,26 +42,24 @@ class KeyScan(NamedTuple):
 
     def surfaces(self) -> Surfaces:
         """What it saw of surfaces, in the robot's frame."""
-        return surfaces_of(self.points())
+        return surfaces_of(self.points()).seen_from(self.origin)
 
 
-def key_scan(sweep: Sweep, mount: Transform, odometry: Transform, limits: RangeLimits) -> KeyScan:
-    """The KeyScan of a sweep. mount: base_from_scanner, odometry: odom_from_base at its time.
+def key_scan(scan: ScanInput, limits: RangeLimits) -> KeyScan:
+    """The KeyScan of a scan, in the robot's frame as it was at the scan's stamp. Where the robot's pose at the last ray
+    is known, each ray ends where it did at its own time, the motion being even in between.
 
     No echo is the scanner's greatest range or +inf (REP 117). It says nothing, as in gmapping, unless `limits.greatest`
     is beyond the scanner's own limit: then such a ray is clear as far as ranges are usable.
     """
+    sweep = scan.sweep
     greatest = limits.greatest or sweep.range_max
     ranges = np.array(sweep.ranges, float)
     if greatest <= sweep.range_max:
         with np.errstate(invalid='ignore'):
             ranges[ranges >= greatest] = np.nan
-    usable = min(limits.usable or greatest, greatest)
-    beams = chosen(sweep._replace(ranges=ranges), mount, BeamChoice(EVERY, most=usable, silent=True))
-    return KeyScan(
-        sweep.stamp,
-        (*odometry.translation[:2], odometry.yaw),
-        (float(beams.x), float(beams.y)),
-        beams.points.astype(np.float32),
-        beams.ranges < beams.most,
-    )
+    usable = min(limits.usable or greatest, greatest, FARTHEST)
+    beams = chosen(sweep._replace(ranges=ranges), scan.mount, BeamChoice(EVERY, most=usable, silent=True), scan.motion)
+    odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+    origin = float(beams.x), float(beams.y)
+    return KeyScan(sweep.stamp, odometry, origin, beams.points.astype(np.float32), beams.ranges < beams.most)

@@ -22,6 +22,8 @@ STEP = 64
 """Cells by which the map grows."""
 MOVED = 0.25
 """Cells that a pose may have moved, and rad that it may have turned times 100 cells, before the map is drawn anew."""
+MOST_CELLS = 100_000_000
+"""Of a map: 400 MB are counted in."""
 
 
 @kernel
@@ -60,7 +62,8 @@ def warm() -> None:
 
 class Occupancy:
     """resolution: m per cell; threshold: share of the rays through a cell that end there from which on it is occupied;
-    least: (x0, y0, x1, y1), m: what the map covers at least.
+    least: (x0, y0, x1, y1), m: what the map covers at least. `left_out`: how many scans are not on it, for it would
+    have more than MOST_CELLS.
     """
 
     def __init__(self, resolution: float, threshold: float, least: Sequence[float] = (0.0, 0.0, 0.0, 0.0)):
@@ -73,7 +76,7 @@ class Occupancy:
         self._first = np.array((math.floor(x0), math.floor(y0)))  # column, row of the lower left cell
         shape = max(1, math.ceil(y1) - int(self._first[1])), max(1, math.ceil(x1) - int(self._first[0]))
         self._ended, self._passed = np.zeros(shape, np.uint16), np.zeros(shape, np.uint16)
-        self._drawn = np.empty((0, 3))
+        self._drawn, self.left_out = np.empty((0, 3)), 0
 
     def draw(self, scans: Sequence[KeyScan], poses: Sequence[Sequence[float]]) -> GridMap:
         """The map of scans at their poses (x, y, yaw), of which those that are drawn already may have moved."""
@@ -89,21 +92,26 @@ class Occupancy:
 
     def _add(self, scan, pose):
         cells = placed(np.vstack((scan.origin, scan.ends)).astype(float), pose) / self.resolution
-        self._cover(np.floor(cells.min(0)).astype(int), np.floor(cells.max(0)).astype(int))
+        if not self._covers(np.floor(cells.min(0)).astype(int), np.floor(cells.max(0)).astype(int)):
+            self.left_out += 1
+            return
         cells -= self._first
         origin = float(cells[0, 0]), float(cells[0, 1])
         count_rays(self._ended, self._passed, origin, np.ascontiguousarray(cells[1:]), scan.echo)
 
-    def _cover(self, low, high):
-        """Grow, so that the cells from `low` to `high` (column, row) are there."""
+    def _covers(self, low, high):
+        """Grow, so that the cells from `low` to `high` (column, row) are there; False where they would be too many."""
         rows, columns = self._ended.shape
         before = np.maximum(self._first - low, 0)
         after = np.maximum(high + 1 - self._first - (columns, rows), 0)
         if before.any() or after.any():
             before, after = (STEP * -(-cells // STEP) for cells in (before, after))
+            if math.prod((before + after + (columns, rows)).tolist()) > MOST_CELLS:
+                return False
             widths = (before[1], after[1]), (before[0], after[0])
             self._ended, self._passed = np.pad(self._ended, widths), np.pad(self._passed, widths)
             self._first = self._first - before
+        return True
 
     def _map(self):
         rows, columns = self._ended.shape

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,45 +19,60 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
+from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.key_scan import KeyScan, key_scan
+from sara_slam.mapping.known_scans import KnownScans
 from sara_slam.mapping.occupancy import Occupancy
+from sara_slam.mapping.resuming import found_again, restored
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.matching import surfaces
-from sara_slam.matching.likelihood_grid import LikelihoodGrid, Window
-from sara_slam.matching.surfaces import Surfaces, placed
+from sara_slam.matching.likelihood_grid import Window
 
 Pose = tuple[float, float, float]
 LEAST_POINTS = 10
 """Echoes without which a scan is not matched."""
 LEAST_SIGMA = 0.02, 0.02
 """m and rad that the odometry may be off besides what it has moved."""
+MOST_SIGMA = 10.0, math.pi
+"""m and rad: a motion that is less certain is not known at all."""
 UNKNOWN_SIGMA = 0.3, 0.2
 """m and rad of a motion that the odometry does not tell."""
+JUMP = 20.0
+"""m between two scans used that the odometry cannot have driven."""
+FAR = 1000.0
+"""m from its origin where the odometry may be at first: the map has that frame; from further off it begins at 0, 0."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
 """m and rad of the window about the odometry's prediction."""
 SIGMAS = 3.0
-BEYOND = 1.0
-"""m beyond the longest ray that a grid shows."""
-KEPT = 200
-"""Key scans whose surfaces are kept."""
-POSTPONED, AT_ONCE = 10, 0.05
-"""Loops that are collected before the graph is optimised; m from which on a loop's displacement is heeded at once."""
+SEEK_S = 1.0
+"""s between two tries to find the robot in a map that is gone on with."""
+POSTPONED, SHARE, AT_ONCE = 10, 100, 0.05
+"""Loops that are collected before the graph is optimised, or one for so many edges, where that is more; m from which on
+a loop's displacement is heeded at once.
+"""
 
 
 class Result(NamedTuple):
-    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map. used: it is a key scan;
-    changed: poses of earlier key scans moved.
+    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map, None while the robot is looked
+    for in a map that is gone on with. used: it is a key scan; changed: poses of earlier key scans moved.
     """
 
-    map_from_odom: Pose
+    map_from_odom: Pose | None
     used: bool
     changed: bool
 
 
 class Slam:
-    """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble."""
+    """`counts`: Counter of what became of the scans and loops; `say`: called with one sentence per kind of trouble.
+    `journal`: where everything is kept; with what it holds from before, the map is gone on with.
+    """
 
-    def __init__(self, config: SlamConfig, say: Callable[[str], None] = lambda sentence: None):
+    def __init__(
+        self,
+        config: SlamConfig,
+        say: Callable[[str], None] = lambda sentence: None,
+        journal: Journal | None = None,
+    ):
         surfaces.warm()
         self.config, self.say = config, say
         self.counts, self._said = Counter(), set()
@@ -66,10 +81,21 @@ class Slam:
         self._occupancy = Occupancy(
             config.delta, config.occ_thresh, (config.xmin, config.ymin, config.xmax, config.ymax)
         )
-        self.map_from_odom: Pose = (0.0, 0.0, 0.0)
+        self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)
         self.covariance = np.zeros((3, 3))
-        self._postponed, self._surfaces = 0, {}
+        self._postponed, self._known = 0, KnownScans(self.scans, self.graph.poses)
         self._odometry: Pose | None = None  # when a scan was last used
+        self._journal, self._sought = journal, -math.inf
+        if journal is not None and journal.records:
+            self._resume(journal.records)
+
+    def _resume(self, records):
+        scans, self._postponed = restored(records, self.graph)
+        self.scans += scans
+        records.clear()
+        self.counts.update(used=len(self.scans), loops=sum(edge.loop for edge in self.graph.edges))
+        if self.scans:
+            self.map_from_odom = None
 
     @property
     def poses(self) -> list[Pose]:
@@ -83,7 +109,10 @@ class Slam:
 
     def map(self) -> GridMap:
         """The map of all key scans at their poses; one unknown cell before the first."""
-        return self._occupancy.draw(self.scans, self.graph.poses)
+        grid = self._occupancy.draw(self.scans, self.graph.poses)
+        if self._occupancy.left_out:
+            self.trouble('map_full', 'the map has as many cells as memory holds: what lies further off is not on it')
+        return grid
 
     def forget_odometry(self) -> None:
         """The clock or the odometry began anew: its next pose is no motion."""
@@ -96,12 +125,20 @@ class Slam:
             kind, wrong = fault
             self.trouble(kind, f'{scan.frame}: {wrong}: dropped')
             return None
+        if self.config.deskew and scan.ended is None and scan.sweep.duration > 0.0:
+            long = f'its rays take {scan.sweep.duration:g} s by its time_increment, and count as cast at its stamp'
+            self.trouble('not_deskewed', f'{scan.frame}: {long}')
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
-        key = key_scan(scan.sweep, scan.mount, scan.odometry, self.config.limits)
-        changed = self._join(key)
+        key = key_scan(scan if self.config.deskew else scan._replace(ended=None), self.config.limits)
+        if self.map_from_odom is None:
+            if not self._rejoin(key):
+                return Result(None, False, False)
+            changed = False
+        else:
+            changed = self._join(key)
         self._odometry = odometry
         self.counts['used'] += 1
         self.map_from_odom = compose(self.graph.poses[-1], inverse(odometry))
@@ -113,6 +150,8 @@ class Slam:
             self._optimise()
 
     def _is_due(self, stamp, odometry):
+        if self.map_from_odom is None:
+            return not 0.0 <= stamp - self._sought < SEEK_S
         if self._odometry is None:
             return True
         c, last = self.config, self._odometry
@@ -124,23 +163,59 @@ class Slam:
         """A scan becomes a node of the graph; returns whether earlier poses moved."""
         self.scans.append(key)
         if len(self.scans) == 1:
-            self.graph.add_node(key.odometry)
+            x, y, yaw = key.odometry
+            self.graph.add_node(key.odometry if math.hypot(x, y) <= FAR else (0.0, 0.0, yaw))
             self.covariance = np.diag((*2 * (LEAST_SIGMA[0] ** 2,), LEAST_SIGMA[1] ** 2))
+            self._keep(lambda journal: journal.scan(key, self.graph.poses[0], None))
             return False
         last = self.graph.poses[-1]
         motion, sigmas = (0.0, 0.0, 0.0), UNKNOWN_SIGMA
         if self._odometry is not None:
-            motion = compose(inverse(self._odometry), key.odometry)
-            sigmas = self._sigmas(motion)
+            driven = compose(inverse(self._odometry), key.odometry)
+            if math.hypot(*driven[:2]) > JUMP:
+                self.trouble('jump', f'the odometry jumps by {math.hypot(*driven[:2]):.3g} m: that is no motion')
+            else:
+                motion, sigmas = driven, self._sigmas(driven)
         pose, self.covariance = self._matched(key, compose(last, motion), sigmas)
-        new = self.graph.add_node(pose)
-        self.graph.add_edge(new - 1, new, pose, self.covariance)
+        self._add(key, len(self.scans) - 2, pose)
         return self.config.loop_closing and self._close_loops(key)
+
+    def _add(self, key, old, pose):
+        """A node for a key scan at a pose, joined to the node `old` by a match of this covariance."""
+        new = self.graph.add_node(pose)
+        edge = self.graph.add_edge(old, new, pose, self.covariance)
+        self._keep(lambda journal: journal.scan(key, self.graph.poses[new], edge))
+
+    def _rejoin(self, key):
+        """Whether a scan tells where the robot is in a map that is gone on with; then it becomes a node."""
+        self._sought = key.stamp
+        config = self.config
+        found = found_again(key, self.graph.poses, self._known.grid, config.grain, config.loop_rules)
+        if found is None:
+            self.trouble(
+                'not_found', 'where the map ended, nothing looks as the scanner sees it: the robot is looked for'
+            )
+            return False
+        old, match = found
+        self.scans.append(key)
+        self.covariance = match.covariance
+        self._add(key, old, match.pose)
+        return True
+
+    def _keep(self, write):
+        """Write into the journal; where that fails, it is told, and mapping goes on without."""
+        try:
+            if self._journal is not None:
+                write(self._journal)
+        except OSError as error:
+            self._journal = None
+            self.trouble('not_kept', f'{error}: after a restart the map ends here')
 
     def _sigmas(self, motion):
         """Standard deviations (m, rad) of a motion (x, y, yaw) of the odometry, by gmapping's law."""
         c, way, turn = self.config, math.hypot(*motion[:2]), abs(motion[2])
-        return LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
+        shift, angle = LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
+        return min(shift, MOST_SIGMA[0]), min(angle, MOST_SIGMA[1])
 
     def _matched(self, key, predicted, sigmas):
         """(pose, covariance (3, 3) in the map) of a scan, by its match and by the odometry's prediction, which has
@@ -151,7 +226,9 @@ class Slam:
         shift, turn = (min(max(SIGMAS * sigma, least), most) for sigma, least, most in zip(sigmas, NARROWEST, WIDEST))
         points = key.points(c.lskip + 1)
         before = range(max(0, len(self.scans) - 1 - c.local_scans), len(self.scans) - 1)
-        grid = self._grid_of(before, predicted, shift, cleared=False) if len(points) >= LEAST_POINTS else None
+        grid = None
+        if len(points) >= LEAST_POINTS:
+            grid = self._known.grid(key, before, predicted, shift, c.grain, cleared=False)
         if grid is None:
             self.counts['no_points'] += 1
             return predicted, by_odometry
@@ -161,33 +238,9 @@ class Slam:
             return predicted, by_odometry
         return match.pose, match.covariance
 
-    def _grid_of(self, nodes: Sequence[int], pose: Pose, margin: float, cleared: bool = True):
-        """The LikelihoodGrid of key scans about a pose, as far as the newest scan reaches and a margin (m) more; None
-        where they show nothing there. cleared: it tells also where their rays went through.
-        """
-        ends = self.scans[-1].ends
-        reach = (float(np.hypot(ends[:, 0], ends[:, 1]).max()) if len(ends) else 0.0) + margin + BEYOND
-        poses = self.graph.poses
-        seen = [self._surfaces_of(node).placed(poses[node]) for node in nodes]
-        points, normals = (np.concatenate(parts) for parts in zip(*seen))
-        near = (np.abs(points - pose[:2]) < reach).all(1)
-        if not near.any():
-            return None
-        grid = LikelihoodGrid(Surfaces(points[near], normals[near]), margin, self.config.grain)
-        if cleared:
-            for node in nodes:
-                scan = self.scans[node]
-                placed_ends = placed(np.vstack((scan.origin, scan.ends)).astype(float), poses[node])
-                grid.clear(placed_ends[0], placed_ends[1:])
-        return grid
-
-    def _surfaces_of(self, node):
-        """Those of a key scan; the newest that were asked for are kept."""
-        found = self._surfaces.pop(node, None) or self.scans[node].surfaces()
-        self._surfaces[node] = found
-        if len(self._surfaces) > KEPT:
-            del self._surfaces[next(iter(self._surfaces))]
-        return found
+    def _grid_of(self, nodes, pose, margin):
+        """For the search for loops of the newest scan."""
+        return self._known.grid(self.scans[-1], nodes, pose, margin, self.config.grain)
 
     def _close_loops(self, key):
         points = key.points(self.config.lskip + 1)
@@ -197,11 +250,12 @@ class Slam:
         for loop in self.loops.found(points):
             pose = compose(self.graph.poses[loop.old], loop.relation)
             off = math.dist(pose[:2], self.graph.poses[loop.new][:2])
-            self.graph.add_edge(loop.old, loop.new, pose, loop.match.covariance, loop=True)
+            edge = self.graph.add_edge(loop.old, loop.new, pose, loop.match.covariance, loop=True)
+            self._keep(lambda journal, edge=edge: journal.loop(edge))
             self.counts['loops'] += 1
             self._postponed += 1
             now = now or off > AT_ONCE
-        if now or self._postponed >= POSTPONED:
+        if now or self._postponed >= max(POSTPONED, len(self.graph.edges) // SHARE):
             self._optimise()
             return True
         return False
@@ -209,7 +263,11 @@ class Slam:
     def _optimise(self):
         self._postponed = 0
         self.counts['optimised'] += 1
-        self.counts['false_loops'] += len(self.graph.optimise())
+        before = list(self.graph.edges)
+        false = set(map(id, self.graph.optimise()))
+        self.counts['false_loops'] += len(false)
+        dropped = [n for n, edge in enumerate(before) if id(edge) in false]
+        self._keep(lambda journal: journal.optimised(dropped, self.graph.poses))
 
     def trouble(self, kind: str, sentence: str) -> None:
         """Count it, and say the first of its kind."""

@@ -9,6 +9,7 @@ from sara_common.config import ConfigError, fault, is_whole, number_faults, rang
 from sara_localization.config.parameters import ParameterReader
 from sara_slam.graph.loops import LoopRules
 from sara_slam.mapping.key_scan import RangeLimits
+from sara_slam.mapping.occupancy import MOST_CELLS
 from sara_slam.matching.likelihood_grid import Grain
 
 _FRAMES = ('base_frame', 'map_frame', 'odom_frame')
@@ -46,8 +47,6 @@ _RANGES = {
 }
 _WHOLE = {'throttle_scans': 1, 'lskip': 0, 'local_scans': 1, 'loop_together': 1}
 """{whole number: the least}."""
-MOST_CELLS = 100_000_000
-"""Of the map that xmin to ymax ask for."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +65,7 @@ class SlamConfig:
     minimumScore: float = 0.0  # noqa: N815
     sigma: float = 0.06
     lskip: int = 0
+    deskew: bool = True
     srr: float = 0.1
     srt: float = 0.2
     str: float = 0.1
@@ -79,6 +79,8 @@ class SlamConfig:
     ymax: float = 0.0
     delta: float = 0.05
     occ_thresh: float = 0.25
+    map_file: str = ''
+    state_file: str = ''
 
     search_resolution: float = 0.05
     information: float = 0.2
@@ -152,6 +154,11 @@ class SlamConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
         values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay',))
+        for name in ('map_file', 'state_file'):
+            if reader.left.get(name) == '':
+                reader.take(name)
+            elif name in reader.left:
+                values[name] = reader.file(name, '')
         if 'tf_delay' in reader.left:
             values['tf_delay'] = reader.number('tf_delay', 0.0)
         warnings = [

@@ -18,6 +18,8 @@ STEPS = 20
 """Most Gauss-Newton steps of the refinement."""
 STRAYED = 0.15
 """m that a refinement may move a pose; one that moves it further is not heeded."""
+TILT = 0.07
+"""rad: standard deviation of the normals' directions."""
 WIDE = 1.0
 """m of a window from which on its search goes by blocks of 8 cells instead of 4."""
 
@@ -55,6 +57,20 @@ class Match(NamedTuple):
     response: float
     score: float
     agreement: float
+
+
+def believed(information: np.ndarray) -> np.ndarray:
+    """(3, 3) the information (x, y, yaw) of echoes on surfaces, less what their normals' errors feign across the
+    direction that they tell most of: along a bare wall nothing is known, and the pose there is the predicted one.
+    """
+    values, vectors = np.linalg.eigh(information[:2, :2])
+    if values[1] <= 0.0:
+        return np.zeros((3, 3))
+    least = max(values[0], 0.0)
+    share = math.sqrt(max(least - TILT**2 * values.sum(), 0.0) / least) if least else 0.0
+    M = np.eye(3)
+    M[:2, :2] -= (1.0 - share) * np.outer(vectors[:, 0], vectors[:, 0])
+    return M @ information @ M
 
 
 class LikelihoodGrid:
@@ -106,7 +122,10 @@ class LikelihoodGrid:
         pose, information = fit_kernels.refined(self.lines, cells, found, prior, STEPS)
         if not math.dist(pose[:2], found[:2]) * r <= STRAYED:
             pose = found
-        return self._judged(cells, pose, np.linalg.inv(information))
+        told = np.diag((prior.shift_information, prior.shift_information, prior.turn_information))
+        covariance = np.linalg.inv(believed(information - told) + told)
+        pose = pose + covariance @ told @ (np.array(prior[:3]) - pose)
+        return self._judged(cells, pose, covariance)
 
     def _search(self, points, predicted, window):
         """The Search, and the turns (a,) of a step that moves the middle point by a cell."""

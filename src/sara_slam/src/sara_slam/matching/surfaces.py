@@ -27,7 +27,9 @@ def placed(points: np.ndarray, pose: Sequence[float]) -> np.ndarray:
 
 
 class Surfaces(NamedTuple):
-    """points (n, 2), m; normals (n, 2) of unit length, 0 0 where a place has none."""
+    """points (n, 2), m; normals (n, 2) of unit length, 0 0 where a place has none; to which side they point means
+    nothing before `seen_from`.
+    """
 
     points: np.ndarray
     normals: np.ndarray
@@ -35,6 +37,21 @@ class Surfaces(NamedTuple):
     def placed(self, pose: tuple[float, float, float]) -> Surfaces:
         """In a frame of which this one's pose is (x, y, yaw)."""
         return Surfaces(placed(self.points, pose), placed(self.normals, (0.0, 0.0, pose[2])))
+
+    def seen_from(self, viewer: Sequence[float]) -> Surfaces:
+        """With normals that point to the side on which a viewer (x, y) is."""
+        away = self._before(viewer) < 0.0
+        return Surfaces(self.points, np.where(away[:, None], -self.normals, self.normals))
+
+    def facing(self, viewer: Sequence[float], margin: float) -> np.ndarray:
+        """(n,) bool: which of them a viewer (x, y) may see who is off by up to a margin (m): not the backs of walls,
+        which are thin, and would be taken for their fronts.
+        """
+        return self._before(viewer) >= -margin
+
+    def _before(self, viewer):
+        """(n,) m from each surface to the viewer, along its normal; 0 without one."""
+        return ((np.array(viewer, float) - self.points) * self.normals).sum(1)
 
 
 def surfaces_of(echoes: np.ndarray) -> Surfaces:

@@ -44,7 +44,10 @@ class BagSlam:
     def __init__(self, config: SlamConfig, topic: str, warn: Warnings):
         self.config, self.topic = config, topic
         self.slam, self.transforms = Slam(config, warn), TransformBuffer()
-        self._waiting = WaitingScans(self.transforms, lambda sentence: self.slam.trouble('no_transform', sentence))
+        self._waiting = WaitingScans(self.transforms, self._lost)
+
+    def _lost(self, sentence):
+        self.slam.trouble('no_transform', sentence)
 
     def deliver(self, topic: str, msg: object, received: float) -> None:
         """A message of the bag, received at a time (s)."""

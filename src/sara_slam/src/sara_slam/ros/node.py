@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_common.ros.diagnostics import diagnostic_array
@@ -19,34 +20,43 @@ from sara_common.ros.node import start_node
 from sara_localization.ros.amcl.scans import WaitingScans
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
+from sara_nav.maps.map_saver import SaverConfig, save_map
+from sara_slam.mapping.journal import Journal, JournalError
 from sara_slam.mapping.slam import Slam
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.ros.outputs import Outputs
 
 SILENT_AFTER = 15.0
 """s without a scan until that is told."""
-FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform')
+FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform', 'jump', 'not_kept')
 
 
 class SlamNode:
     """Callbacks share one lock; the map is drawn under it, too, for it reads the poses."""
 
     def __init__(self, config: SlamConfig):
-        self.config, self.slam, self.lock = config, Slam(config, rospy.logwarn), threading.RLock()
+        self.config, self.lock = config, threading.RLock()
+        self.slam = Slam(config, rospy.logwarn, journal_of(config))
         self.outputs = Outputs(config)
         self.transforms = None  # tf may come before the rest is there
         self.waiting = None
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
-        self.waiting = WaitingScans(self.transforms, lambda sentence: self.slam.trouble('no_transform', sentence))
+        self.waiting = WaitingScans(self.transforms, self._lost)
         self.began, self.drawn_at, self.drawn = rospy.Time.now(), None, 0
         self.told = {}
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.scans = rospy.Subscriber('scan', numpy_msg(LaserScan), self.on_scan, queue_size=100, tcp_nodelay=True)
-        self.service = rospy.Service('dynamic_map', GetMap, self.on_dynamic_map)
+        self.services = [
+            rospy.Service('dynamic_map', GetMap, self.on_dynamic_map),
+            rospy.Service('~save', Trigger, self.on_save),
+        ]
         self.timers = [rospy.Timer(rospy.Duration(1.0), self.diagnose, reset=True)]
         if config.transform_publish_period > 0.0:
             period = rospy.Duration.from_sec(config.transform_publish_period)
             self.timers.append(rospy.Timer(period, self.on_transform_due, reset=True))
+
+    def _lost(self, sentence):
+        self.slam.trouble('no_transform', sentence)
 
     def on_scan(self, msg: LaserScan) -> None:
         """Queue a scan, and use all whose transforms have come."""
@@ -86,6 +96,21 @@ class SlamNode:
                 self._draw(rospy.Time.now())
             return GetMapResponse(map=self.outputs.message)
 
+    def on_save(self, _request: TriggerRequest) -> TriggerResponse:
+        """The service ~save: the map as it is now into `map_file`; the answer says where, or why not."""
+        if not self.config.map_file:
+            return TriggerResponse(False, 'the parameter map_file does not say where')
+        with self.lock:
+            if not self.slam.scans:
+                return TriggerResponse(False, 'there is no map yet: no scan has been used')
+            grid = self.slam.map()
+        try:
+            image, description = save_map(grid, SaverConfig(name=self.config.map_file))
+        except OSError as error:
+            return TriggerResponse(False, str(error))
+        rospy.loginfo('the map is saved: %s, %s', description, image)
+        return TriggerResponse(True, description)
+
     def on_transform_due(self, _event: rospy.timer.TimerEvent) -> None:
         """map -> odom every transform_publish_period, from the start on, as the C++ node."""
         with self.lock:
@@ -112,6 +137,8 @@ class SlamNode:
             level, message = ERROR, f'no scan on {self.scans.resolved_name} for {silent:.0f} s'
         elif waiting:
             level, message = ERROR, waiting
+        elif self.slam.map_from_odom is None:
+            level, message = WARN, 'the map is gone on with; the robot is looked for near where it ended'
         elif not counts['used']:
             level, message = WARN, f'waiting for a scan on {self.scans.resolved_name}'
         elif faults:
@@ -119,7 +146,23 @@ class SlamNode:
         return Status('slam_gmapping', level, message, tuple((what, str(n)) for what, n in sorted(counts.items())))
 
 
+def journal_of(config: SlamConfig) -> Journal | None:
+    """The journal in `state_file`; None without one. Raises JournalError."""
+    if not config.state_file:
+        return None
+    journal = Journal(config.state_file)
+    if journal.cut:
+        rospy.logwarn('%s: the last %d bytes were damaged and are cut off', config.state_file, journal.cut)
+    if journal.records:
+        rospy.loginfo('the map of %s is gone on with', config.state_file)
+    return journal
+
+
 def main() -> None:
     start_node('slam_gmapping')
-    SlamNode(configured(SlamConfig))
+    try:
+        SlamNode(configured(SlamConfig))
+    except JournalError as error:
+        rospy.logfatal('%s', error)
+        raise SystemExit(1) from error
     rospy.spin()

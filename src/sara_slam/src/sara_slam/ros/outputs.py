@@ -29,10 +29,12 @@ class Outputs:
         self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
         self._entropy = rospy.Publisher('~entropy', Float64, queue_size=1, latch=True)
 
-    def transform(self, now: float, map_from_odom: Pose) -> None:
-        """Broadcast map -> odom (x, y, yaw), dated ahead of a time (s) by tf_delay; nothing twice for one time."""
+    def transform(self, now: float, map_from_odom: Pose | None) -> None:
+        """Broadcast map -> odom (x, y, yaw), dated ahead of a time (s) by tf_delay; nothing twice for one time, and
+        nothing while it is not known.
+        """
         c = self._config
-        if now == self._sent:
+        if now == self._sent or map_from_odom is None:
             return
         self._sent = now
         x, y, yaw = map_from_odom

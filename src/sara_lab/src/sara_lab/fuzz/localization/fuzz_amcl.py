@@ -13,9 +13,8 @@ from collections import Counter
 import numpy as np
 
 from sara_common.config import ConfigError
-from sara_common.scans import Sweep
 from sara_lab.fuzz.blocks import Report
-from sara_localization.geometry.rigid import Transform
+from sara_lab.fuzz.localization.random_scans import FRAMES, WEIRD, number, random_mount, random_sweep, random_transform
 from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
 from sara_localization.particles.amcl_status import Heard, statuses
@@ -23,8 +22,6 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_localization.ranges.range_data import RangeMap
 
 INPUTS_PER_NODE = 200
-WEIRD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-320, 1e-30, 1e15, -1e15, 1e300, -1e300, -1.0)
-FRAMES = ('laser', 'rear', '')
 
 
 def fuzz_amcl(count: int, seed: int) -> Report:
@@ -83,10 +80,6 @@ def _wrong(amcl):
             yield f'diagnostics say {status.message}'
 
 
-def _number(rng, size, weird=0.02):
-    return float(WEIRD[rng.integers(len(WEIRD))]) if rng.random() < weird else float(rng.normal() * size)
-
-
 def _config(rng):
     """Parameters that are accepted, also odd ones."""
     while True:
@@ -124,30 +117,9 @@ def _config(rng):
 
 
 def _scan(rng, amcl, _report):
-    ended = _transform(rng, 3.0) if rng.random() < 0.5 else None
-    amcl.on_scan(ScanInput(FRAMES[rng.integers(len(FRAMES))], _sweep(rng), _mount(rng), _transform(rng, 3.0), ended))
-
-
-def _sweep(rng):
-    n = int(rng.choice([0, 1, 2, 3, 17, 60]))
-    ranges = rng.uniform(0.0, 4.0, n)
-    odd = rng.random(n) < rng.choice([0.0, 0.1, 1.0])
-    ranges[odd] = rng.choice(WEIRD, np.count_nonzero(odd))
-    increment = 0.1
-    values = [1.0, -3.0, -3.0 + increment * (n - 1), increment, 0.0, 0.1, 3.9]
-    if rng.random() < 0.1:
-        values[rng.integers(len(values))] = WEIRD[rng.integers(len(WEIRD))]
-    return Sweep(*values, ranges)
-
-
-def _mount(rng):
-    return Transform() if rng.random() < 0.5 else _transform(rng, 0.3)
-
-
-def _transform(rng, size):
-    x, y, z = (_number(rng, size, 0.005) for _ in range(3))
-    tilt = rng.normal(size=2) * (0.05 if rng.random() < 0.9 else 2.0)
-    return Transform.from_xyz_rpy(x, y, z, *tilt.tolist(), _number(rng, 2.0, 0.002) % 1e3)
+    ended = random_transform(rng, 3.0) if rng.random() < 0.5 else None
+    frame = FRAMES[rng.integers(len(FRAMES))]
+    amcl.on_scan(ScanInput(frame, random_sweep(rng), random_mount(rng), random_transform(rng, 3.0), ended))
 
 
 def _set_map(rng, amcl, report):
@@ -157,7 +129,7 @@ def _set_map(rng, amcl, report):
         cells[:] = rng.choice([0, 100, -1])
     resolution = 0.1 if rng.random() < 0.9 else WEIRD[rng.integers(len(WEIRD))]
     try:
-        map_ = RangeMap.from_occupancy(cells, resolution, tuple(_number(rng, 2.0, 0.01) for _ in range(3)), 65)
+        map_ = RangeMap.from_occupancy(cells, resolution, tuple(number(rng, 2.0, 0.01) for _ in range(3)), 65)
     except ValueError:
         report.kinds['no map'] += 1
         return
@@ -169,7 +141,7 @@ def _set_pose(rng, amcl, report):
     covariance = np.diag(10.0 ** rng.uniform(-6, 2, 3))
     if rng.random() < 0.4:
         covariance[rng.integers(3), rng.integers(3)] = WEIRD[rng.integers(len(WEIRD))]
-    if amcl.set_pose(tuple(_number(rng, 2.0, 0.05) for _ in range(3)), covariance):
+    if amcl.set_pose(tuple(number(rng, 2.0, 0.05) for _ in range(3)), covariance):
         report.kinds['pose refused'] += 1
 
 
