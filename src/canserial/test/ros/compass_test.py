@@ -29,7 +29,7 @@ HORIZONTAL, DOWN = 25.72, 37.12  # uT, of the place below in 2026
 GAIN = 1.08
 HARD_IRON = (30.0, -20.0, 10.0)
 FACING = math.radians(20.0)
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 class Chair:
