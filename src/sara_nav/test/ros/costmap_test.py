@@ -80,7 +80,7 @@ def a_map(yaw=0.0, frame='map'):
 class CostmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.still, cls.rolling = Picture('still'), Picture('rolling')
+        cls.still, cls.rolling, cls.swept = Picture('still'), Picture('rolling'), rospy.Time(0)
         cls.messages = {'values': {}, 'texts': set()}
         cls.diagnostics = rospy.Subscriber('/diagnostics', DiagnosticArray, cls.on_diagnostics)
         cls.tf = tf2_ros.StaticTransformBroadcaster()
@@ -134,6 +134,9 @@ class CostmapTest(unittest.TestCase):
     def sweep(self):
         """The frame `swept` turns from 0 to 0.5 rad at map (2, 2) in 0.2 s, in which three rays are cast."""
         begin = rospy.Time.now() - rospy.Duration(0.3)
+        if begin < self.swept:
+            return  # two sweeps at once would turn the frame to and fro
+        type(self).swept = begin + rospy.Duration(0.25)
         for after in (0.0, 0.2):
             msg = transform('map', 'swept', 2.0, 2.0, 2.5 * after)
             msg.header.stamp = begin + rospy.Duration.from_sec(after)
