@@ -15,6 +15,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, compose, inverse
 from sara_lab.journeys.crowd import crowd
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose, shortest_way
+from sara_lab.studies.kept_arrays import kept_arrays
 from sara_nav.goals.move_base_config import SUCCEEDED
 from sara_nav.maps import places
 from sara_sim.world.world import World
@@ -42,26 +43,24 @@ class Drive(NamedTuple):
     contacts: int
 
 
-class _Both(Estimate):
-    """Localization that gives move_base the true pose, and keeps what the filter makes of wheels and IMU. `reckoned`:
-    the filter.
-    """
+class Guided(Estimate):
+    """Localization that gives move_base the true pose, while another one, `reckoned`, hears the chair."""
 
-    def __init__(self, truth: Truth, reckoned: Filter) -> None:
+    def __init__(self, truth: Truth, reckoned: Estimate) -> None:
         super().__init__()
-        self._truth, self.reckoned = truth, reckoned
-        self.on_imu = reckoned.on_imu
+        self._truth, self._reckoned = truth, reckoned
+        self.on_imu, self.on_range = reckoned.on_imu, reckoned.on_range
 
     def on_odometry(self, state: OdometryState) -> None:
         """The controller's newest odometry."""
-        self.reckoned.on_odometry(state)
+        self._reckoned.on_odometry(state)
         self._truth.on_odometry(state)
         for name in ('pose', 'velocity', 'stamp', 'map_from_odom'):
             setattr(self, name, getattr(self._truth, name))
 
     def step(self, now: float) -> bool:
-        """The filter's tick."""
-        self.reckoned.step(now)
+        """See Filter."""
+        self._reckoned.step(now)
         return self._truth.step(now)
 
 
@@ -104,7 +103,7 @@ def record(name: str, number: int, people: bool = False) -> Drive:
     for pedestrian in crowd(name, number, start, PEOPLE) if people else ():
         lockstep.chair.world.obstacles.add(pedestrian)
     reckoned = Filter(start, 'ekf', 'default', lockstep.reader.config.variances)
-    lockstep.localization = _Both(lockstep.localization, reckoned)
+    lockstep.localization = Guided(lockstep.localization, reckoned)
     log, missed = _Log(lockstep, start, reckoned), 0
     lockstep.start_up()
     for stop in tour(name, start):
@@ -123,12 +122,6 @@ def record(name: str, number: int, people: bool = False) -> Drive:
 def kept(name: str, number: int, people: bool, folder: Path) -> Drive:
     """As `record`; made once and kept in a folder."""
     path = folder / f'map_drive_{name}_{"people_" * people}{number}.npz'
-    if not path.exists():
-        made = record(name, number, people)
-        folder.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix('.part.npz')
-        np.savez_compressed(part, **made._asdict())
-        part.replace(path)  # whole or not at all
-    with np.load(path) as found:
-        whole = (found[name] for name in ('poses', 'stamps', 'ranges'))
-        return Drive(*whole, float(found['way']), int(found['missed']), int(found['contacts']))
+    found = kept_arrays(path, lambda: record(name, number, people)._asdict())
+    arrays = (found[name] for name in ('poses', 'stamps', 'ranges'))
+    return Drive(*arrays, float(found['way']), int(found['missed']), int(found['contacts']))

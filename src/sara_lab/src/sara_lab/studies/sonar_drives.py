@@ -15,11 +15,12 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from sara_bringup.lockstep.localization import Filter, Truth
+from sara_bringup.lockstep.localization import Filter
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
-from sara_lab.studies.wandering import Ear, Recording, whole
+from sara_lab.studies.map_drives import Guided
+from sara_lab.studies.wandering import Ear, Recording, kept_recording
 from sara_nav.maps.map_io import FREE
 from sara_sim.world.world import World
 
@@ -32,26 +33,6 @@ PASSED, ALONG, APART = 0.40, (0.65, 0.90), 1.5
 """m: from walls where the chair's middle may be; where a stop is; between stops."""
 
 Pose = tuple[float, float, float]
-
-
-class _Guided(Ear):
-    """Keeps what a filter makes of wheels and IMU, and gives move_base the true pose."""
-
-    def __init__(self, reckoned: Filter, truth: Truth, chair) -> None:
-        super().__init__(reckoned, chair)
-        self._truth, self._reckoned = truth, reckoned
-        self.on_odometry = self._on_both
-
-    def _on_both(self, state) -> None:
-        self._reckoned.on_odometry(state)
-        self._truth.on_odometry(state)
-
-    def step(self, now: float) -> bool:
-        """See Filter."""
-        super().step(now)
-        for name in ('pose', 'velocity', 'stamp', 'map_from_odom'):
-            setattr(self, name, getattr(self._truth, name))
-        return self._truth.step(now)
 
 
 def stops(name: str, number: int, start: Pose) -> Iterator[Pose]:
@@ -103,7 +84,8 @@ def record(name: str, number: int) -> Recording:
     start = roomy_pose(grid_of(name), world, random_of(name, 'map', number))
     lockstep = Lockstep(map_file(name), start, number, localization='fake')
     reckoned = Filter(start, 'ekf', 'default', lockstep.reader.config.variances)
-    ear = lockstep.localization = _Guided(reckoned, lockstep.localization, lockstep.chair)
+    ear = Ear(reckoned, lockstep.chair)
+    lockstep.localization = Guided(lockstep.localization, ear)
     lockstep.start_up()
     way, there = 0.0, stops(name, number, start)
     while way < WAYS[name] and lockstep.time < LIMIT_S:
@@ -120,4 +102,4 @@ def record(name: str, number: int) -> Recording:
 
 def kept(name: str, number: int, folder: Path) -> Recording:
     """As `record`; made once and kept in a folder."""
-    return whole(folder / f'sonar_{name}_{number}.npz', lambda: record(name, number))
+    return kept_recording(folder / f'sonar_{name}_{number}.npz', lambda: record(name, number))

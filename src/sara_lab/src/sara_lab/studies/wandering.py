@@ -22,6 +22,7 @@ from sara_common.planar import Pose2D, compose, inverse, wrap
 from sara_common.platforms import parameters
 from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, random_poses, roomy_pose
+from sara_lab.studies.kept_arrays import kept_arrays
 from sara_nav.costmaps.costmap import INSCRIBED, InflationConfig, build
 from sara_nav.planners.grid_planner import GridPlanner
 from sara_nav.planners.planning import PlanError
@@ -110,19 +111,13 @@ def record(name: str, number: int) -> Recording:
 
 def kept(name: str, number: int, folder: Path) -> Recording:
     """As `record`; made once and kept in a folder."""
-    return whole(folder / f'wander_{name}_{number}.npz', lambda: record(name, number))
+    return kept_recording(folder / f'wander_{name}_{number}.npz', lambda: record(name, number))
 
 
-def whole(path: Path, make: Callable[[], Recording]) -> Recording:
+def kept_recording(path: Path, make: Callable[[], Recording]) -> Recording:
     """What a file holds; made first, and kept there, where there is none."""
-    if not path.exists():
-        made = make()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix('.part.npz')
-        np.savez_compressed(part, **made._asdict())
-        part.replace(path)  # whole or not at all
-    with np.load(path) as found:
-        return Recording(found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way']))
+    found = kept_arrays(path, lambda: make()._asdict())
+    return Recording(found['poses'], found['ranges'], tuple(found['sensors'].tolist()), float(found['way']))
 
 
 @cache
