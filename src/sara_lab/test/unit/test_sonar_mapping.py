@@ -11,8 +11,9 @@ from sara_lab.judge import passed_walls
 from sara_lab.judge.passed_walls import MapErrors, doors, judged, laid_on, passed
 from sara_lab.judge.walls import placed
 from sara_lab.studies import arc_grid
+from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.sonar_drives import APART, stops
-from sara_lab.studies.sonar_trial import draw, made_of
+from sara_lab.studies.sonar_trial import made_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -98,7 +99,7 @@ def test_a_drive_past_a_wall_is_mapped_and_drawn(tmp_path):
     assert lines.errors.p95 < 0.08
     assert lines.errors.false == 0.0
     assert lines.errors.p95 < arcs.errors.p95
-    draw('doorway', lines, tmp_path / 'lines.png')
+    draw('doorway', lines, lines.places, tmp_path / 'lines.png')
     assert (tmp_path / 'lines.png').stat().st_size > 1000
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from sara_lab.campaign.part import Figures, Part, spread
 from sara_lab.judge.passed_walls import MapErrors
+from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.sonar_drives import WAYS, kept
-from sara_lab.studies.sonar_trial import draw, made_of
+from sara_lab.studies.sonar_trial import made_of
 from sara_nav.maps.map_saver import SaverConfig, save_map
 
 MOST = {'pose_rms': 0.12, 'median': 0.03, 'p95': 0.12, 'false': 0.01, 'shut': 0}
@@ -27,7 +28,7 @@ def sonar_mapping(seeds: int, folder: Path) -> Part:
         path.parent.mkdir(parents=True, exist_ok=True)
         save_map(both[0].grid, SaverConfig(name=str(path)))
         for how, made in zip(HOW, both):
-            draw(name, made, path.with_name(f'{path.name}_{how}.png'))
+            draw(name, made, made.places, path.with_name(f'{path.name}_{how}.png'))
         return {
             'map': name,
             'number': number,

@@ -11,14 +11,14 @@ from sara_lab.experiments.plotting import figure
 from sara_lab.journeys.drawing import draw_map
 from sara_lab.journeys.travel_cases import map_file
 from sara_lab.judge.walls import Pose, occupied_points, placed
-from sara_lab.studies.map_trial import Made
+from sara_lab.studies import map_trial, sonar_trial
 from sara_sim.world.world import World
 
 WIDE = 9.0  # inches
 
 
-def draw(name: str, made: Made, poses: Sequence[Pose], path: Path) -> None:
-    """Write a picture of what was made of a map. poses: of the robot in the map that was made."""
+def draw(name: str, made: map_trial.Made | sonar_trial.Made, poses: np.ndarray | Sequence[Pose], path: Path) -> None:
+    """Write a picture of what was made of a map. poses (n, 2 or more): of the robot in the map that was made."""
     world = World.from_yaml(map_file(name))
     rows, columns = world.occupied.shape
     with figure(path, size=(WIDE, WIDE * rows / columns + 0.4)) as (_, axis):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,18 +9,13 @@ import numpy as np
 from sara_bringup.lockstep.ranges import mountings
 from sara_common.planar import compose
 from sara_common.platforms import chosen
-from sara_lab.journeys.drawing import draw_map
-from sara_lab.journeys.travel_cases import grid_of, map_file
+from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge.passed_walls import MapErrors, judged
-from sara_lab.judge.walls import occupied_points, placed
 from sara_lab.studies import arc_grid
 from sara_lab.studies.wandering import Recording
 from sara_nav.maps.map_io import GridMap
-from sara_sim.world.world import World
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
-
-WIDE = 9.0  # inches
 
 
 class Made(NamedTuple):
@@ -61,20 +55,3 @@ def made_of(name: str, drive: Recording) -> tuple[Made, Made]:
         Made(made, places[:, :2], judged(made, places[:, :2], grid_of(name), true))
         for made, places in ((grid, solved.poses), (arcs, nodes))
     )
-
-
-def draw(name: str, made: Made, path: Path) -> None:
-    """Write a picture: true walls grey, mapped ones red, the way blue."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    world = World.from_yaml(map_file(name))
-    rows, columns = world.occupied.shape
-    figure = Figure(figsize=(WIDE, WIDE * rows / columns + 0.4), layout='constrained')
-    FigureCanvasAgg(figure)
-    axis = figure.add_subplot()
-    draw_map(axis, world)
-    axis.plot(*placed(occupied_points(made.grid), made.errors.pose).T, 's', color='tab:red', markersize=1.2)
-    axis.plot(*placed(made.places, made.errors.pose).T, color='tab:blue', linewidth=0.8)
-    axis.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
-    figure.savefig(path, dpi=80)
