@@ -6,8 +6,10 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 BLOCK = 20000
 
@@ -21,6 +23,38 @@ class Report:
     inputs: int = 0
     kinds: Counter = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
+
+    def attack(
+        self,
+        rng: np.random.Generator,
+        count: int,
+        acts: Sequence[tuple[float, Callable[[], object]]],
+        wrong: Callable[[], Iterable[str]],
+        who: Callable[[], object],
+    ) -> None:
+        """Do `count` acts, (share, act), at random, until there is a fault: one raises something, or `wrong` yields a
+        sentence after it. who: tells at whom.
+        """
+        shares = [share for share, _ in acts]
+        for _ in range(count):
+            self.inputs += 1
+            act = acts[rng.choice(len(acts), p=shares)][1]
+            name = getattr(act, 'func', act).__name__  # of a partial, that of its function
+            self.kinds[name.lstrip('_')] += 1
+            try:
+                with np.errstate(all='ignore'):
+                    act()
+                self.faults += [f'{name}: {fault} ({who()})' for fault in wrong()]
+            except Exception as error:  # whatever is raised is what is looked for
+                self.faults.append(f'{name}: {type(error).__name__}: {error} ({who()})')
+            if self.faults:
+                return
+
+    def check_said(self, said: Sequence[str], kinds: int) -> None:
+        """A fault where a sentence was said twice, or there are more than kinds of trouble."""
+        twice = [sentence for sentence, n in Counter(said).items() if n > 1]
+        if twice or len(said) > kinds:
+            self.faults.append(f'said more than once: {twice or said}')
 
 
 def options_of(

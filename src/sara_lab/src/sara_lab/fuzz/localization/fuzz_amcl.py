@@ -8,7 +8,7 @@ be finite, weights add up to 1, and every kind of trouble is said once.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from functools import partial
 
 import numpy as np
 
@@ -35,24 +35,20 @@ def fuzz_amcl(count: int, seed: int) -> Report:
 def _one_node(rng, count, report):
     said = []
     amcl = Amcl(_config(rng), said.append)
-    acts = (_scan, _set_map, _set_pose, _anywhere, _force, _forget, _reconfigure)
-    for _ in range(count):
-        report.inputs += 1
-        act = acts[rng.choice(len(acts), p=(0.8, 0.06, 0.05, 0.02, 0.03, 0.02, 0.02))]
-        report.kinds[act.__name__.lstrip('_')] += 1
-        try:
-            with np.errstate(all='ignore'):
-                act(rng, amcl, report)
-            report.faults += [f'{act.__name__}: {fault} ({amcl.config})' for fault in _wrong(amcl)]
-        except Exception as error:  # whatever is raised is what is looked for
-            report.faults.append(f'{act.__name__}: {type(error).__name__}: {error} ({amcl.config})')
-            return
-        if report.faults:
-            return
-    report.kinds.update(amcl.counts)
-    twice = [sentence for sentence, n in Counter(said).items() if n > 1]
-    if twice or len(said) > len(amcl.counts):
-        report.faults.append(f'said more than once: {twice or said}')
+    shares = {
+        _scan: 0.8,
+        _set_map: 0.06,
+        _set_pose: 0.05,
+        _anywhere: 0.02,
+        _force: 0.03,
+        _forget: 0.02,
+        _reconfigure: 0.02,
+    }
+    acts = [(share, partial(act, rng, amcl, report)) for act, share in shares.items()]
+    report.attack(rng, count, acts, lambda: _wrong(amcl), lambda: amcl.config)
+    if not report.faults:
+        report.kinds.update(amcl.counts)
+        report.check_said(said, len(amcl.counts))
 
 
 def _wrong(amcl):

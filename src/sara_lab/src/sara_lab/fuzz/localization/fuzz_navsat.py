@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections import Counter
 
 import numpy as np
 
@@ -53,25 +52,23 @@ class _Node:
         self.now = 1.7e9 if rng.random() < 0.8 else 10.0
 
     def run(self, count):
-        acts = (self._fix, self._odometry, self._imu, self._tick, self._clock, self._datum, self._zone, self._convert)
-        shares = (0.25, 0.3, 0.15, 0.24, 0.01, 0.01, 0.01, 0.03)
-        for _ in range(count):
-            self.report.inputs += 1
-            act = acts[self.rng.choice(len(acts), p=shares)]
-            self.report.kinds[act.__name__.lstrip('_')] += 1
-            try:
-                with np.errstate(all='ignore'):
-                    act()
-            except Exception as error:  # whatever is raised is what is looked for
-                self._fault(f'{act.__name__}: {type(error).__name__}: {error}')
-            if self.report.faults:
-                return
-        for name, account in self.node.accounts.items():
+        acts = (
+            (0.25, self._fix),
+            (0.3, self._odometry),
+            (0.15, self._imu),
+            (0.24, self._tick),
+            (0.01, self._clock),
+            (0.01, self._datum),
+            (0.01, self._zone),
+            (0.03, self._convert),
+        )
+        self.report.attack(self.rng, count, acts, lambda: (), lambda: f'{self.config}, {self.place}')
+        if self.report.faults:
+            return
+        accounts = self.node.accounts
+        for name, account in accounts.items():
             self.report.kinds.update({f'{name} {kind}': n for kind, n in account.problems.items()})
-        twice = [sentence for sentence, n in Counter(self.said).items() if n > 1]
-        kinds = sum(len(account.problems) for account in self.node.accounts.values())
-        if twice or len(self.said) > kinds:
-            self._fault(f'said more than once: {twice or self.said}')
+        self.report.check_said(self.said, sum(len(account.problems) for account in accounts.values()))
 
     def _fault(self, sentence):
         self.report.faults.append(f'{sentence} ({self.config}, {self.place})')

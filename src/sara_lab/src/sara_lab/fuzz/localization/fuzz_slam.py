@@ -8,7 +8,7 @@ finite, the map must be one, every kind of trouble is said once, and a graph tha
 from __future__ import annotations
 
 import math
-from collections import Counter
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -46,24 +46,14 @@ def _one_node(rng, count, report):
         path = Path(folder) / 'state'
         slam = Slam(_config(rng), said.append, Journal(path))
         drive = _Drive(rng)
-        acts = (drive.seen, _scan, _map, _forget)
-        for _ in range(count):
-            report.inputs += 1
-            act = acts[rng.choice(len(acts), p=(0.6, 0.32, 0.04, 0.04))]
-            report.kinds[act.__name__.lstrip('_')] += 1
-            try:
-                with np.errstate(all='ignore'):
-                    act(rng, slam)
-                report.faults += [f'{act.__name__}: {fault} ({slam.config})' for fault in _wrong(slam)]
-            except Exception as error:  # whatever is raised is what is looked for
-                report.faults.append(f'{act.__name__}: {type(error).__name__}: {error} ({slam.config})')
-            if report.faults:
-                return
+        shares = {drive.seen: 0.6, _scan: 0.32, _map: 0.04, _forget: 0.04}
+        acts = [(share, partial(act, rng, slam)) for act, share in shares.items()]
+        report.attack(rng, count, acts, lambda: _wrong(slam), lambda: slam.config)
+        if report.faults:
+            return
         report.faults += _kept(slam, path)
     report.kinds.update(slam.counts)
-    twice = [sentence for sentence, n in Counter(said).items() if n > 1]
-    if twice or len(said) > len(slam.counts):
-        report.faults.append(f'said more than once: {twice or said}')
+    report.check_said(said, len(slam.counts))
 
 
 def _kept(slam, path):
