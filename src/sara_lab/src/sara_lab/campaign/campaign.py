@@ -32,7 +32,7 @@ from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
-from sara_lab.experiments.runner import fingerprint
+from sara_lab.experiments.runner import folder_of
 from sara_lab.rides.circuits import circuits
 from sara_lab.workers import cores, each
 from sara_sim.riders.riders import RIDERS
@@ -75,7 +75,7 @@ CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the par
 def main() -> None:
     """Exit status 0 if every case meets its acceptance."""
     arguments = _arguments()
-    folder = arguments.out / f'{platforms.chosen().name}_{fingerprint()}'
+    folder = folder_of(arguments.out)
     folder.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:

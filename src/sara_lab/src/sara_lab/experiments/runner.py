@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sara_bringup.paths import share
+from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab import workers
 from sara_lab.experiments import turns
@@ -72,6 +73,11 @@ def run(
         gains = {key[1]: result['gain'] for key, result in results.items()}
         run_all([(case, gains[case.seed] if case.gain else None, keep) for case in later])
     return {case.key: results[case.key] for case in cases}
+
+
+def folder_of(out: Path) -> Path:
+    """The folder in `out` for what comes of the chosen robot and of the sources as they are."""
+    return out / f'{platforms.chosen().name}_{fingerprint()}'
 
 
 def fingerprint(root: Path | None = None) -> str:

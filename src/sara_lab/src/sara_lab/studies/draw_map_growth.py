@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sara_bringup.paths import share
 from sara_lab.experiments.plotting import figure
+from sara_lab.experiments.runner import folder_of
 from sara_lab.studies.map_drives import kept
 from sara_lab.studies.map_growth import Grown, grown
 
@@ -43,7 +44,7 @@ def main(words: list[str] | None = None) -> None:
     if not options.way > 0.0:
         parser.error(f'--way is {options.way:g}, allowed are m above 0')
     laps: list[Grown] = []
-    for lap in grown(kept('school', 0, False, options.results / 'map_drives'), options.way):
+    for lap in grown(kept('school', 0, False, folder_of(options.results) / 'map_drives'), options.way):
         laps.append(lap)
         print(LINE.format(**lap._asdict(), share=shares(laps)[-1]), flush=True)
     options.out.mkdir(parents=True, exist_ok=True)
