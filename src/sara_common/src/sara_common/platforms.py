@@ -22,6 +22,7 @@ import yaml
 
 from sara_common.config import ConfigError, is_number, is_whole
 from sara_common.paths import merged, plain, share
+from sara_common.planar import Pose2D
 
 ENVIRONMENT = 'SARA_PLATFORM'
 DEFAULT = 'default'
@@ -35,14 +36,6 @@ NODES = {
     'hmi.yaml': 'hmi',
 }
 """{config file: the node that loads it}, of those nodes that have parameters in a platform's folder."""
-
-
-class Mount(NamedTuple):
-    """Where a sensor sits in `base_link`: x, y, m, and yaw, rad, of its axis."""
-
-    x: float
-    y: float
-    yaw: float
 
 
 class Body(NamedTuple):
@@ -63,18 +56,18 @@ class Wheels(NamedTuple):
 
 @dataclass(frozen=True)
 class Platform:
-    """A robot's numbers. `sonars`: {name: Mount}; `imu`, `scan`: Mounts. `sensor_node`, `motor_node`, `joystick_node`:
-    what those microcontrollers are told; `simulated`: what simulated chairs are drawn from; `nodes`: {node: its
-    parameters that depend on the robot}.
+    """A robot's numbers. `sonars`: {name: where it sits in `base_link`, and the yaw of its axis}; `imu`, `scan`: where
+    they sit. `sensor_node`, `motor_node`, `joystick_node`: what those microcontrollers are told; `simulated`: what
+    simulated chairs are drawn from; `nodes`: {node: its parameters that depend on the robot}.
     """
 
     name: str
     folder: Path
     body: Body
     wheels: Wheels
-    imu: Mount
-    scan: Mount
-    sonars: Mapping[str, Mount]
+    imu: Pose2D
+    scan: Pose2D
+    sonars: Mapping[str, Pose2D]
     sensor_node: Mapping[str, Any]
     motor_node: Mapping[str, Any]
     joystick_node: Mapping[str, Any]
@@ -211,7 +204,7 @@ def _numbers(name, values, keys, faults):
 def _mount(name, values, faults):
     values = {key: value for key, value in values.items() if key != 'z'} if isinstance(values, dict) else values
     x, y, yaw = _numbers(f'platform/{name}', values, ('x', 'y', 'yaw_deg'), faults)
-    return Mount(x, y, radians(yaw))
+    return Pose2D(x, y, radians(yaw))
 
 
 def _body(name, values, faults):

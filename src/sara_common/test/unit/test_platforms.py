@@ -8,7 +8,8 @@ import pytest
 
 from sara_common import platforms
 from sara_common.config import ConfigError
-from sara_common.platforms import Mount, Wheels
+from sara_common.planar import Pose2D
+from sara_common.platforms import Wheels
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +21,7 @@ def test_what_the_folders_say():
     sara, kate = map(platforms.load, ('sara', 'kate'))
     assert sara.wheels == Wheels(0.155, 0.525, 64000) and sara.size == (1.08, 0.58) and len(sara.sonars) == 9
     assert sara.footprint == ((0.54, 0.29), (0.54, -0.29), (-0.54, -0.29), (-0.54, 0.29))
-    assert kate.sonars['RR'] == Mount(-0.40, -0.16, radians(-168.0)) and len(kate.sonars) == 6
+    assert kate.sonars['RR'] == Pose2D(-0.40, -0.16, radians(-168.0)) and len(kate.sonars) == 6
     assert kate.parameters('safety_gate')['zones']['sensors']['ML'] == {
         'x': 0.05,
         'y': 0.275,

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from canserial.frame import Frame
-from sara_common.platforms import Mount, Platform, chosen
+from sara_common.planar import Pose2D
+from sara_common.platforms import Platform, chosen
 from sara_lowlevel.config import JoystickConfig, MotorConfig, SensorConfig
 from sara_lowlevel.joystick.joystick_node import JoystickNode
 from sara_lowlevel.motor.motor_node import MotorNode
@@ -156,7 +157,7 @@ class SimulatedChair:
         """True (forward m/s, turn rad/s)."""
         return self.drive.speed, self.drive.yaw_rate
 
-    def _magnetometer(self, magnetic: MagneticConfig, seed: int, imu: Mount) -> Magnetism:
+    def _magnetometer(self, magnetic: MagneticConfig, seed: int, imu: Pose2D) -> Magnetism:
         """Put the chip on the bus, in the IMU's box."""
         tilt = self.chair.roll, self.chair.pitch
         magnetism = Magnetism(magnetic, seed, (tilt, imu), self._placement, lambda: self.box.time)

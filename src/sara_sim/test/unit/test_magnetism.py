@@ -9,7 +9,7 @@ import pytest
 
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D
 from sara_lowlevel.sensor.hmc5883l import Hmc5883l as HmcDriver
 from sara_lowlevel.sensor.qmc5883l import Qmc5883l as QmcDriver
 from sara_sim.chair import SimulatedChair
@@ -24,7 +24,7 @@ from sara_sim.world.world import World
 BUS = BusDescription.named('sara+compass')
 STILL = Wheel(0.0, 0.0)
 ORIGIN = Placement(0.0, 0.0, 0.0, 0.0, 0.0, STILL, STILL)
-BOX = (0.0, 0.0), Mount(0.0, -0.25, 0.0)
+BOX = (0.0, 0.0), Pose2D(0.0, -0.25, 0.0)
 CLEAN = MagneticConfig(hard_iron_sigma=0.0, soft_iron_sigma=0.0, turn_sigma=0.0, motor_sigma=0.0, noise=0.0)
 
 

@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from sara_common.platforms import Mount, Platform, parameters
+from sara_common.planar import Pose2D
+from sara_common.platforms import Platform, parameters
 from sara_control.wheels.urdf import UrdfError, WheelGeometry
 from sara_nav.grids.footprint import FootprintError, contains_origin, parse_footprint, radii
 
@@ -64,13 +65,16 @@ def _wheels(platform):
     ):
         if not 0.0 < value <= most:
             yield f'platform/wheels/{name} is {value:g} m, allowed are numbers above 0 to {most:g} ({why})'
-    for node, names in (
-        ('diff_drive_controller', ('wheel_separation', 'wheel_radius', 'steps_per_turn')),
-        ('safety_gate', ('wheel_separation', 'wheel_radius', 'steps_per_turn')),
+    known = {
+        'wheel_separation': wheels.separation,
+        'wheel_radius': wheels.radius,
+        'steps_per_turn': wheels.steps_per_turn,
+    }
+    for node, told in (
+        ('diff_drive_controller', platform.parameters('diff_drive_controller')),
+        ('safety_gate', platform.parameters('safety_gate').get('plausibility', {})),
     ):
-        told = platform.parameters(node)
-        told = told.get('plausibility', {}) if node == 'safety_gate' else told
-        for name, value in zip(names, (wheels.separation, wheels.radius, wheels.steps_per_turn)):
+        for name, value in known.items():
             if told.get(name) != value:
                 yield f'{node} has {name} {told.get(name)!r}, platform/wheels says {value:g}'
 
@@ -106,9 +110,9 @@ def _looks_inward(mount, length, width):
 
 def _mount_of(place):
     try:
-        return Mount(place['x'], place['y'], math.radians(place.get('yaw_deg', 0.0)))
+        return Pose2D(place['x'], place['y'], math.radians(place.get('yaw_deg', 0.0)))
     except (KeyError, TypeError):
-        return Mount(math.nan, math.nan, math.nan)
+        return Pose2D(math.nan, math.nan, math.nan)
 
 
 def _same(a, b):
@@ -134,7 +138,7 @@ def _frames(platform, robot):
             continue
         origin = joint.find('origin')
         x, y, _ = map(float, origin.get('xyz').split())
-        if not _same(Mount(x, y, float(origin.get('rpy').split()[2])), mount):
+        if not _same(Pose2D(x, y, float(origin.get('rpy').split()[2])), mount):
             there = f'({mount.x:g}, {mount.y:g}), or turned otherwise'
             yield f'robot.urdf has {link} at ({x:g}, {y:g}), platform.yaml at {there}'
     box = robot.find("link[@name='base_link']/collision/geometry/box")

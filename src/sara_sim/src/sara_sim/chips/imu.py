@@ -12,7 +12,7 @@ from math import cos, degrees, radians, sin, sqrt
 
 import numpy as np
 
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.motion.body_motion import Motion
 
@@ -24,7 +24,7 @@ class Imu:
     accelerometer's is that of tables 4.1 and 4.2 as it stands, since the node sends single samples of it.
     """
 
-    def __init__(self, config: ChairConfig, chair: DrawnChair, mount: Mount, random: np.random.Generator, dt: float):
+    def __init__(self, config: ChairConfig, chair: DrawnChair, mount: Pose2D, random: np.random.Generator, dt: float):
         self._random, self._mount = random, mount
         gravity = self._gravity = config.gravity
         root = sqrt(config.samples_per_frame)

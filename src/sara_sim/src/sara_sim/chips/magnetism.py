@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.earth_field import earth_field
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D
 from sara_sim.chips.hmc5883l import ADDRESS as HMC_ADDRESS
 from sara_sim.chips.hmc5883l import Hmc5883l
 from sara_sim.chips.magnetic_config import MagneticConfig
@@ -69,7 +69,7 @@ class Magnetism:
         self,
         config: MagneticConfig,
         seed: int,
-        box: tuple[tuple[float, float], Mount],
+        box: tuple[tuple[float, float], Pose2D],
         placement: Callable[[], Placement],
         clock: Callable[[], float],
     ) -> None:

@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import between
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D, between
 from sara_common.scans import Sweep
 from sara_sim.world.world import World
 
@@ -35,7 +34,7 @@ class Optics(NamedTuple):
     itself is in the way.
     """
 
-    mount: Mount
+    mount: Pose2D
     rays: int
     angle_min: float
     angle_increment: float
@@ -52,7 +51,7 @@ class Optics(NamedTuple):
         return self.angle_min + self.angle_increment * np.arange(self.rays)
 
 
-def optics_at(mount: Mount) -> Optics:
+def optics_at(mount: Pose2D) -> Optics:
     """The chair's scanner, sitting there."""
     return Optics(
         mount, RAYS, ANGLE_MIN, ANGLE_INCREMENT, PERIOD_STEPS, TIME_INCREMENT, RANGE_MIN, RANGE_MAX, SIGMA, VIEW

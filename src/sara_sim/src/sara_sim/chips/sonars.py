@@ -7,7 +7,7 @@ from math import cos, inf, radians, sin
 
 import numpy as np
 
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D
 from sara_sim.config import ChairConfig
 from sara_sim.world.rays import Cone
 from sara_sim.world.world import World
@@ -22,7 +22,7 @@ class Sonars:
         self,
         world: World,
         config: ChairConfig,
-        mounts: Mapping[str, Mount],
+        mounts: Mapping[str, Pose2D],
         random: np.random.Generator,
         pose: Callable[[], tuple[float, float, float]],
     ):

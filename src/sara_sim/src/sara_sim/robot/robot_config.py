@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, pi
 
 from sara_common.config import fault, is_number, is_whole, number_faults, range_faults
-from sara_common.platforms import Mount
+from sara_common.planar import Pose2D
 from sara_sim.chips.scanner import Optics
 from sara_sim.config import Checked
 
@@ -65,7 +65,7 @@ class ScannerConfig(Checked):
     def optics(self) -> Optics:
         """For `chips.scanner.Scanner`, stepped STEPS_PER_S times a second."""
         return Optics(
-            mount=Mount(self.x, self.y, self.yaw),
+            mount=Pose2D(self.x, self.y, self.yaw),
             rays=self.samples,
             angle_min=-0.5 * self.fov,
             angle_increment=self.fov / (self.samples - 1),
