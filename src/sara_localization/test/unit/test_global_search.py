@@ -173,6 +173,20 @@ def test_rivals_of_a_rectangle_are_its_half_turn():
     assert abs(wrap(others[0][2] - yaw - math.pi)) < math.radians(8.0)
 
 
+def test_readings_tell_the_pose_near_another_and_how_exactly():
+    localizer, poses = RangeLocalizer(CONFIG, room()), way()
+    localizer.start_anywhere()
+    drive(localizer, [], poses)
+    rivals, here, (x, y, yaw) = localizer.search._rivals, localizer.correction.dead_reckoned, poses[-1]
+    beside = x + 0.12, y - 0.1, yaw + math.radians(6.0)
+    pose, covariance = rivals.pose_near(here, beside)
+    assert math.dist(pose[:2], (x, y)) < 0.06 and abs(wrap(pose[2] - yaw)) < math.radians(2.0)
+    assert covariance[0, 0] + covariance[1, 1] < 0.1**2 and covariance[2, 2] < math.radians(2.5) ** 2
+    rivals._stations = [rivals._stations[-1]]  # one place does not say so much
+    _, covariance = rivals.pose_near(here, beside)
+    assert covariance[2, 2] > math.radians(2.5) ** 2
+
+
 def test_what_ends_a_search_and_what_begins_it_anew():
     localizer = RangeLocalizer(CONFIG)
     assert localizer.start_anywhere() == 'there is no map yet' and not localizer.searching

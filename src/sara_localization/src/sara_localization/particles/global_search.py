@@ -8,6 +8,7 @@ step and of its neighbours err together: a reading counts as WEIGHT of one.
 
 One cluster of particles is no proof, for others may have died by chance. So what was heard is compared with the whole
 map once more before the place counts as found (rivals.py). Places that explain it about as well get particles again.
+Where in its place the robot is the same readings tell; until they do so exactly enough, the search goes on.
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ CLUSTER, SPREAD_M, SPREAD_RAD = 0.99, 0.25, math.radians(6.0)
 """Share of the particles, and standard deviations, from which on a cluster may be the place."""
 SURE = 8.0
 """By how much, as a logarithm, the place must be likelier than any other."""
+EXACT_M, EXACT_RAD = 0.10, math.radians(2.5)
+"""Standard deviations of a pose that counts as found, at most: it is within 0.20 m and 5 deg, at two of these."""
 AGAIN_M = 1.0
 """m driven from one comparison with the whole map to the next."""
 FEWEST = 8
@@ -174,12 +177,10 @@ class GlobalSearch:
     def _agree(self):
         """Whether the particles are in one place."""
         found = self.belief
-        spread = found.cluster_covariance
         return (
             self.steps >= FEWEST
             and found.weight >= CLUSTER
-            and spread[0, 0] + spread[1, 1] <= SPREAD_M**2
-            and spread[2, 2] <= SPREAD_RAD**2
+            and _is_within(found.cluster_covariance, SPREAD_M, SPREAD_RAD)
         )
 
     def _compare(self, here):
@@ -190,10 +191,16 @@ class GlobalSearch:
         lead, others = self._rivals.compare(here, self.belief.pose, SURE)
         if lead > SURE:
             self.rival = None
-            return Found(self.belief.pose, self.belief.cluster_covariance)
+            found = Found(*self._rivals.pose_near(here, self.belief.pose))
+            return found if _is_within(found.covariance, EXACT_M, EXACT_RAD) else None
         self.rival = tuple(others[0].tolist())
         particles = self.filter
         moved = particles.rng.random(len(particles.poses)) < BACK
         chosen = others[particles.rng.integers(len(others), size=np.count_nonzero(moved))]
         particles.poses[moved] = chosen + particles.rng.standard_normal(chosen.shape) * JITTER
         return None
+
+
+def _is_within(covariance, metres, radians):
+    """Whether standard deviations of x, y, yaw are: that of the place, and of the heading."""
+    return covariance[0, 0] + covariance[1, 1] <= metres**2 and covariance[2, 2] <= radians**2

@@ -4,6 +4,10 @@ Every place with room for the robot is tried, on a grid of places and headings, 
 way: first with few of the readings, then the best of them with all (branch by a coarse score, as correlative scan
 matching does: E. Olson, "Real-time correlative scan matching", 2009), then the best are refined. That the dead
 reckoning drifts a little on the way is within the model's errors.
+
+Where in the place the robot is the same readings tell more exactly than the particles, which are spread at each step:
+the mean over a fine grid of poses (grid localization: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005,
+section 8.2).
 """
 
 from __future__ import annotations
@@ -30,6 +34,12 @@ NEAR_M, NEAR_RAD = 0.6, math.radians(30.0)
 """Nearer than that it is the same place."""
 STEPS = ((0.08, math.radians(4.0)), (0.04, math.radians(2.0)), (0.02, math.radians(1.0)))
 """m and rad of the refinement, one after the other."""
+FINE_M, FINE_RAD, FINE = 0.03, math.radians(1.5), 6
+"""Spacing of the fine grid, and how many poses it has to either side in x, y and yaw."""
+DRIFT = (0.03, 0.03, math.radians(1.0))
+"""m, m, rad: standard deviations of a pose on it beside what the readings leave open: the dead reckoning drifts on the
+way, and the map has cells.
+"""
 
 
 class Station(NamedTuple):
@@ -79,6 +89,22 @@ class Rivals:
         order = np.argsort(-scores)
         leads = own - scores[order]
         return float(leads[0]), others[order][leads <= lead]
+
+    def pose_near(
+        self, here: tuple[float, float, float], pose: tuple[float, float, float]
+    ) -> tuple[tuple[float, float, float], np.ndarray]:
+        """Where the robot, at `here` by the dead reckoning, is in the map by all the readings if it is near a pose (x,
+        y, yaw): (x, y, yaw), and the covariance (3, 3) of that.
+        """
+        readings = self._readings(here, list(self._stations))
+        middle = self._refined(np.array([pose], float), readings)[0]
+        places, turns = FINE_M * np.arange(-FINE, FINE + 1), FINE_RAD * np.arange(-FINE, FINE + 1)
+        offsets = np.stack(np.meshgrid(places, places, turns, indexing='ij'), -1).reshape(-1, 3)
+        scores = self._scores(middle + offsets, readings)
+        weights = np.exp(scores - scores.max())
+        mean, covariance = np.average(offsets, axis=0, weights=weights), np.cov(offsets.T, aweights=weights, ddof=0)
+        x, y, yaw = (middle + mean).tolist()
+        return (x, y, float(wrap(yaw))), covariance + np.diag(np.square(DRIFT))
 
     def _readings(self, here, stations):
         """(k, 4) readings with the sensors in the robot as it is at `here`."""
