@@ -1,5 +1,7 @@
 """The filters tell the truth about their uncertainty."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,12 @@ from sara_lab.studies.consistency import interval, nees, nees_campaign, nees_tri
 
 def test_nees_of_unit_errors():
     assert nees([3.0, 4.0], np.diag([9.0, 4.0])) == pytest.approx(5.0)
+
+
+def test_no_error_is_small_beside_a_covariance_that_is_singular():
+    along = np.array([1.0, 1.0, 0.0])
+    for P in (np.zeros((3, 3)), np.outer(along, along), np.outer(along, along) - 1e-17 * np.eye(3)):
+        assert nees([1.0, -1.0, 0.1], P) == math.inf
 
 
 def test_interval_holds_95_percent_of_drawn_means():

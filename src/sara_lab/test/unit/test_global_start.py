@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 
-from sara_lab.campaign.global_start import FURTHER, LATER, _summary, _verdict, judged, later
-from sara_lab.studies.global_start import Start, start
+from sara_lab.campaign.global_start import BESIDE, FURTHER, LATER, _summary, _verdict, judged, later, tracked
+from sara_lab.studies.global_start import Start, Told, start, told
 from sara_lab.studies.wandering import WAY, Recording, kept, record
 
 KNOWN = Start(25.0, 3.0, 0.02, 0.01, (0.1, 0.05), (0.1, 0.05), '')
@@ -50,6 +51,21 @@ def test_later_starts_count_for_the_share_of_wrong_ones():
     assert _verdict(_summary(first + drives(201, wrong, wrong))[1]) == ['sure and wrong: 2 of 1007, 0.1% is allowed']
 
 
+def test_a_start_anywhere_is_compared_with_one_that_is_told_on_the_same_drives():
+    maps = ('school', 'flat', 'hall')
+    firsts = [judged(name, NOT_SURE if name == 'hall' else KNOWN) for _ in range(10) for name in maps]
+    tolds = [tracked(name, Told(0.015, 0.01, 0.3, 0.1)) for _ in range(10) for name in maps]
+    firsts[0] = judged('school', NOT_SURE)
+    tolds[0]['off'] = 5.0  # not the same drives: this one counts for neither
+    lines, figures = _summary(firsts + tolds)
+    assert figures['tracked_school'] == {'drives': 9, **dict(zip(BESIDE, ([0.02] * 2, [0.015] * 2, [0.3] * 2)))}
+    assert figures['tracked_hall'] == {'drives': 10, **dict(zip(BESIDE[1:], ([0.015] * 2, [0.3] * 2)))}
+    assert _verdict(figures) == [] and figures['all']['cases'] == 30
+    assert lines[-1].startswith('hall    10 drives') and lines[-1].endswith('told 0.015, 0.015; reckoned 0.300, 0.300')
+    worse = _summary(firsts + [dict(one, off=0.005) for one in tolds])[1]
+    assert [sentence.split(':')[0] for sentence in _verdict(worse)] == ['school', 'flat']
+
+
 def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
     made = record('flat', 1)
     assert isinstance(made, Recording) and 2.0 < made.way < WAY + 0.1 and len(made.sensors) == 9
@@ -57,6 +73,11 @@ def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
     came = start(made, 'flat')
     assert judged('flat', came)['known'] and came.found < made.way
     np.savez(tmp_path / 'wander_flat_1.npz', **made._asdict())
+    said = told(made, 'flat')
+    end, begin = made.poses[-1], made.poses[0]
+    assert said.off < 0.1 and said.turned < math.radians(3.0)
+    driven = math.dist(end[2:4], (0.0, 0.0))
+    assert driven == pytest.approx(math.dist(end[5:7], begin[5:7]), abs=said.reckoned_off + 1e-9)
     starts = later('flat', made)
     assert len(starts['starts']) == sum(since + FURTHER <= made.way for since in LATER) and starts['faults'] == []
     for since, one in zip(LATER, starts['starts']):

@@ -314,6 +314,7 @@ def test_defaults_are_the_peer_s():
         ({'max_particles': 0}, 'whole'),
         ({'kld_err': 0.0}, 'above 0'),
         ({'laser_sigma_hit': 0}, 'laser_sigma_hit'),
+        ({'laser_likelihood_power': 0.0}, 'laser_likelihood_power'),
         ({'odom_alpha3': -0.1}, 'odom_alpha3'),
         ({'odom_alpha3': math.inf}, 'odom_alpha3'),
         ({'recovery_alpha_fast': 1.5}, 'recovery_alpha_fast'),

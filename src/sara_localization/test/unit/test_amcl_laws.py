@@ -217,6 +217,19 @@ def test_the_beam_model_is_its_formula():
         assert found == pytest.approx(1.0 + p**3, rel=1e-6)
 
 
+@pytest.mark.parametrize('model', SCAN_MODELS)
+def test_a_scan_s_likelihood_is_raised_to_a_power(model):
+    map_, pose = world(), (5.2, 3.1, 0.7)
+    poses = RNG().normal(pose, (0.3, 0.3, 0.2), (200, 3))
+    plain = likelihoods(model, map_, pose, poses)
+    for power in (0.3, 1.0, 5.0):
+        found = likelihoods(model, map_, pose, poses, laser_likelihood_power=power)
+        assert (found.fits == plain.fits).all()
+        assert found.values / found.values.max() == pytest.approx((plain.values / plain.values.max()) ** power)
+    extreme = likelihoods(model, map_, pose, poses, laser_likelihood_power=100.0).values
+    assert np.isfinite(extreme).all() and extreme.max() == 1.0
+
+
 @given(st.integers(0, 2**31))
 def test_logarithms_of_many_beams_do_not_underflow(seed):
     logarithms = RNG(seed).uniform(-5000.0, -900.0, 30)

@@ -35,11 +35,12 @@ QUANTILE, CONSISTENT = 7.815, 0.95
 
 
 def nees(error: np.ndarray, P: np.ndarray) -> float:
-    """e' P^-1 e of an error (k,) and its covariance (k, k); inf where that is singular."""
+    """e' P^-1 e of an error (k,) and its covariance (k, k); inf where that is singular, or is but for rounding."""
     try:
-        return float(np.asarray(error) @ np.linalg.solve(P, error))
+        found = float(np.asarray(error) @ np.linalg.solve(P, error))
     except np.linalg.LinAlgError:
         return math.inf
+    return found if found >= 0.0 else math.inf
 
 
 def interval(dof: int, samples: int, probability: float = 0.95) -> tuple[float, float]:

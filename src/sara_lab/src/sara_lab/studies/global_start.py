@@ -1,5 +1,5 @@
 """Drives of the chair that does not know where on the map it started: whether range_localization finds its place by the
-ultrasonic sensors, and whether it is right when it says so.
+ultrasonic sensors, and whether it is right when it says so. Beside it the same drives with a start that is told.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ import numpy as np
 from canserial.reader.readings import FIELD_OF_VIEW
 from sara_bringup.lockstep.corrected import range_map, settings
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.planar import wrap
+from sara_common.planar import compose, wrap
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.studies.wandering import Recording
+from sara_localization.particles.global_search import Places
 from sara_localization.particles.lost import NEAR, TURNED
 from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges.range_data import RangeData, RangeMap
@@ -45,20 +46,15 @@ def start(recording: Recording, map_name: str, since: float = 0.0, further: floa
     place for `further` m.
     """
     localizer = RangeLocalizer(settings(chosen()), _map(map_name))
-    localizer.start_anywhere()
+    localizer.start_anywhere(_places(map_name))
     heard_from = _from(recording, since)
     way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), heard_from[0, 5:7]
     greatest = (0.0, 0.0)
-    readings = iter([reading for reading in _readings(recording) if reading[0] >= heard_from[0, 0] or not since])
-    heard, reading = next(readings)
-    for now, stamp, *poses in heard_from.tolist():
-        while heard <= now:
-            localizer.on_range(reading)
-            heard, reading = next(readings, (math.inf, None))
-        localizer.on_pose(stamp, tuple(poses[:3]))
-        way, last = way + math.dist(poses[3:5], last), poses[3:5]
+    readings = [reading for reading in _readings(recording) if reading[0] >= heard_from[0, 0] or not since]
+    for truth in _heard(localizer, heard_from, readings):
+        way, last = way + math.dist(truth[:2], last), truth[:2]
         if not localizer.searching:
-            errors = _errors(localizer.correction.pose, poses[3:])
+            errors = _errors(localizer.correction.pose, truth)
             if found is None:
                 found, at_once = way, errors
             greatest = max(greatest[0], errors[0]), max(greatest[1], errors[1])
@@ -67,10 +63,49 @@ def start(recording: Recording, map_name: str, since: float = 0.0, further: floa
     return Start(way, found, *errors, at_once, None if found is None else greatest, localizer.told)
 
 
+class Told(NamedTuple):
+    """By how much the pose is wrong at the end of a drive whose start is told, m, rad: corrected by the ranges, and as
+    the dead reckoning has it.
+    """
+
+    off: float
+    turned: float
+    reckoned_off: float
+    reckoned_turned: float
+
+
+def told(recording: Recording, map_name: str) -> Told:
+    """Let a localization that was told where the chair starts hear a Recording."""
+    localizer = RangeLocalizer(settings(chosen()), _map(map_name))
+    poses = recording.poses.copy()
+    poses[:, 2:5] = [compose(recording.poses[0, 5:8].tolist(), pose) for pose in recording.poses[:, 2:5].tolist()]
+    for _ in _heard(localizer, poses, _readings(recording)):
+        pass
+    truth = poses[-1, 5:8].tolist()
+    return Told(*_errors(localizer.correction.pose, truth), *_errors(poses[-1, 2:5].tolist(), truth))
+
+
+def _heard(localizer, poses, readings):
+    """Let a localizer hear a Recording's poses and, as they come, its readings; the true pose after each pose."""
+    coming = iter(readings)
+    heard, reading = next(coming)
+    for now, stamp, *both in poses.tolist():
+        while heard <= now:
+            localizer.on_range(reading)
+            heard, reading = next(coming, (math.inf, None))
+        localizer.on_pose(stamp, tuple(both[:3]))
+        yield both[3:]
+
+
 def _from(recording, since):
     """The poses from so many m on."""
     ways = np.cumsum(np.hypot(*np.diff(recording.poses[:, 5:7], axis=0, prepend=recording.poses[:1, 5:7]).T))
     return recording.poses[np.searchsorted(ways, since) :]
+
+
+@cache
+def _places(name) -> Places:
+    return Places(_map(name), settings(chosen()).search_clearance)
 
 
 @cache

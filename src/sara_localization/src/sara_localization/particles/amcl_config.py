@@ -37,6 +37,7 @@ _RANGES = {
     **{f'odom_alpha{k}': (0.0, 1000.0) for k in range(1, 6)},
     **{f'laser_z_{part}': (0.0, 1000.0) for part in ('hit', 'short', 'max', 'rand')},
     'laser_sigma_hit': (1e-3, 100.0),
+    'laser_likelihood_power': (1e-3, 100.0),
     'recovery_alpha_slow': (0.0, 1.0),
     'recovery_alpha_fast': (0.0, 1.0),
     'lost_limit': (0.0, 1.0),
@@ -62,6 +63,7 @@ CLIENT_LIMITS = {
     'laser_max_range': (-1.0, 1000.0),
     'laser_max_beams': (1, 250),
     'laser_likelihood_max_dist': (0.0, 20.0),
+    'laser_likelihood_power': (0.0, 10.0),
     'beam_skip_distance': (0.0, 2.0),
     **{f'odom_alpha{k}': (0.0, 10.0) for k in range(1, 6)},
     **{f'laser_{name}': (0.0, 10.0) for name in ('z_hit', 'z_short', 'z_max', 'z_rand', 'sigma_hit', 'lambda_short')},
@@ -127,6 +129,7 @@ class AmclConfig:
     laser_sigma_hit: float = 0.2
     laser_lambda_short: float = 0.1
     laser_likelihood_max_dist: float = 2.0
+    laser_likelihood_power: float = 1.0
     do_beamskip: bool = False
     beam_skip_distance: float = 0.5
     beam_skip_threshold: float = 0.3

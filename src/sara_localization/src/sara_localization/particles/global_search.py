@@ -23,6 +23,7 @@ from sara_common.planar import compose, inverse, wrap
 from sara_localization.particles import echo_table, field
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
+from sara_localization.particles.echo_table import EchoTable
 from sara_localization.particles.likelihood import Likelihoods
 from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.rivals import Rivals, Station
@@ -74,13 +75,12 @@ class Echo(NamedTuple):
         return cls(compose(here, reading.mount), reading.range, reading.least)
 
 
-class Places(NamedTuple):
-    """bool (rows, columns) of a map: cells where the robot may be."""
+class Places:
+    """Where on a map the robot may be, `roomy`: bool (rows, columns), and what is heard there; good for any number of
+    searches on that map.
+    """
 
-    roomy: np.ndarray
-
-    @classmethod
-    def of(cls, map_: RangeMap, clearance: float) -> Places:
+    def __init__(self, map_: RangeMap, clearance: float):
         """Free cells farther than `clearance` (m) from walls. Raises ValueError with a sentence where there is none, or
         there are too many cells.
         """
@@ -92,7 +92,15 @@ class Places(NamedTuple):
         roomy[free] = squares.ravel()[free] > (clearance / map_.resolution) ** 2
         if not roomy.any():
             raise ValueError(f'the map has no free place that is {clearance:g} m from its walls')
-        return cls(roomy.reshape(map_.cells.shape))
+        self.roomy, self._map = roomy.reshape(map_.cells.shape), map_
+        self._tables: dict[tuple[float, float], EchoTable] = {}
+
+    def table(self, field_of_view: float, limit: float) -> EchoTable:
+        """What sensors with a full cone (rad) hear there up to `limit` (m): takes a second or so the first time."""
+        cone = field_of_view, limit
+        if cone not in self._tables:
+            self._tables[cone] = echo_table.make(self._map, *cone)
+        return self._tables[cone]
 
 
 class Found(NamedTuple):
@@ -112,7 +120,7 @@ class GlobalSearch:
         """places: of the map; field_of_view: the sensors' full cone, rad; limit: m, farther nothing is heard."""
         echo_table.warm()
         self.config, self.field_of_view, self.limit, self._roomy = config, field_of_view, limit, places.roomy
-        self._table = echo_table.make(map_, field_of_view, limit)
+        self._table = places.table(field_of_view, limit)
         self._logs = echo_table.logarithms(config.beam_model, limit, config.range_min_range)
         roomy, rng = np.flatnonzero(places.roomy).astype(np.int32), np.random.default_rng(config.seed)
         count = int(min(max(PARTICLES_PER_M2 * len(roomy) * map_.resolution**2, LEAST), MOST))

@@ -22,17 +22,20 @@ class Likelihoods(NamedTuple):
     fits: np.ndarray
 
     @classmethod
-    def of_sums(cls, sums: np.ndarray, parts: int, best: float) -> Likelihoods:
-        """Of 1 + sums (n,) over the parts. best: what a part adds where it fits perfectly."""
-        return cls(sums, np.minimum((sums - 1.0) / max(parts * best, _LEAST), 1.0))
+    def of_sums(cls, sums: np.ndarray, parts: int, best: float, power: float = 1.0) -> Likelihoods:
+        """Of 1 + sums (n,) over the parts. best: what a part adds where it fits perfectly. power: to which the values
+        are raised, the fits are not.
+        """
+        values = sums if power == 1.0 else (sums / sums.max()) ** power
+        return cls(values, np.minimum((sums - 1.0) / max(parts * best, _LEAST), 1.0))
 
     @classmethod
-    def of_logarithms(cls, logarithms: np.ndarray, parts: int, best: float) -> Likelihoods:
-        """Of the logarithms (n,) of products over the parts, which may be too small for a float. best: as above, a
-        factor.
+    def of_logarithms(cls, logarithms: np.ndarray, parts: int, best: float, power: float = 1.0) -> Likelihoods:
+        """Of the logarithms (n,) of products over the parts, which may be too small for a float. best, power: as
+        above; best is a factor.
         """
         fits = np.minimum(np.exp(logarithms / parts) / max(best, _LEAST), 1.0)
-        return cls(np.exp(logarithms - logarithms.max()), fits)
+        return cls(np.exp(power * (logarithms - logarithms.max())), fits)
 
 
 class MeasurementModel(Protocol):

@@ -39,13 +39,15 @@ class RangeLocalizer:
         self._end()
         self.correction.forget()
 
-    def start_anywhere(self) -> str:
-        """The robot may be anywhere on the map: search. Returns '' or the sentence why that cannot be."""
+    def start_anywhere(self, places: Places | None = None) -> str:
+        """The robot may be anywhere on the map: search. places: of the map and `search_clearance`, where there are some
+        of another search. Returns '' or the sentence why that cannot be.
+        """
         self._end()
         if self.correction.map is None:
             return 'there is no map yet'
         try:
-            self._places = Places.of(self.correction.map, self.config.search_clearance)
+            self._places = places or Places(self.correction.map, self.config.search_clearance)
         except ValueError as error:
             return str(error)
         self.searching = True

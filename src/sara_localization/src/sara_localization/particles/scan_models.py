@@ -1,7 +1,9 @@
 """The measurement models of amcl for laser scans: `likelihood_field`, `likelihood_field_prob` and `beam`.
 
 The first and the last weigh by 1 + sum p^3 over the beams, as the C++ node does; `likelihood_field_prob` by the product
-of all p, the textbook's law, of which beams that most particles disagree with can be skipped.
+of all p, the textbook's law, of which beams that most particles disagree with can be skipped. What a scan weighs is
+raised to `laser_likelihood_power`: beams of one scan are not independent (S. Thrun, W. Burgard, D. Fox, "Probabilistic
+Robotics", 2005, section 6.3.4).
 """
 
 from __future__ import annotations
@@ -39,6 +41,7 @@ class _Scan:
     def __init__(self, model: ScanModel, beams: Beams):
         self.walls, self.origin, self.most = (model.place, model.cells), (float(beams.x), float(beams.y)), beams.most
         self.beams = np.stack((beams.directions, beams.ranges), 1)
+        self.power = model.config.laser_likelihood_power
 
     def agreement(self, pose: Sequence[float]) -> Agreement:
         place = np.array(pose, float)[None]
@@ -55,7 +58,7 @@ class FieldScan(_Scan):
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         sums = scan_kernels.field_sums(*self.grid, poses, self.points, self.probabilities**3)
-        return Likelihoods.of_sums(sums, len(self.points), self.probabilities[0] ** 3)
+        return Likelihoods.of_sums(sums, len(self.points), self.probabilities[0] ** 3, self.power)
 
 
 class FieldProductScan(FieldScan):
@@ -76,6 +79,7 @@ class FieldProductScan(FieldScan):
             scan_kernels.field_logarithms(*self.grid, poses, points, self.probabilities),
             len(points),
             float(self.probabilities[0]),
+            self.power,
         )
 
     def used(self, poses: np.ndarray) -> np.ndarray:
@@ -107,7 +111,8 @@ class BeamScan(_Scan):
 
     def likelihoods(self, poses: np.ndarray) -> Likelihoods:
         sums = scan_kernels.beam_sums(*self.walls, poses, self.origin, self.beams, self.law)
-        return Likelihoods.of_sums(sums, len(self.beams), (self.law.hit + self.law.random / self.law.most) ** 3)
+        best = (self.law.hit + self.law.random / self.law.most) ** 3
+        return Likelihoods.of_sums(sums, len(self.beams), best, self.power)
 
 
 _SCANS = {'likelihood_field': FieldScan, 'likelihood_field_prob': FieldProductScan, 'beam': BeamScan}

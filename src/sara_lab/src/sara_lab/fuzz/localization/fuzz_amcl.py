@@ -99,6 +99,7 @@ def _config(rng):
             'laser_sigma_hit': float(rng.choice([1e-3, 0.2, 100.0])),
             'laser_lambda_short': float(rng.choice([1e-300, 0.1, 1e300])),
             'laser_likelihood_max_dist': float(rng.choice([1e-300, 0.5, 2.0])),
+            'laser_likelihood_power': float(rng.choice([1e-3, 1.0, 5.0, 100.0])),
             'laser_max_beams': int(rng.choice([1, 2, 30, 1000])),
             'laser_max_range': float(rng.choice([-1.0, 3.0])),
             'lost_limit': float(rng.choice([0.0, 0.5, 0.9, 1.0])),
