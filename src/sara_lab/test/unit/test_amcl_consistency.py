@@ -97,7 +97,7 @@ def test_a_scan_by_the_field_ends_near_walls():
 
 
 def test_the_simulated_robot_errs_less_than_amcl_is_told():
-    found = simulated('likelihood_field', 'hall', 0)
+    found = simulated(DEFAULT, 'hall', 0)
     assert np.mean(found) < 1.5 and max(found) < QUANTILE
 
 
@@ -106,9 +106,10 @@ def result(kind, name, *values):
 
 
 def test_the_part_names_what_is_too_sure():
-    good = [result(kind, name, 2.0, 3.0) for kind in part.NOT_TOO_SURE for name in MAPS for _ in range(10)]
+    kinds = (part.RIGHT, *part.NOT_TOO_SURE)
+    good = [result(kind, name, 2.0, 3.0) for kind in kinds for name in MAPS for _ in range(10)]
     lines, figures = part._summary(good)
-    assert len(lines) == 16 and part._verdict(figures) == []
+    assert len(lines) == 28 and part._verdict(figures) == []
     assert figures['beam_all']['mean'] == 3.0 and figures['beam_all']['runs'] == 30
     assert figures['beam_hall']['median'] == 2.5 and figures['beam_hall']['within'] == 1.0
     bad = [result(r['kind'], r['map'], 2.0, 9.0) if r['kind'] == 'beam' else r for r in good]
@@ -117,6 +118,8 @@ def test_the_part_names_what_is_too_sure():
         'beam: mean NEES 9.00, allowed is up to 3.94',
         'beam: 50.0% of the poses are as right as they claim, 95% are asked for',
     ]
+    timid = [result(r['kind'], r['map'], 2.0, 1.0) if r['kind'] == part.RIGHT else r for r in good]
+    assert part._verdict(part._summary(timid)[1]) == [f'{part.RIGHT}: mean NEES 1.00, allowed are 2.19 to 3.94']
 
 
 def test_a_result_is_plain_data():

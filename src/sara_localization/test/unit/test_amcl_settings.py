@@ -33,6 +33,8 @@ def test_a_filter_s_file_is_not_taken_for_one(name):
         ({'lost_limit': 0.3}, 'lost_limit'),
         ({'lost_recovery': False, 'lost_keeps_heading': 0.95}, 'lost_keeps_heading'),
         ({'laser_likelihood_max_dist': 0.3}, 'laser_likelihood_max_dist'),
+        ({'laser_likelihood_power': 8.0}, 'laser_likelihood_power'),
+        ({'laser_likelihood_power': 2.0, 'laser_model_type': 'likelihood_field_prob'}, 'laser_likelihood_power'),
         ({'do_beamskip': True}, 'do_beamskip'),
         ({'first_map_only': True}, 'first_map_only'),
         ({'update_min_d': 2.0}, 'update_min_d'),

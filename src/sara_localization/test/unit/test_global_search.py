@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sara_common.planar import compose, inverse, wrap
-from sara_localization.particles import echo_table
+from sara_localization.particles import echo_table, global_search
 from sara_localization.particles.echo_table import FAR, NEAR, SILENT, UNHEARD_OF
 from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges import map_echo
@@ -185,6 +185,26 @@ def test_readings_tell_the_pose_near_another_and_how_exactly():
     rivals._stations = [rivals._stations[-1]]  # one place does not say so much
     _, covariance = rivals.pose_near(here, beside)
     assert covariance[2, 2] > math.radians(2.5) ** 2
+
+
+def test_a_place_that_is_known_but_not_exactly_is_not_found(monkeypatch):
+    monkeypatch.setattr(global_search, 'EXACT_RAD', math.radians(0.5))
+    localizer = RangeLocalizer(CONFIG, room([CUPBOARD]))
+    localizer.start_anywhere()
+    assert 'found' not in drive(localizer, [CUPBOARD], way())
+    assert localizer.search.belief.weight > 0.99 and localizer.search.rival is None
+    assert localizer.told.startswith('not sure where the robot is: ')
+
+
+def test_what_is_heard_on_a_map_serves_another_search():
+    map_, poses = room([CUPBOARD]), way()[:20]
+    places, ends = global_search.Places(map_, CONFIG.search_clearance), []
+    for known in (None, places, places):
+        localizer = RangeLocalizer(CONFIG, map_)
+        localizer.start_anywhere(known)
+        drive(localizer, [CUPBOARD], poses)
+        ends.append(localizer.search.belief.pose)
+    assert ends[0] == ends[1] == ends[2] and places.table(CONE, LIMIT) is places.table(CONE, LIMIT)
 
 
 def test_what_ends_a_search_and_what_begins_it_anew():

@@ -46,17 +46,24 @@ class Kind(NamedTuple):
 
 KINDS = {
     **{name: Kind({'laser_model_type': name}) for name in ('likelihood_field', 'beam', 'likelihood_field_prob')},
+    'likelihood_field_power': Kind(
+        {'laser_model_type': 'likelihood_field', 'laser_likelihood_power': 5.0, 'min_particles': 500}
+    ),
+    'likelihood_field_prob_power': Kind(
+        {'laser_model_type': 'likelihood_field_prob', 'laser_likelihood_power': 0.1, 'min_particles': 500}
+    ),
     'drawn_by_field': Kind(
         {'laser_model_type': 'likelihood_field_prob', 'min_particles': 20_000, 'max_particles': 40_000}, by_field=True
     ),
 }
-"""`drawn_by_field`: the law that multiplies the beams' probabilities, scans drawn by it, and particles enough. It is as
+"""`..._power`: the powers, found with other seeds, at which the covariance is as large as the errors.
+`drawn_by_field`: the law that multiplies the beams' probabilities, scans drawn by it, and particles enough. It is as
 near as a likelihood field comes to being consistent: its probabilities are no density, their integral along a ray
 depends on the pose.
 """
-SIMULATED = ('likelihood_field', 'likelihood_field_prob')
-"""Measurement models that are given the simulated robot of carried.py as well, which errs less than amcl's parameters
-say: its ranges by 0.01 m, not by laser_sigma_hit.
+SIMULATED = ('likelihood_field', 'likelihood_field_power', 'likelihood_field_prob')
+"""Of KINDS those that are given the simulated robot of carried.py as well, which errs less than amcl's parameters say:
+its ranges by 0.01 m, not by laser_sigma_hit.
 """
 
 
@@ -84,9 +91,9 @@ def fair(kind: Kind, name: str, number: int, steps: int = STEPS) -> list[float]:
     return found
 
 
-def simulated(model: str, name: str, number: int) -> list[float]:
-    """The same of a drive of the simulated robot, which nobody carries away. model: laser_model_type."""
-    steps = drive(Case(name, number, carried=False), {'laser_model_type': model})
+def simulated(kind: Kind, name: str, number: int) -> list[float]:
+    """The same of a drive of the simulated robot, which nobody carries away."""
+    steps = drive(Case(name, number, carried=False), kind.parameters)
     return [min(step.nees, MOST) for step in steps if step.nees is not None]
 
 

@@ -10,6 +10,8 @@ _LONG_WAY, _LONG_TURN = 1.0, 1.6
 """m and rad between two scans used, from which on the odometry's error may exceed what a scan can mend."""
 _LARGE_ALPHA = 0.1
 _SIGMAS = 3.0
+_GREAT_POWER, _GREAT_POWER_OF_PRODUCT = 6.0, 1.0
+"""Of laser_likelihood_power, above which the covariance is smaller than the errors: `campaign amcl_nees`."""
 
 
 def is_for_amcl(params: dict[str, object]) -> bool:
@@ -23,6 +25,10 @@ def check_amcl(params: dict[str, object]) -> list[Finding]:
 
 
 def _doubtful(c):
+    return (*_of_particles(c), *_of_scans(c))
+
+
+def _of_particles(c):
     alphas = [c.odom_alpha1, c.odom_alpha2, c.odom_alpha3, c.odom_alpha4]
     slow, fast = c.recovery_alpha_slow, c.recovery_alpha_fast
     return (
@@ -50,18 +56,6 @@ def _doubtful(c):
             'lost_keeps_heading has no effect without lost_recovery: true.',
         ),
         (
-            c.laser_likelihood_max_dist < _SIGMAS * c.laser_sigma_hit and c.laser_model_type != 'beam',
-            'laser_likelihood_max_dist',
-            f'laser_likelihood_max_dist is {c.laser_likelihood_max_dist:g} m, less than {_SIGMAS:g} laser_sigma_hit: '
-            'scans hardly tell poses apart. 2 m is usual.',
-        ),
-        (
-            c.do_beamskip and c.laser_model_type != 'likelihood_field_prob',
-            'do_beamskip',
-            f'do_beamskip has no effect with laser_model_type {c.laser_model_type}: only likelihood_field_prob skips '
-            'beams.',
-        ),
-        (
             c.first_map_only and not c.use_map_topic,
             'first_map_only',
             'first_map_only has no effect without use_map_topic: true.',
@@ -76,5 +70,29 @@ def _doubtful(c):
             c.transform_tolerance == 0.0,
             'transform_tolerance',
             'transform_tolerance is 0: map -> odom is older than what others ask for. 0.1 s is usual.',
+        ),
+    )
+
+
+def _of_scans(c):
+    product = c.laser_model_type == 'likelihood_field_prob'
+    return (
+        (
+            c.laser_likelihood_max_dist < _SIGMAS * c.laser_sigma_hit and c.laser_model_type != 'beam',
+            'laser_likelihood_max_dist',
+            f'laser_likelihood_max_dist is {c.laser_likelihood_max_dist:g} m, less than {_SIGMAS:g} laser_sigma_hit: '
+            'scans hardly tell poses apart. 2 m is usual.',
+        ),
+        (
+            c.do_beamskip and c.laser_model_type != 'likelihood_field_prob',
+            'do_beamskip',
+            f'do_beamskip has no effect with laser_model_type {c.laser_model_type}: only likelihood_field_prob skips '
+            'beams.',
+        ),
+        (
+            c.laser_likelihood_power > (_GREAT_POWER_OF_PRODUCT if product else _GREAT_POWER),
+            'laser_likelihood_power',
+            f'laser_likelihood_power is {c.laser_likelihood_power:g}: the covariance of {c.laser_model_type} becomes '
+            f"smaller than the errors. {0.1 if product else 5:g} makes it as large as they are, 1 is the C++ node's.",
         ),
     )
