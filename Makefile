@@ -29,6 +29,7 @@ campaign: build ## everything judged over many chairs, and a million random inpu
 	@$(ENV) rosrun sara_lab fuzz_hmi --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_navigation --count 100000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_amcl --count 1000000 --seed 0
+	@$(ENV) rosrun sara_lab fuzz_ranges --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_navsat --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_slam --count 1000000 --seed 0
 	@tools/run_tests.sh random

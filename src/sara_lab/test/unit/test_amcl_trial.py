@@ -147,12 +147,6 @@ def test_a_filter_without_an_estimate_fails(knowing, monkeypatch):
     assert figures['rosie_multilaser']['passed'] == 0 and part._verdict(figures)
 
 
-def test_a_map_that_the_filter_refuses_ends_the_trial(knowing, monkeypatch):
-    monkeypatch.setattr(Knowing, 'set_map', lambda self, world_map: 'it is turned')
-    with pytest.raises(ValueError, match='it is turned'):
-        tried(EXACT)
-
-
 def test_our_amcl_finds_rosie(knowing, monkeypatch):
     monkeypatch.undo()
     assert tried(SHORT, seed=1)['faults'] == []

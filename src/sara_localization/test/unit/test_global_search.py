@@ -136,6 +136,8 @@ def test_the_beam_model_prefers_what_is_expected():
     assert logs[SILENT].argmax() == FAR
     assert logs[5].argmax() == NEAR
     assert np.ptp(logs[UNHEARD_OF]) == 0.0
+    for least, limit in ((0.0, LIMIT), (0.2, 1000.0)):  # the first bin is nearer than what is measured
+        assert np.isfinite(echo_table.logarithms(BeamModel(0.1, 0.8, 0.06, 0.06, 0.08), limit, least)).all()
 
 
 def test_a_start_anywhere_is_found_and_tracked():

@@ -389,6 +389,9 @@ def test_maps_that_are_none_are_refused():
         (np.zeros(9), 0.05, (0, 0, 0)),
         (np.zeros((3, 3)), 0.0, (0, 0, 0)),
         (np.zeros((3, 3)), 0.05, (math.nan, 0, 0)),
+        (np.zeros((3, 3)), 1e300, (0, 0, 0)),
+        (np.zeros((3, 3)), 1e-30, (0, 0, 0)),
+        (np.zeros((3, 3)), 0.05, (1e15, 0, 0)),
     ):
         with pytest.raises(ValueError):
             RangeMap.from_occupancy(cells, resolution, origin, 65.0)

@@ -50,15 +50,13 @@ class Track:
 
 class Localised:
     """An Amcl that is given what a test's robot measures, as its node gives it: each scan with the odometry of its
-    time. seed: of the particles. Raises ValueError for a map that it refuses.
+    time. seed: of the particles.
     """
 
     def __init__(self, test: AmclTest, world_map: RangeMap, seed: int) -> None:
         self._track, self._told = Track(), list(test.told)
         self._amcl = Amcl(AmclConfig.from_params({**test.parameters, 'seed': seed}))
-        refused = self._amcl.set_map(world_map)
-        if refused:
-            raise ValueError(refused)
+        self._amcl.set_map(world_map)
         if not test.told:
             self._amcl.start_anywhere()
         self._mounts = [Transform.from_xyz_rpy(s.x, s.y, s.z, 0.0, 0.0, s.yaw) for s in test.robot.scanners]

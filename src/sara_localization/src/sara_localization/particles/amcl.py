@@ -25,16 +25,14 @@ from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
 from sara_localization.particles.lost import Evidence, LostFilter, outside
 from sara_localization.particles.particle_filter import ParticleFilter
-from sara_localization.particles.scan_input import FARTHEST, ScanInput
+from sara_localization.particles.scan_input import ScanInput
 from sara_localization.particles.scan_models import ScanModel, same_model
-from sara_localization.ranges.range_data import RangeMap
+from sara_localization.ranges.range_data import FARTHEST, RangeMap
 
 PARTICLES_PER_M2, MOST_SEARCHING = 80, 200_000
 """Of a start anywhere, per square metre of free cells, and in all."""
 TRIED_PER_M2, MOST_TRIED = 1500, 40_000
 """Candidates at a time of a search, likewise: so many that chance prefers none of two places that look alike."""
-SMALLEST_CELL = 1e-3
-"""m."""
 NOT_KNOWN = 0.5
 """The probability of being lost at a pose that was told, until a scan bears it out."""
 LOST_WAITS = 1.0
@@ -84,13 +82,8 @@ class Amcl:
 
     # What is told from outside
 
-    def set_map(self, map_: RangeMap) -> str:
-        """Another map. Particles stay where they are: only a pose that is set moves them. Returns '' or the sentence
-        why it is refused.
-        """
-        size = map_.resolution * max(map_.cells.shape)
-        if not SMALLEST_CELL <= map_.resolution <= size <= FARTHEST or max(map(abs, map_.origin)) > FARTHEST:
-            return f'its cells are of {map_.resolution:g} m and its origin is at {map_.origin}'
+    def set_map(self, map_: RangeMap) -> None:
+        """Another map. Particles stay where they are: only a pose that is set moves them."""
         first = self.map is None
         self.map, self._free = map_, field.free_cells(map_)
         self._model = ScanModel(self.config, map_)
@@ -99,7 +92,6 @@ class Amcl:
             pose, variances = self._wanted or (self.config.initial_pose, np.diag(self.config.initial_variances))
             self._start(pose, variances)
         self._force = self._force or self.config.force_update_after_set_map
-        return ''
 
     def set_pose(self, pose: Sequence[float], covariance: np.ndarray) -> str:
         """The robot is at x, y, yaw in the map, with a covariance (3, 3) of these. Before there is a map it waits for

@@ -121,7 +121,7 @@ def logarithms(model: BeamModel, limit: float, least: float) -> np.ndarray:
         table[code, FAR] += model.lost
     table[SILENT, :BINS] += model.short / BINS
     table[SILENT, FAR] += model.hit + model.lost
-    near = middles < least
+    near = middles < max(least, width)  # one bin at the least
     table[:, NEAR] = table[:, :BINS][:, near].sum(axis=1)
     table[UNHEARD_OF] = total / READINGS
     return np.log(table / total)

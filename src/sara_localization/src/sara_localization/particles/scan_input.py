@@ -9,9 +9,8 @@ from sara_common.planar import compose, inverse
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.beams import is_level
+from sara_localization.ranges.range_data import FARTHEST
 
-FARTHEST = 1e7
-"""m, of maps, the odometry and poses that are set: a float's last digits are fine there."""
 FARTHEST_MOUNT = 100.0
 """m from the robot to a scanner on it."""
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from sara_localization.ranges import map_echo
 
+SMALLEST_CELL, FARTHEST = 1e-3, 1e7
+"""m: of a map's cells at least, and of its size and of poses at most: a float's last digits are fine there."""
+
 
 class RangeMap(NamedTuple):
     """Cells of a map: uint8 (rows, columns) as map_echo has them, row 0 lowest; m per cell; origin (x, y, yaw) of its
@@ -31,6 +34,11 @@ class RangeMap(NamedTuple):
             raise ValueError('the map has no cells')
         if not (math.isfinite(resolution) and resolution > 0.0 and all(map(math.isfinite, origin))):
             raise ValueError(f'the map has a resolution of {resolution!r} and its origin at {tuple(origin)!r}')
+        if (
+            not SMALLEST_CELL <= resolution <= resolution * max(data.shape) <= FARTHEST
+            or max(map(abs, origin)) > FARTHEST
+        ):
+            raise ValueError(f'its cells are of {resolution:g} m and its origin is at {tuple(origin)!r}')
         cells = np.where(data > occupied_above, map_echo.OCCUPIED, np.where(data < 0, map_echo.UNKNOWN, map_echo.FREE))
         return cls(np.ascontiguousarray(cells, dtype=np.uint8), float(resolution), tuple(map(float, origin)))
 

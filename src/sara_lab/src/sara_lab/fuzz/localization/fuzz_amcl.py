@@ -14,12 +14,19 @@ import numpy as np
 
 from sara_common.config import ConfigError
 from sara_lab.fuzz.blocks import Report
-from sara_lab.fuzz.localization.random_scans import FRAMES, WEIRD, number, random_mount, random_sweep, random_transform
+from sara_lab.fuzz.localization.random_scans import (
+    FRAMES,
+    WEIRD,
+    number,
+    random_map,
+    random_mount,
+    random_sweep,
+    random_transform,
+)
 from sara_localization.particles.amcl import Amcl
 from sara_localization.particles.amcl_config import ODOM_MODELS, SCAN_MODELS, AmclConfig
 from sara_localization.particles.amcl_status import Heard, statuses
 from sara_localization.particles.scan_input import ScanInput
-from sara_localization.ranges.range_data import RangeMap
 
 INPUTS_PER_NODE = 200
 
@@ -120,18 +127,11 @@ def _scan(rng, amcl, _report):
 
 
 def _set_map(rng, amcl, report):
-    rows, columns = rng.choice([0, 1, 2, 7, 40, 60], 2)
-    cells = rng.choice(np.array([0, 0, 0, 0, 100, -1, 50, 101, -128], np.int8), (rows, columns))
-    if rng.random() < 0.2:
-        cells[:] = rng.choice([0, 100, -1])
-    resolution = 0.1 if rng.random() < 0.9 else WEIRD[rng.integers(len(WEIRD))]
-    try:
-        map_ = RangeMap.from_occupancy(cells, resolution, tuple(number(rng, 2.0, 0.01) for _ in range(3)), 65)
-    except ValueError:
+    map_ = random_map(rng)
+    if map_ is None:
         report.kinds['no map'] += 1
-        return
-    if amcl.set_map(map_):
-        report.kinds['map refused'] += 1
+    else:
+        amcl.set_map(map_)
 
 
 def _set_pose(rng, amcl, report):

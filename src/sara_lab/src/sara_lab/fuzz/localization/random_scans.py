@@ -1,4 +1,4 @@
-"""Random scans, and where scanners sit: what drivers and users get wrong."""
+"""Random scans, where scanners sit, and maps: what drivers and users get wrong."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from sara_common.scans import Sweep
 from sara_localization.geometry.rigid import Transform
+from sara_localization.ranges.range_data import RangeMap
 
 WEIRD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-320, 1e-30, 1e15, -1e15, 1e300, -1e300, -1.0)
 FRAMES = ('laser', 'rear', '')
@@ -41,3 +42,16 @@ def random_transform(rng: np.random.Generator, size: float) -> Transform:
     x, y, z = (number(rng, size, 0.005) for _ in range(3))
     tilt = rng.normal(size=2) * (0.05 if rng.random() < 0.9 else 2.0)
     return Transform.from_xyz_rpy(x, y, z, *tilt.tolist(), number(rng, 2.0, 0.002) % 1e3)
+
+
+def random_map(rng: np.random.Generator) -> RangeMap | None:
+    """A map of up to 60 x 60 cells, hardly like a house; None where what came is none."""
+    rows, columns = rng.choice([0, 1, 2, 7, 40, 60], 2)
+    cells = rng.choice(np.array([0, 0, 0, 0, 100, -1, 50, 101, -128], np.int8), (rows, columns))
+    if rng.random() < 0.2:
+        cells[:] = rng.choice([0, 100, -1])
+    resolution = 0.1 if rng.random() < 0.9 else WEIRD[rng.integers(len(WEIRD))]
+    try:
+        return RangeMap.from_occupancy(cells, resolution, tuple(number(rng, 2.0, 0.01) for _ in range(3)), 65)
+    except ValueError:
+        return None

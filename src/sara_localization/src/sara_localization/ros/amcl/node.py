@@ -104,12 +104,10 @@ class AmclNode:
             )
         with self.lock:
             try:
-                fault = self.amcl.set_map(conversions.range_map(msg, self.config.map_occupied_above))
+                self.amcl.set_map(conversions.range_map(msg, self.config.map_occupied_above))
             except ValueError as error:
-                fault = str(error)
-            if fault:
-                rospy.logwarn_throttle_identical(PATIENCE, f'the map is not used: {fault}')
-                return fault
+                rospy.logwarn_throttle_identical(PATIENCE, f'the map is not used: {error}')
+                return str(error)
             now = saved()
             if now != self.known:
                 self.known = now
