@@ -518,6 +518,16 @@ def test_what_is_in_the_way_of_the_present_motion_counts_though_another_is_asked
     assert bench.ask(-0.2).step() == Decision(pytest.approx(0.4 - 1.5 * DT), 0.0, State.BRAKING, Reason.FRONT, False)
 
 
+def test_after_a_hard_brake_for_an_obstacle_the_chair_sets_out_on_the_curve_that_it_is_to_drive():
+    bench = Bench().driving(0.4)
+    see(bench, 'F', 0.3)
+    bench.ask(0.0)
+    steps_to_rest(bench)
+    bench.ask(-0.2, 0.16)
+    curves = [abs(bench.decision.w / bench.decision.v) for _ in range(8) if bench.step().v < 0.0]
+    assert len(curves) == 8 and max(curves) < 1.15 * 0.16 / 0.2
+
+
 def test_a_hard_brake_for_an_obstacle_is_forgotten_by_a_loss():
     bench = Bench().driving(0.4)
     see(bench, 'F', 0.4)

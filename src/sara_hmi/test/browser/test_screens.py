@@ -170,6 +170,7 @@ def test_the_chair_s_pose_is_given_by_keyboard_alone(page):
     page.driver.execute_script('document.querySelector("[data-use=am_here]").focus()')
     page.key('Enter')
     assert page.chair.wait_for('pose')[0]['pose'] == pytest.approx([2.0, 3.0, 0.5 - 0.2618], abs=1e-3)
+    page.until('document.getElementById("notice").textContent === "The chair was told that it is where the mark was."')
 
 
 def test_the_map_is_zoomed_and_moved_by_buttons(page):

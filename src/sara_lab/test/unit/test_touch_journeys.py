@@ -8,6 +8,7 @@ import pytest
 
 from sara_common.planar import advanced
 from sara_common.platforms import chosen
+from sara_lab.journeys.by_arrows import ArrowRider
 from sara_lab.journeys.by_hand import TOUR, Rider, legs, stop
 from sara_lab.journeys.touch_journey import TouchJourney, journeys_of, missing
 from sara_lab.judge import gaps
@@ -56,12 +57,17 @@ def by_arrows(rider):
     return command
 
 
-@pytest.mark.parametrize('by, passed', [(by_stick, 0.08), (by_arrows, 0.35)])
-def test_a_rider_drives_round_the_flat_by_hand_and_touches_nothing(by, passed):
+def sees(world):
+    return lambda pose: gaps.at(world, pose, BODY)
+
+
+@pytest.mark.parametrize('by', [by_stick, by_arrows])
+def test_a_rider_drives_round_the_flat_by_hand_and_touches_nothing(by):
     world, where = World.from_yaml(FLAT), flat_places()
     pose = where[stop(0)]
     for number in range(1, len(TOUR) + 1):
-        rider = Rider(legs(stop(number - 1), stop(number), where), passed)
+        way = legs(stop(number - 1), stop(number), where)
+        rider = Rider(way) if by is by_stick else ArrowRider(way, sees(world))
         poses = driven(rider, pose, by(rider))
         gap = gaps.along(world, np.arange(len(poses)) * STEP_S, poses, BODY, STEP_S).min()
         assert gap > 0.02
@@ -70,14 +76,14 @@ def test_a_rider_drives_round_the_flat_by_hand_and_touches_nothing(by, passed):
 
 
 def test_a_rider_who_is_stuck_backs_up_for_a_moment():
-    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)])
     pushed = [rider.stick(0.1 * k, (1.0, 0.0, 0.0))[0] for k in range(60)]
     assert pushed[0] > 0.0 > pushed[45]
     assert rider.stick(6.0, (0.8, 0.0, 0.0))[0] > 0.0
 
 
 def test_a_rider_who_is_stuck_at_the_same_place_again_backs_up_farther():
-    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)])
 
     def backs_up(t, x):
         for k in range(60):
@@ -90,9 +96,46 @@ def test_a_rider_who_is_stuck_at_the_same_place_again_backs_up_farther():
 
 
 def test_a_rider_who_cannot_back_up_drives_on_for_a_moment_and_then_tries_again():
-    rider = Rider([(0.0, 0.0), (3.0, 0.0)], passed=0.1)
-    held = [rider.arrow(0.1 * k, (1.0, 0.0, 1.0), None) for k in range(150)]
-    assert [held[k] for k in (0, 45, 60, 90, 110, 130)] == ['right', 'down', 'right', 'up', 'right', 'down']
+    rider = Rider([(0.0, 0.0), (3.0, 0.0)])
+    pushed = [rider.stick(0.1 * k, (1.0, 0.0, 1.0)) for k in range(150)]
+    assert [pushed[k][0] for k in (0, 45, 60, 90, 110, 130)] == pytest.approx([0.0, -0.6, 0.0, 0.6, 0.0, -0.6])
+
+
+class Alley:
+    """Walls 0.1 m beside a body that stands straight in it, along x; and one across, its distance ahead `end`."""
+
+    def __init__(self, end=math.inf):
+        self.end = end
+
+    def __call__(self, pose):
+        long, wide = abs(math.cos(pose[2])), abs(math.sin(pose[2]))
+        aside = 0.5 * (BODY[0] * wide + BODY[1] * long) + abs(pose[1])
+        ahead = self.end - pose[0] - 0.5 * (BODY[0] * long + BODY[1] * wide)
+        return max(min(0.5 * BODY[1] + 0.1 - aside, ahead), 0.0)
+
+
+def test_who_drives_by_arrows_does_not_turn_where_a_corner_of_the_chair_would_come_too_near():
+    way = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)]
+    assert ArrowRider(way, Alley()).arrow(0.0, (3.0, 0.0, 0.0), None) == 'up'
+    assert ArrowRider(way, lambda pose: 1.0).arrow(0.0, (3.0, 0.0, 0.0), None) == 'left'
+
+
+def test_who_drives_by_arrows_backs_out_where_there_is_room_neither_to_turn_nor_to_go_on():
+    way, at_the_end = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)], (3.0, 0.0, 0.0)
+    assert ArrowRider(way, Alley(3.0 + 0.5 * BODY[0] + 0.15)).arrow(0.0, at_the_end, None) == 'down'
+
+
+@pytest.mark.parametrize('pose, first, then', [((3.0, 0.0, 0.0), 'left', 'up'), ((1.0, 0.0, 0.0), 'up', 'down')])
+def test_who_drives_by_arrows_tries_something_else_where_the_chair_does_not_obey(pose, first, then):
+    rider, held, pressed = ArrowRider([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)], lambda pose: 1.0), None, []
+    for k in range(60):
+        wanted = rider.arrow(0.1 * k, pose, held)
+        held = None if held and wanted != held else wanted
+        pressed.append(held)
+    assert [button for button, before in zip(pressed, [None, *pressed]) if button and button != before][:2] == [
+        first,
+        then,
+    ]
 
 
 def test_a_journey_is_read_as_it_was_written_and_a_broken_line_is_told():

@@ -83,7 +83,7 @@ class SafetyGate:
         )
         self._pressed = self._latched = False
         self._armed = self._firm = False
-        self._scaled_at = -math.inf  # s: when distance zones last made a command slower
+        self._scaled_at = -math.inf  # s: when distance zones last made a command slower, or braked
         self._cause = Reason.START
         self._last = self._gave_up = self._armed_at = None
         self._blocked_for = 0.0  # s
@@ -182,6 +182,7 @@ class SafetyGate:
         asked, at = zones.scale(comfort.v, comfort.w, gentle=self._firm)
         self._firm = asked < 1.0
         if self._firm:
+            self._scaled_at = t
             comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
             return self._decision(State.BRAKING, self._side(at), False, zones.pedestrian_moving)
         factor, near = zones.scale(v, w)

@@ -133,7 +133,10 @@ function moves(scene, mark) {
 
 function uses(app, node, scene, mark) {
   const use = (name, frame) => button(say(`ui.map.${name}`), () => {
-    if (app.command({ op: frame, pose: scene.marker })) mark(null);
+    if (app.command({ op: frame, pose: scene.marker })) {
+      mark(null);
+      if (frame === 'pose') app.notice('ui.map.told');
+    }
     node.querySelector('button')?.focus();
   }, { 'data-use': name, class: name === 'go_here' ? 'primary' : '' });
   return el('div', { class: 'row', 'data-scan': 'row', 'data-scan-order': 0, role: 'group', 'aria-label': say('ui.map.uses') },

@@ -11,7 +11,7 @@ from sara_lab.journeys import travel
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.map_drives import kept
-from sara_lab.studies.map_trial import Made, judged, mapped
+from sara_lab.studies.map_trial import Made, judged, kept_map, mapped
 from sara_nav.maps.map_saver import SaverConfig, save_map
 
 MEDIAN, P95 = 0.02, 0.06
@@ -64,8 +64,8 @@ def mapping(seeds: int, folder: Path) -> Part:
                 name, number, people
             )
             for people in (False, True)
-            for name in MAPS
             for number in range(seeds)
+            for name in MAPS
         },
         _summary,
     )
@@ -73,18 +73,12 @@ def mapping(seeds: int, folder: Path) -> Part:
 
 def made_maps(_seeds: int, folder: Path) -> Part:
     """The fifty journeys of `travel` on each map, true pose, with the scanner, by the map that was made in the drive of
-    the journey's number modulo MAPS_MADE.
+    the journey's number modulo MAPS_MADE. Drives and maps are kept in the folder.
     """
-    grids = {}
-
-    def grid_made(name, number):
-        if (name, number) not in grids:
-            drive = kept(name, number, False, folder / 'map_drives')
-            grids[name, number] = mapped(drive, start=tuple(drive.poses[0, 4:].tolist())).map()
-        return grids[name, number]
 
     def case(name, number):
-        return travel.drive(name, 'true', number, scan=True, known=grid_made(name, number % MAPS_MADE)).to_json()
+        known = kept_map(name, number % MAPS_MADE, folder / 'map_drives')
+        return travel.drive(name, 'true', number, scan=True, known=known).to_json()
 
     return Part(
         {

@@ -1,9 +1,8 @@
-"""A rider who drives the flat by hand, by a joystick or by arrow buttons: from room to room through its doors.
+"""A rider who drives the flat by hand, by a joystick: from room to room through its doors.
 
 The rider knows what the page shows, the chair's pose, and follows straight legs: aims at a point a little ahead on the
 leg, turns in place where that lies aside, and backs up a little where the chair does not move any more, farther where
-that has not helped; a chair that does not back up either is driven on a little, then back again. Who drives by arrows
-learns how long before its end a turn is to be let go, and how long a tap is that turns a little.
+that has not helped; a chair that does not back up either is driven on a little, then back again.
 """
 
 from __future__ import annotations
@@ -38,10 +37,6 @@ AHEAD = 0.7  # m along the leg, that the rider aims at
 THERE = 0.3  # m from the place, where the rider lets go
 SLOWS = 0.8  # m before a corner, where the rider begins to go slowly
 TURNS, TURNED = 0.5, 0.1  # rad aside, from which on the joystick turns in place, and until when
-STRAIGHT = 0.04  # rad aside, up to which an arrow leads straight on
-LITTLE, TAP_S = 0.3, 1.0  # rad aside, up to which it is tapped; at first for so long times the root of the angle
-RATE_S = 0.25  # over which the rider sees how fast the chair turns
-LET_GO_S, LEARNS = 0.5, 0.5  # before its end a turn is let go, at first; share of what was wrong that is learned
 STUCK_S, FREES_S = 4.0, 1.5  # without having moved, until the rider drives back or on, and for how long
 FARTHER, AGAIN = 3, 0.5  # times as long at most, where the chair stands again within that (m)
 MOVED = (0.03, 0.05)  # m, rad
@@ -62,21 +57,16 @@ def legs(start: str, goal: str, places: Mapping[str, Sequence[float]]) -> list[P
     return [*way, (places[goal][0], places[goal][1])]
 
 
-class Rider:
-    """way: corners of the legs, first where the chair is. passed: m before a corner, where the next leg begins."""
+class Legs:
+    """Straight legs that somebody follows. way: their corners, first where the chair is. passed: m before a corner,
+    where the next leg begins.
+    """
 
     def __init__(self, way: Sequence[Point], passed: float) -> None:
         self._way, self._leg, self._passed = list(way), 1, passed
-        self._still: tuple[float, tuple[float, ...]] | None = None
-        self._frees_until, self._frees = -math.inf, 0
-        self._stood, self._times = (math.inf, math.inf), 0
-        self._turns = False
-        self._looks: list[tuple[float, float]] = []
-        self._let_go_s, self._turn = LET_GO_S, 0.0
-        self._tap_s, self._tap = TAP_S, (0.0, -math.inf)  # rad wanted, since when
 
     def is_there(self, pose: Sequence[float]) -> bool:
-        """Whether the chair, at (x, y, yaw), is where the rider wants to be."""
+        """Whether the chair, at (x, y, yaw), is at the end of the last leg."""
         return self._leg == len(self._way) - 1 and math.dist(pose[:2], self._way[-1]) < THERE
 
     def _along(self, pose):
@@ -87,7 +77,7 @@ class Rider:
         return (bx - pose[0]) * ux + (by - pose[1]) * uy, (bx, by), (ux, uy)
 
     def look(self, pose: Sequence[float]) -> tuple[float, float]:
-        """(m left of this leg; rad, + to the left: how far aside lies what the rider aims at)."""
+        """(m left of this leg; rad, + to the left: how far aside lies the point of it AHEAD of the chair)."""
         left, end, along = self._along(pose)
         while self._leg < len(self._way) - 1 and left < self._passed:
             self._leg += 1
@@ -95,6 +85,21 @@ class Rider:
         short = max(left - AHEAD, 0.0)
         aim = end[0] - short * along[0], end[1] - short * along[1]
         return left, wrap(math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2])
+
+
+class Rider:
+    """way: corners of the legs, first where the chair is."""
+
+    def __init__(self, way: Sequence[Point]) -> None:
+        self._legs = Legs(way, passed=0.08)
+        self._still: tuple[float, tuple[float, ...]] | None = None
+        self._frees_until, self._frees = -math.inf, 0
+        self._stood, self._times = (math.inf, math.inf), 0
+        self._turns = False
+
+    def is_there(self, pose: Sequence[float]) -> bool:
+        """Whether the chair, at (x, y, yaw), is where the rider wants to be."""
+        return self._legs.is_there(pose)
 
     def frees(self, t: float, pose: Sequence[float]) -> int:
         """-1, 1: the chair has not moved for long, and the rider drives it back or on, in turn; 0: neither. t: s."""
@@ -117,49 +122,8 @@ class Rider:
         """(forward, left): the joystick's way in shares of its radius."""
         if frees := self.frees(t, pose):
             return 0.6 * frees, 0.0
-        left, aside = self.look(pose)
+        left, aside = self._legs.look(pose)
         self._turns = abs(aside) > (TURNED if self._turns else TURNS)
         if self._turns:
             return 0.0, math.copysign(min(1.0, 0.3 + 0.7 * abs(aside)), aside)
         return max(min(1.0 - abs(aside) / TURNS, left / SLOWS), 0.3), min(max(1.4 * aside, -0.7), 0.7)
-
-    def arrow(self, t: float, pose: Sequence[float], held: str | None) -> str | None:
-        """The button that the rider holds down now: up, left, right or down; None: the chair is to come to rest.
-        `held`: the one that is held, None where the chair rests.
-        """
-        if frees := self.frees(t, pose):
-            button = 'up' if frees > 0 else 'down'
-            return button if held in (button, None) else None
-        aside, rate = self.look(pose)[1], self._rate(t, pose[2])
-        if held is None:
-            self._learn(aside)
-            if abs(aside) < STRAIGHT:
-                return 'up'
-            self._tap = (aside, t) if abs(aside) < LITTLE else (0.0, t)
-            return 'left' if aside > 0.0 else 'right'
-        if held == 'up':
-            return 'up' if abs(aside) < 1.5 * STRAIGHT else None
-        wanted, since = self._tap
-        if wanted != 0.0:
-            return held if t - since < self._tap_s * math.sqrt(abs(wanted)) else None
-        sense = 1.0 if held == 'left' else -1.0
-        if sense * aside > max(sense * rate, 0.0) * self._let_go_s:
-            return held
-        self._turn = rate
-        return None
-
-    def _rate(self, t, yaw):
-        """rad/s, how fast the chair turns."""
-        self._looks = [one for one in self._looks if one[0] > t - RATE_S] + [(t, yaw)]
-        since, before = self._looks[0]
-        return wrap(yaw - before) / (t - since) if t > since else 0.0
-
-    def _learn(self, aside):
-        """How early to let go, and how long to tap, from how far aside (rad) the chair rests after a turn."""
-        if (wanted := self._tap[0]) != 0.0:
-            turned = max(1.0 - aside / wanted, 0.25)  # share of what was wanted
-            self._tap_s /= min(max(math.sqrt(turned), 0.7), 1.4)
-            self._tap = (0.0, -math.inf)
-        if abs(self._turn) > 0.05:
-            self._let_go_s -= LEARNS * aside / self._turn
-        self._let_go_s, self._turn = min(max(self._let_go_s, 0.1), 1.5), 0.0

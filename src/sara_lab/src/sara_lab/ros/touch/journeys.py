@@ -8,7 +8,8 @@ the simulator's own truth: at the place, and no contact; the gap is that of the 
 - switch: one switch, scanned at 1 s
 - dwell: a pointer that rests on the tile, then on yes
 - stick: a finger on the joystick, steered by the pose that the page shows
-- arrows: a finger that holds one arrow at a time, steered likewise
+- arrows: a finger that holds one arrow at a time, steered by what is seen from the seat: where the chair is, and how
+  much room it has
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rospkg
 
 from sara_common.platforms import chosen
 from sara_hmi.browser.page import Page, browsing
-from sara_lab.journeys.by_hand import Rider, legs, stop
+from sara_lab.journeys.by_arrows import ArrowRider
+from sara_lab.journeys.by_hand import Point, Rider, legs, stop
 from sara_lab.journeys.touch_journey import TouchJourney, journeys_of, missing, summary
 from sara_lab.judge import gaps
 from sara_lab.ros.touch.whole_chair import Truth, a_node, whole_chair
@@ -41,6 +43,15 @@ REST = '!sara.chair.isGoing && !sara.chair.isMoving'
 
 class JourneyFault(Exception):
     """What the page said instead of an arrival."""
+
+
+class Task(NamedTuple):
+    """name: of the place to drive to. way: corners of the legs to it. truth, world: what the rider sees."""
+
+    name: str
+    way: Sequence[Point]
+    truth: Truth
+    world: World
 
 
 def opened(page: Page, screen: str, **settings: Any) -> None:
@@ -60,15 +71,15 @@ def wait_for_end(page: Page) -> None:
         raise JourneyFault(end)
 
 
-def by_places(page: Page, name: str, _way: Sequence) -> None:
+def by_places(page: Page, task: Task) -> None:
     """Tap the place, confirm."""
     opened(page, 'go')
-    page.click(f'[data-place={name}]')
+    page.click(f'[data-place={task.name}]')
     page.click('[data-answer=go]')
     wait_for_end(page)
 
 
-def by_map(page: Page, name: str, way: Sequence) -> None:
+def by_map(page: Page, task: Task) -> None:
     """Tap where the place is on the map, go there."""
     opened(page, 'map')
     page.until('sara.chair.image !== null && document.getElementById("map").width > 300')
@@ -77,7 +88,7 @@ def by_map(page: Page, name: str, way: Sequence) -> None:
         'const box = document.getElementById("map").getBoundingClientRect();'
         'const [x, y] = sara.current.view.toPixel(...arguments); return [box.x + x, box.y + y]'
     )
-    x, y = page.driver.execute_script(script, *way[-1])
+    x, y = page.driver.execute_script(script, *task.way[-1])
     page.touch('Start', (x, y))
     page.touch('End')
     page.click('[data-use=go_here]')
@@ -91,22 +102,22 @@ def press_when(page: Page, lit: str) -> None:
     page.key(' ')
 
 
-def by_switch(page: Page, name: str, _way: Sequence) -> None:
+def by_switch(page: Page, task: Task) -> None:
     """One switch: its row, the place, the answer, each when it lights up."""
     opened(page, 'go', scan='auto', scan_period=1.0)
     lit, asked = 'document.querySelector(".scanned")', '!document.getElementById("question").hidden'
-    press_when(page, f'document.querySelector(".scanned.tilerow")?.querySelector("[data-place={name}]")')
-    page.until(f'{asked} || {lit}?.dataset.place === "{name}"', timeout=60.0)
+    press_when(page, f'document.querySelector(".scanned.tilerow")?.querySelector("[data-place={task.name}]")')
+    page.until(f'{asked} || {lit}?.dataset.place === "{task.name}"', timeout=60.0)
     if not page.js(asked):  # a row of one tile is that tile
-        press_when(page, f'{lit}?.dataset.place === "{name}"')
+        press_when(page, f'{lit}?.dataset.place === "{task.name}"')
     press_when(page, f'{lit}?.dataset.answer === "go"')
     wait_for_end(page)
 
 
-def by_dwell(page: Page, name: str, _way: Sequence) -> None:
+def by_dwell(page: Page, task: Task) -> None:
     """Rest the pointer on the place, then on the answer."""
     opened(page, 'go', dwell='on', dwell_time=0.5)
-    page.mouse('Moved', *page.middle(f'[data-place={name}]'))
+    page.mouse('Moved', *page.middle(f'[data-place={task.name}]'))
     page.until('!document.getElementById("question").hidden')
     page.mouse('Moved', *page.middle('[data-answer=go]'))
     wait_for_end(page)
@@ -118,28 +129,29 @@ def gently(page: Page) -> None:
     page.until('sara.chair.welcome.profile === "gentle"')
 
 
-def looks(page: Page, rider: Rider) -> Iterator[tuple[float, Sequence[float], bool]]:
-    """(s, pose, whether the page is held) until the rider is there."""
+def in_time() -> Iterator[float]:
+    """The time (s) of each look of the rider, for as long as a journey may take."""
     end = time.monotonic() + LONGEST_S
     while time.monotonic() < end:
-        pose, held = page.js('[sara.chair.state?.pose, sara.pump.isHeld]')
-        if pose and rider.is_there(pose):
-            return
-        if pose:
-            yield time.monotonic(), pose, held
+        yield time.monotonic()
         time.sleep(TICK_S)
     raise JourneyFault(f'not there after {LONGEST_S:.0f} s')
 
 
-def by_stick(page: Page, _name: str, way: Sequence) -> None:
+def by_stick(page: Page, task: Task) -> None:
     """A finger on the joystick."""
     opened(page, 'drive')
     gently(page)
     x, y = page.middle('#stick')
     radius = page.js('document.getElementById("stick").getBoundingClientRect().width') / 3.0
-    rider, down = Rider(way, passed=0.08), False
+    rider, down = Rider(task.way), False
     try:
-        for t, pose, held in looks(page, rider):
+        for t in in_time():
+            pose, held = page.js('[sara.chair.state?.pose, sara.pump.isHeld]')
+            if not pose:
+                continue
+            if rider.is_there(pose):
+                break
             if down and not held:  # the page has taken it away: lift, and take it again
                 page.touch('End')
                 down = False
@@ -154,16 +166,19 @@ def by_stick(page: Page, _name: str, way: Sequence) -> None:
     page.until(REST)
 
 
-def by_arrows(page: Page, _name: str, way: Sequence) -> None:
+def by_arrows(page: Page, task: Task) -> None:
     """A finger that holds one arrow at a time."""
     opened(page, 'drive')
     gently(page)
-    rider, down = Rider(way, passed=0.35), None  # the chair runs on after a press
+    rider, down = ArrowRider(task.way, lambda pose: gaps.at(task.world, pose, chosen().size)), None
     places = {name: page.middle(f'.arrow-{name}') for name in ('up', 'left', 'right', 'down')}
     try:
-        for t, pose, held in looks(page, rider):
+        for t in in_time():
+            pose = task.truth.track[-1][1:]
+            if rider.is_there(pose):
+                break
             wanted = rider.arrow(t, pose, down)
-            if down and (wanted != down or not held):
+            if down and (wanted != down or not page.js('sara.pump.isHeld')):
                 page.touch('End')
                 down = None
                 page.until('!sara.chair.isMoving')
@@ -176,7 +191,7 @@ def by_arrows(page: Page, _name: str, way: Sequence) -> None:
     page.until(REST)
 
 
-INPUTS: dict[str, Callable[[Page, str, Sequence], None]] = {
+INPUTS: dict[str, Callable[[Page, Task], None]] = {
     'places': by_places,
     'map': by_map,
     'switch': by_switch,
@@ -192,7 +207,7 @@ def journey(page: Page, truth: Truth, world: World, which: tuple[str, int], plac
     start, goal, before, fault = stop(number - 1), stop(number), truth.contacts(), ''
     truth.track.clear()
     try:
-        INPUTS[by](page, goal, legs(start, goal, places))
+        INPUTS[by](page, Task(goal, legs(start, goal, places), truth, world))
     except (JourneyFault, TimeoutError) as error:
         fault = str(error)
     contacts = truth.contacts() - before
