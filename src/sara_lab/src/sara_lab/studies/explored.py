@@ -6,14 +6,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from sara_bringup.lockstep.localization import Estimate, Filter
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_common.planar import Pose2D, compose, inverse
+from sara_common.planar import Pose2D, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
 from sara_lab.studies.map_drives import Drive
@@ -162,9 +161,7 @@ class Exploration:
             self.frames.append(self._frame(lockstep.time - began))
         chair = lockstep.chair
         way = float(np.hypot(*np.diff(np.array(self.poses)[:, 4:6], axis=0).T).sum())
-        drive = Drive(
-            np.array(self.poses), np.array(self.stamps), np.array(self.ranges), way, 0, chair.contacts
-        )
+        drive = Drive(np.array(self.poses), np.array(self.stamps), np.array(self.ranges), way, 0, chair.contacts)
         off = math.dist(chair.pose[:2], self.start[:2])
         return Explored(drive, self.slam, self.said, self.explorer.state, lockstep.time - began, off, self.frames)
 

@@ -27,7 +27,7 @@ def updated(ground: Costmap, x: int, y: int, data: np.ndarray) -> Costmap:
     """
     rows, columns = data.shape
     height, width = ground.costs.shape
-    if not (0 <= x and 0 <= y and x + columns <= width and y + rows <= height):
+    if x < 0 or y < 0 or x + columns > width or y + rows > height:
         raise MapError(f'the update at ({x}, {y}) of shape {data.shape} does not lie on {width} x {height} cells')
     costs = ground.costs.copy()
     costs[y : y + rows, x : x + columns] = _COSTS[data.view(np.uint8)]

@@ -27,7 +27,6 @@ from visualization_msgs.msg import MarkerArray
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import OK, WARN, Status
-from sara_common.planar import Pose2D
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import on_shutdown, start_node
 from sara_control.gate.reasons import HOLDS
@@ -63,7 +62,7 @@ class ExploreNode:
         self.frame, self.stepped_at = settings.global_frame, rospy.Time()
         self.ends, self.goals = deque(), 0
         self.tf = TransformListener()
-        self.client = actionlib.SimpleActionClient(config.move_base, MoveBaseAction)
+        self.client, self.handle = actionlib.ActionClient(config.move_base, MoveBaseAction), None
         topics = (
             (config.costmap_topic, numpy_msg(OccupancyGrid), self.on_map, 1),
             (config.costmap_updates_topic, numpy_msg(OccupancyGridUpdate), self.on_update, 10),
@@ -116,9 +115,10 @@ class ExploreNode:
         """What the safety gate says: no goal is given while it would not let the robot drive."""
         self.gate = msg.data if msg.data in HOLDS else ''
 
-    def on_goal_end(self, number: int, status: int, _result: object) -> None:
-        """A goal has ended, and not by this node. Only noted, for actionlib's locks are held."""
-        self.ends.append((number, status, self.client.get_goal_status_text()))
+    def on_goal_end(self, number: int, handle: actionlib.ClientGoalHandle) -> None:
+        """A goal has changed its state. Its end is only noted, for actionlib's locks are held."""
+        if handle.get_comm_state() == actionlib.CommState.DONE:
+            self.ends.append((number, handle.get_goal_status(), handle.get_goal_status_text()))
 
     def on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         """Hear how goals ended; decide every 1 / planner_frequency and after each end."""
@@ -137,7 +137,7 @@ class ExploreNode:
         while self.ends:
             number, status, text = self.ends.popleft()
             if number != self.goals:
-                continue  # another one was given meanwhile
+                continue  # it was stopped, or another one was given
             ended = True
             if status in BY_OTHERS:
                 self.explorer.taken_over(text)
@@ -169,16 +169,14 @@ class ExploreNode:
     # -- orders out ----------------------------------------------------------------------------------------------
 
     def _do(self, order):
+        if order is None:
+            return
+        self.goals += 1
         if isinstance(order, Drive):
-            goal = MoveBaseGoal(conv.pose_stamped(Pose2D(*order.pose), self.frame, rospy.Time.now()))
-            self.goals += 1
-            self.client.send_goal(goal, done_cb=partial(self.on_goal_end, self.goals))
-        elif order is not None:
-            self._stop()
-
-    def _stop(self):
-        self.client.cancel_goal()
-        self.client.stop_tracking_goal()
+            goal = MoveBaseGoal(conv.pose_stamped(order.pose, self.frame, rospy.Time.now()))
+            self.handle = self.client.send_goal(goal, partial(self.on_goal_end, self.goals))
+        elif self.handle is not None:
+            self.handle.cancel()
 
     def on_end(self) -> None:
         """The node ends: so does the goal that it gave."""
@@ -200,7 +198,7 @@ def main() -> None:
     try:
         settings = read_settings(Parameters(rospy.get_param(config.move_base, {})))
     except ConfigError as error:
-        rospy.logfatal('explore plans as move_base does, whose parameters in %s it cannot use: %s', config.move_base, error)
+        rospy.logfatal('explore plans as %s does, and cannot use its parameters: %s', config.move_base, error)
         sys.exit(1)
     ExploreNode(config, settings)
     rospy.spin()
