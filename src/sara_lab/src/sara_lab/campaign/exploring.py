@@ -87,7 +87,7 @@ def known_share(name: str, start: Pose, made: GridMap, offset: Pose) -> float:
     points = placed(np.column_stack(g.to_world(columns, rows)), inverse(offset))
     m = made.geometry
     columns, rows = np.floor((points - (m.origin_x, m.origin_y)) / m.resolution).astype(int).T
-    inside = (0 <= columns) & (columns < m.width) & (0 <= rows) & (rows < m.height)
+    inside = (columns >= 0) & (columns < m.width) & (rows >= 0) & (rows < m.height)
     return float(np.count_nonzero(made.data[rows[inside], columns[inside]] == FREE)) / len(points)
 
 
