@@ -231,13 +231,13 @@ def test_a_crowd_in_the_way_is_the_frontiers_fault():
 
 
 def test_goals_that_end_for_the_robots_sake_are_tried_again_and_then_no_more():
-    house = House()
+    house, late = House(), sentence(State.BRAKING, Reason.COMMANDS)
     for _ in range(of_explorer.IN_VAIN):
         house.now += of_explorer.RETRY_S
         assert isinstance(house.step(), Drive)
-        house.explorer.ended(house.now, False, 'Goal aborted: there is no pose of the robot.')
+        house.explorer.ended(house.now, False, f'Goal aborted: {late}')
         assert house.step() is None
-    assert house.explorer.state is of_explorer.State.PAUSED and 'no pose' in house.said[-1]
+    assert house.explorer.state is of_explorer.State.PAUSED and 'commands stopped' in house.said[-1]
 
 
 def test_without_progress_another_frontier_is_driven_to():
