@@ -15,7 +15,7 @@ MAY_KNOW = {
     'sara_bringup': BELOW_BRINGUP,
     'sara_hmi': {'sara_common', 'sara_control', 'sara_nav'},
     'sara_sim': BELOW_SIM,
-    'sara_slam': {'ahead_of_time', 'sara_common', 'sara_localization', 'sara_nav'},
+    'sara_slam': {'ahead_of_time', 'sara_common', 'sara_control', 'sara_localization', 'sara_nav'},
     'sara_nav': {'ahead_of_time', 'sara_common'},
     'sara_localization': {'ahead_of_time', 'sara_common'},
     'sara_control': {'ahead_of_time', 'sara_common', 'canserial'},

@@ -23,7 +23,7 @@ from std_msgs.msg import String
 
 from sara_bringup.missions.patrol import Progress, ended
 from sara_common.planar import yaw_of
-from sara_control.gate.reasons import Reason, State, sentence
+from sara_control.gate.reasons import HOLDS
 from sara_nav.maps import places
 
 if TYPE_CHECKING:
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock
 FRESH_S = 1.0  # s, the oldest pose that is written down as a place
-HOLDS = {
-    sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason
-}  # what the safety gate says while no goal would do
 
 
 class Unavailable(RuntimeError):

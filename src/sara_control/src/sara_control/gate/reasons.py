@@ -64,6 +64,17 @@ def sentence(state: State, reason: Reason | None) -> str:
     return _TEXTS[state].format('' if reason is None else reason.value)
 
 
+HOLDS = frozenset(sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason)
+"""What the safety gate says while no goal would do."""
+STOPS = HOLDS | {
+    sentence(state, reason)
+    for state in (State.BRAKING, State.WAITING)
+    for reason in Reason
+    if reason is not Reason.COMMANDS
+}
+"""What it says when it has stopped the chair for more than an obstacle or a command that is late."""
+
+
 class Announcer:
     """Limits the rate of sentences: grave ones are published at once, others at most every `period` s."""
 

@@ -23,6 +23,7 @@ from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.compass import compass
+from sara_lab.campaign.exploring import explore
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
@@ -60,6 +61,7 @@ PARTS = {
     'global_start': global_start,
     'mapping': mapping,
     'made_maps': made_maps,
+    'explore': explore,
     'sonar_mapping': sonar_mapping,
     'assisted': assisted,
     'assisted_doors': assisted_doors,

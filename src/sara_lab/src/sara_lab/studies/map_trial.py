@@ -29,8 +29,8 @@ Pose = tuple[float, float, float]
 
 
 class Made(NamedTuple):
-    """What came of a drive. grid: the map; start: the first true pose, about where the map's frame is. errors: of the
-    walls. pose_rms, pose_max: m, of the robot's poses in the map laid on the true one.
+    """What came of a drive. grid: the map; errors: of the walls. pose_rms, pose_max: m, of the robot's poses in the map
+    laid on the true one.
     """
 
     grid: GridMap
@@ -130,10 +130,12 @@ def seen_walls(name: str, drive: Drive) -> np.ndarray:
     return faces[np.isfinite(off)]
 
 
-def judged(name: str, drive: Drive, slam: Slam) -> Made:
-    """The map that slam_gmapping made in a drive on a map."""
+def judged(name: str, drive: Drive, slam: Slam, start: Pose | None = None) -> Made:
+    """The map that slam_gmapping made in a drive on a map. start: about where its frame is on the true one; None: where
+    the drive began.
+    """
     grid = slam.map()
-    start = tuple(drive.poses[0, 4:])
+    start = tuple(drive.poses[0, 4:]) if start is None else start
     errors = walls.judged(grid, grid_of(name), start, seen_walls(name, drive))
     true = Track(drive.poses[:, (0, 4, 5, 6)])
     off = [

@@ -21,8 +21,9 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from canserial.calibration.calibration_file import Calibration, save
-from sara_bringup.ros.goals import HOLDS, goal_at, wait_for_launch
+from sara_bringup.ros.goals import goal_at, wait_for_launch
 from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_control.gate.reasons import HOLDS
 from sara_lab.benches.timed import Limit, Timed, timed
 from sara_lab.ros.benches.node_cost import cpu_seconds, descendants, peak_memory_mb
 

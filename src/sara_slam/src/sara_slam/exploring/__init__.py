@@ -1,0 +1,1 @@
+"""Drives the robot to where a map ends until all of it is known."""

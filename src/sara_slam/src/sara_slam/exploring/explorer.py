@@ -1,0 +1,265 @@
+"""Drives a robot to the frontiers of a map, one after the other, until none is left, and back to where it began.
+
+No ROS: maps, poses and how goals end come in, orders go out. A frontier that is no more is left for the next one
+without a stop. One that stays a frontier though the robot has looked at it from near is done with; one that the robot
+could not get to is tried once more when no other is left. Without a map or a pose nothing is driven to. Whoever else
+gives the robot a goal, or stops it, takes over: exploring then pauses until it is resumed.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sara_common.planar import Pose2D, wrap
+from sara_control.gate import reasons
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK
+from sara_nav.grids.grid import INSCRIBED
+from sara_slam.exploring.choice import Planner, choose
+from sara_slam.exploring.explore_config import ExploreConfig
+from sara_slam.exploring.frontiers import Frontier, frontiers, share_near
+from sara_slam.exploring.viewpoints import Surroundings
+
+ABORTED = 'Goal aborted: '
+OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK)) + (
+    'Goal refused',
+    f'{ABORTED}{reasons.sentence(reasons.State.BLOCKED, reasons.Reason.CROWD)}',
+)
+"""How move_base's words begin where a goal cannot be reached; by any other, something is wrong with the robot."""
+SAME = 0.5
+"""Share of the cells of two frontiers that lie together if they are the same one on maps of two times."""
+NEWS_S = 10.0
+"""s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet."""
+RETRY_S, IN_VAIN = 5.0, 3
+"""s until the next goal after one that ended for the robot's sake; such goals in a row that end exploring."""
+MOVED, TURNED = 0.1, 0.2
+"""m and rad that are progress."""
+AT_HOME = 0.3
+"""m from where it began that the robot need not drive."""
+
+
+class State(enum.Enum):
+    """What is going on."""
+
+    EXPLORING = 'exploring'
+    RETURNING = 'returning'
+    PAUSED = 'paused'
+    DONE = 'done'
+
+
+class Drive(NamedTuple):
+    """The order to drive to a pose (m, rad) instead of wherever else."""
+
+    pose: Pose2D
+
+
+class Stop(NamedTuple):
+    """The order to give up the goal under way."""
+
+
+class Visit(NamedTuple):
+    """A frontier that is driven to, and the pose from where it is looked at."""
+
+    frontier: Frontier
+    pose: Pose2D
+
+
+class Explorer:
+    """`planner`: a global planner of sara_nav; `footprint`: (k, 2) m, of the robot; `say`: called with each sentence.
+
+    `state`; `found`: the frontiers on the newest map; `visit`: the Visit under way or None; `way`: m driven.
+    """
+
+    def __init__(
+        self, config: ExploreConfig, planner: Planner, footprint: np.ndarray, say: Callable[[str], None] = print
+    ) -> None:
+        self.config, self.say = config, say
+        self._planner, self._footprint = planner, footprint
+        if hasattr(planner, 'set_footprint'):
+            planner.set_footprint(footprint)
+        self.state, self.found, self.visit, self.way = State.EXPLORING, [], None, 0.0
+        self._costmap: Costmap | None = None
+        self._home = self._pose = None
+        self._began = self._wait_until = self._nothing_since = None
+        self._progress = None  # (s, pose) of the newest
+        self._strikes: list[tuple[Frontier, int]] = []
+        self._in_vain, self._waits_for = 0, ''
+
+    # -- what comes in -------------------------------------------------------------------------------------------
+
+    def on_costmap(self, costmap: Costmap) -> None:
+        """The newest map."""
+        self._costmap, self.found = costmap, frontiers(costmap, self.config.min_frontier_size)
+
+    def resume(self) -> None:
+        """Go on, or begin anew: what could not be reached before is tried again."""
+        if self.state in (State.PAUSED, State.DONE):
+            self._strikes.clear()
+            self._in_vain, self._nothing_since, self._wait_until = 0, None, None
+            self.state = State.EXPLORING
+            self.say('Exploring goes on.')
+
+    def pause(self, why: str) -> Stop | None:
+        """Do nothing until it is resumed; a goal under way is given up."""
+        if self.state not in (State.EXPLORING, State.RETURNING):
+            return None
+        under_way, self.visit = self.visit is not None or self.state is State.RETURNING, None
+        self.state = State.PAUSED
+        self.say(f'Exploring pauses: {why} Send true to explore/resume to go on.')
+        return Stop() if under_way else None
+
+    def ended(self, now: float, reached: bool, text: str) -> None:
+        """The goal of the last Drive has ended at a time (s); text: move_base's words."""
+        visit, self.visit = self.visit, None
+        if self.state is State.RETURNING:
+            self._home_again(reached, text)
+        elif self.state is State.EXPLORING and visit is not None:
+            if reached:
+                self._in_vain = 0
+                self._strike(visit.frontier, 2)
+            elif text.startswith(OF_THE_GOAL):
+                self._strike(visit.frontier, 1)
+                self.say(f'A frontier at {_place(visit.frontier)} is left: {text}')
+            elif text.removeprefix(ABORTED) in reasons.STOPS:
+                self.pause(text)
+            else:
+                self._failed(now, text)
+
+    def taken_over(self, text: str = '') -> None:
+        """Somebody else has cancelled the goal or given another one."""
+        self.visit = None
+        self.pause(f'somebody else has given the robot a goal or stopped it{text and ": "}{text}.')
+
+    def step(self, now: float, pose: Pose2D | None, hold: str = '') -> Drive | Stop | None:
+        """What to order at a time (s). pose: in the map, None where it is not known; hold: why no goal would do now, a
+        sentence.
+        """
+        missing = self._missing(pose, hold)
+        if self.state in (State.PAUSED, State.DONE) or missing:
+            return self._stand(missing)
+        self._waits_for = ''
+        self._count_way(now, pose)
+        if self._began is None:
+            self._began, self._home = now, pose
+            self.say(f'Exploring begins at ({pose.x:.2f}, {pose.y:.2f}).')
+        if self._wait_until is not None and now < self._wait_until:
+            return None
+        self._wait_until = None
+        if self.state is State.RETURNING:
+            return None
+        return self._on_the_way(now, pose) if self.visit is not None else self._next(now, pose)
+
+    # -- what comes of it ----------------------------------------------------------------------------------------
+
+    def _missing(self, pose, hold):
+        if self._costmap is None:
+            return 'there is no map yet'
+        if pose is None or not pose.is_finite():
+            return "the robot's pose in the map is not known"
+        if self._costmap.geometry.to_cell(pose.x, pose.y) is None:
+            return f'the robot at ({pose.x:.2f}, {pose.y:.2f}) is off the map'
+        return '' if self.visit is not None or self.state is State.RETURNING else hold
+
+    def _stand(self, missing):
+        """Nothing can be done now; a goal under way is given up. Why is told once."""
+        if missing and missing != self._waits_for and self.state is State.EXPLORING:
+            self.say(f'Exploring waits: {missing}')
+        self._waits_for = missing
+        if self.visit is None or self.state is not State.EXPLORING:
+            return None
+        self.visit = None
+        return Stop()
+
+    def _count_way(self, now, pose):
+        self.way += 0.0 if self._pose is None else pose.distance(self._pose)
+        self._pose = pose
+        if self._progress is not None and now < self._progress[0]:  # the clock went back
+            self._progress, self._wait_until, self._nothing_since = (now, pose), None, None
+
+    def _on_the_way(self, now, pose):
+        """The robot drives to a frontier."""
+        since, there = self._progress
+        if pose.distance(there) >= MOVED or abs(wrap(pose.yaw - there.yaw)) >= TURNED:
+            self._progress, self._in_vain = (now, pose), 0
+        elif now - since > self.config.progress_timeout:
+            frontier = self.visit.frontier
+            self.say(f'A frontier at {_place(frontier)} is left: no progress for {now - since:.0f} s.')
+            self._strike(frontier, 1)
+            self.visit = None
+            return self._next(now, pose) or Stop()
+        if share_near(self.visit.frontier, self.found) >= SAME:
+            return None
+        before = self.visit
+        order = self._next(now, pose)
+        if order is None:
+            self.visit = before  # nothing better to do than to look from there
+        return order
+
+    def _next(self, now, pose):
+        """Choose a frontier and drive there; without any, wait for news, and then go home."""
+        around = Surroundings(self._costmap, pose, self._footprint)
+        for strikes in (0, 1):
+            due = [frontier for frontier in self.found if self._strikes_of(frontier) <= strikes]
+            choice = choose(self.config, self._planner, around, pose, due)
+            if choice is not None:
+                self._nothing_since = None
+                return self._drive(now, pose, Visit(choice.frontier, choice.pose))
+            if self.visit is not None:
+                return None
+        self._nothing_since = now if self._nothing_since is None else self._nothing_since
+        if now - self._nothing_since < NEWS_S:
+            return None
+        return self._finish(now, pose)
+
+    def _drive(self, now, pose, visit):
+        self.visit, self._progress = visit, (now, pose)
+        self.say(
+            f'To a frontier of {visit.frontier.size:.1f} m at {_place(visit.frontier)}; {len(self.found)} on the map.'
+        )
+        return Drive(visit.pose)
+
+    def _finish(self, now, pose):
+        """All is explored."""
+        g, left = self._costmap.geometry, ', '.join(map(_place, self.found))
+        area = np.count_nonzero(self._costmap.costs < INSCRIBED) * g.resolution**2
+        self.say(
+            f'Explored: {area:.1f} m2 are free, {self.way:.0f} m driven in {now - self._began:.0f} s. '
+            + (f'Unknown stays what lies behind {left}.' if left else 'Nothing is left unknown that can be seen.')
+        )
+        if not self.config.return_to_init or pose.distance(self._home) < AT_HOME:
+            self.state = State.DONE
+            return None
+        self.state, self._progress = State.RETURNING, (now, pose)
+        self.say(f'Back to where it began, ({self._home.x:.2f}, {self._home.y:.2f}).')
+        return Drive(self._home)
+
+    def _home_again(self, reached, text):
+        self.state = State.DONE
+        self.say('Back where it began.' if reached else f'It did not get back to where it began: {text}')
+
+    def _failed(self, now, text):
+        """A goal ended for the robot's sake, not for its own."""
+        self._in_vain += 1
+        self._wait_until = now + RETRY_S
+        if self._in_vain == IN_VAIN:
+            self.pause(f'{IN_VAIN} goals in a row ended where they began. {text}')
+        else:
+            self.say(f'The goal ended: {text} It is tried again in {RETRY_S:.0f} s.')
+
+    def _strike(self, frontier, count):
+        self._strikes.append((frontier, self._strikes_of(frontier) + count))
+
+    def _strikes_of(self, frontier):
+        return max((count for other, count in self._strikes if share_near(frontier, [other]) >= SAME), default=0)
+
+    def given_up(self, frontier: Frontier) -> bool:
+        """Whether a frontier is not driven to any more."""
+        return self._strikes_of(frontier) > 1
+
+
+def _place(frontier):
+    return '({:.1f}, {:.1f})'.format(*frontier.middle)

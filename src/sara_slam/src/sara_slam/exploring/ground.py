@@ -1,0 +1,34 @@
+"""The map that is explored, as a Costmap: of a map builder's OccupancyGrid, or of a costmap's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import FREE, INSCRIBED, LETHAL, UNKNOWN
+from sara_nav.maps.map_io import GridMap, MapError
+
+_COSTS = np.full(256, LETHAL, np.uint8)
+_COSTS[:99], _COSTS[99], _COSTS[255] = FREE, INSCRIBED, UNKNOWN
+
+
+def ground_of(grid: GridMap) -> Costmap:
+    """The Costmap of occupancy values: -1 unknown, 0 to 98 free, 99 too near to an obstacle for the robot's centre, any
+    other an obstacle. Raises MapError where its origin is turned.
+    """
+    if abs(grid.origin_yaw) > 1e-6:
+        raise MapError(f"the map's origin is turned by {grid.origin_yaw:.3f} rad but must not be")
+    return Costmap(_COSTS[grid.data.view(np.uint8)], grid.geometry)
+
+
+def updated(ground: Costmap, x: int, y: int, data: np.ndarray) -> Costmap:
+    """The Costmap with occupancy values `data` int8 (rows, columns) from the cell (x, y) on. Raises MapError where that
+    reaches off it.
+    """
+    rows, columns = data.shape
+    height, width = ground.costs.shape
+    if x < 0 or y < 0 or x + columns > width or y + rows > height:
+        raise MapError(f'the update at ({x}, {y}) of shape {data.shape} does not lie on {width} x {height} cells')
+    costs = ground.costs.copy()
+    costs[y : y + rows, x : x + columns] = _COSTS[data.view(np.uint8)]
+    return Costmap(costs, ground.geometry)

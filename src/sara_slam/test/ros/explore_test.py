@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Wiring of explore: a map and tf in, goals to move_base, ~frontiers, ~status and diagnostics out, ~resume and another
+client's goal heeded, bad maps dropped; two rooms explored to the end, and back home.
+"""
+
+import math
+import time
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import OccupancyGrid, Odometry
+from std_msgs.msg import Bool, String
+from visualization_msgs.msg import Marker, MarkerArray
+
+CELL, START = 0.05, (1.0, 1.0)
+PATIENCE_S = 300.0
+
+
+def world():
+    """Two rooms of 3 m x 3 m, with an opening of 1 m between them, which the robot does not see into at first."""
+    cells = np.zeros((60, 120), np.int8)
+    cells[[0, -1]] = cells[:, [0, -1]] = 100
+    cells[:, 59:61] = 100
+    cells[36:56, 59:61] = 0
+    message = OccupancyGrid(data=cells.ravel().tolist())
+    message.info.height, message.info.width = cells.shape
+    message.info.resolution, message.info.origin.orientation.w = CELL, 1.0
+    return message
+
+
+class ExploreTest(unittest.TestCase):
+    def setUp(self):
+        self.heard, self.said, self.markers = {}, [], []
+        for topic, kind in (('map', OccupancyGrid), ('base_pose_ground_truth', Odometry), ('cmd_vel', Twist)):
+            rospy.Subscriber(topic, kind, lambda m, name=topic: self.heard.update({name: m}))
+        rospy.Subscriber('explore/status', String, lambda m: self.said.append(m.data))
+        rospy.Subscriber('explore/frontiers', MarkerArray, self.markers.append)
+        rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
+        self.resume = rospy.Publisher('explore/resume', Bool, queue_size=1)
+        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        self.maps = rospy.Publisher('map', OccupancyGrid, queue_size=1)
+        self.world = rospy.Publisher('world', OccupancyGrid, queue_size=1, latch=True)
+        self.world.publish(world())
+
+    def on_diagnostics(self, array):
+        self.heard.update({status.name: status for status in array.status})
+
+    def until(self, condition, why):
+        deadline = time.monotonic() + PATIENCE_S
+        while not (found := condition()):
+            self.assertLess(time.monotonic(), deadline, f'{why}; said: {self.said[-3:]}')
+            time.sleep(0.02)
+        return found
+
+    def says(self, words, after=0):
+        return self.until(lambda: any(words in line for line in self.said[after:]), f'it does not say {words}')
+
+    def place(self):
+        place = self.heard['base_pose_ground_truth'].pose.pose.position
+        return place.x, place.y
+
+    def diagnosed(self):
+        return self.heard['explore: explore']
+
+    def test_all(self):
+        """One after the other, for the node goes on."""
+        self.says('To a frontier')
+        self.until(lambda: 'cmd_vel' in self.heard and self.heard['cmd_vel'].angular.z, 'the robot does not move')
+        self.pauses()
+        self.gives_way_to_others()
+        self.drops_bad_maps()
+        self.explores_to_the_end()
+
+    def pauses(self):
+        self.resume.publish(Bool(False))
+        self.says('Exploring pauses: it was asked to.')
+        self.until(lambda: self.heard['cmd_vel'] == Twist(), 'the robot is not stopped')
+        self.until(lambda: self.diagnosed().level == DiagnosticStatus.WARN, 'a pause is not diagnosed')
+        self.go_on()
+
+    def go_on(self):
+        said = len(self.said)
+        self.resume.publish(Bool(True))
+        self.says('To a frontier', said)
+
+    def gives_way_to_others(self):
+        goal = PoseStamped()
+        goal.header.frame_id, goal.pose.position.x, goal.pose.orientation.w = 'map', 0.3, 1.0
+        self.goals.publish(goal)
+        self.says('somebody else has given the robot a goal')
+        self.go_on()
+
+    def drops_bad_maps(self):
+        bad = OccupancyGrid(data=[0])
+        bad.header.frame_id, bad.info.resolution, bad.info.width, bad.info.height = 'map', math.nan, 1, 1
+        self.maps.publish(bad)
+        count = lambda: {value.key: value.value for value in self.diagnosed().values}['bad_maps']
+        self.until(lambda: count() == '1', 'a faulty map is not counted')
+
+    def explores_to_the_end(self):
+        self.says('Explored: ')
+        self.says('Back where it began.')
+        self.assertLess(math.dist(self.place(), START), 0.3)
+        data = np.array(self.heard['map'].data)
+        self.assertGreater(np.count_nonzero(data == 0) * CELL**2, 15.5)  # m2 of 16.9, less the walls' own cells
+        first, shown = self.markers[0].markers, [m for array in self.markers for m in array.markers]
+        self.assertEqual(first[0].action, Marker.DELETEALL)
+        self.assertTrue({Marker.POINTS, Marker.SPHERE} <= {marker.type for marker in shown})
+        self.assertEqual(self.until(self.diagnosed, 'no diagnostics').message, 'Back where it began.')
+
+
+if __name__ == '__main__':
+    rospy.init_node('explore_test', disable_rostime=True)
+    rostest.rosrun('sara_slam', 'explore_wiring', ExploreTest)
