@@ -231,8 +231,9 @@ def test_a_crowd_in_the_way_is_the_frontiers_fault():
 
 
 def test_goals_that_end_for_the_robots_sake_are_tried_again_and_then_no_more():
-    house, late = House(), sentence(State.BRAKING, Reason.COMMANDS)
-    for _ in range(of_explorer.IN_VAIN):
+    house = House()
+    for state in (State.BRAKING, State.HELD, State.WAITING)[: of_explorer.IN_VAIN]:
+        late = sentence(state, Reason.COMMANDS)
         house.now += of_explorer.RETRY_S
         assert isinstance(house.step(), Drive)
         house.explorer.ended(house.now, False, f'Goal aborted: {late}')

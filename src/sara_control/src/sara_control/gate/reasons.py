@@ -66,12 +66,7 @@ def sentence(state: State, reason: Reason | None) -> str:
 
 HOLDS = frozenset(sentence(state, reason) for state in (State.HELD, State.MANUAL) for reason in Reason)
 """What the safety gate says while no goal would do."""
-STOPS = HOLDS | {
-    sentence(state, reason)
-    for state in (State.BRAKING, State.WAITING)
-    for reason in Reason
-    if reason is not Reason.COMMANDS
-}
+STOPS = frozenset(sentence(state, reason) for state in _GRAVE for reason in Reason if reason is not Reason.COMMANDS)
 """What it says when it has stopped the chair for more than an obstacle or a command that is late."""
 
 

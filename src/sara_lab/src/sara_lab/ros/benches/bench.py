@@ -39,6 +39,7 @@ BENCHES = {
     'local_planners': 'sara_lab.benches.navigation:local_planners',
     'shared_control': 'sara_lab.benches.shared_control:law',
     'move_base': 'sara_lab.ros.benches.bench_live:move_base',
+    'slam_gmapping': 'sara_lab.ros.benches.bench_live:slam_gmapping',
     'lockstep': 'sara_lab.benches.lockstep:square',
     'stack': 'sara_lab.ros.benches.bench_stack:stack',
     'hmi': 'sara_lab.ros.benches.bench_hmi:touch_screen',
@@ -49,7 +50,7 @@ BENCHES = {
     'amcl_growth': 'sara_lab.benches.amcl:growth',
 }
 """Where each generator of Timed is, or of lists of Timed that were measured at the same time."""
-OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'stack', 'hmi', 'hmi_browser')
+OTHERS = ('bus', 'odometry', 'filter_nodes', 'move_base', 'slam_gmapping', 'stack', 'hmi', 'hmi_browser')
 """Benches of other processes: how much memory this one holds says nothing."""
 
 

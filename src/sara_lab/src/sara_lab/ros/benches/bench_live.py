@@ -1,5 +1,5 @@
-"""The live filter nodes, the bus and move_base, each as a bench: what nodes cost and how late messages are, in real
-time on a ROS master of their own.
+"""The live filter nodes, the bus, move_base and slam_gmapping, each as a bench: what nodes cost and how late messages
+are, in real time on a ROS master of their own.
 """
 
 import os
@@ -7,11 +7,12 @@ from collections.abc import Iterator
 
 from sara_bringup.ros.masters import in_a_process
 from sara_lab.benches.timed import Limit, Timed, timed
-from sara_lab.ros.benches import bench_bus, bench_filter, bench_nav
+from sara_lab.ros.benches import bench_bus, bench_filter, bench_nav, bench_slam
 
 FILTER_SECONDS, ROUNDS = 8.0, {'ekf': 3, 'ukf': 1}
 BUS_RATE, BUS_SECONDS, ODOMETRY_SECONDS = 1000, 12.0, 10.0
 NAV_PLANNER, PEERS_NAV_PERCENT = 'RotateThenPursue', 6.3
+SLAM_PERCENT, SLAM_MB = 25.0, 300.0
 LIMITS = {'ekf': Limit('median', 2.5)}
 
 
@@ -102,3 +103,22 @@ def move_base() -> Iterator[Timed]:
         memory=result['memory_mb'],
         text=text,
     )
+
+
+def slam_gmapping() -> Iterator[list[Timed]]:
+    """slam_gmapping's CPU and memory while a robot drives with 541 rays ten times a second."""
+    result = in_a_process(bench_slam.drive)
+    text = f'{result["way"]:.0f} m in {result["seconds"]:.0f} s{"" if result["done"] else ": NOT driven to the end"}'
+    yield [
+        Timed(
+            'slam_gmapping driving, 541 rays at 10 Hz',
+            '% of a core',
+            result['cpu_percent'],
+            None,
+            1,
+            limit=Limit('median', SLAM_PERCENT),
+            memory=result['memory_mb'],
+            text=text,
+        ),
+        timed('memory of slam_gmapping', 'MB', [result['memory_mb']], scaled=False, limit=Limit('median', SLAM_MB)),
+    ]
