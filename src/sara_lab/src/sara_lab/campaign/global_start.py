@@ -27,6 +27,10 @@ NO_WORSE = 0.01
 """m by which the median and the 90th percentile of the error at the end may be greater than with a start that is told:
 a fifth of a map's cell.
 """
+BESIDE = 'anywhere', 'told', 'reckoned'
+"""Whose errors are compared: of a start anywhere, of one that is told, and of the dead reckoning from there; on the
+drives of a map on which a start anywhere was known at the end; where there is none the last two, on all.
+"""
 
 
 def global_start(seeds: int, folder: Path) -> Part:
@@ -108,12 +112,6 @@ def _summary(results):
             + '; '.join(f'{what} {row[what][0]:.3f}, {row[what][1]:.3f}' for what in BESIDE if what in row)
         )
     return lines, figures
-
-
-BESIDE = 'anywhere', 'told', 'reckoned'
-"""Whose errors are compared: of a start anywhere, of one that is told, and of the dead reckoning from there; on the
-drives of a map on which a start anywhere was known at the end; where there is none the last two, on all.
-"""
 
 
 def _beside(pairs):
