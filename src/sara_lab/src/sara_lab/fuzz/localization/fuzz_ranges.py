@@ -155,5 +155,5 @@ def _anywhere(_rng, robot, report):
 
 def _put(rng, robot, _report):
     """The robot is put somewhere, in the room as a rule, and its dead reckoning there."""
-    robot.pose = tuple(number(rng, size, 0.001) for size in (0.5, 0.5, 1.0))
+    robot.pose = tuple(number(rng, size, 0.0) for size in (0.5, 0.5, 1.0))
     robot.localizer.forget()
