@@ -142,7 +142,7 @@ class Explorer:
         if self.state in (State.PAUSED, State.DONE) or missing:
             return self._stand(missing)
         self._waits_for = ''
-        self._count_way(now, pose)
+        self._note(now, pose)
         if self._began is None:
             self._began, self._home = now, pose
             self.say(f'Exploring begins at ({pose.x:.2f}, {pose.y:.2f}).')
@@ -174,7 +174,7 @@ class Explorer:
         self.visit = None
         return Stop()
 
-    def _count_way(self, now, pose):
+    def _note(self, now, pose):
         self.way += 0.0 if self._pose is None else pose.distance(self._pose)
         self._pose = pose
         if self._progress is not None and now < self._progress[0]:  # the clock went back
