@@ -235,7 +235,7 @@ def test_goals_that_end_for_the_robots_sake_are_tried_again_and_then_no_more():
     for state in (State.BRAKING, State.HELD, State.WAITING)[: of_explorer.IN_VAIN]:
         late = sentence(state, Reason.COMMANDS)
         house.now += of_explorer.RETRY_S
-        assert isinstance(house.step(), Drive)
+        assert isinstance(house.step(), Drive) and house.step(Pose2D(1.2, 1.0, 0.0)) is None
         house.explorer.ended(house.now, False, f'Goal aborted: {late}')
         assert house.step() is None
     assert house.explorer.state is of_explorer.State.PAUSED and 'commands stopped' in house.said[-1]

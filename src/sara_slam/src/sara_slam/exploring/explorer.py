@@ -35,7 +35,8 @@ SAME = 0.5
 NEWS_S = 10.0
 """s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet."""
 RETRY_S, IN_VAIN = 5.0, 3
-"""s until the next goal after one that ended for the robot's sake; such goals in a row that end exploring."""
+"""s until the next goal after one that ended for the robot's sake; such goals without one that is reached
+between make it pause."""
 MOVED, TURNED = 0.1, 0.2
 """m and rad that are progress."""
 AT_HOME = 0.3
@@ -142,7 +143,7 @@ class Explorer:
         if self.state in (State.PAUSED, State.DONE) or missing:
             return self._stand(missing)
         self._waits_for = ''
-        self._count_way(now, pose)
+        self._note(now, pose)
         if self._began is None:
             self._began, self._home = now, pose
             self.say(f'Exploring begins at ({pose.x:.2f}, {pose.y:.2f}).')
@@ -174,7 +175,7 @@ class Explorer:
         self.visit = None
         return Stop()
 
-    def _count_way(self, now, pose):
+    def _note(self, now, pose):
         self.way += 0.0 if self._pose is None else pose.distance(self._pose)
         self._pose = pose
         if self._progress is not None and now < self._progress[0]:  # the clock went back
@@ -184,7 +185,7 @@ class Explorer:
         """The robot drives to a frontier."""
         since, there = self._progress
         if pose.distance(there) >= MOVED or abs(wrap(pose.yaw - there.yaw)) >= TURNED:
-            self._progress, self._in_vain = (now, pose), 0
+            self._progress = now, pose
         elif now - since > self.config.progress_timeout:
             frontier = self.visit.frontier
             self.say(f'A frontier at {_place(frontier)} is left: no progress for {now - since:.0f} s.')
@@ -246,7 +247,7 @@ class Explorer:
         self._in_vain += 1
         self._wait_until = now + RETRY_S
         if self._in_vain == IN_VAIN:
-            self.pause(f'{IN_VAIN} goals in a row ended where they began. {text}')
+            self.pause(f'{IN_VAIN} goals in a row were given up. {text}')
         else:
             self.say(f'The goal ended: {text} It is tried again in {RETRY_S:.0f} s.')
 

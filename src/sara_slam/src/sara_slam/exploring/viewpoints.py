@@ -71,7 +71,12 @@ class Surroundings:
     def _candidates(self, middle):
         """(n, 4) x, y, yaw, way of reached places from which the middle (m) is in sight, the best first."""
         g = self.costmap.geometry
-        columns, rows = (c.ravel() for c in np.meshgrid(np.arange(0, g.width, EVERY), np.arange(0, g.height, EVERY)))
+        reach = math.ceil(FARTHEST / g.resolution) + EVERY
+        about = (
+            np.arange(max(0, (at - reach) // EVERY * EVERY), min(size, at + reach), EVERY)
+            for at, size in zip(g.to_cell_unbounded(*middle), (g.width, g.height))
+        )
+        columns, rows = (c.ravel() for c in np.meshgrid(*about))
         x, y = g.to_world(columns, rows)
         off = np.hypot(middle[0] - x, middle[1] - y)
         ways = self._ways[rows, columns]
