@@ -8,7 +8,7 @@ import house
 import pytest
 
 SRC = Path(__file__).resolve().parents[2] / 'src'
-BELOW_SIM = {'sara_common', 'canserial', 'sara_lowlevel', 'ahead_of_time'}
+BELOW_SIM = {'sara_common', 'canserial', 'sara_lowlevel', 'ahead_of_time', 'nmea_navsat_driver'}
 BELOW_BRINGUP = {*BELOW_SIM, 'sara_sim', 'sara_nav', 'sara_localization', 'sara_control', 'sara_slam'}
 MAY_KNOW = {
     'sara_lab': {*BELOW_BRINGUP, 'sara_bringup', 'sara_hmi'},
@@ -21,6 +21,7 @@ MAY_KNOW = {
     'sara_control': {'ahead_of_time', 'sara_common', 'canserial'},
     'sara_lowlevel': {'sara_common', 'canserial'},
     'canserial': {'sara_common'},
+    'nmea_navsat_driver': {'sara_common'},
     'sara_common': {'ahead_of_time'},
     'ahead_of_time': set(),
 }

@@ -1,0 +1,1 @@
+"""The node nmea_serial_driver."""
