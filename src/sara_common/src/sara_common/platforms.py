@@ -56,9 +56,9 @@ class Wheels(NamedTuple):
 
 @dataclass(frozen=True)
 class Platform:
-    """A robot's numbers. `sonars`: {name: where it sits in `base_link`, and the yaw of its axis}; `imu`, `scan`: where
-    they sit. `sensor_node`, `motor_node`, `joystick_node`: what those microcontrollers are told; `simulated`: what
-    simulated chairs are drawn from; `nodes`: {node: its parameters that depend on the robot}.
+    """A robot's numbers. `sonars`: {name: where it sits in `base_link`, and the yaw of its axis}; `imu`, `scan`, `gps`
+    (the antenna): where they sit. `sensor_node`, `motor_node`, `joystick_node`: what those microcontrollers are told;
+    `simulated`: what simulated chairs are drawn from; `nodes`: {node: its parameters that depend on the robot}.
     """
 
     name: str
@@ -67,6 +67,7 @@ class Platform:
     wheels: Wheels
     imu: Pose2D
     scan: Pose2D
+    gps: Pose2D
     sonars: Mapping[str, Pose2D]
     sensor_node: Mapping[str, Any]
     motor_node: Mapping[str, Any]
@@ -239,6 +240,7 @@ _SECTIONS = {
     'wheels': _wheels,
     'imu': _mount,
     'scan': _mount,
+    'gps': _mount,
     'sonars': _sonars,
     'sensor_node': _tree,
     'motor_node': _tree,

@@ -76,6 +76,7 @@ platform:
   wheels: {radius: 0.1, separation: 0.4, steps_per_turn: 100}
   imu: {x: 0.0, y: 0.0, yaw_deg: 0.0}
   scan: {x: 0.0, y: 0.0, yaw_deg: 0.0}
+  gps: {x: 0.0, y: 0.0, yaw_deg: 0.0}
   sonars: {A: {x: 0.5, y: 0.0, yaw_deg: 0.0}}
   sensor_node: {imu_period: 0.05}
   motor_node: {max_wheel_speed: 7.0}

@@ -22,6 +22,8 @@ from sara_lowlevel.motor.motor_node import MotorNode
 from sara_lowlevel.sensor.sensor_node import SensorNode
 from sara_sim.bus.wire import CandumpLog, Wire
 from sara_sim.chips.encoders import Encoders
+from sara_sim.chips.gps_config import GpsConfig
+from sara_sim.chips.gps_receiver import GpsReceiver, Place
 from sara_sim.chips.imu import Imu
 from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.chips.magnetism import Magnetism, Placement, Wheel
@@ -55,6 +57,7 @@ class SimulatedChair:
     clear(), list().
     `scanner`: the laser scanner, beside the bus; None without the option `scan`.
     `magnetism`: the field at the magnetometer; None on a bus without its frame.
+    `gps`: the GPS receiver, at a serial port of its own; None where there is none.
     `box`: the chips and their I2C bus. `sensors`, `motor`, `joystick_node`: the microcontrollers.
     """
 
@@ -70,10 +73,11 @@ class SimulatedChair:
         power_up: bool = False,
         platform: Platform | None = None,
         magnetic: MagneticConfig = MagneticConfig(),
+        gps: GpsConfig | None = None,
     ):
         """`start`: (x, y, yaw) in the map, m, rad. `platform`: the robot, the chosen one if None; `bus`:
         canserial.dbc.bus.BusDescription, `config`, `sensors` (of the sensor node): the platform's if None. `magnetic`:
-        the field, for a bus with the magnetometer's frame.
+        the field, for a bus with the magnetometer's frame, and where on the earth the map is. `gps`: the receiver.
 
         `power_up`: time 0 is the switch-on; otherwise the sensor node's calibration is over by then. Raises WorldError.
         """
@@ -102,6 +106,10 @@ class SimulatedChair:
         if options.scan:
             self.scanner = Scanner(world, luck.stream(seed, 'scan'), start, STEP_S, optics_at(platform.scan))
         self.magnetism = self._magnetometer(magnetic, seed, platform.imu) if 'COMPASS' in bus.names else None
+        self.gps: GpsReceiver | None = None
+        if gps is not None:
+            origin = Place(magnetic.latitude, magnetic.longitude)
+            self.gps = GpsReceiver(gps, seed, origin, platform.gps, magnetic.date)
         self.joystick, self.assisted = (512, 512), False
         self.battery = config.battery
         self.encoders = Encoders()
@@ -259,4 +267,6 @@ class SimulatedChair:
                 wire.send(frame, now)
         if self.scanner is not None:
             self.scanner.step(self.pose)
+        if self.gps is not None:
+            self.gps.step(self.pose, self.velocity, now)
         return wire.to_pc(now)

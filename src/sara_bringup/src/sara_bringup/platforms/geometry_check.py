@@ -81,7 +81,7 @@ def _wheels(platform):
 
 def _sensors(platform):
     length, width = platform.size
-    for name, mount in {**platform.sonars, 'imu': platform.imu, 'scan': platform.scan}.items():
+    for name, mount in {**platform.sonars, 'imu': platform.imu, 'scan': platform.scan, 'gps': platform.gps}.items():
         beyond = max(abs(mount.x) - 0.5 * length, abs(mount.y) - 0.5 * width)
         if beyond > OUTSIDE_M:
             yield f'{name} sits at ({mount.x:g}, {mount.y:g}), {beyond:.2f} m outside of the body'
@@ -131,7 +131,7 @@ def same_names(where: str, names: Iterable[str], sonars: Iterable[str]) -> Itera
 def _frames(platform, robot):
     joints = {joint.find('child').get('link'): joint for joint in robot.iter('joint')}
     wanted = {f'{name}_frame': mount for name, mount in platform.sonars.items()}
-    for link, mount in {**wanted, 'imu_link': platform.imu, 'scan': platform.scan}.items():
+    for link, mount in {**wanted, 'imu_link': platform.imu, 'scan': platform.scan, 'gps': platform.gps}.items():
         joint = joints.get(link)
         if joint is None or joint.find('parent').get('link') != 'base_link':
             yield f'robot.urdf has no joint from base_link to {link}'

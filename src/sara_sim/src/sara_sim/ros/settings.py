@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 
 from sara_common.config import ConfigError, fault, filled, is_number, is_whole
 from sara_sim.bus.lawicel import RATES
+from sara_sim.chips.gps_config import GpsConfig
 from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.options import ChairOptions
 
@@ -24,7 +25,8 @@ class SimulatorSettings:
     or a path, '' for the platform's. `assisted`: the rider's switch for shared control, of a bus that has it.
     `power_up`: begin with the switch-on. `calibrate`: whether the sensor node does. `fast`: IMU frames every 50 ms, not
     as the robot's are at first. `madgwick`: whether its angles are sent. `log`: file for a log in the format of
-    candump, '' for none. `magnetic`: a mapping of MagneticConfig's fields, for a bus with the compass.
+    candump, '' for none. `magnetic`: a mapping of MagneticConfig's fields, for a bus with the compass, and where the
+    map is. `gps_port`: where a GPS receiver's port is made, '' for no receiver; `gps`: a mapping of GpsConfig's fields.
     """
 
     platform: str = ''
@@ -44,16 +46,19 @@ class SimulatorSettings:
     log: str = ''
     options: ChairOptions = ChairOptions()
     magnetic: MagneticConfig = MagneticConfig()
+    gps_port: str = ''
+    gps: GpsConfig = GpsConfig()
 
     @classmethod
     def from_params(cls, params: dict) -> SimulatorSettings:
         """From the node's private parameters. Raises SettingsError that names every fault, unknown names included."""
-        known = [field.name for field in fields(cls) if field.name not in ('options', 'magnetic')]
+        mappings = {'magnetic': MagneticConfig, 'gps': GpsConfig}
+        known = [field.name for field in fields(cls) if field.name not in ('options', *mappings)]
         optional = [field.name for field in fields(ChairOptions)]
         faults = [
-            f'{name} is not a parameter of the simulator (there are {", ".join([*known, "magnetic", *optional])}).'
+            f'{name} is not a parameter of the simulator (there are {", ".join([*known, *mappings, *optional])}).'
             for name in params
-            if name not in known and name not in optional and name != 'magnetic'
+            if name not in known and name not in (*optional, *mappings)
         ]
         values = {name: params[name] for name in known if name in params}
         if 'start' in values and isinstance(values['start'], (list, tuple)):
@@ -62,10 +67,11 @@ class SimulatorSettings:
             values['options'] = ChairOptions(**{name: params[name] for name in optional if name in params})
         except ConfigError as error:
             faults.append(str(error))
-        try:
-            values['magnetic'] = filled(MagneticConfig, params.get('magnetic', {}))
-        except ConfigError as error:
-            faults += [f'magnetic: {sentence}' for sentence in error.faults]
+        for name, kind in mappings.items():
+            try:
+                values[name] = filled(kind, params.get(name, {}))
+            except ConfigError as error:
+                faults += [f'{name}: {sentence}' for sentence in error.faults]
         settings = cls(**values)
         faults += settings.validate()
         if faults:
@@ -87,6 +93,8 @@ class SimulatorSettings:
             faults.append(f'speed is {self.speed!r}, allowed are numbers above 0 to 100, times real time')
         if not isinstance(self.port, str) or not self.port.startswith('/'):
             faults.append(f'port is {self.port!r}, allowed is an absolute path')
+        if not isinstance(self.gps_port, str) or not self.gps_port.startswith('/') and self.gps_port:
+            faults.append(f"gps_port is {self.gps_port!r}, allowed is an absolute path, or '' for no receiver")
         if isinstance(self.bitrate, bool) or self.bitrate not in RATES:
             faults.append(f'bitrate is {self.bitrate!r}, allowed are {", ".join(map(str, RATES))}')
         faults += [

@@ -20,12 +20,9 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import MarkerArray
 
-from canserial.dbc.bus import BusDescription, BusError
-from canserial.dbc.modes import has_assisted
+from canserial.dbc.bus import BusError
 from sara_common.config import ConfigError
-from sara_common.platforms import chosen, load
 from sara_common.ros.node import start_node
-from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
@@ -33,13 +30,13 @@ from sara_sim.chair import STEP_S, STEPS_PER_S, SimulatedChair
 from sara_sim.chips.scanner import PERIOD_STEPS, sweep_of
 from sara_sim.config import ChairConfig
 from sara_sim.faults.faults import FaultError
-from sara_sim.pedestrians import course
 from sara_sim.ros import messages
+from sara_sim.ros.make_chair import make_chair
 from sara_sim.ros.markers import LIFETIME_S, markers
 from sara_sim.ros.settings import SettingsError, SimulatorSettings
 from sara_sim.srv import Fault, FaultResponse
 from sara_sim.world.obstacles import ObstacleError
-from sara_sim.world.world import World, WorldError
+from sara_sim.world.world import WorldError
 
 GROUND_TRUTH_STEPS = 2  # 50 Hz of simulated time
 DIAGNOSTICS_STEPS = 100
@@ -55,6 +52,7 @@ class SimulatorNode:
     def __init__(self, chair: SimulatedChair, terminal: Terminal, settings: SimulatorSettings):
         self._chair, self._settings = chair, settings
         self._terminal: Terminal | None = terminal
+        self._gps = Terminal(settings.gps_port) if settings.gps_port else None
         self._adapter = LawicelAdapter(settings.bitrate)
         # Services are called by other threads.
         self._lock = threading.Lock()
@@ -92,7 +90,12 @@ class SimulatorNode:
             pacer.stepped(now, patience.step_takes(STEP_S, now))
 
     def close(self) -> None:
-        """Take the terminal and its link away."""
+        """Take the terminals and their links away."""
+        self._unplug()
+        if self._gps:
+            self._gps.close()
+
+    def _unplug(self) -> None:
         if self._terminal:
             self._terminal.close()
             self._terminal = None
@@ -125,7 +128,7 @@ class SimulatorNode:
         """Let the terminal come and go with the adapter."""
         if self._terminal and not self._chair.plugged:
             rospy.logwarn('the adapter is unplugged: %s is gone', self._settings.port)
-            self.close()
+            self._unplug()
             self._adapter = LawicelAdapter(self._settings.bitrate)  # it has lost its supply
             self._was_open = False
         elif not self._terminal and self._chair.plugged:
@@ -174,6 +177,8 @@ class SimulatorNode:
         data = b''.join(map(self._adapter.frame_bytes, frames))
         if data:
             self._write(data)
+        if self._gps and self._chair.gps.sent:
+            self._gps.write(self._chair.gps.sent)  # a receiver does not mind whether anybody reads
         if self._ticks % GROUND_TRUTH_STEPS == 0:
             self._truth.publish(messages.ground_truth(self._chair, stamp))
         if self._scan and self._chair.scanner.scan:
@@ -234,34 +239,6 @@ class SimulatorNode:
         text = f'simulated at {speed:.2f} times real time instead of {asked:g}: {reason}'
         rospy.logwarn_throttle(SLOW_S, text)
         return text
-
-
-def make_chair(settings: SimulatorSettings) -> SimulatedChair:
-    """The chair and its world. Raises WorldError, ObstacleError, BusError, ConfigError, OSError."""
-    world = World.from_yaml(settings.map) if settings.map else World.empty()
-    if settings.obstacles:
-        course.load(settings.obstacles).put_on(world)
-    platform = load(settings.platform) if settings.platform else chosen()
-    fast = {'imu_period': FAST_IMU} if settings.fast else {}
-    sensors = SensorConfig.of(platform, calibrate=settings.calibrate, madgwick=settings.madgwick, **fast)
-    bus = BusDescription.named(settings.dbc, platform) if settings.dbc else BusDescription.of(platform)
-    if settings.assisted and not has_assisted(bus):
-        raise BusError(f'assisted is true, but the bus {bus.path} has no such mode')
-    chair = SimulatedChair(
-        world,
-        settings.seed,
-        settings.start,
-        bus,
-        options=settings.options,
-        sensors=sensors,
-        power_up=settings.power_up,
-        platform=platform,
-        magnetic=settings.magnetic,
-    )
-    chair.assisted = settings.assisted
-    if settings.log:
-        chair.log(settings.log)
-    return chair
 
 
 def main() -> None:
