@@ -39,7 +39,7 @@ def on_earth(origin: Place, x: float, y: float) -> Place:
     across = SEMI_AXIS / math.sqrt(1.0 - e2 * sine * sine)
     along = across * (1.0 - e2) / (1.0 - e2 * sine * sine)
     north = math.degrees((y - x * x * math.tan(latitude) / (2.0 * across)) / along)
-    shrunk = math.cos(math.radians(origin.latitude + 0.5 * north))
+    shrunk = math.cos(math.radians(origin.latitude + north))
     return Place(origin.latitude + north, origin.longitude + math.degrees(x / (across * shrunk)))
 
 
