@@ -17,6 +17,7 @@ from sara_localization.filters.state import AX, NAMES, SIZE
 # Which of the 15 variables each kind of input can measure.
 MEASURES = {'odom': range(0, 12), 'pose': range(0, 6), 'twist': range(6, 12), 'imu': (3, 4, 5, 9, 10, 11, 12, 13, 14)}
 THRESHOLDS = {'odom': ('pose', 'twist'), 'imu': ('pose', 'twist', 'linear_acceleration'), 'pose': (), 'twist': ()}
+CORRELATED = {'odom': 'pose_', 'pose': '', 'imu': 'orientation_'}
 # The covariances that a parameter can put in the place of the messages' own: parameter, (what, size).
 COVARIANCES = {
     'odom': (('pose', 6), ('twist', 6)),
@@ -32,7 +33,8 @@ class InputConfig:
     """One input: its name (odom0), kind, topic, the (15,) mask of variables, the gates in sigmas.
 
     Extensions: `covariances` in the place of the messages' own, by part (pose, twist, orientation, angular_velocity,
-    linear_acceleration); `turning_noise`: standard deviations of vx, vy (m/s) and vyaw (rad/s) that grow with each
+    linear_acceleration); `correlation_time`: s over which the errors of its poses (an IMU's: orientations) persist, 0
+    for none; `turning_noise`: standard deviations of vx, vy (m/s) and vyaw (rad/s) that grow with each
     rad/s of turning; `gyro_bias`: 'off', 'standstill' (measured while parked) or 'state' (estimated as a state), its
     noise in (rad/s)2 per s and its variance at the start in (rad/s)2.
     """
@@ -50,6 +52,7 @@ class InputConfig:
     relative: bool = False
     pose_use_child_frame: bool = False
     nodelay: bool = False
+    correlation_time: float = 0.0
     covariances: dict[str, np.ndarray] = field(default_factory=dict)
     turning_noise: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gyro_bias: str = 'off'
@@ -90,7 +93,7 @@ class InputReader(ParameterReader):
             self.faults.append(f'{name}_queue_size is {queue_size!r}, allowed is a whole number of messages')
         values['nodelay'] = self.boolean(name + '_nodelay', False)
         if kind != 'twist':
-            self.pose_options(name, mask, values)
+            self.pose_options(name, kind, mask, values)
         if kind == 'odom':
             values['pose_use_child_frame'] = self.boolean(name + '_pose_use_child_frame', False)
         for part in THRESHOLDS[kind]:
@@ -109,7 +112,9 @@ class InputReader(ParameterReader):
             self.imu_options(name, mask, values)
         return InputConfig(name, kind, topic, mask, **values)
 
-    def pose_options(self, name: str, mask: tuple[bool, ...], values: dict[str, object]) -> None:
+    def pose_options(self, name: str, kind: str, mask: tuple[bool, ...], values: dict[str, object]) -> None:
+        parameter = f'{name}_{CORRELATED[kind]}correlation_time'
+        correlated = values['correlation_time'] = self.number(parameter, 0.0, low=0.0)
         differential = values['differential'] = self.boolean(name + '_differential', False)
         relative = values['relative'] = self.boolean(name + '_relative', False)
         if differential and relative:
@@ -124,6 +129,8 @@ class InputReader(ParameterReader):
                     name, 'differential' if differential else 'relative', name
                 )
             )
+        if differential and correlated:
+            self.warnings.append(f'{parameter} has no effect: {name}_differential is true.')
 
     def imu_options(self, name: str, mask: tuple[bool, ...], values: dict[str, object]) -> None:
         values['remove_gravity'] = self.boolean(name + '_remove_gravitational_acceleration', False)

@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from sara_common.diagnostics import ERROR, OK, WARN, Status
 from sara_localization.config.input_config import InputConfig
 from sara_localization.filters.state import ANGLES, POSE, RATES, TWIST
+from sara_localization.inputs.outliers import FEWEST
 from sara_localization.inputs.status import InputStatus
 
 # Kind of a problem (InputStatus.problems) -> the peer's key behind the input's name; None: one key for each part in
@@ -105,7 +106,7 @@ class FilterDiagnostics:
                         for key in keys(self._inputs[status.name], kind)
                     ]
             self._seen[status.name] = Counter(status.problems)
-            if not status.healthy:
+            if not status.healthy or status.outliers.now >= FEWEST:
                 idle.append(status.line(now))
         message = SUMMARY[level]
         if idle:

@@ -222,7 +222,7 @@ class FilterEngine:
             self.filter.last_measurement_time = now
 
     def _integrate(self, now):
-        kf, queue, inputs = self.filter, self._queue, self.inputs
+        kf, queue = self.filter, self._queue
         # A measurement from far in the future must not keep the filter from predicting.
         idle = not queue or queue[0][0] > now + max(1.0, self.config.sensor_timeout)
         again = self._go_back(queue[0]) if self.history and queue and kf.initialised else ()
@@ -234,11 +234,11 @@ class FilterEngine:
             stamp, sequence, name, m = entry
             if again and self.control:
                 self.history.recall(self.control, stamp)
-            taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra)
+            taken = kf.process(stamp, m.indices, m.z, m.R, m.threshold, m.extra, m.inflation)
             if self.trace:
                 self.trace.measurement(m, taken, kf.nis)
             if sequence not in again and m.source != STANDSTILL:
-                inputs[name].took(taken, kf.nis, m.informative)
+                self.preprocessor.took(name, m, taken, kf.nis)
                 if self.silence and taken:
                     self.silence.heard(name, stamp)
             if self.history:

@@ -231,8 +231,11 @@ class Estimator:
         R: np.ndarray,
         threshold: float = math.inf,
         extra: Sequence[int] | None = None,
+        inflation: float = 1.0,
     ) -> bool:
         """Predict to the measurement's stamp (s) and correct with it; an older one only corrects.
+
+        inflation: by what R is multiplied once the gate has let the measurement pass.
 
         The first measurement ever is not fused: its values and its block of R are copied into state and covariance.
         Returns False if the measurement was rejected.
@@ -244,7 +247,10 @@ class Estimator:
             self.last_measurement_time = stamp
             return True
         dt, m = stamp - self.last_measurement_time, measured(indices, z, R, threshold, extra)
-        taken = self._predict_and_correct(valid_step(dt), stamp, m) if dt > 0.0 else self.take(m)
+        if inflation != 1.0:
+            taken = self._predict_and_correct_inflated(valid_step(dt) if dt > 0.0 else 0.0, stamp, m, inflation)
+        else:
+            taken = self._predict_and_correct(valid_step(dt), stamp, m) if dt > 0.0 else self.take(m)
         if dt >= 0.0:
             self.last_measurement_time = stamp
         return taken
@@ -252,6 +258,18 @@ class Estimator:
     def _predict_and_correct(self, dt, stamp, m):
         self._propagate(dt, stamp)
         return self.take(m)
+
+    def _predict_and_correct_inflated(self, dt, stamp, m, inflation):
+        """The gate judges a measurement by its own R; what is taken of it is what the inflated one lets."""
+        if dt:
+            self._propagate(dt, stamp)
+        x, P = self.x.copy(), self.P.copy()
+        taken, nis = self.take(m), self.nis
+        if taken:
+            self.x[:], self.P[:] = x, P
+            taken = self.take(m._replace(R=inflation * m.R, gate=math.inf))
+            self.nis = nis
+        return taken
 
     def predict_to(self, time: float) -> None:
         """Move the state to the time (s), which becomes the time of the state."""

@@ -19,6 +19,7 @@ from sara_localization.filters.standstill import Standstill
 from sara_localization.filters.state import ANGLES, POSE, RATES, SIZE, TWIST, VYAW
 from sara_localization.geometry.transforms import Transforms
 from sara_localization.inputs import measurement, poses
+from sara_localization.inputs.correlation import Correlation
 from sara_localization.inputs.data import ImuData, OdometryData, PoseData, Turning, TwistData
 from sara_localization.inputs.measurement import Frames, Gravity, MissingTransform, Part, measures
 from sara_localization.inputs.poses import PoseMemory, PoseOptions
@@ -39,12 +40,13 @@ class Motion(NamedTuple):
 
 class Asked(NamedTuple):
     """A part of an input's messages that is asked for, and the input's account. differential: a message that is late is
-    no use.
+    no use. correlation: of errors that persist.
     """
 
     part: Part
     status: InputStatus
     differential: bool
+    correlation: Correlation | None = None
 
 
 class Preprocessor:
@@ -83,6 +85,7 @@ class Preprocessor:
                 Part(i.name + part, i.mask[variables], threshold, Memory()),
                 self.inputs[i.name],
                 part == '_pose' and i.differential,
+                _correlation(i) if part == '_pose' else None,
             )
             if any(i.mask[variables])
             else None
@@ -106,6 +109,9 @@ class Preprocessor:
         }
         if self._watch:
             self._watch.forget_poses()
+        for pose, *_ in self._asked.values():
+            if pose and pose.correlation:
+                pose.correlation.forget()
 
     # Messages
 
@@ -165,6 +171,12 @@ class Preprocessor:
             self._prepare(found, accelerations, measurement.acceleration, data, motion.state, turning, gravity)
         return found
 
+    def took(self, name: str, m: Measurement, taken: bool, nis: float) -> None:
+        """What became of a measurement of input `name`: used, or rejected by the gate; nis: its squared distance."""
+        status = self.inputs[name]
+        status.took(taken, nis, m.informative)
+        self._say(status.outliers.judged(m, taken, nis))
+
     # Their parts
 
     def _pose(self, found, name, data, motion, child):
@@ -184,7 +196,7 @@ class Preprocessor:
         """Append what `prepare` makes of a part of a message to the found, unless it is older than its predecessor and
         cannot be put in its place. Returns whether there is one.
         """
-        part, status, differential = asked
+        part, status, differential, correlation = asked
         stamp = data.stamp
         if stamp < self._last_stamps.get(part.source, stamp):
             if differential or stamp < self.history_from:
@@ -203,6 +215,8 @@ class Preprocessor:
             self._problem(status, problem.kind, problem.sentence)
         if prepared is None:
             return False
+        if correlation:
+            prepared = prepared._replace(inflation=correlation.inflation(stamp))
         found.append(prepared)
         return True
 
@@ -235,6 +249,10 @@ class Preprocessor:
     def _with_bias(self, name, m: Measurement) -> Measurement:
         biases = self.biases[name]
         return m._replace(extra=tuple(biases.get(i, -1) for i in m.indices))
+
+
+def _correlation(i: InputConfig) -> Correlation | None:
+    return Correlation(i.correlation_time) if i.correlation_time and not i.differential else None
 
 
 def _bias_states(config: FilterConfig) -> dict[str, dict[int, int]]:

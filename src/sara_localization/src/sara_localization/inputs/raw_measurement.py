@@ -38,6 +38,7 @@ class Measurement(NamedTuple):
 
     extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
     informative: how many of the k a sensor measured; the zeros of two_d_mode and of a parked robot are nobody's.
+    inflation: by what R is multiplied once the gate has let z pass: of errors that persist (correlation.py).
     """
 
     stamp: float
@@ -48,6 +49,7 @@ class Measurement(NamedTuple):
     threshold: float = float('inf')
     extra: tuple[int, ...] | None = None
     informative: int = 0
+    inflation: float = 1.0
 
 
 class Memory:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+from sara_localization.inputs.outliers import Outliers
+
 NIS_MEMORY = 100
 
 
@@ -19,6 +21,7 @@ class InputStatus:
         self.missing_since = 0.0
         self.last_stamp: float | None = None
         self.nis = self.dof = 0.0
+        self.outliers = Outliers(f'{name} ({topic})')
         self._said = set()
 
     def lacks(self, sentence: str, stamp: float) -> str | None:
@@ -69,6 +72,8 @@ class InputStatus:
         text = f'{self.name} ({self.topic}): {self.used} used'
         if self.rejected:
             text += f', {self.rejected} rejected by the gate'
+            if self.outliers.now:
+                text += f' ({self.outliers.now} in a row until now)'
         dropped = [f'{count} {kind}' for kind, count in sorted(self.problems.items()) if kind != 'no_transform']
         if dropped:
             text += ', problems: ' + ', '.join(dropped)
