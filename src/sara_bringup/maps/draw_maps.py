@@ -1,10 +1,11 @@
-"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, doorway, school and flat, .pgm and
-.yaml (ROS map format, trinary).
+"""Draws the maps of this folder: `python3 draw_maps.py [FOLDER]` writes room, hall, doorway, school, flat, street and
+street_world, .pgm and .yaml (ROS map format, trinary).
 
 The room holds the thesis's 4 m square (1, 1) .. (5, 5) with 1.4 m to the walls and a cupboard in its middle. The others
 are where
 planners drive: the hall is open, the doorway is one door of 0.80 m between two rooms, the school has corridors,
-classrooms and doors of 0.80 and 0.90 m, the flat is furnished.
+classrooms and doors of 0.80 and 0.90 m, the flat is furnished. The street is nine blocks of houses; in `street` the
+carriageways are forbidden, but for the crossings, as if their kerbs were walls; `street_world` is what stands there.
 """
 
 import sys
@@ -14,21 +15,21 @@ import numpy as np
 import yaml
 from PIL import Image
 
-RESOLUTION = 0.05  # m per cell
+RESOLUTION, OUTDOORS = 0.05, 0.10  # m per cell
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205  # grey values as map_saver writes them
 
 
 class Drawing:
     """A grey image addressed in metres, y up, whose lower left corner is `origin`."""
 
-    def __init__(self, origin, size):
-        self.origin = origin
-        self.cells = np.full((round(size[1] / RESOLUTION), round(size[0] / RESOLUTION)), UNKNOWN, np.uint8)
+    def __init__(self, origin, size, resolution=RESOLUTION):
+        self.origin, self.resolution = origin, resolution
+        self.cells = np.full((round(size[1] / resolution), round(size[0] / resolution)), UNKNOWN, np.uint8)
 
     def fill(self, x0, y0, x1, y1, value):
         """Fill the rectangle (x0, y0)..(x1, y1), metres."""
-        i0, i1 = (round((x - self.origin[0]) / RESOLUTION) for x in (x0, x1))
-        j0, j1 = (round((y - self.origin[1]) / RESOLUTION) for y in (y0, y1))
+        i0, i1 = (round((x - self.origin[0]) / self.resolution) for x in (x0, x1))
+        j0, j1 = (round((y - self.origin[1]) / self.resolution) for y in (y0, y1))
         self.cells[j0:j1, i0:i1] = value
 
     def build(self, outline, hollows, things):
@@ -44,7 +45,7 @@ class Drawing:
         Image.fromarray(self.cells[::-1]).save(folder / f'{name}.pgm')
         description = {
             'image': f'{name}.pgm',
-            'resolution': RESOLUTION,
+            'resolution': self.resolution,
             'origin': [*self.origin, 0.0],
             'negate': 0,
             'occupied_thresh': 0.65,
@@ -172,7 +173,48 @@ def flat():
     return drawing
 
 
-MAPS = (room, hall, doorway, school, flat)
+STREET_ROADS_X, STREET_ROADS_Y = ((47.0, 53.0), (97.0, 103.0)), ((17.0, 23.0), (37.0, 43.0))
+"""The carriageways, m: those along y and those along x."""
+PAVEMENT, LAMP, LAMPS_APART = 4.0, 0.2, 25.0
+STREET_SIZE = 150.0, 60.0
+STREET_HOUSES = tuple(
+    (x0, y0, x1, y1)
+    for x0, x1 in ((0.0, 43.0), (57.0, 93.0), (107.0, 150.0))
+    for y0, y1 in ((0.0, 13.0), (27.0, 33.0), (47.0, 60.0))
+)
+STREET_LAMPS = tuple(
+    (x - 0.5 * LAMP, y - 0.5 * LAMP, x + 0.5 * LAMP, y + 0.5 * LAMP)
+    for x in np.arange(0.5 * LAMPS_APART, STREET_SIZE[0], LAMPS_APART)
+    for y in (16.5, 23.5, 36.5, 43.5)
+)
+
+
+def street_world():
+    """150 x 60 m outdoors: houses, pavements of 4 m, lamp posts at the kerbs; the carriageways are free."""
+    drawing = Drawing((0.0, 0.0), STREET_SIZE, OUTDOORS)
+    drawing.fill(0.0, 0.0, *STREET_SIZE, FREE)
+    for thing in STREET_HOUSES + STREET_LAMPS:
+        drawing.fill(*thing, OCCUPIED)
+    return drawing
+
+
+def street():
+    """As street_world, with carriageways of 6 m forbidden; crossings of 4 m go on from the pavements at each corner."""
+    drawing = street_world()
+    for x0, x1 in STREET_ROADS_X:
+        drawing.fill(x0, 0.0, x1, STREET_SIZE[1], OCCUPIED)
+    for y0, y1 in STREET_ROADS_Y:
+        drawing.fill(0.0, y0, STREET_SIZE[0], y1, OCCUPIED)
+    for x0, x1 in STREET_ROADS_X:
+        for y0, y1 in STREET_ROADS_Y:
+            for side in (x0 - PAVEMENT, x1):
+                drawing.fill(side, y0, side + PAVEMENT, y1, FREE)
+            for side in (y0 - PAVEMENT, y1):
+                drawing.fill(x0, side, x1, side + PAVEMENT, FREE)
+    return drawing
+
+
+MAPS = (room, hall, doorway, school, flat, street, street_world)
 
 
 if __name__ == '__main__':

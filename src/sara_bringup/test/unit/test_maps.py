@@ -27,7 +27,7 @@ def script():
     return module
 
 
-@pytest.mark.parametrize('name', ('room', 'hall', 'doorway', 'school', 'flat'))
+@pytest.mark.parametrize('name', ('room', 'hall', 'doorway', 'school', 'flat', 'street', 'street_world'))
 def test_a_map_is_what_the_script_draws(script, tmp_path, name):
     assert name in [draw.__name__ for draw in script.MAPS]
     getattr(script, name)().save(tmp_path, name)

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from sara_common.config import ConfigError
-from sara_common.diagnostics import ERROR, WARN
+from sara_common.diagnostics import ERROR, OK, WARN
 from sara_localization.checks.check_config import check
 from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
 from sara_localization.gps.navsat_config import NavSatConfig
@@ -122,7 +122,14 @@ def filter_with_gps(**changes):
 
 
 def test_a_filter_that_takes_odometry_gps_as_it_should_is_left_alone():
-    assert filter_with_gps() == []
+    assert [finding for finding in filter_with_gps() if finding.level] == []
+
+
+def test_a_gate_and_a_correlation_time_are_suggested():
+    gate, correlation = filter_with_gps()
+    assert gate.level == correlation.level == OK
+    assert 'odom1_pose_rejection_threshold' in gate.sentence and 'odom1_pose_correlation_time' in correlation.sentence
+    assert filter_with_gps(odom1_pose_rejection_threshold=3.5, odom1_pose_correlation_time=60.0) == []
 
 
 @pytest.mark.parametrize(

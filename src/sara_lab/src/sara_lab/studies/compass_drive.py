@@ -22,6 +22,7 @@ from canserial.reader.readings import FieldReading, HeadingReading, ImuReading
 from sara_common.planar import wrap_exact
 from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_sim.chair import SimulatedChair
+from sara_sim.chips.gps_config import GpsConfig
 from sara_sim.chips.magnetic_config import MagneticConfig
 from sara_sim.world import luck
 from sara_sim.world.world import World
@@ -59,10 +60,19 @@ class Row(NamedTuple):
 class CompassChair:
     """`chair`: SimulatedChair; `reader`: Reader; `north`: rad, the yaw that faces magnetic north."""
 
-    def __init__(self, seed: int, magnetic: MagneticConfig) -> None:
+    def __init__(
+        self,
+        seed: int,
+        magnetic: MagneticConfig,
+        world: World | None = None,
+        start: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        gps: GpsConfig | None = None,
+    ) -> None:
         self.bus = BusDescription.named(BUS)
         sensors = SensorConfig.of(imu_period=FAST_IMU)
-        self.chair = SimulatedChair(World.empty(), seed, (0.0, 0.0, 0.0), self.bus, sensors=sensors, magnetic=magnetic)
+        self.chair = SimulatedChair(
+            world or World.empty(), seed, start, self.bus, sensors=sensors, magnetic=magnetic, gps=gps
+        )
         earth = self.chair.magnetism.earth
         self.north = math.atan2(earth[1], earth[0])
         self.reader = Reader(ReaderConfig.of(), self.bus)

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import math
 
+from sara_common.diagnostics import OK
 from sara_localization.checks.findings import Finding, error, of_parameters, warning
 from sara_localization.config.filter_config import FilterConfig
+from sara_localization.config.input_config import InputConfig
 from sara_localization.filters.state import NAMES, ROLL, VX, YAW, X, Y
 from sara_localization.gps.navsat_config import NavSatConfig
 
@@ -27,6 +29,7 @@ _GPS = 'odometry/gps'
 _LARGEST_DECLINATION = math.radians(45.0)
 _QUARTER = math.pi / 2.0
 _NEAR = math.radians(10.0)
+_NO_GATE = 1e6
 _KNOWN_YAW = math.radians(2.0)
 """A standard deviation of the first yaw below which fixes take long to correct it."""
 
@@ -94,11 +97,16 @@ def _doubtful(c):
     )
 
 
+def is_gps(i: InputConfig) -> bool:
+    """Whether an input is navsat_transform_node's output, by the end of its topic."""
+    return i.kind == 'odom' and i.topic.strip('/').endswith(_GPS)
+
+
 def gps_inputs(config: FilterConfig) -> list[Finding]:
-    """Mistakes of a filter that takes odometry/gps; found by the end of an input's topic."""
+    """Mistakes of a filter that takes odometry/gps."""
     found = []
     for i in config.inputs:
-        if i.kind == 'odom' and i.topic.strip('/').endswith(_GPS):
+        if is_gps(i):
             found += _gps_input(config, i)
     return found
 
@@ -116,6 +124,24 @@ def _gps_input(config, i):
     if wrong:
         found.append(
             error(key, f'{i.name} is {_GPS}, which knows nothing of {wrong}: take that out of {i.name}_config.')
+        )
+    if math.isinf(i.pose_threshold) or i.pose_threshold > _NO_GATE:
+        found.append(
+            Finding(
+                OK,
+                key,
+                f'{i.name} has no gate: multipath throws fixes 10 m off, and the estimate with them. '
+                f'{i.name}_pose_rejection_threshold: 3.5 leaves them out.',
+            )
+        )
+    if not i.correlation_time:
+        found.append(
+            Finding(
+                OK,
+                key,
+                f"{i.name}_pose_correlation_time is not given: a receiver's error wanders over a minute, and fixes "
+                'that count as independent make the filter far too sure. 60 s is usual, 0 for RTK.',
+            )
         )
     sigma = math.sqrt(config.initial_estimate_covariance[YAW, YAW])
     if not any(other.mask[YAW] and not other.differential for other in config.inputs) and sigma < _KNOWN_YAW:

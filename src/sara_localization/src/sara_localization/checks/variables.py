@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from sara_common.diagnostics import ERROR, WARN
 from sara_localization.checks.findings import Finding, warning
+from sara_localization.checks.navsat_settings import is_gps
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import ANGLES, AX, AY, AZ, NAMES, OFF_PLANE, POSE, RATES, VX, YAW, X, Y
 
@@ -128,7 +129,7 @@ def own_output(config: FilterConfig) -> list[Finding]:
             f'{i.name}_differential: true.',
         )
         for i in config.inputs
-        if i.kind == 'odom' and (i.mask[X] or i.mask[Y]) and not i.differential
+        if i.kind == 'odom' and (i.mask[X] or i.mask[Y]) and not i.differential and not is_gps(i)
     ]
 
 

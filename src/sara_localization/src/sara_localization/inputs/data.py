@@ -133,6 +133,21 @@ class FilterOutput(NamedTuple):
         return state_pose.pose_of(self.state)
 
     @property
+    def odometry(self) -> OdometryData:
+        """As it is published on odometry/filtered."""
+        state, pose = self.state, self.pose
+        return OdometryData(
+            self.stamp,
+            self.frame_id,
+            self.child_frame_id,
+            pose.translation,
+            pose.rotation,
+            self.covariance[:6, :6],
+            tuple(state[6:9].tolist()),
+            tuple(state[9:12].tolist()),
+        )
+
+    @property
     def angular_acceleration(self) -> np.ndarray:
         """(3,) rad/s2 from the rates of the last two ticks."""
         return self.turning.acceleration()[0]

@@ -1,5 +1,6 @@
 """What is wrong with the parameters of a filter, amcl, range_localization or navsat_transform_node, without running it;
-with a bag, also with a filter's data, or with the heading that navsat_transform_node takes.
+with a bag, also with a filter's data, or with the heading that navsat_transform_node takes. A file that holds two
+filters and navsat_transform_node, each under its name, is also looked at as a whole.
 
     rosrun sara_localization check_config FILE.yaml [BAG] [--static-tf "X Y Z YAW PITCH ROLL PARENT CHILD"]...
         [--fix TOPIC] [--imu TOPIC]
@@ -26,6 +27,7 @@ from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
 from sara_localization.checks.gps_heading import heading_findings
 from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
+from sara_localization.checks.node_set import check_set, is_set
 from sara_localization.checks.range_settings import check_ranges, is_for_ranges
 from sara_localization.checks.survey import Survey
 from sara_localization.config.filter_config import FilterConfig
@@ -136,6 +138,10 @@ def main(argv: list[str] | None = None) -> None:
     try:
         params = bag_tools.load_params(arguments.params)
         static = [bag_tools.static_transform(text) for text in arguments.static_tf]
+        if is_set(params):
+            if arguments.bag:
+                raise UsageError('a bag is compared with the parameters of one node, this file holds several')
+            sys.exit(report(check_set(params)))
         if is_for_navsat(params):
             sys.exit(report(check_navsat(params) + _against_gps(arguments, static)))
         for node, its_own, check in NODES:

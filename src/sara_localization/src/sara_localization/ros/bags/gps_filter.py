@@ -81,7 +81,7 @@ class GpsBagFilter(BagFilter):
 
     def _took(self, now: Stamp, output: FilterOutput) -> None:
         if output.published:
-            self.navsat.on_odometry(_odometry(output))
+            self.navsat.on_odometry(output.odometry)
         if now.nanoseconds < self.start + round(self._cycles * 1e9 / self.gps.config.frequency):
             return
         self._cycles += 1
@@ -94,21 +94,6 @@ class GpsBagFilter(BagFilter):
 def no_date() -> datetime.date:
     """A bag without real dates: its declination is not known, whenever it is played."""
     return datetime.date.min
-
-
-def _odometry(output: FilterOutput) -> OdometryData:
-    """odometry/filtered."""
-    state, covariance, pose = output.state, output.covariance, output.pose
-    return OdometryData(
-        output.stamp,
-        output.frame_id,
-        output.child_frame_id,
-        pose.translation,
-        pose.rotation,
-        covariance[:6, :6],
-        tuple(state[6:9].tolist()),
-        tuple(state[9:12].tolist()),
-    )
 
 
 def _read(msg, topic, wanted):
