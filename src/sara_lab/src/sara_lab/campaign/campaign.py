@@ -32,6 +32,7 @@ from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
+from sara_lab.campaign.street import street
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.experiments.runner import folder_of
 from sara_lab.rides.circuits import circuits
@@ -68,6 +69,7 @@ PARTS = {
     'assisted_wall': assisted_wall,
     'assisted_bus': assisted_bus,
     'compass': compass,
+    'street': street,
 }
 
 

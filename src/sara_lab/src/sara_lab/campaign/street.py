@@ -1,0 +1,123 @@
+"""The campaign's part `street`: chairs that drive 1 km outdoors, by GPS, compass and wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sara_lab.campaign.part import Part, lines_of, mean, spread
+from sara_lab.studies.consistency import interval, nees
+from sara_lab.studies.street_drive import GPS, StreetDrive, kept
+from sara_lab.studies.street_filter import Replay, replay
+
+CHAIRS = 10
+P95, SHARE, REJECTED = 1.5, 0.015, 0.99
+"""m, of all chairs while there are fixes; of the way in an outage, their median; of the fixes that multipath throws."""
+APART = 2.0 * 2.0 * GPS.correlation_time
+"""s between two moments whose errors count as independent: the estimate remembers longer than the receiver errs."""
+SAID_WITHIN = 2.0
+"""s from a jump's first fix to the filter's sentence."""
+
+
+def street(_seeds: int, folder: Path) -> Part:
+    """Ten chairs, whatever the number: each is calibrated at home by two turns and told roughly where it starts."""
+
+    def case(seed):
+        drive = kept(seed, folder)
+        return judged(seed, drive, replay(drive, seed))
+
+    return Part({f'street_{seed}': lambda seed=seed: case(seed) for seed in range(CHAIRS)}, _summary, _verdict)
+
+
+def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
+    """The figures of a drive: m, shares, NEES."""
+    times = np.array([estimate.time for estimate in done.estimates])
+    errors = np.array([estimate.error for estimate in done.estimates])
+    off, outages = np.hypot(errors[:, 0], errors[:, 1]), outages_of(drive)
+    fixed = ~np.any([(times >= begin) & (times < end) for begin, end in outages], axis=0)
+    chosen = np.searchsorted(times, np.arange(times[0] + APART, times[-1], APART))
+    jumps, said = jumps_of(drive), [time for time, sentence in done.said if 'outliers are rejected' in sentence]
+    fates = dict(done.fates.tolist())
+    thrown = [fates[row[0]] for row in drive.fixes if row[6] and row[0] in fates]
+    good = [fates[row[0]] for row in drive.fixes if not row[6] and row[0] in fates]
+    return {
+        'seed': seed,
+        'faults': [],
+        'off': off[fixed][::50].tolist(),
+        'p95': float(np.percentile(off[fixed], 95)),
+        'yaw_rms_deg': float(np.degrees(np.sqrt(np.mean(errors[:, 2] ** 2)))),
+        'outages': [_grown(drive, times, errors, *outage) for outage in outages if outage[1] <= times[-1]],
+        'nees': [nees(done.estimates[k].error, done.estimates[k].covariance) for k in chosen],
+        'thrown': len(thrown),
+        'thrown_rejected': thrown.count(0.0),
+        'good': len(good),
+        'good_rejected': good.count(0.0),
+        'jumps': len(jumps),
+        'jumps_said': sum(any(begin <= time <= end + SAID_WITHIN for time in said) for begin, end in jumps),
+    }
+
+
+def outages_of(drive: StreetDrive) -> list[tuple[float, float]]:
+    """(begin, end) of each time without fixes, s."""
+    return _runs(drive.fixes[:, 0], drive.fixes[:, 1] < 0)
+
+
+def jumps_of(drive: StreetDrive) -> list[tuple[float, float]]:
+    """(first, last fix) of each jump of two fixes or more, s: a single one is counted, not told."""
+    fixes = drive.fixes[drive.fixes[:, 1] >= 0]
+    return [(begin, end) for begin, end in _runs(fixes[:, 0], fixes[:, 6] > 0) if end > begin + 1.5 / GPS.rate]
+
+
+def _runs(times, inside):
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
+    return [(float(times[a]), float(times[min(b, len(times)) - 1])) for a, b in zip(edges[::2], edges[1::2])]
+
+
+def _grown(drive, times, errors, begin, end):
+    """By how much the error grew in an outage, as a share of the way."""
+    first, last = np.searchsorted(times, (begin, end))
+    path = drive.truth[(drive.truth[:, 0] >= begin) & (drive.truth[:, 0] <= end), 1:3]
+    way = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    return float(np.hypot(*(errors[last - 1, :2] - errors[first, :2]))) / way
+
+
+def _summary(results: Sequence[dict]) -> tuple[list[str], dict[str, Any]]:
+    scores = [score for result in results for score in result['nees']]
+    low, high = interval(3, len(scores))
+    thrown, jumps = (sum(result[name] for result in results) for name in ('thrown', 'jumps'))
+    good = sum(result['good'] for result in results)
+    figures = {
+        'off_m': spread([value for result in results for value in result['off']]),
+        'p95_of_a_chair_m': spread([result['p95'] for result in results]),
+        'yaw_rms_deg': spread([result['yaw_rms_deg'] for result in results]),
+        'outage_share': spread([share for result in results for share in result['outages']]),
+        'outages': sum(len(result['outages']) for result in results),
+        'nees': mean(scores),
+        'nees_low': low,
+        'nees_high': high,
+        'nees_samples': len(scores),
+        'thrown_fixes': thrown,
+        'thrown_rejected': sum(result['thrown_rejected'] for result in results) / thrown if thrown else math.nan,
+        'jumps': jumps,
+        'jumps_said': sum(result['jumps_said'] for result in results) / jumps if jumps else math.nan,
+        'good_rejected': sum(result['good_rejected'] for result in results) / good if good else math.nan,
+    }
+    return lines_of(figures), figures
+
+
+def _verdict(figures: dict[str, Any]) -> list[str]:
+    told = []
+    if figures['off_m']['p95'] > P95:
+        told.append(f'p95 {figures["off_m"]["p95"]:.2f} m off, at most {P95:g}')
+    if figures['outage_share']['median'] > SHARE:
+        told.append(f'outages: {100 * figures["outage_share"]["median"]:.2f} % of the way, at most {100 * SHARE:g}')
+    if not figures['nees_low'] <= figures['nees'] <= figures['nees_high']:
+        told.append(f'NEES {figures["nees"]:.2f}, allowed {figures["nees_low"]:.2f} to {figures["nees_high"]:.2f}')
+    for name, what in (('thrown_rejected', 'fixes thrown off are rejected'), ('jumps_said', 'jumps are said')):
+        if figures[name] < REJECTED:
+            told.append(f'{100 * figures[name]:.1f} % of the {what}, at least {100 * REJECTED:g}')
+    return told
