@@ -34,7 +34,7 @@ def calibration():
     magnetism = SimulatedChair(World.empty(), 0, bus=BusDescription.named('+compass')).magnetism
     east, north, up = magnetism.earth
     matrix = tuple(np.linalg.inv(magnetism.iron).ravel().tolist())
-    iron = Iron(tuple(magnetism.hard_iron.tolist()), matrix, math.hypot(east, north), -up)
+    iron = Iron(tuple(magnetism.hard_iron.tolist()), matrix, math.hypot(east, north), -float(up))
     return Calibration(**iron.fields())
 
 

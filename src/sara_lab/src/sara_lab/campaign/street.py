@@ -37,10 +37,10 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
     """The figures of a drive: m, shares, NEES."""
     times = np.array([estimate.time for estimate in done.estimates])
     errors = np.array([estimate.error for estimate in done.estimates])
-    off, outages = np.hypot(errors[:, 0], errors[:, 1]), outages_of(drive)
+    off, outages = np.hypot(errors[:, 0], errors[:, 1]), drive.outages
     fixed = ~np.any([(times >= begin) & (times < end) for begin, end in outages], axis=0)
     chosen = np.searchsorted(times, np.arange(times[0] + APART, times[-1], APART))
-    jumps, said = jumps_of(drive), [time for time, sentence in done.said if 'outliers are rejected' in sentence]
+    jumps, said = drive.jumps, [time for time, sentence in done.said if 'outliers are rejected' in sentence]
     fates = dict(done.fates.tolist())
     thrown = [fates[row[0]] for row in drive.fixes if row[6] and row[0] in fates]
     good = [fates[row[0]] for row in drive.fixes if not row[6] and row[0] in fates]
@@ -59,22 +59,6 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
         'jumps': len(jumps),
         'jumps_said': sum(any(begin <= time <= end + SAID_WITHIN for time in said) for begin, end in jumps),
     }
-
-
-def outages_of(drive: StreetDrive) -> list[tuple[float, float]]:
-    """(begin, end) of each time without fixes, s."""
-    return _runs(drive.fixes[:, 0], drive.fixes[:, 1] < 0)
-
-
-def jumps_of(drive: StreetDrive) -> list[tuple[float, float]]:
-    """(first, last fix) of each jump of two fixes or more, s: a single one is counted, not told."""
-    fixes = drive.fixes[drive.fixes[:, 1] >= 0]
-    return [(begin, end) for begin, end in _runs(fixes[:, 0], fixes[:, 6] > 0) if end > begin + 1.5 / GPS.rate]
-
-
-def _runs(times, inside):
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
-    return [(float(times[a]), float(times[min(b, len(times)) - 1])) for a, b in zip(edges[::2], edges[1::2])]
 
 
 def _grown(drive, times, errors, begin, end):

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from sara_bringup.paths import share
-from sara_lab.campaign.street import outages_of
 from sara_lab.experiments.plotting import figure
 from sara_lab.experiments.runner import folder_of
 from sara_lab.studies.street_drive import HOME, StreetDrive, kept
@@ -54,7 +53,7 @@ def picture(drive: StreetDrive, done: Replay, path: Path) -> None:
         below.plot(times, np.hypot(*errors[:, :2].T), color='tab:blue', label='filter of the map')
         sigma = np.sqrt(np.trace(claimed[:, :2, :2], axis1=1, axis2=2))
         below.plot(times, sigma, color='tab:blue', lw=0.8, ls='--', label='what it claims (r.m.s.)')
-        for begin, end in outages_of(drive):
+        for begin, end in drive.outages:
             below.axvspan(begin, end, color='0.9')
         below.set(xlabel='s (grey: no fixes)', ylabel='off, m', ylim=(0.0, None))
         below.legend(loc='upper right', fontsize=8)

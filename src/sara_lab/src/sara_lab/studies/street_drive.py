@@ -66,6 +66,18 @@ class StreetDrive(NamedTuple):
     fixes: np.ndarray
     declination: np.ndarray
 
+    @property
+    def outages(self) -> list[tuple[float, float]]:
+        """(begin, end) of each time without fixes, s."""
+        return _runs(self.fixes[:, 0], self.fixes[:, 1] < 0)
+
+    @property
+    def jumps(self) -> list[tuple[float, float]]:
+        """(begin, end) of each time that multipath throws two fixes or more, s: a single one is counted, not told."""
+        fixes = self.fixes[self.fixes[:, 1] >= 0]
+        period = 1.0 / GPS.rate
+        return [run for run in _runs(fixes[:, 0], fixes[:, 6] > 0) if run[1] - run[0] > 1.5 * period]
+
     def pose(self, time: float) -> tuple[float, float, float]:
         """The true (x, y, yaw) at a time (s)."""
         t, x, y, yaw = self.truth.T
@@ -77,6 +89,12 @@ class StreetDrive(NamedTuple):
             float(y[k - 1] + share * (y[k] - y[k - 1])),
             wrap_exact(float(yaw[k - 1] + share * turned)),
         )
+
+
+def _runs(times, inside):
+    """(begin, end) of the times at which something is so, s; the end is the first at which it is no longer."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
+    return [(float(times[a]), float(times[min(b, len(times) - 1)])) for a, b in zip(edges[::2], edges[1::2])]
 
 
 class _Recorder:

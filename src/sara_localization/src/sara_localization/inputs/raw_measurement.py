@@ -33,8 +33,7 @@ class Problem(NamedTuple):
 
 
 class Measurement(NamedTuple):
-    """k of the state's variables at a time: indices, z (k,), R (k, k) and the gate in sigmas. R may be shared with
-    others.
+    """k of the state's variables at a time: indices, z (k,), R (k, k), perhaps shared with others, the gate in sigmas.
 
     extra: for each of the k the index of the bias that z holds besides, or -1; None: no biases.
     informative: how many of the k a sensor measured; the zeros of two_d_mode and of a parked robot are nobody's.
