@@ -68,7 +68,7 @@ class OutdoorsTest(unittest.TestCase):
         return any(words in sentence for sentence in self.said)
 
     def test_a_goal_on_the_pavement(self):
-        self.wait(lambda: self.headings and self.fused and self.places, 'heading, fused pose and places of the receiver')
+        self.wait(lambda: self.headings and self.fused and self.places, 'heading, pose and fixes')
         self.assertEqual(self.places[-1].header.frame_id, 'map')
         go = subprocess.run(['rosrun', 'sara_bringup', 'go', *GOAL], timeout=PATIENCE_S, check=False)
         self.assertEqual(go.returncode, 0)
