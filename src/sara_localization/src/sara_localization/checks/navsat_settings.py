@@ -131,7 +131,7 @@ def _gps_input(config, i):
                 OK,
                 key,
                 f'{i.name} has no gate: multipath throws fixes 10 m off, and the estimate with them. '
-                f'{i.name}_pose_rejection_threshold: 3.5 leaves them out.',
+                f'{i.name}_pose_rejection_threshold: 3 leaves them out.',
             )
         )
     if not i.correlation_time:
