@@ -1,0 +1,72 @@
+"""The street: a short drive recorded and filtered, and what the campaign's judge makes of drives."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sara_lab.campaign import street
+from sara_lab.studies import street_drive, street_filter
+from sara_lab.studies.street_drive import StreetDrive
+from sara_sim.chips.gps_config import GpsConfig
+
+
+@pytest.fixture(scope='module')
+def drive():
+    return street_drive.record(1, GpsConfig(jump_interval=8.0, jump_duration=4.0, outage_interval=12.0), length=15.0)
+
+
+def test_a_drive_holds_what_the_chair_said_and_where_it_was(drive):
+    assert drive.truth[-1, 1] - drive.truth[0, 1] == pytest.approx(15.0, abs=1.0)
+    assert np.median(np.diff(drive.headings[:, 0])) == pytest.approx(0.05, abs=0.01)
+    assert np.median(np.diff(drive.fixes[:, 0])) == pytest.approx(0.4, abs=0.01)
+    assert drive.outages and (drive.fixes[drive.fixes[:, 1] < 0][:, 2:4] != drive.fixes[0, 2:4]).all()
+    assert drive.wheels[-1, 1] == pytest.approx(0.8, abs=0.05)
+
+
+def test_the_filter_follows_it_and_leaves_out_what_multipath_throws(drive):
+    done = street_filter.replay(drive, 1)
+    errors = np.array([estimate.error for estimate in done.estimates])
+    assert np.hypot(*errors[:, :2].T).max() < 1.5 and np.abs(np.degrees(errors[:, 2])).max() < 6.0
+    thrown = {row[0] for row in drive.fixes if row[6]}
+    fates = dict(done.fates.tolist())
+    assert thrown & set(fates) and all(fates[stamp] == 0.0 for stamp in thrown & set(fates))
+    assert any('outliers are rejected' in sentence for _, sentence in done.said)
+
+
+def test_times_without_fixes_and_jumps_are_found():
+    fixes = np.zeros((10, 9))
+    fixes[:, 0] = 0.4 * np.arange(10)
+    fixes[3:5, 1] = -1.0
+    fixes[[1, 6, 7, 8], 6] = 1.0
+    drive = StreetDrive(np.zeros((2, 4)), np.zeros((1, 6)), np.zeros((1, 3)), fixes, np.array(0.0))
+    assert drive.outages == [pytest.approx((1.2, 2.0))]
+    assert drive.jumps == [pytest.approx((2.4, 3.6))]  # that of a single fix is not told
+
+
+def test_a_pose_is_interpolated_the_short_way_round():
+    truth = np.array([[0.0, 0.0, 0.0, 3.1], [1.0, 2.0, 4.0, -3.1]])
+    drive = StreetDrive(truth, np.zeros((1, 6)), np.zeros((1, 3)), np.zeros((1, 9)), np.array(0.0))
+    x, y, yaw = drive.pose(0.5)
+    assert (x, y) == (1.0, 2.0) and abs(yaw) == pytest.approx(math.pi)
+
+
+def test_what_is_not_met_is_told():
+    good = {
+        'off_m': {'p95': 1.4},
+        'outage_share': {'median': 0.01},
+        'nees': 3.0,
+        'nees_low': 2.0,
+        'nees_high': 4.0,
+        'thrown_rejected': 1.0,
+        'jumps_said': 1.0,
+    }
+    assert street._verdict(good) == []
+    bad = {
+        'off_m': {'p95': 1.6},
+        'outage_share': {'median': 0.02},
+        'nees': 9.0,
+        'thrown_rejected': 0.9,
+        'jumps_said': 0.9,
+    }
+    assert len(street._verdict({**good, **bad})) == 5
