@@ -13,7 +13,8 @@ from sara_sim.chips.gps_config import GpsConfig
 
 @pytest.fixture(scope='module')
 def drive():
-    return street_drive.record(1, GpsConfig(jump_interval=8.0, jump_duration=4.0, outage_interval=12.0), length=15.0)
+    gps = GpsConfig(jump_interval=8.0, jump_duration=4.0, outage_interval=25.0, outage_duration=5.0)
+    return street_drive.record(1, gps, length=15.0)
 
 
 def test_a_drive_holds_what_the_chair_said_and_where_it_was(drive):

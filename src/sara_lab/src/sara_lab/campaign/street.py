@@ -47,7 +47,7 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
     return {
         'seed': seed,
         'faults': [],
-        'off': off[fixed][::50].tolist(),
+        'off': off[fixed][::5].tolist(),
         'p95': float(np.percentile(off[fixed], 95)),
         'yaw_rms_deg': float(np.degrees(np.sqrt(np.mean(errors[:, 2] ** 2)))),
         'outages': [_grown(drive, times, errors, *outage) for outage in outages if outage[1] <= times[-1]],

@@ -75,8 +75,8 @@ class StreetDrive(NamedTuple):
     def jumps(self) -> list[tuple[float, float]]:
         """(begin, end) of each time that multipath throws two fixes or more, s: a single one is counted, not told."""
         fixes = self.fixes[self.fixes[:, 1] >= 0]
-        period = 1.0 / GPS.rate
-        return [run for run in _runs(fixes[:, 0], fixes[:, 6] > 0) if run[1] - run[0] > 1.5 * period]
+        runs = _runs(fixes[:, 0], fixes[:, 6] > 0)
+        return [(begin, end) for begin, end in runs if np.sum((fixes[:, 0] >= begin) & (fixes[:, 0] < end)) > 1]
 
     def pose(self, time: float) -> tuple[float, float, float]:
         """The true (x, y, yaw) at a time (s)."""

@@ -1,6 +1,6 @@
 """The filter of the map (config/outdoors.yaml) and navsat_transform_node over a recorded drive along the street.
 
-Both are the nodes' own objects, each feeding the other, at their own rates.
+Both are the nodes' own objects, each feeding the other; the filter runs at half its rate, for half the time.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from sara_sim.world import luck
 CONFIG = 'outdoors.yaml'
 MAP, NAVSAT = 'ekf_se_map', 'navsat_transform_node'
 PLANE = [X, Y, YAW]
+FREQUENCY, KEPT = 25.0, 5
+"""Hz of the filter's cycles; each how many of them is judged."""
 PLACED_SIGMA, FACED_SIGMA = 0.3, math.radians(2.0)
 """m, along x and y, and rad by which somebody misjudges where the chair starts; so the parameters say."""
 
@@ -42,8 +44,8 @@ class Estimate(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """`estimates`, 50 a second; `fates`: (n, 2) of each fix that came to the filter, its t (s) and whether it was used;
-    `said`: (t, sentence) of the filter.
+    """`estimates`, five a second; `fates`: (n, 2) of each fix that came to the filter, its t (s) and whether it was
+    used; `said`: (t, sentence) of the filter.
     """
 
     estimates: list[Estimate]
@@ -64,12 +66,14 @@ class StreetFilter:
         self.transforms, mount = TransformBuffer(), chosen().gps
         antenna = Transform.from_xyz_rpy(mount.x, mount.y, 0.0, 0.0, 0.0, mount.yaw)
         self.transforms.set_transform('base_link', 'gps', antenna)
-        config = FilterConfig.from_params({**tree[MAP], 'initial_state': initial, **(changed or {})}, 'ekf')
+        config = FilterConfig.from_params(
+            {**tree[MAP], 'frequency': FREQUENCY, 'initial_state': initial, **(changed or {})}, 'ekf'
+        )
         self.engine = FilterEngine(config, self.transforms, self._hear)
         self.navsat = NavSat(NavSatConfig.from_params(tree[NAVSAT]), self.transforms, self._hear, today=_no_date)
         self.period = 1.0 / config.frequency
-        self._navsat_every = round(config.frequency / self.navsat.config.frequency)
-        self._ticks = 0
+        self._navsat_every = 1.0 / self.navsat.config.frequency
+        self._navsat_at = 0.0
 
     def _hear(self, sentence):
         self.said.append((self.now, sentence))
@@ -108,11 +112,11 @@ class StreetFilter:
             self.fates.append((self._given.pop(0), fate))
         if output is not None and output.published:
             self.navsat.on_odometry(output.odometry)
-        if self._ticks % self._navsat_every == 0:
+        if now >= self._navsat_at:
+            self._navsat_at = now + self._navsat_every - 0.5 * self.period
             for data in self.navsat.tick(now).gps:
                 self.engine.add_odometry('odom1', data)
                 self._given.append(data.stamp)
-        self._ticks += 1
         return output
 
 
@@ -141,7 +145,7 @@ def replay(drive: StreetDrive, seed: int, changed: Mapping[str, Any] | None = No
             events[at][1](events[at][2])
             at += 1
         output = street.tick(now)
-        if output is not None:
+        if output is not None and k % KEPT == 0:
             true = drive.pose(now)
             error = output.state[PLANE] - true
             error[2] = wrap_exact(error[2])
