@@ -43,12 +43,19 @@ def cost(config: ExploreConfig, way: float, turn: float, size: float) -> float:
 
 
 def choose(
-    config: ExploreConfig, planner: Planner, around: Surroundings, start: Pose2D, found: Sequence[Frontier]
+    config: ExploreConfig,
+    planner: Planner,
+    around: Surroundings,
+    start: Pose2D,
+    found: Sequence[Frontier],
+    looked_from: Sequence[Pose2D] = (),
 ) -> Choice | None:
-    """The cheapest of the frontiers `found` that a plan leads to from `start`; None where none does."""
+    """The cheapest of the frontiers `found` that a plan leads to from `start`, not to where the robot has looked from
+    before; None where none does.
+    """
     ranked = []
     for frontier in found:
-        views = around.views(frontier, TRIES)
+        views = around.views(frontier, TRIES, looked_from)
         if views:
             ranked.append((cost(config, views[0].way, 0.0, frontier.size), frontier, views))
     ranked.sort(key=lambda entry: entry[0])

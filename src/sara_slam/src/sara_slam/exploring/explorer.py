@@ -1,8 +1,8 @@
 """Drives a robot to the frontiers of a map, one after the other, until none is left, and back to where it began.
 
 No ROS: maps, poses and how goals end come in, orders go out. A frontier that is no more is left for the next one
-without a stop. One that stays a frontier though the robot has looked at it from near is done with; one that the robot
-could not get to is tried once more when no other is left. Without a map or a pose nothing is driven to. Whoever else
+without a stop. One that stays a frontier though the robot has looked at it from near, and one that it could not get to,
+are tried once more when no other is left, from elsewhere. Without a map or a pose nothing is driven to. Whoever else
 gives the robot a goal, or stops it, takes over: exploring then pauses until it is resumed.
 """
 
@@ -88,6 +88,7 @@ class Explorer:
         self._began = self._wait_until = self._nothing_since = None
         self._progress = None  # (s, pose) of the newest
         self._strikes: list[tuple[Frontier, int]] = []
+        self._looked_from: list[Pose2D] = []
         self._in_vain, self._waits_for = 0, ''
 
     # -- what comes in -------------------------------------------------------------------------------------------
@@ -100,6 +101,7 @@ class Explorer:
         """Go on, or begin anew: what could not be reached before is tried again."""
         if self.state in (State.PAUSED, State.DONE):
             self._strikes.clear()
+            self._looked_from.clear()
             self._in_vain, self._nothing_since, self._wait_until = 0, None, None
             self.state = State.EXPLORING
             self.say('Exploring goes on.')
@@ -121,9 +123,10 @@ class Explorer:
         elif self.state is State.EXPLORING and visit is not None:
             if reached:
                 self._in_vain = 0
-                self._strike(visit.frontier, 2)
+                self._looked_from.append(visit.pose)
+                self._strike(visit.frontier)
             elif text.startswith(OF_THE_GOAL):
-                self._strike(visit.frontier, 1)
+                self._strike(visit.frontier)
                 self.say(f'A frontier at {_place(visit.frontier)} is left: {text}')
             elif text.removeprefix(ABORTED) in reasons.STOPS:
                 self.pause(text)
@@ -189,7 +192,7 @@ class Explorer:
         elif now - since > self.config.progress_timeout:
             frontier = self.visit.frontier
             self.say(f'A frontier at {_place(frontier)} is left: no progress for {now - since:.0f} s.')
-            self._strike(frontier, 1)
+            self._strike(frontier)
             self.visit = None
             return self._next(now, pose) or Stop()
         if share_near(self.visit.frontier, self.found) >= SAME:
@@ -205,7 +208,7 @@ class Explorer:
         around = Surroundings(self._costmap, pose, self._footprint)
         for strikes in (0, 1):
             due = [frontier for frontier in self.found if self._strikes_of(frontier) <= strikes]
-            choice = choose(self.config, self._planner, around, pose, due)
+            choice = choose(self.config, self._planner, around, pose, due, self._looked_from)
             if choice is not None:
                 self._nothing_since = None
                 return self._drive(now, pose, Visit(choice.frontier, choice.pose))
@@ -251,8 +254,8 @@ class Explorer:
         else:
             self.say(f'The goal ended: {text} It is tried again in {RETRY_S:.0f} s.')
 
-    def _strike(self, frontier, count):
-        self._strikes.append((frontier, self._strikes_of(frontier) + count))
+    def _strike(self, frontier):
+        self._strikes.append((frontier, self._strikes_of(frontier) + 1))
 
     def _strikes_of(self, frontier):
         return max((count for other, count in self._strikes if share_near(frontier, [other]) >= SAME), default=0)

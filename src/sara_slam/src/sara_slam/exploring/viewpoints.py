@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ from sara_slam.exploring.frontiers import Frontier, cells_of
 
 NEAREST, BEST, FARTHEST = 0.6, 1.0, 2.0
 """m from a frontier's middle to base_link, from where it is looked at."""
+DEARER = 3.0
+"""m of way that are as bad as a metre nearer to or farther from a frontier's middle than BEST."""
 EVERY = 2
 """Of the cells, each way, are tried as viewpoints."""
 ASIDE = 0.0, 0.7, -0.7
@@ -54,15 +56,15 @@ class Surroundings:
         cell = self.costmap.geometry.to_cell(x, y)
         return math.inf if cell is None else float(self._ways[cell[1], cell[0]])
 
-    def views(self, frontier: Frontier, most: int) -> list[View]:
+    def views(self, frontier: Frontier, most: int, apart_from: Sequence[Pose2D] = ()) -> list[View]:
         """Up to `most` Views of a frontier's middle, the best first: near, and about BEST from it, where the footprint
-        fits and nothing stands between.
+        fits and nothing stands between; APART from each other and from the poses of `apart_from`.
         """
         candidates = self._candidates(frontier.middle)
         found: list[View] = []
         for aside in ASIDE:
             for view in self._fitting(candidates, aside):
-                if all(view.pose.distance(other.pose) >= APART for other in found):
+                if all(view.pose.distance(other) >= APART for other in (*apart_from, *(view.pose for view in found))):
                     found.append(view)
                 if len(found) == most:
                     return found
@@ -81,7 +83,7 @@ class Surroundings:
         off = np.hypot(middle[0] - x, middle[1] - y)
         ways = self._ways[rows, columns]
         near = np.flatnonzero((off >= NEAREST) & (off <= FARTHEST) & np.isfinite(ways))
-        order = near[np.argsort(ways[near] + np.abs(off[near] - BEST), kind='stable')]
+        order = near[np.argsort(ways[near] + DEARER * np.abs(off[near] - BEST), kind='stable')]
         places = np.column_stack((x, y))[order]
         seen = self._in_sight(places, middle)
         x, y = places[seen].T
