@@ -1,18 +1,18 @@
 """The judge of maps made by ultrasonic sensors, the arcs that stand beside, and the campaign's part."""
 
 import math
-from itertools import islice
 
 import numpy as np
 import pytest
 
 from sara_lab.campaign.sonar_mapping import HOW, _summary, faults
+from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge import passed_walls
-from sara_lab.judge.passed_walls import MapErrors, doors, judged, laid_on, passed
+from sara_lab.judge.passed_walls import MapErrors, SeenWalls, doors, judged, laid_on, passed
 from sara_lab.judge.walls import placed
 from sara_lab.studies import arc_grid
 from sara_lab.studies.draw_maps import draw
-from sara_lab.studies.sonar_drives import APART, stops
+from sara_lab.studies.sonar_drives import TURN, TURNS, stops
 from sara_lab.studies.sonar_trial import made_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.grids.grid import GridGeometry
@@ -80,12 +80,20 @@ def test_a_map_without_walls_is_judged():
     assert errors.mapped == 0.0
 
 
-def test_stops_are_along_the_walls_of_both_rooms_and_apart():
-    places = np.array(list(islice(stops('doorway', 0, (3.0, 4.0, 0.0)), 25)))
-    first = places[:12, :2]
-    between = np.hypot(*(first[:, None] - first[None]).transpose(2, 0, 1)) + 9.0 * np.eye(12)
-    assert between.min() > (APART - 0.2) / math.sqrt(2.0)  # ways go along the grid's axes, from two cells about a stop
-    assert (places[:, 0] > 6.1).any() and (places[:, 0] < 6.0).any()
+def test_stops_are_where_there_is_room_and_see_all_walls_of_both_rooms_from_near():
+    start = (3.0, 4.0, 0.0)
+    places = np.array(list(stops('doorway', 0, start)))
+    assert tuple(places[-1]) == start
+    at = places[:-1:TURN, :2]
+    assert np.array_equal(at, places[1:-1:TURN, :2])  # turned to all sides there
+    walls = SeenWalls(grid_of('doorway'))
+    assert np.hypot(*(walls.points[:, None] - at).transpose(2, 0, 1)).min() > TURNS - 2 * CELL
+    near = np.zeros(len(walls.points), bool)
+    for place in at:
+        near[walls.seen_from(place, 1.5)] = True
+    passed_by = passed(grid_of('doorway'), at)
+    assert near.sum() > 0.9 * len(passed_by)
+    assert (at[:, 0] > 6.1).any() and (at[:, 0] < 6.0).any()
 
 
 def test_a_drive_past_a_wall_is_mapped_and_drawn(tmp_path):

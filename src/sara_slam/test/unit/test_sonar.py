@@ -11,7 +11,7 @@ from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import Heard
+from sara_slam.sonar.forward_model import Heard, driven_over
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.wall_filter import POSE, WallFilter, foot
@@ -163,6 +163,20 @@ def test_a_wall_found_again_is_the_one_that_is_known():
     assert len(known.x) == POSE + 4
 
 
+def test_a_wall_about_square_to_the_first_is_held_square():
+    known = a_filter()
+    assert known.add((math.radians(13.0), -0.9), np.diag([1e-3, 1e-4]), (-0.3, 0.3)) == 1
+    assert known.square.tolist() == [False, True]
+    assert wrap(known.walls[1, 0] - known.walls[0, 0] - 0.5 * math.pi) == pytest.approx(0.0, abs=math.radians(0.5))
+
+
+def test_a_long_slanting_wall_is_one_of_its_own():
+    known = a_filter()
+    assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.9, 0.9)) == 1
+    assert known.square.tolist() == [False, False]
+    assert known.walls[1, 0] == pytest.approx(math.radians(-50.0) + 0.4)
+
+
 def test_a_short_slanting_wall_is_none():
     known = a_filter()
     assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.3, 0.3)) == -1
@@ -186,6 +200,12 @@ def test_search_takes_no_corner_for_a_wall():
     x = np.linspace(-0.5, 0.5, 26)
     sensors = np.stack((x, np.zeros(26), np.full(26, 0.5 * math.pi)), 1)
     assert wall_search.search(sensors, np.hypot(x, 1.0), math.radians(30.0), 0.02) is None
+
+
+def test_nothing_stands_where_the_robot_was():
+    poses = np.array([[1.0, 2.0, 0.5 * math.pi]])
+    places = np.array([[1.0, 2.5], [1.0, 1.5], [1.25, 2.0], [1.35, 2.0], [1.0, 2.6], [1.5, 2.0]])
+    assert driven_over(SonarConfig(), poses, places).tolist() == [True, True, True, False, False, False]
 
 
 def test_a_piece_that_is_looked_through_is_not_there():

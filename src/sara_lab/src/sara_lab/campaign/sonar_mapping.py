@@ -7,7 +7,7 @@ from pathlib import Path
 from sara_lab.campaign.part import Figures, Part, spread
 from sara_lab.judge.passed_walls import MapErrors
 from sara_lab.studies.draw_maps import draw
-from sara_lab.studies.sonar_drives import WAYS, kept
+from sara_lab.studies.sonar_drives import MAPS, kept
 from sara_lab.studies.sonar_trial import made_of
 from sara_nav.maps.map_saver import SaverConfig, save_map
 
@@ -40,7 +40,7 @@ def sonar_mapping(seeds: int, folder: Path) -> Part:
     return Part(
         {
             f'sonar_mapping_{name}_{number}': lambda name=name, number=number: case(name, number)
-            for name in WAYS
+            for name in MAPS
             for number in range(seeds)
         },
         _summary,
@@ -65,7 +65,7 @@ def _summary(results):
         f'{"mapped":>7} {"false":>6} {"doors":>5} {"shut":>4}'
     ]
     figures: Figures = {}
-    for name in WAYS:
+    for name in MAPS:
         of = [result for result in results if result['map'] == name]
         for how in HOW if of else ():
             keys = ('pose_rms', 'median', 'p95', 'mapped', 'false')

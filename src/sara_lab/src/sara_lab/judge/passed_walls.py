@@ -41,25 +41,35 @@ def _normals(occupied: np.ndarray, grid: GridMap, points: np.ndarray) -> np.ndar
     return np.stack((2.0 * dx * sign, 2.0 * dy * sign), 1)
 
 
-def passed(true: GridMap, poses: np.ndarray) -> np.ndarray:
-    """(n, 2) m: places on a map's true walls within REACH of the robot's true places (m, 2 or more), in line of sight
-    and no steeper than STEEPEST.
-    """
-    occupied, g = true.data == OCCUPIED, true.geometry
-    walls = faces(occupied, g)
-    normals, tree = _normals(occupied, true, walls), cKDTree(walls)
-    seen = np.zeros(len(walls), bool)
-    shares = np.linspace(0.0, 1.0, round(REACH / SPACING) + 1)[:, None, None]
-    for place in np.unique(np.round(poses[:, :2] / PLACES), axis=0) * PLACES:
-        near = np.array(tree.query_ball_point(place, REACH), int)
-        near = near[~seen[near]]
-        to = place - walls[near]
-        near = near[(to * normals[near]).sum(1) > math.cos(STEEPEST) * np.hypot(*to.T)]
-        sight = (1.0 - shares) * (walls[near] + 0.1 * g.resolution * normals[near]) + shares * place
+class SeenWalls:
+    """A map's true walls, and which of them are seen. `points` (n, 2) m: places on the walls."""
+
+    def __init__(self, true: GridMap):
+        self._occupied, self._geometry = true.data == OCCUPIED, true.geometry
+        self.points = faces(self._occupied, true.geometry)
+        self._normals, self._tree = _normals(self._occupied, true, self.points), cKDTree(self.points)
+
+    def seen_from(self, place: np.ndarray, reach: float = REACH) -> np.ndarray:
+        """Numbers of the points within reach (m) of a place (x, y), in line of sight and no steeper than STEEPEST."""
+        g = self._geometry
+        near = np.array(self._tree.query_ball_point(place, reach), int)
+        to = place - self.points[near]
+        near = near[(to * self._normals[near]).sum(1) > math.cos(STEEPEST) * np.hypot(*to.T)]
+        shares = np.linspace(0.0, 1.0, round(reach / SPACING) + 1)[:, None, None]
+        ends = self.points[near] + 0.1 * g.resolution * self._normals[near]
+        sight = (1.0 - shares) * ends + shares * place
         column = np.floor((sight[..., 0] - g.origin_x) / g.resolution).astype(int).clip(0, g.width - 1)
         row = np.floor((sight[..., 1] - g.origin_y) / g.resolution).astype(int).clip(0, g.height - 1)
-        seen[near[~occupied[row, column].any(0)]] = True
-    return walls[seen]
+        return near[~self._occupied[row, column].any(0)]
+
+
+def passed(true: GridMap, poses: np.ndarray) -> np.ndarray:
+    """(n, 2) m: places on a map's true walls that are seen from the robot's true places (m, 2 or more)."""
+    walls = SeenWalls(true)
+    seen = np.zeros(len(walls.points), bool)
+    for place in np.unique(np.round(poses[:, :2] / PLACES), axis=0) * PLACES:
+        seen[walls.seen_from(place)] = True
+    return walls.points[seen]
 
 
 class Door(NamedTuple):

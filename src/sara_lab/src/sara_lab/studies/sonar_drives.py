@@ -1,7 +1,8 @@
-"""Drives of the simulated chair along the walls of a map and on to random places, recorded as a map builder with
-the nine ultrasonic sensors alone hears them: dead reckoning of an uncalibrated chair, and ranges.
+"""Drives of the simulated chair as of somebody who draws a map, recorded as a map builder with the nine ultrasonic
+sensors alone hears them: dead reckoning of an uncalibrated chair, and ranges.
 
-move_base drives by the true pose and the true map, as somebody would who knows where they are.
+move_base drives by the true pose and the true map, as somebody would who knows where they are: from one place near
+walls to the next, with a turn on the spot at each, and back to the start when all walls have been near.
 """
 
 from __future__ import annotations
@@ -17,53 +18,77 @@ from scipy.sparse.csgraph import dijkstra
 
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_common.planar import Pose2D
+from sara_common.planar import Pose2D, wrap
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
+from sara_lab.judge.passed_walls import SeenWalls
+from sara_lab.judge.walls import SPACING
 from sara_lab.studies.map_drives import Guided
 from sara_lab.studies.wandering import Ear, Recording, kept_recording
 from sara_nav.maps.map_io import FREE
 from sara_sim.world.world import World
 
-WAYS = {'room': 60.0, 'doorway': 80.0, 'flat': 150.0, 'school': 250.0}
-"""m that are driven on each map."""
-LIMIT_S, LEG_S = 1200.0, 120.0
-"""Of a drive, and of the way to a place."""
-
-PASSED, ALONG, APART = 0.40, (0.65, 0.90), 1.5
-"""m: from walls where the chair's middle may be; where a stop is; between stops."""
+MAPS = ('room', 'doorway', 'flat', 'school')
+LIMIT_S, LEG_S, STOP_S = 1195.0, 60.0, 2.0
+"""Of a drive, of the way to a place, and until the chair stands when it is given up."""
+PASSED, TURNS, CLOSE = 0.36, 0.85, 1.2
+"""m: from walls where the chair's middle may be; where it turns; at most where it turns."""
+NEAR, NEARLY = 1.0, 0.1
+"""m up to which a wall is near, or so much farther than the nearest place to turn."""
+FARTHEST = 2.0
+"""m from which a wall is looked at."""
+APART = 3
+"""Cells between places to turn."""
+LEAST = 0.2
+"""m of wall for which a place is driven to."""
+TURN = 3
+"""Goals at a place, of which each is turned to."""
+SPEED, TURN_S = 0.12, 17.0
+"""m/s, s by which the way to a place, and the turn there, are weighed."""
 
 Pose = tuple[float, float, float]
 
 
 def stops(name: str, number: int, start: Pose) -> Iterator[Pose]:
-    """Where drive `number` on a map goes: along the walls, each time to the nearest place that it has not been near,
-    then to random places, without end.
+    """Where drive `number` on a map goes: each time to the place that has most walls near that have not been near yet,
+    for the time that it takes; at the end to the start.
     """
     grid, here = grid_of(name), start
     g = grid.geometry
     clear = distance_transform_edt(grid.data == FREE) * g.resolution
-    passable = clear >= PASSED
-    left = passable & (clear >= ALONG[0]) & (clear <= ALONG[1])
-    graph = _neighbours(passable)
+    graph = _neighbours(clear >= PASSED)
+    cells, near = _views(grid, clear)
+    left = np.ones(near.shape[1])
     while True:
         column, row = g.to_cell(*here[:2])
-        near = passable[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3]
-        if not near.any():
+        way = dijkstra(graph, indices=row * g.width + column)[cells] * g.resolution
+        gain = near @ left * SPACING
+        worth = np.where(gain >= LEAST, gain / (way / SPEED + TURN_S), 0.0)
+        best = int(np.argmax(worth))
+        if worth[best] == 0.0:
             break
-        dr, dc = np.argwhere(near)[0]
-        here_cell = (max(row - 2, 0) + dr) * g.width + max(column - 2, 0) + dc
-        way = dijkstra(graph, indices=int(here_cell)).reshape(passable.shape) * g.resolution
-        left &= way > APART
-        there = np.where(left, way, math.inf)
-        if not np.isfinite(there).any():
-            break
-        row, column = np.unravel_index(int(np.argmin(there)), there.shape)
-        x, y = g.to_world(int(column), int(row))
+        left[near.indices[near.indptr[best] : near.indptr[best + 1]]] = 0.0
+        x, y = g.to_world(int(cells[best] % g.width), int(cells[best] // g.width))
         here = float(x), float(y), math.atan2(y - here[1], x - here[0])
-        yield here
-    random, world = random_of(name, 'sonar', number), World.from_yaml(map_file(name))
-    while True:
-        yield roomy_pose(grid, world, random)
+        for number in range(TURN):
+            yield *here[:2], wrap(here[2] + number * 2.0 * math.pi / TURN)
+    yield start
+
+
+def _views(grid, clear):
+    """Cells (n,) to turn at, and sparse (n, points on walls): 1 where that is near."""
+    walls, g = SeenWalls(grid), grid.geometry
+    rows, columns = np.nonzero((clear >= TURNS) & (clear <= CLOSE))
+    some = (rows % APART == 0) & (columns % APART == 0)
+    rows, columns = rows[some], columns[some]
+    places = np.stack((g.origin_x + g.resolution * (columns + 0.5), g.origin_y + g.resolution * (rows + 0.5)), 1)
+    seen = [walls.seen_from(place, FARTHEST) for place in places]
+    place, point = np.repeat(np.arange(len(seen)), [len(of) for of in seen]), np.concatenate(seen)
+    off = np.hypot(*(walls.points[point] - places[place]).T)
+    least = np.full(len(walls.points), math.inf)
+    np.minimum.at(least, point, off)
+    near = off <= np.maximum(least[point] + NEARLY, NEAR)
+    ones = np.ones(int(near.sum()))
+    return rows * g.width + columns, csr_matrix((ones, (place[near], point[near])), (len(seen), len(walls.points)))
 
 
 def _neighbours(passable):
@@ -87,11 +112,13 @@ def record(name: str, number: int) -> Recording:
     ear = Ear(reckoned, lockstep.chair)
     lockstep.localization = Guided(lockstep.localization, ear)
     lockstep.start_up()
-    way, there = 0.0, stops(name, number, start)
-    while way < WAYS[name] and lockstep.time < LIMIT_S:
+    way = 0.0
+    for stop in stops(name, number, start):
+        if lockstep.time > LIMIT_S:
+            break
         lockstep.result, end = None, min(lockstep.time + LEG_S, LIMIT_S)
-        lockstep.move_base.set_goal(Pose2D(*next(there)), lockstep.time)
-        while lockstep.result is None and way < WAYS[name]:
+        lockstep.move_base.set_goal(Pose2D(*stop), lockstep.time)
+        while lockstep.result is None and lockstep.time < end + STOP_S:
             if lockstep.time > end:
                 lockstep.move_base.cancel(lockstep.time, f'not there after {LEG_S:.0f} s')
             before = lockstep.chair.pose

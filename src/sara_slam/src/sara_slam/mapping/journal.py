@@ -37,7 +37,7 @@ class JournalError(OSError):
 
 
 class Record(NamedTuple):
-    """kind: scan, loop or optimised."""
+    """kind: scan, loop or optimised; of slam_sonar: heard."""
 
     kind: str
     arrays: dict[str, np.ndarray]
@@ -58,7 +58,7 @@ class Journal:
             raise JournalError(f'{self.path} cannot be opened: {error.strerror or error}') from error
         if content and not content.startswith(MARK[: len(content)]):
             self._file.close()
-            raise JournalError(f'{self.path} holds something else than the state of slam_gmapping')
+            raise JournalError(f'{self.path} holds something else than the state of a map')
         found = list(_parsed(content))
         self.records = [record for record, _ in found]
         """What it held when it was opened; whoever takes them up clears the list."""
@@ -75,19 +75,20 @@ class Journal:
         """A key scan has become a node at a pose; edge: that joins it, None for the first."""
         arrays: dict[str, Any] = {'pose': pose, 'ends': key.ends, 'echo': key.echo}
         arrays |= {'stamp': key.stamp, 'odometry': key.odometry, 'origin': key.origin}
-        self._append('scan', arrays if edge is None else arrays | _of_edge(edge))
+        self.append('scan', arrays if edge is None else arrays | _of_edge(edge))
 
     def loop(self, edge: Edge) -> None:
         """A loop has been closed."""
-        self._append('loop', _of_edge(edge))
+        self.append('loop', _of_edge(edge))
 
     def optimised(self, dropped: list[int], poses: list[Pose]) -> None:
         """The poses are optimised. dropped: which edges were found false and taken out."""
         self._optimised += 1
         whole = not self._optimised % POSES_EVERY or bool(dropped)
-        self._append('optimised', {'dropped': np.array(dropped, int), 'poses': poses if whole else np.empty((0, 3))})
+        self.append('optimised', {'dropped': np.array(dropped, int), 'poses': poses if whole else np.empty((0, 3))})
 
-    def _append(self, kind, arrays):
+    def append(self, kind: str, arrays: dict[str, Any]) -> None:
+        """Write a record. Raises JournalError."""
         held = io.BytesIO()
         np.savez(held, kind=kind, **arrays)
         body = held.getvalue()

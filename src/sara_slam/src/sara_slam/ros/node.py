@@ -20,15 +20,15 @@ from sara_common.ros.node import start_node
 from sara_localization.ros.amcl.scans import WaitingScans
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
-from sara_nav.maps.map_saver import SaverConfig, save_map
-from sara_slam.mapping.journal import Journal, JournalError
+from sara_slam.mapping.journal import JournalError
 from sara_slam.mapping.slam import Slam
 from sara_slam.mapping.slam_config import SlamConfig
-from sara_slam.ros.outputs import Outputs
+from sara_slam.ros.outputs import Outputs, journal_of, save_answer
 
 SILENT_AFTER = 15.0
 """s without a scan until that is told."""
 FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform', 'jump', 'not_kept')
+NO_MAP = 'there is no map yet: no scan has been used'
 
 
 class SlamNode:
@@ -36,7 +36,7 @@ class SlamNode:
 
     def __init__(self, config: SlamConfig):
         self.config, self.lock = config, threading.RLock()
-        self.slam = Slam(config, rospy.logwarn, journal_of(config))
+        self.slam = Slam(config, rospy.logwarn, journal_of(config.state_file))
         self.outputs = Outputs(config)
         self.transforms = None  # tf may come before the rest is there
         self.waiting = None
@@ -91,25 +91,18 @@ class SlamNode:
         """The service: the map as it is now. Raises ServiceException before the first scan."""
         with self.lock:
             if not self.slam.scans:
-                raise rospy.ServiceException('there is no map yet: no scan has been used')
+                raise rospy.ServiceException(NO_MAP)
             if self.slam.counts['used'] > self.drawn:
                 self._draw(rospy.Time.now())
             return GetMapResponse(map=self.outputs.message)
 
     def on_save(self, _request: TriggerRequest) -> TriggerResponse:
         """The service ~save: the map as it is now into `map_file`; the answer says where, or why not."""
-        if not self.config.map_file:
-            return TriggerResponse(False, 'the parameter map_file does not say where')
+        return save_answer(self.config.map_file, self._map_now, NO_MAP)
+
+    def _map_now(self):
         with self.lock:
-            if not self.slam.scans:
-                return TriggerResponse(False, 'there is no map yet: no scan has been used')
-            grid = self.slam.map()
-        try:
-            image, description = save_map(grid, SaverConfig(name=self.config.map_file))
-        except OSError as error:
-            return TriggerResponse(False, str(error))
-        rospy.loginfo('the map is saved: %s, %s', description, image)
-        return TriggerResponse(True, description)
+            return self.slam.map() if self.slam.scans else None
 
     def on_transform_due(self, _event: rospy.timer.TimerEvent) -> None:
         """map -> odom every transform_publish_period, from the start on, as the C++ node."""
@@ -144,18 +137,6 @@ class SlamNode:
         elif faults:
             level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
         return Status('slam_gmapping', level, message, tuple((what, str(n)) for what, n in sorted(counts.items())))
-
-
-def journal_of(config: SlamConfig) -> Journal | None:
-    """The journal in `state_file`; None without one. Raises JournalError."""
-    if not config.state_file:
-        return None
-    journal = Journal(config.state_file)
-    if journal.cut:
-        rospy.logwarn('%s: the last %d bytes were damaged and are cut off', config.state_file, journal.cut)
-    if journal.records:
-        rospy.loginfo('the map of %s is gone on with', config.state_file)
-    return journal
 
 
 def main() -> None:

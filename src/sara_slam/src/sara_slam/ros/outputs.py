@@ -1,10 +1,13 @@
-"""What slam_gmapping publishes: map, map_metadata, ~entropy, map -> odom."""
+"""What slam_gmapping and slam_sonar publish: map, map_metadata, ~entropy, map -> odom; and how they keep maps."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from std_msgs.msg import Float64
+from std_srvs.srv import TriggerResponse
 from tf2_msgs.msg import TFMessage
 
 from sara_localization.geometry.rigid import Transform
@@ -13,15 +16,18 @@ from sara_localization.inputs.data import StampedTransform
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import publish
 from sara_nav.maps.map_io import GridMap
+from sara_nav.maps.map_saver import SaverConfig, save_map
 from sara_nav.ros.conversions import grid_to_msg
+from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.slam import Pose
 from sara_slam.mapping.slam_config import SlamConfig
+from sara_slam.sonar.node_config import SonarNodeConfig
 
 
 class Outputs:
     """The publishers. `message`: the OccupancyGrid that was published last, None before the first."""
 
-    def __init__(self, config: SlamConfig):
+    def __init__(self, config: SlamConfig | SonarNodeConfig):
         self._config, self.message = config, None
         self._sent = None
         self._transform = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
@@ -52,3 +58,32 @@ class Outputs:
     def entropy(self, value: float) -> None:
         """Publish the entropy of the pose, nat."""
         publish(self._entropy, Float64(value))
+
+
+def save_answer(map_file: str, draw: Callable[[], GridMap | None], without: str) -> TriggerResponse:
+    """The answer of the service ~save: the map that draw gives, written to map_file, or why not. without: the sentence
+    where draw gives none.
+    """
+    if not map_file:
+        return TriggerResponse(False, 'the parameter map_file does not say where')
+    grid = draw()
+    if grid is None:
+        return TriggerResponse(False, without)
+    try:
+        image, description = save_map(grid, SaverConfig(name=map_file))
+    except OSError as error:
+        return TriggerResponse(False, str(error))
+    rospy.loginfo('the map is saved: %s, %s', description, image)
+    return TriggerResponse(True, description)
+
+
+def journal_of(state_file: str) -> Journal | None:
+    """The journal in `state_file`; None without one. Raises JournalError."""
+    if not state_file:
+        return None
+    journal = Journal(state_file)
+    if journal.cut:
+        rospy.logwarn('%s: the last %d bytes were damaged and are cut off', state_file, journal.cut)
+    if journal.records:
+        rospy.loginfo('the map of %s is gone on with', state_file)
+    return journal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sara_slam.sonar.forward_model import THROUGH, Heard, looked_through, unexplained
+from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, looked_through, unexplained
 from sara_slam.sonar.sonar_config import SonarConfig
 
 POINT_VOTES = 6
@@ -15,14 +15,18 @@ DIRECTIONS = 41
 """In a cone."""
 
 
-def other_points(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> np.ndarray:
-    """(n, 2): points that explain the echoes that pieces of walls (m, 4) do not, those of most echoes first."""
+def other_points(config: SonarConfig, heard: Heard, pieces: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """(n, 2): points that explain the echoes that pieces of walls (m, 4) do not, those of most echoes first, and none
+    where the robot was at poses (k, 3).
+    """
     rest = unexplained(config, heard, pieces)
     if not len(rest.ranges):
         return np.empty((0, 2))
     places, touched = _arcs(config, rest)
     cell = np.concatenate(touched)
     votes = np.bincount(cell, minlength=len(places)).astype(float)
+    candidates = np.flatnonzero(votes >= POINT_VOTES)
+    votes[candidates[driven_over(config, poses, places[candidates])]] = 0.0
     candidates = np.flatnonzero(votes >= POINT_VOTES)
     if not len(candidates):
         return np.empty((0, 2))

@@ -17,7 +17,7 @@ import numpy as np
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import THROUGH, Heard, looked_through
+from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, looked_through
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import cos_sin
 
@@ -45,11 +45,12 @@ MARGIN = 2.6
 """m about everything heard."""
 
 
-def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, body: np.ndarray) -> GridMap:
-    """The map. walls (m, 2): theta, rho; body (k, 2): places where the robot itself was."""
+def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
+    """The map. walls (m, 2): theta, rho; poses (k, 3): x, y, yaw that the robot had."""
     pieces = wall_pieces(config, heard, walls)
-    points = other_points(config, heard, pieces)
-    return _raster(config, heard, pieces, points, body)
+    pieces = pieces[~driven_over(config, poses, pieces[:, :2])]
+    points = other_points(config, heard, pieces, poses)
+    return _raster(config, heard, pieces, points, poses[:, :2])
 
 
 def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndarray:

@@ -20,6 +20,9 @@ EDGE = math.radians(4.0)
 THROUGH = 0.3
 """Readings that looked through a piece, for each that was of it, from which on it is not there."""
 
+INSIDE = 0.02
+"""m inside the body's outline, where nothing can stand although poses are a little off."""
+
 
 class Heard(NamedTuple):
     """Readings: sensors (n, 3) x, y, axis in the map; ranges (n,) m, inf without an echo."""
@@ -89,3 +92,17 @@ def unexplained(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Heard:
             away = np.hypot(p[:, 0] - x, p[:, 1] - y)
             rest[i] = not (np.abs(away - distance)[(off < half) & (facing > steepest)] < NEARER).any()
     return Heard(heard.sensors[rest], heard.ranges[rest])
+
+
+def driven_over(config: SonarConfig, poses: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(n,) whether places (n, 2), m, were under the robot's body at one of its poses (k, 3): x, y, yaw."""
+    under = np.zeros(len(places), bool)
+    if not len(places):
+        return under
+    tree, half = cKDTree(places), (0.5 * config.body_length - INSIDE, 0.5 * config.body_width - INSIDE)
+    for x, y, yaw in poses.tolist():
+        near = np.array(tree.query_ball_point((x, y), math.hypot(*half)), int)
+        dx, dy = places[near, 0] - x, places[near, 1] - y
+        c, s = math.cos(yaw), math.sin(yaw)
+        under[near[(np.abs(c * dx + s * dy) < half[0]) & (np.abs(c * dy - s * dx) < half[1])]] = True
+    return under

@@ -28,6 +28,8 @@ class SonarConfig:
     odom_alpha4: float = 5.0e-5  # m2 per rad
     turn_scale_sigma: float = 0.01  # of the odometry's turns and ways
     way_scale_sigma: float = 0.01
-    square_gate: float = math.radians(4.0)  # rad off the building's directions that a wall may be and be one of them
+    square_gate: float = math.radians(8.0)  # rad off the building's directions that a wall may be and be one of them
     square_sigma: float = math.radians(0.2)
+    body_length: float = 1.08  # m: nothing stands where the body was, a box centred on the robot's frame
+    body_width: float = 0.58
     resolution: float = 0.05  # m per cell

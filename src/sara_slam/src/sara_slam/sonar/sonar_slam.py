@@ -4,38 +4,25 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from typing import NamedTuple
 
 import numpy as np
 
 from sara_common.planar import between, compose, inverse, wrap
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar import arrow_system, wall_search
-from sara_slam.sonar.evidence_grid import draw
-from sara_slam.sonar.forward_model import Heard, thinned
+from sara_slam.sonar.drawing import Kept, Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import POSE, WallFilter
-from sara_slam.sonar.wall_graph import Evidence, Solved, optimise
+from sara_slam.sonar.wall_graph import Solved
 
-Pose = tuple[float, float, float]
 NODE_M, NODE_RAD = 0.15, 0.15
 """Between two poses of the graph."""
 RECENT_M, RECENT_N = 4.0, 400
 """Way, and readings, in which new walls are searched for."""
 SEARCH_M, SEARCH_RAD = 0.15, 0.3
 """Between two searches."""
-
-
-class Kept(NamedTuple):
-    """A reading: the graph's pose it hangs on, the sensor there (x, y, yaw), range (m; REP-117), its wall, or -1, and
-    the sensor's number.
-    """
-
-    node: int
-    sensor: Pose
-    range: float
-    wall: int
-    name: int
+WAIT_S, WAITING = 10.0, 1000
+"""s of odometry, and readings, that are held until the other comes."""
 
 
 class SonarSlam:
@@ -55,6 +42,7 @@ class SonarSlam:
         self._recent = deque()  # (number in kept, odometry of the sensor, range)
         self._searched = None
         self._used, self._passed = {}, {}
+        self._settled: Pose = (0.0, 0.0, 0.0)
 
     def on_pose(self, stamp: float, pose: Pose) -> None:
         """The odometry has the robot at (x, y, yaw) at a time (s)."""
@@ -64,7 +52,9 @@ class SonarSlam:
         if self._odometry and stamp <= self._odometry[-1][0]:
             return
         self._odometry.append((stamp, tuple(pose)))
-        while self._waiting and self._waiting[0][0] <= stamp:
+        while self._odometry[0][0] < stamp - WAIT_S:
+            self._odometry.popleft()
+        while self._waiting and self._waiting[0][0] < stamp:
             self._take(*self._waiting.popleft())
 
     def on_range(self, stamp: float, name: str, mount: Pose, distance: float) -> None:
@@ -73,6 +63,9 @@ class SonarSlam:
             self.counts['bad_range'] += 1
             return
         self._waiting.append((stamp - self.config.range_delay, name, mount, distance))
+        if len(self._waiting) > WAITING:
+            self._waiting.popleft()
+            self.counts['no_pose'] += 1
 
     def _take(self, stamp, name, mount, distance):
         odometry = self._odometry
@@ -144,31 +137,31 @@ class SonarSlam:
                 self.kept[number] = self.kept[number]._replace(wall=wall)
             self._recent = recent = deque(entry for place, entry in enumerate(recent) if place not in members)
 
-    def solved(self) -> Solved:
-        """All poses and walls as all readings agree best on them. There must have been a reading."""
-        nodes = self.nodes
-        relations = np.array([compose(inverse(a), b) for a, b in zip(nodes, nodes[1:])]).reshape(-1, 3)
-        seen = [kept for kept in self.kept if kept.wall >= 0]
-        evidence = Evidence(
-            relations,
-            np.array([kept.node for kept in seen], int),
-            np.array([kept.wall for kept in seen], int),
-            np.array([kept.sensor[:2] for kept in seen]).reshape(-1, 2),
-            np.array([kept.range for kept in seen]),
-        )
+    @property
+    def map_from_odom(self) -> Pose:
+        """(x, y, yaw) of the odometry's frame in the map, which is that of the first pose."""
+        if self._here is None:
+            return 0.0, 0.0, 0.0
+        return compose(compose(self._settled, self.filter.pose), inverse(self._here))
+
+    def snapshot(self) -> Snapshot:
+        """What was heard so far, to draw the map of while more is heard."""
         state = self.filter
         first = Solved(np.array(self.first_guess), state.walls.copy(), state.x[3:POSE].copy())
-        return optimise(self.config, first, evidence)
+        return Snapshot(self.config, list(self.nodes), list(self.kept), first, state.square.copy())
+
+    def settle(self, solved: Solved) -> None:
+        """Go on with the pose that was solved of an earlier snapshot: map_from_odom fits the map drawn of that."""
+        last = len(solved.poses) - 1
+        self._settled = compose(tuple(solved.poses[last].tolist()), inverse(self.first_guess[last]))
+
+    def solved(self) -> Solved:
+        """See Snapshot."""
+        return self.snapshot().solved()
 
     def map(self, solved: Solved | None = None) -> GridMap:
-        """The map. solved: what `solved` gave, where that is known. Raises ValueError before the first reading."""
-        if not self.kept:
-            raise ValueError('there is no map before the first reading of a sensor that has a pose')
-        poses, walls, _ = solved or self.solved()
-        sensors = np.array([compose(poses[kept.node], kept.sensor) for kept in self.kept])
-        heard = Heard(sensors, np.array([kept.range for kept in self.kept]))
-        names = np.array([kept.name for kept in self.kept])
-        return draw(self.config, thinned(heard, names), walls, poses[:, :2])
+        """See Snapshot."""
+        return self.snapshot().map(solved)
 
 
 def _apart(a, b, metres, radians):

@@ -26,8 +26,8 @@ TIGHT = 0.08
 """m that a reading may be off a wall where that wall has not been seen before."""
 BEYOND, FARTHEST = 0.3, 1.5
 """m beyond what was seen of a wall up to which a reading counts as of it, and up to which it does if tight."""
-SLANT, SLANTING = math.radians(8.0), 1.2
-"""rad off the building's directions from which on a wall must be so long (m): corners look like short walls."""
+SLANTING = 1.2
+"""m that a wall must be long if it is not held square: corners, and two steps of a wall, look like short ones."""
 OFF = 0.3, 0.5
 """rad, m that a wall may at most be off the one it is."""
 FLIP = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -38,14 +38,14 @@ CHI2 = 9.2
 
 class WallFilter:
     """`x`, `P`: the state and its covariance; `spans`: (walls, 2) m, from where to where along its tangent
-    (-sin theta, cos theta) a wall has been seen.
+    (-sin theta, cos theta) a wall has been seen; `square`: (walls,) those that are held square to the first one.
     """
 
     def __init__(self, config: SonarConfig):
         self.config = config
         self.x = np.zeros(POSE)
         self.P = np.diag([0.0, 0.0, 0.0, config.turn_scale_sigma**2, config.way_scale_sigma**2])
-        self.spans = np.empty((0, 2))
+        self.spans, self.square = np.empty((0, 2)), np.empty(0, bool)
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -140,8 +140,6 @@ class WallFilter:
         theta = wrap(wall[0] + yaw)
         c, s = math.cos(theta), math.sin(theta)
         rho = wall[1] + c * x + s * y
-        if len(self.spans) and span[1] - span[0] < SLANTING and abs(square_off(theta - self.walls[0, 0])) > SLANT:
-            return -1
         span = np.array(span) + (c * y - s * x)
         known = self._known(theta, rho, covariance, span)
         if known >= 0:
@@ -156,8 +154,12 @@ class WallFilter:
         P[:size, size:] = P[size:, :size].T
         P[size:, size:] = G @ self.P[:3, :3] @ G.T + J @ covariance @ J.T
         self.x, self.P = np.append(self.x, (theta, rho)), P
-        self.spans = np.vstack((self.spans, span))
-        self._square()
+        self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, size > POSE)
+        if size > POSE and not self._held():
+            if span[1] - span[0] < SLANTING:
+                self._forget_newest()
+                return -1
+            self.square[-1] = False
         return len(self.spans) - 1
 
     def _known(self, theta, rho, covariance, span):
@@ -187,17 +189,21 @@ class WallFilter:
         self.x[2] = wrap(self.x[2])
         return wall
 
-    def _square(self):
-        """The newest wall is held square to the first, or parallel, where it is about that."""
+    def _held(self):
+        """Whether the newest wall is about square to the first, or parallel; then it is held so."""
         c, number = self.config, len(self.spans) - 1
-        if number == 0:
-            return
         off = square_off(self.walls[number, 0] - self.walls[0, 0])
         at = np.array([POSE, POSE + 2 * number])
         H = np.array([-1.0, 1.0])
         S = float(H @ self.P[np.ix_(at, at)] @ H) + c.square_sigma**2
-        if abs(off) < c.square_gate and off * off < c.gate**2 * S:
-            self._correct(at, H, -off, c.square_sigma**2)
+        if abs(off) > c.square_gate or off * off > c.gate**2 * S:
+            return False
+        self._correct(at, H, -off, c.square_sigma**2)
+        return True
+
+    def _forget_newest(self):
+        self.x, self.P = self.x[:-2], np.ascontiguousarray(self.P[:-2, :-2])
+        self.spans, self.square = self.spans[:-1], self.square[:-1]
 
 
 def foot(walls: np.ndarray, x: float, y: float, axis: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -25,7 +25,8 @@ DONE = 1e-4
 
 class Evidence(NamedTuple):
     """relations (poses - 1, 3): x, y, yaw of each pose in the frame of the one before, by odometry. node, wall (n,): of
-    readings; sensors (n, 2): x, y of the sensor in the frame of its node; ranges (n,), m.
+    readings; sensors (n, 2): x, y of the sensor in the frame of its node; ranges (n,), m. square (walls,): that are held
+    square to the first one.
     """
 
     relations: np.ndarray
@@ -33,6 +34,7 @@ class Evidence(NamedTuple):
     wall: np.ndarray
     sensors: np.ndarray
     ranges: np.ndarray
+    square: np.ndarray
 
 
 class Solved(NamedTuple):
@@ -48,7 +50,7 @@ class Solved(NamedTuple):
 def optimise(config: SonarConfig, first: Solved, evidence: Evidence) -> Solved:
     """What agrees best, from first guesses on. The first pose stays."""
     poses, walls, scales = (values.copy() for values in first)
-    squares = _squares(config, walls)
+    squares = np.flatnonzero(evidence.square)
     for _ in range(ITERATIONS):
         size = 3 * len(poses) + 2 * len(walls) + 2
         system = _System()
@@ -140,14 +142,6 @@ def _readings(system, config, poses, walls, evidence):
         residuals,
         weights,
     )
-
-
-def _squares(config, walls):
-    """Walls that are square to the first one."""
-    if len(walls) < 2:
-        return np.empty(0, int)
-    off = np.array([square_off(theta - walls[0, 0]) for theta in walls[1:, 0].tolist()])
-    return 1 + np.flatnonzero(np.abs(off) < config.square_gate)
 
 
 def _priors(system, config, unknowns, squares):

@@ -1,0 +1,83 @@
+"""The parameters of slam_sonar: slam_gmapping's where it has them, and range_localization's; config/slam_sonar.yaml
+explains them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+from sara_common.config import ConfigError, number_faults, range_faults
+from sara_localization.config.parameters import ParameterReader
+from sara_slam.sonar.sonar_config import SonarConfig
+
+_FRAMES = ('base_frame', 'map_frame', 'odom_frame')
+_FROM_0 = ('map_update_interval', 'transform_publish_period')
+_ABOVE_0 = tuple(f.name for f in fields(SonarConfig) if f.name not in ('range_delay', 'range_min_range'))
+_MODEL_FROM_0 = ('range_delay', 'range_min_range')
+_RANGES = {'field_of_view': (0.02, math.pi), 'steepest': (0.02, 0.5 * math.pi), 'resolution': (0.01, 0.5)}
+
+
+@dataclass(frozen=True)
+class SonarNodeConfig:
+    """m, rad, s. Frames without a leading slash; `range_topics`: sensor_msgs/Range; `model`: of sensors and odometry."""
+
+    base_frame: str = 'base_link'
+    map_frame: str = 'map'
+    odom_frame: str = 'odom'
+    range_topics: tuple[str, ...] = ()
+    map_update_interval: float = 5.0
+    transform_publish_period: float = 0.05
+    tf_delay: float = math.nan
+    map_file: str = ''
+    state_file: str = ''
+    model: SonarConfig = field(default_factory=SonarConfig)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def delay(self) -> float:
+        """By how much map -> odom is dated ahead, s: tf_delay, or transform_publish_period where that is not given."""
+        return self.transform_publish_period if math.isnan(self.tf_delay) else self.tf_delay
+
+    def faults(self) -> list[str]:
+        """Sentences, one for each bad value."""
+        found = number_faults(self, (), _FROM_0)
+        found += number_faults(self.model, _ABOVE_0, _MODEL_FROM_0) or range_faults(self.model, _RANGES)
+        if not found and not self.model.range_min_range < self.model.range_max_range:
+            found.append(
+                f'range_min_range is {self.model.range_min_range:g}, allowed is less than range_max_range '
+                f'({self.model.range_max_range:g})'
+            )
+        names = [getattr(self, name) for name in _FRAMES]
+        if len(set(names)) < 3:
+            found.append(f'base_frame, map_frame and odom_frame must differ; they are {", ".join(names)}')
+        return found
+
+    @classmethod
+    def from_params(cls, params: dict[str, object]) -> SonarNodeConfig:
+        """From a dictionary of parameters; raises ConfigError with every fault that was found."""
+        reader = ParameterReader(params)
+        values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay', 'map_file', 'state_file'))
+        model = SonarConfig(**reader.by_defaults(SonarConfig))
+        for name in ('map_file', 'state_file'):
+            if reader.left.get(name) == '':
+                reader.take(name)
+            elif name in reader.left:
+                values[name] = reader.file(name, '')
+        if 'tf_delay' in reader.left:
+            values['tf_delay'] = reader.number('tf_delay', 0.0)
+        topics = reader.take('range_topics', [])
+        if (
+            not isinstance(topics, (list, tuple))
+            or not topics
+            or not all(isinstance(topic, str) and topic for topic in topics)
+            or len(set(topics)) < len(topics)
+        ):
+            reader.faults.append(f'range_topics is {topics!r}, allowed is a list of one topic or more, each once')
+            topics = ()
+        warnings = tuple(f'{name} is no parameter of slam_sonar: ignored.' for name in sorted(reader.left))
+        config = cls(range_topics=tuple(topics), model=model, warnings=warnings, **values)
+        faults = reader.faults + config.faults()
+        if faults:
+            raise ConfigError(faults, warnings)
+        return config
