@@ -33,6 +33,7 @@ NODES = {
     'assist.yaml': 'shared_control',
     'sara_nav.yaml': 'move_base',
     'range_localization.yaml': 'range_localization',
+    'slam_sonar.yaml': 'slam_sonar',
     'hmi.yaml': 'hmi',
 }
 """{config file: the node that loads it}, of those nodes that have parameters in a platform's folder."""

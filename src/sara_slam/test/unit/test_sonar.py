@@ -239,8 +239,10 @@ def test_a_corner_that_many_arcs_meet_in_is_a_point():
     places = np.stack((np.linspace(0.4, 1.6, 25), np.zeros(25)), 1)
     ranges = np.hypot(*(corner - places).T)
     heard = Heard(np.hstack((places, np.full((25, 1), 0.5 * math.pi))), ranges)
-    points = other_points(SonarConfig(), heard, np.empty((0, 4)))
+    points = other_points(SonarConfig(), heard, np.empty((0, 4)), np.empty((0, 3)))
     assert np.hypot(*(points[0] - corner)) < 0.08
+    over_it = other_points(SonarConfig(), heard, np.empty((0, 4)), np.array([[0.9, 1.0, 0.0]]))
+    assert (np.hypot(*(over_it - corner).T) > 0.08).all()
 
 
 def test_a_chain_with_a_border_is_solved():

@@ -22,8 +22,8 @@ MOVED = (3.0, -2.0, 1.0)
 
 
 def heard(mapper, begin, end, odometry_in=(0.0, 0.0, 0.0), later=0.0):
-    """Let a mapper hear a part of the way, without noise; odometry_in: (x, y, yaw) of the way's frame in the odometry's;
-    later: s on its clock.
+    """Let a mapper hear a part of the way, without noise; odometry_in: (x, y, yaw) of the way's frame in the
+    odometry's; later: s on its clock.
     """
     for number in range(begin, end):
         stamp = sonar_world.TICK * number + later
@@ -103,9 +103,11 @@ def test_readings_without_odometry_are_dropped_and_counted():
     assert mapper.counts['no_pose'] == 2000
 
 
-def test_a_full_disk_is_told_and_the_map_goes_on():
+def test_a_full_disk_is_told_and_the_map_goes_on(tmp_path):
     said = []
-    mapper = SonarMapper(SonarConfig(), said.append, Journal('/dev/full'))
+    journal = Journal(tmp_path / 'state')
+    journal._file = open('/dev/full', 'wb', buffering=0)  # noqa: SIM115
+    mapper = SonarMapper(SonarConfig(), said.append, journal)
     heard(mapper, 0, 40)
     assert mapper.counts['not_kept'] == 1
     assert 'cannot be written' in said[0]
@@ -152,7 +154,7 @@ def test_parameters_have_the_defaults_that_the_file_explains():
     bare = SonarNodeConfig.from_params({'range_topics': ['a', 'b']})
     assert config.delay == bare.delay == 0.05
     for name in SonarConfig.__dataclass_fields__:
-        assert getattr(config.model, name) == pytest.approx(getattr(bare.model, name), rel=2e-3), name
+        assert getattr(config.model, name) == pytest.approx(getattr(bare.model, name), rel=4e-3), name
         assert name in params
 
 

@@ -23,6 +23,7 @@ from sara_lowlevel.config import JoystickConfig, MotorConfig, SensorConfig, Spee
 from sara_nav.config.parameters import Parameters
 from sara_nav.move_base.settings import read_settings
 from sara_sim.config import ChairConfig
+from sara_slam.sonar.node_config import SonarNodeConfig
 
 NODES: dict[str, Callable[[Platform], object]] = {
     'safety_gate': lambda p: SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', p)),
@@ -32,6 +33,7 @@ NODES: dict[str, Callable[[Platform], object]] = {
     'shared_control': lambda p: HelpProfiles.from_params(parameters('sara_control', 'assist.yaml', p)),
     'move_base': lambda p: read_settings(Parameters(parameters('sara_nav', 'sara_nav.yaml', p))),
     'range_localization': lambda p: RangeConfig.from_params(parameters('sara_bringup', 'range_localization.yaml', p)),
+    'slam_sonar': lambda p: SonarNodeConfig.from_params(parameters('sara_bringup', 'slam_sonar.yaml', p)),
     'read': ReaderConfig.of,
     'sensor_node': SensorConfig.of,
     'motor_node': MotorConfig.of,

@@ -2,7 +2,8 @@
 sensors alone hears them: dead reckoning of an uncalibrated chair, and ranges.
 
 move_base drives by the true pose and the true map, as somebody would who knows where they are: from one place near
-walls to the next, with a turn on the spot at each, and back to the start when all walls have been near.
+walls to the next, with half a turn on the spot at each, and back to the start when all walls have been
+near.
 """
 
 from __future__ import annotations
@@ -28,22 +29,20 @@ from sara_nav.maps.map_io import FREE
 from sara_sim.world.world import World
 
 MAPS = ('room', 'doorway', 'flat', 'school')
-LIMIT_S, LEG_S, STOP_S = 1195.0, 60.0, 2.0
+LIMIT_S, LEG_S, STOP_S = 1195.0, 45.0, 2.0
 """Of a drive, of the way to a place, and until the chair stands when it is given up."""
 PASSED, TURNS, CLOSE = 0.36, 0.85, 1.2
 """m: from walls where the chair's middle may be; where it turns; at most where it turns."""
 NEAR, NEARLY = 1.0, 0.1
-"""m up to which a wall is near, or so much farther than the nearest place to turn."""
+"""m up to which a wall is near, or so much farther than from the nearest place."""
 FARTHEST = 2.0
 """m from which a wall is looked at."""
 APART = 3
-"""Cells between places to turn."""
+"""Cells between such places."""
 LEAST = 0.2
 """m of wall for which a place is driven to."""
-TURN = 3
-"""Goals at a place, of which each is turned to."""
-SPEED, TURN_S = 0.12, 17.0
-"""m/s, s by which the way to a place, and the turn there, are weighed."""
+SPEED, TURN_S = 0.12, 10.0
+"""m/s, s by which the way to a place, and the half turn there, are weighed."""
 
 Pose = tuple[float, float, float]
 
@@ -69,8 +68,8 @@ def stops(name: str, number: int, start: Pose) -> Iterator[Pose]:
         left[near.indices[near.indptr[best] : near.indptr[best + 1]]] = 0.0
         x, y = g.to_world(int(cells[best] % g.width), int(cells[best] // g.width))
         here = float(x), float(y), math.atan2(y - here[1], x - here[0])
-        for number in range(TURN):
-            yield *here[:2], wrap(here[2] + number * 2.0 * math.pi / TURN)
+        yield here
+        yield *here[:2], wrap(here[2] + math.pi)
     yield start
 
 

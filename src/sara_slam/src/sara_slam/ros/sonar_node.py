@@ -171,7 +171,8 @@ class SonarNode:
         faults = [what for what in FAULTS if counts[what] > self.told.get(what, 0)]
         if faults:
             level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
-        for what, last in (('reading', self.last_range), (f'odometry on {self.odometry.resolved_name}', self.last_pose)):
+        odometry = f'odometry on {self.odometry.resolved_name}'
+        for what, last in (('reading', self.last_range), (odometry, self.last_pose)):
             silent = now.to_sec() - (self.began.to_sec() if last is None else last)
             if silent > SILENT_AFTER:
                 level, message = ERROR, f'no {what} for {silent:.0f} s'

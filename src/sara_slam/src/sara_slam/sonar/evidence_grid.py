@@ -29,9 +29,11 @@ of its edge are longer.
 """
 LEAST = 2
 """Readings of a piece."""
-HOLE = 8
-"""Pieces of a wall between two that are there, which nobody looked through: they are there, too."""
-CORNER, SQUARE = 0.5, 0.9
+HOLE = 14
+"""Pieces of a wall between two that are there, which nobody looked through: they are there, too. No door is so
+narrow.
+"""
+CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
 angle between such walls at least.
 """

@@ -1,4 +1,4 @@
-"""A SonarSlam for a robot in service: its odometry may begin anew, and a map is gone on with after the program ended."""
+"""A SonarSlam for a robot in service: its odometry may begin anew, and the map goes on after the program has ended."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _RANGES = {'field_of_view': (0.02, math.pi), 'steepest': (0.02, 0.5 * math.pi), 
 
 @dataclass(frozen=True)
 class SonarNodeConfig:
-    """m, rad, s. Frames without a leading slash; `range_topics`: sensor_msgs/Range; `model`: of sensors and odometry."""
+    """m, rad, s. Frames without a leading slash; `range_topics`: sensor_msgs/Range; `model`: sensors and odometry."""
 
     base_frame: str = 'base_link'
     map_frame: str = 'map'

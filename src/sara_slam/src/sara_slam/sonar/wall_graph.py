@@ -25,8 +25,8 @@ DONE = 1e-4
 
 class Evidence(NamedTuple):
     """relations (poses - 1, 3): x, y, yaw of each pose in the frame of the one before, by odometry. node, wall (n,): of
-    readings; sensors (n, 2): x, y of the sensor in the frame of its node; ranges (n,), m. square (walls,): that are held
-    square to the first one.
+    readings; sensors (n, 2): x, y of the sensor in the frame of its node; ranges (n,), m. square (walls,): that are
+    held square to the first one.
     """
 
     relations: np.ndarray
