@@ -48,7 +48,7 @@ class SonarNode:
         self.outputs, self.transforms = Outputs(config), Tf2Transforms()
         self.mounts, self.said, self.told = {}, set(), {}
         self.began, self.last_pose, self.last_range = rospy.Time.now(), None, None
-        self.drawn, self.rest_until = 0, -math.inf
+        self.grid, self.drawn, self.rest_until = None, 0, -math.inf
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.odometry = rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=QUEUE, tcp_nodelay=True)
         self.ranges = [
@@ -184,9 +184,8 @@ def main() -> None:
     start_node('slam_sonar')
     config = configured(SonarNodeConfig)
     try:
-        node = SonarNode(config)
+        SonarNode(config)  # kept alive by its subscribers
     except (JournalError, MapperError) as error:
         rospy.logfatal('%s: %s', config.state_file, error)
         raise SystemExit(1) from error
     rospy.spin()
-    del node
