@@ -20,6 +20,7 @@ FOLDERS = {
 NAMES = re.compile(rf'(?<![A-Za-z_.])({"|".join(FOLDERS)})(?![A-Za-z_]|\.(?!dbc|yaml|urdf)[a-z])')
 THESIS = 'sara_lab/experiments/'  # repeats the thesis's experiments, whose figures are SARA's
 BY_CHANCE = {
+    'sara_lab/fuzz/localization/fuzz_ranges.py': {0.54},  # share of the inputs
     'sara_sim/pedestrians/social_force.py': {0.54},  # a published relaxation time
     'sara_hmi/config/config.py': {0.125},  # s of a touch
     'sara_lab/studies/draw_global_start.py': {0.46},  # of a figure

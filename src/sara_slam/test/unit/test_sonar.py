@@ -205,7 +205,14 @@ def test_search_takes_no_corner_for_a_wall():
 def test_nothing_stands_where_the_robot_was():
     poses = np.array([[1.0, 2.0, 0.5 * math.pi]])
     places = np.array([[1.0, 2.5], [1.0, 1.5], [1.25, 2.0], [1.35, 2.0], [1.0, 2.6], [1.5, 2.0]])
-    assert driven_over(SonarConfig(), poses, places).tolist() == [True, True, True, False, False, False]
+    assert driven_over(SonarConfig(body_length=1.08, body_width=0.58), poses, places).tolist() == [
+        True,
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
 
 
 def test_a_piece_that_is_looked_through_is_not_there():
@@ -241,7 +248,9 @@ def test_a_corner_that_many_arcs_meet_in_is_a_point():
     heard = Heard(np.hstack((places, np.full((25, 1), 0.5 * math.pi))), ranges)
     points = other_points(SonarConfig(), heard, np.empty((0, 4)), np.empty((0, 3)))
     assert np.hypot(*(points[0] - corner)) < 0.08
-    over_it = other_points(SonarConfig(), heard, np.empty((0, 4)), np.array([[0.9, 1.0, 0.0]]))
+    over_it = other_points(
+        SonarConfig(body_length=1.08, body_width=0.58), heard, np.empty((0, 4)), np.array([[0.9, 1.0, 0.0]])
+    )
     assert (np.hypot(*(over_it - corner).T) > 0.08).all()
 
 

@@ -46,7 +46,7 @@ def true_poses(drive: Recording, stamps: np.ndarray) -> np.ndarray:
 
 def made_of(name: str, drive: Recording) -> tuple[Made, Made]:
     """What a drive on a map came to: by walls as lines, and by arcs on the odometry as it is."""
-    slam = replayed(drive, SonarConfig())
+    slam = replayed(drive, SonarConfig.of())
     solved, true = slam.solved(), true_poses(drive, np.array(slam.stamps))
     grid, nodes = slam.map(solved), np.array(slam.nodes)
     sensors = np.array([compose(slam.nodes[kept.node], kept.sensor) for kept in slam.kept])

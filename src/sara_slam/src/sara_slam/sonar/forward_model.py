@@ -97,7 +97,7 @@ def unexplained(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Heard:
 def driven_over(config: SonarConfig, poses: np.ndarray, places: np.ndarray) -> np.ndarray:
     """(n,) whether places (n, 2), m, were under the robot's body at one of its poses (k, 3): x, y, yaw."""
     under = np.zeros(len(places), bool)
-    if not len(places):
+    if not len(places) or min(config.body_length, config.body_width) <= 2.0 * INSIDE:
         return under
     tree, half = cKDTree(places), (0.5 * config.body_length - INSIDE, 0.5 * config.body_width - INSIDE)
     for x, y, yaw in poses.tolist():

@@ -13,8 +13,8 @@ from sara_slam.sonar.sonar_config import SonarConfig
 
 _FRAMES = ('base_frame', 'map_frame', 'odom_frame')
 _FROM_0 = ('map_update_interval', 'transform_publish_period')
-_ABOVE_0 = tuple(f.name for f in fields(SonarConfig) if f.name not in ('range_delay', 'range_min_range'))
-_MODEL_FROM_0 = ('range_delay', 'range_min_range')
+_MODEL_FROM_0 = ('range_delay', 'range_min_range', 'body_length', 'body_width')
+_ABOVE_0 = tuple(f.name for f in fields(SonarConfig) if f.name not in _MODEL_FROM_0)
 _RANGES = {'field_of_view': (0.02, math.pi), 'steepest': (0.02, 0.5 * math.pi), 'resolution': (0.01, 0.5)}
 
 

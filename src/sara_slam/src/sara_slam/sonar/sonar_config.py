@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
+
+from sara_common.platforms import OfPlatform, Platform
 
 
 @dataclass(frozen=True)
-class SonarConfig:
+class SonarConfig(OfPlatform):
     """Of the sensors, of the odometry, and of the walls that are believed. Names are those of range_localization's
     parameters where it has them.
     """
@@ -30,6 +33,11 @@ class SonarConfig:
     way_scale_sigma: float = 0.01
     square_gate: float = math.radians(8.0)  # rad off the building's directions that a wall may be and be one of them
     square_sigma: float = math.radians(0.2)
-    body_length: float = 1.08  # m: nothing stands where the body was, a box centred on the robot's frame
-    body_width: float = 0.58
+    body_length: float = 0.0  # m: nothing stands where the body was, a box centred on the robot's frame; 0: not known
+    body_width: float = 0.0
     resolution: float = 0.05  # m per cell
+
+    @classmethod
+    def known_of(cls, platform: Platform) -> dict[str, Any]:
+        """Its body."""
+        return dict(zip(('body_length', 'body_width'), platform.size))
