@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 OK, WARN, ERROR = 0, 1, 2
@@ -15,3 +16,9 @@ class Status(NamedTuple):
     level: int
     message: str
     values: tuple[tuple[str, str], ...]
+
+
+def new_faults(counts: Mapping[str, int], before: Mapping[str, int], kinds: Iterable[str]) -> str:
+    """The sentence on what of `kinds` has been counted since `before`, '' where nothing has."""
+    new = [f'{kind} {counts[kind]}' for kind in kinds if counts[kind] > before.get(kind, 0)]
+    return 'data are faulty: ' + ', '.join(new) if new else ''

@@ -13,6 +13,7 @@ from sara_lab.campaign.part import Part, lines_of, mean, spread
 from sara_lab.studies.consistency import interval, nees
 from sara_lab.studies.street_drive import GPS, StreetDrive, kept
 from sara_lab.studies.street_filter import Replay, replay
+from sara_nav.planners.planning import path_length
 
 CHAIRS = 10
 P95, SHARE, REJECTED = 1.5, 0.015, 0.99
@@ -64,8 +65,7 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
 def _grown(drive, times, errors, begin, end):
     """By how much the error grew in an outage, as a share of the way."""
     first, last = np.searchsorted(times, (begin, end))
-    path = drive.truth[(drive.truth[:, 0] >= begin) & (drive.truth[:, 0] <= end), 1:3]
-    way = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    way = path_length(drive.truth[(drive.truth[:, 0] >= begin) & (drive.truth[:, 0] <= end), 1:3])
     return float(np.hypot(*(errors[last - 1, :2] - errors[first, :2]))) / way
 
 

@@ -66,7 +66,7 @@ class ArrowRider:
             return None
         if held in ('up', 'down'):
             return held if self._drives_on(pose, aside, held) else None
-        return held if self._turns_on(t, pose, (aside, rate), held) else None
+        return held if self._turns_on(t, (aside, rate), held) else None
 
     def _begun(self, t, pose, aside):
         """The button that is pressed at rest."""
@@ -101,7 +101,7 @@ class ArrowRider:
             return False
         return abs(aside) < 1.5 * STRAIGHT or not self._may_turn(pose, aside)
 
-    def _turns_on(self, t, pose, look, held):
+    def _turns_on(self, t, look, held):
         """Whether the turn is to go on. look: (rad aside, rad/s)."""
         aside, rate = look
         sense = 1.0 if held == 'left' else -1.0

@@ -26,6 +26,7 @@ from sara_control.mux.joystick import Joystick, JoystickConfig
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import ContactWatch
 from sara_lab.judge.judge import GAP_STEP_S
+from sara_lab.judge.runs import runs
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.steering import reversal_rate, sign_changes
 from sara_lab.rides.ungated import Ungated
@@ -228,6 +229,5 @@ def _shares(names):
 def _stops(speeds):
     """How often a chair that had moved stood for STOP_S, and moved again."""
     stands = (np.abs(speeds) < STANDING).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], stands.astype(int), [0]])))
-    runs = [(first, last) for first, last in zip(edges[::2], edges[1::2]) if first > 0 and last < len(stands)]
-    return sum(int(last - first) >= round(STOP_S / STEP_S) for first, last in runs)
+    between = [(first, end) for first, end in runs(stands) if first > 0 and end < len(stands)]
+    return sum(end - first >= round(STOP_S / STEP_S) for first, end in between)

@@ -23,6 +23,7 @@ from sara_nav.costmaps.costmap import Costmap, static_costs
 from sara_nav.goals.move_base_config import SUCCEEDED
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import UNKNOWN, GridMap
+from sara_nav.planners.planning import path_length
 from sara_sim.chips.scanner import Scan, optics_at, sweep_of
 from sara_sim.world.world import World
 from sara_slam.exploring.explore_config import ExploreConfig
@@ -75,9 +76,8 @@ class Mapping(Estimate):
             if sweep.stamp + sweep.duration >= newest:
                 return
             self._waiting.pop(0)
-            track = Track(np.array(self._poses))
-            ends = [track.at(sweep.stamp + after) for after in (0.0, sweep.duration)]
-            if None not in ends:
+            ends = Track(np.array(self._poses)).during(sweep.stamp, sweep.duration)
+            if ends is not None:
                 begun, ended = (Transform.from_xyz_rpy(*pose[:2], 0.0, yaw=pose[2]) for pose in ends)
                 self.slam.on_scan(ScanInput('scan', sweep, self._mount, begun, ended))
 
@@ -160,7 +160,7 @@ class Exploration:
         if every < math.inf:
             self.frames.append(self._frame(lockstep.time - began))
         chair = lockstep.chair
-        way = float(np.hypot(*np.diff(np.array(self.poses)[:, 4:6], axis=0).T).sum())
+        way = path_length(np.array(self.poses)[:, 4:6])
         drive = Drive(np.array(self.poses), np.array(self.stamps), np.array(self.ranges), way, 0, chair.contacts)
         off = math.dist(chair.pose[:2], self.start[:2])
         return Explored(drive, self.slam, self.said, self.explorer.state, lockstep.time - began, off, self.frames)
@@ -184,9 +184,8 @@ class Exploration:
         """A new map goes to move_base and to the explorer, as the topic does."""
         self.grid, machine = grid, self.lockstep.move_base
         for costmap in (machine.global_costmap, machine.local_costmap):
-            for layer in costmap.layers.values():
-                if hasattr(layer, 'set_map'):
-                    layer.set_map(grid)
+            for layer in costmap.map_layers.values():
+                layer.set_map(grid)
         machine.replan()
         self.explorer.on_costmap(Costmap(static_costs(grid.data), grid.geometry))
 

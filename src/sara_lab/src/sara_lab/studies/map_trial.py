@@ -54,6 +54,11 @@ class Track:
         (t0, *a), (t1, *b) = self._rows[after - 1], self._rows[after]
         return between(a, b, (t - t0) / (t1 - t0))
 
+    def during(self, t: float, duration: float) -> tuple[Pose, Pose] | None:
+        """The poses at t and `duration` later (s); None where one is not known."""
+        begun, ended = self.at(t), self.at(t + duration)
+        return None if begun is None or ended is None else (begun, ended)
+
 
 def slam_of(params: dict[str, Any] | None = None) -> Slam:
     """SARA's slam_gmapping. params: laid over those of sara_bringup's slam.yaml."""
@@ -67,8 +72,8 @@ def scans_of(drive: Drive, start: Pose = (0.0, 0.0, 0.0), later: float = 0.0) ->
     mount, track = Transform.from_xyz_rpy(x, y, 0.0, yaw=yaw), Track(drive.poses[:, :4])
     for stamp, ranges in zip(drive.stamps.tolist(), drive.ranges):
         sweep = sweep_of(Scan(stamp, ranges.astype(float)), optics)
-        ends = [track.at(stamp + after) for after in (0.0, sweep.duration)]
-        if None in ends:
+        ends = track.during(stamp, sweep.duration)
+        if ends is None:
             continue
         begun, ended = (compose(start, pose) for pose in ends)
         begun, ended = (Transform.from_xyz_rpy(*pose[:2], 0.0, yaw=pose[2]) for pose in (begun, ended))
@@ -107,12 +112,12 @@ def seen_walls(name: str, drive: Drive) -> np.ndarray:
     track, echoes = Track(drive.poses[:, (0, 4, 5, 6)]), []
     for stamp, ranges in zip(drive.stamps[::EVERY].tolist(), drive.ranges[::EVERY]):
         sweep = sweep_of(Scan(stamp, ranges), optics)
-        begun, ended = track.at(stamp), track.at(stamp + sweep.duration)
-        if begun is None or ended is None:
+        ends = track.during(stamp, sweep.duration)
+        if ends is None:
             continue
         hit = np.flatnonzero(np.isfinite(ranges))
         share = hit / (len(ranges) - 1)
-        base = between(begun, ended, share)
+        base = between(*ends, share)
         c, s = np.cos(base[2]), np.sin(base[2])
         angle = base[2] + yaw + ANGLES[hit]
         echoes.append(

@@ -18,11 +18,12 @@ from nmea_navsat_driver.config import DriverConfig
 from nmea_navsat_driver.receiver import Fix, Receiver
 from nmea_navsat_driver.sentences import Lines
 from sara_bringup.paths import share
-from sara_common.planar import Pose2D, wrap_exact
+from sara_common.planar import Pose2D, between, wrap_exact
 from sara_common.platforms import parameters
 from sara_control.wheels.can_base import CanBase
 from sara_control.wheels.config import ControllerConfig
 from sara_control.wheels.controller import DiffDriveController
+from sara_lab.judge.runs import runs
 from sara_lab.studies.compass_drive import FACED_SIGMA, STRAIGHT, TURN, CompassChair
 from sara_lab.studies.kept_arrays import kept_arrays
 from sara_sim.chips.gps_config import GpsConfig
@@ -80,21 +81,15 @@ class StreetDrive(NamedTuple):
 
     def pose(self, time: float) -> tuple[float, float, float]:
         """The true (x, y, yaw) at a time (s)."""
-        t, x, y, yaw = self.truth.T
-        k = int(np.clip(np.searchsorted(t, time), 1, len(t) - 1))
-        share = (time - t[k - 1]) / (t[k] - t[k - 1])
-        turned = wrap_exact(float(yaw[k] - yaw[k - 1]))
-        return (
-            float(x[k - 1] + share * (x[k] - x[k - 1])),
-            float(y[k - 1] + share * (y[k] - y[k - 1])),
-            wrap_exact(float(yaw[k - 1] + share * turned)),
-        )
+        k = int(np.clip(np.searchsorted(self.truth[:, 0], time), 1, len(self.truth) - 1))
+        (t0, *before), (t1, *after) = self.truth[k - 1 : k + 1].tolist()
+        x, y, yaw = between(before, after, (time - t0) / (t1 - t0))
+        return x, y, wrap_exact(yaw)
 
 
 def _runs(times, inside):
     """(begin, end) of the times at which something is so, s; the end is the first at which it is no longer."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
-    return [(float(times[a]), float(times[min(b, len(times) - 1)])) for a, b in zip(edges[::2], edges[1::2])]
+    return [(float(times[first]), float(times[min(end, len(times) - 1)])) for first, end in runs(inside)]
 
 
 class _Recorder:

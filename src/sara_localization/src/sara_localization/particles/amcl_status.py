@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_common.diagnostics import ERROR, OK, WARN, Status, new_faults
 from sara_localization.particles.amcl import Amcl
 
 SILENT_AFTER = 15.0
@@ -33,7 +33,7 @@ def statuses(amcl: Amcl, now: float, heard: Heard, before: dict[str, int] | None
 
 
 def _state(amcl, now, heard, before):
-    faults = [what for what in FAULTS if amcl.counts[what] > before.get(what, 0)]
+    faults = new_faults(amcl.counts, before, FAULTS)
     silent = now - (heard.since if heard.last_scan is None else heard.last_scan)
     level, message = OK, f'{len(amcl.filter.poses)} particles, {amcl.counts["updates"]} scans used'
     if amcl.map is None:
@@ -50,7 +50,7 @@ def _state(amcl, now, heard, before):
         level = WARN
         message = f'lost: the pose is wrong with a probability of {amcl.lost.probability:.2f}'
     elif faults:
-        level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {amcl.counts[what]}' for what in faults)
+        level, message = WARN, faults
     values = [(what, str(count)) for what, count in sorted(amcl.counts.items())]
     values += [('probability of being lost', f'{amcl.lost.probability:.3f}')]
     values += [('particles', str(len(amcl.filter.poses))), ('random share', f'{amcl.filter.random_share:.3f}')]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_common.diagnostics import ERROR, OK, WARN, Status, new_faults
 from sara_localization.ranges.range_correction import FAULTS, RangeCorrection
 
 SILENT_AFTER = 5.0
@@ -31,7 +31,7 @@ def status(
     """The node's status at a time (s); `before`: the counts of the last time, for faults are told when they are new."""
     last_pose, last_range, missing, searching = heard
     counts, (place, yaw) = correction.counts, correction.sigma
-    faults = [what for what in FAULTS if counts[what] > (before or {}).get(what, 0) and what != 'no_map']
+    faults = new_faults(counts, before or {}, (what for what in FAULTS if what != 'no_map'))
     level, message = OK, f'the pose is corrected by {counts["used"]} ranges'
     if correction.map is None:
         level, message = ERROR, 'waiting for the map'
@@ -47,7 +47,7 @@ def status(
     elif place > LOST_SIGMA:
         level, message = WARN, f'the pose is uncertain by {place:.2f} m: no wall of the map was heard for long'
     elif faults:
-        level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
+        level, message = WARN, faults
     x, y, turn = correction.offset
     values: tuple[tuple[str, str], ...] = tuple((what, str(count)) for what, count in sorted(counts.items())) + (
         ('sigma (m)', f'{place:.3f}'),

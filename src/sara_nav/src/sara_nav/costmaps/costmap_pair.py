@@ -72,8 +72,8 @@ class CostmapPair:
     def missing(self) -> str:
         """Return '' or the sentence that says which map has not come yet."""
         for costmap in (self.world, self.local):
-            for layer in costmap.layers.values():
-                problem = layer.stale(0.0) if hasattr(layer, 'set_map') and layer.enabled else ''
+            for layer in costmap.map_layers.values():
+                problem = layer.stale(0.0) if layer.enabled else ''
                 if problem:
                     return problem
         return ''
@@ -103,7 +103,7 @@ class CostmapPair:
         world = self.world
         reach = world.circumscribed_radius + 2.0 * world.geometry.resolution
         corners = pose.x - reach, pose.y - reach, pose.x + reach, pose.y + reach
-        sensors = [name.split('/')[-1] for name, layer in world.layers.items() if not hasattr(layer, 'set_map')]
+        sensors = [name.split('/')[-1] for name in world.layers if name not in world.map_layers]
         world.clear_area(*corners, True, sensors)
         self.refresh(world, t, None)
 

@@ -59,9 +59,8 @@ class CostmapSettings:
         """Return the LayeredCostmap; its static layers get ``grid_map`` when one is given."""
         layers = [layer(name, config) for name, layer, config in self.layers]
         costmap = LayeredCostmap(self.config, layers, self.footprint)
-        for layer in layers if grid_map is not None else ():
-            if isinstance(layer, StaticLayer):
-                layer.set_map(grid_map)
+        for layer in costmap.map_layers.values() if grid_map is not None else ():
+            layer.set_map(grid_map)
         return costmap
 
 

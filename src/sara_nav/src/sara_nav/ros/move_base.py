@@ -184,8 +184,7 @@ class MoveBaseNode:
         return [
             getattr(layer, 'costs', None)
             for costmap in (self.machine.global_costmap, self.machine.local_costmap)
-            for layer in costmap.layers.values()
-            if hasattr(layer, 'set_map')
+            for layer in costmap.map_layers.values()
         ]
 
     def _cycle(self):

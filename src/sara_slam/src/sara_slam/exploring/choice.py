@@ -11,7 +11,7 @@ import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap import Costmap
-from sara_nav.planners.planning import PlanError
+from sara_nav.planners.planning import PlanError, path_length
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.frontiers import Frontier
 from sara_slam.exploring.viewpoints import Surroundings
@@ -68,14 +68,10 @@ def choose(
                 plan = planner.plan(around.costmap, start, view.pose)
             except PlanError:
                 continue
-            way, turn = _way(plan), _first_turn(plan)
+            way, turn = path_length(plan), _first_turn(plan)
             choices.append(Choice(frontier, view.pose, cost(config, way, turn, frontier.size)))
             break
     return min(choices, key=lambda choice: choice.cost, default=None)
-
-
-def _way(plan):
-    return float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
 
 
 def _first_turn(plan):

@@ -9,10 +9,10 @@ from sara_common.config import ConfigError, fault, is_whole, number_faults, rang
 from sara_localization.config.parameters import ParameterReader
 from sara_slam.graph.loops import LoopRules
 from sara_slam.mapping.key_scan import RangeLimits
+from sara_slam.mapping.map_output import INTERVALS, MapOutput
 from sara_slam.mapping.occupancy import MOST_CELLS
 from sara_slam.matching.likelihood_grid import Grain
 
-_FRAMES = ('base_frame', 'map_frame', 'odom_frame')
 _PARTICLES = 'there are no particles: one map is kept, as a graph of poses'
 _CLIMBING = 'scans are matched by a search of the whole window, not by climbing step by step'
 NO_EFFECT = {
@@ -24,8 +24,7 @@ NO_EFFECT = {
 """{parameter of the C++ node: why it has no meaning here}."""
 _ABOVE_0 = ('information', 'loop_drift', 'loop_widest', 'loop_reach')
 _FROM_0 = (
-    'map_update_interval',
-    'transform_publish_period',
+    *INTERVALS,
     'maxRange',
     'maxUrange',
     'minimumScore',
@@ -50,7 +49,7 @@ _WHOLE = {'throttle_scans': 1, 'lskip': 0, 'local_scans': 1, 'loop_together': 1}
 
 
 @dataclass(frozen=True)
-class SlamConfig:
+class SlamConfig(MapOutput):
     """m, rad, s. Frames without a leading slash. Ranges of 0: the scanner's own limit."""
 
     base_frame: str = 'base_link'
@@ -96,11 +95,6 @@ class SlamConfig:
     warnings: tuple = ()
 
     @property
-    def delay(self) -> float:
-        """By how much map -> odom is dated ahead, s: tf_delay, or transform_publish_period where that is not given."""
-        return self.transform_publish_period if math.isnan(self.tf_delay) else self.tf_delay
-
-    @property
     def limits(self) -> RangeLimits:
         """Which ranges of a scan are used."""
         return RangeLimits(self.maxUrange, self.maxRange)
@@ -144,23 +138,13 @@ class SlamConfig:
             )
         if 0.0 < self.maxRange < self.maxUrange:
             found.append(f'maxUrange is {self.maxUrange:g}, allowed is at most maxRange: {self.maxRange:g}')
-        names = [getattr(self, name) for name in _FRAMES]
-        if len(set(names)) < 3:
-            found.append(f'base_frame, map_frame and odom_frame must differ; they are {", ".join(names)}')
-        return found
+        return found + self.frame_faults()
 
     @classmethod
     def from_params(cls, params: dict[str, object]) -> SlamConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
-        values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay',))
-        for name in ('map_file', 'state_file'):
-            if reader.left.get(name) == '':
-                reader.take(name)
-            elif name in reader.left:
-                values[name] = reader.file(name, '')
-        if 'tf_delay' in reader.left:
-            values['tf_delay'] = reader.number('tf_delay', 0.0)
+        values = cls.read(reader)
         warnings = [
             f'{name} has no effect: {NO_EFFECT[name]}.'
             if name in NO_EFFECT

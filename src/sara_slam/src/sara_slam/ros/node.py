@@ -14,7 +14,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_common.diagnostics import ERROR, OK, WARN, Status, new_faults
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_localization.ros.amcl.scans import WaitingScans
@@ -124,7 +124,7 @@ class SlamNode:
         self.began = self.began or now  # there was no simulated time yet
         silent = now.to_sec() - (self.began.to_sec() if self.waiting.last is None else self.waiting.last)
         waiting = self.waiting.waiting_for(now.to_sec())
-        faults = [what for what in FAULTS if counts[what] > self.told.get(what, 0)]
+        faults = new_faults(counts, self.told, FAULTS)
         level, message = OK, f'{counts["used"]} scans used, {counts["loops"]} loops closed'
         if silent > SILENT_AFTER:
             level, message = ERROR, f'no scan on {self.scans.resolved_name} for {silent:.0f} s'
@@ -135,7 +135,7 @@ class SlamNode:
         elif not counts['used']:
             level, message = WARN, f'waiting for a scan on {self.scans.resolved_name}'
         elif faults:
-            level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
+            level, message = WARN, faults
         return Status('slam_gmapping', level, message, tuple((what, str(n)) for what, n in sorted(counts.items())))
 
 

@@ -19,15 +19,14 @@ from sara_nav.maps.map_io import GridMap
 from sara_nav.maps.map_saver import SaverConfig, save_map
 from sara_nav.ros.conversions import grid_to_msg
 from sara_slam.mapping.journal import Journal
+from sara_slam.mapping.map_output import MapOutput
 from sara_slam.mapping.slam import Pose
-from sara_slam.mapping.slam_config import SlamConfig
-from sara_slam.sonar.node_config import SonarNodeConfig
 
 
 class Outputs:
     """The publishers. `message`: the OccupancyGrid that was published last, None before the first."""
 
-    def __init__(self, config: SlamConfig | SonarNodeConfig):
+    def __init__(self, config: MapOutput):
         self._config, self.message = config, None
         self._sent = None
         self._transform = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)

@@ -17,7 +17,7 @@ from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from sensor_msgs.msg import Range
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from sara_common.diagnostics import ERROR, OK, WARN, Status
+from sara_common.diagnostics import ERROR, OK, WARN, Status, new_faults
 from sara_common.ros.diagnostics import diagnostic_array
 from sara_common.ros.node import start_node
 from sara_localization.fake import true_pose
@@ -168,9 +168,9 @@ class SonarNode:
         counts, walls = self.mapper.counts, len(self.mapper.slam.filter.walls)
         self.began = self.began or now  # there was no simulated time yet
         level, message = OK, f'{counts["used"]} readings used, {walls} walls'
-        faults = [what for what in FAULTS if counts[what] > self.told.get(what, 0)]
+        faults = new_faults(counts, self.told, FAULTS)
         if faults:
-            level, message = WARN, 'data are faulty: ' + ', '.join(f'{what} {counts[what]}' for what in faults)
+            level, message = WARN, faults
         odometry = f'odometry on {self.odometry.resolved_name}'
         for what, last in (('reading', self.last_range), (odometry, self.last_pose)):
             silent = now.to_sec() - (self.began.to_sec() if last is None else last)

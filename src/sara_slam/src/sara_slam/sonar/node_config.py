@@ -9,17 +9,16 @@ from dataclasses import dataclass, field, fields
 
 from sara_common.config import ConfigError, number_faults, range_faults
 from sara_localization.config.parameters import ParameterReader
+from sara_slam.mapping.map_output import INTERVALS, MapOutput
 from sara_slam.sonar.sonar_config import SonarConfig
 
-_FRAMES = ('base_frame', 'map_frame', 'odom_frame')
-_FROM_0 = ('map_update_interval', 'transform_publish_period')
 _MODEL_FROM_0 = ('range_delay', 'range_min_range', 'body_length', 'body_width')
 _ABOVE_0 = tuple(f.name for f in fields(SonarConfig) if f.name not in _MODEL_FROM_0)
 _RANGES = {'field_of_view': (0.02, math.pi), 'steepest': (0.02, 0.5 * math.pi), 'resolution': (0.01, 0.5)}
 
 
 @dataclass(frozen=True)
-class SonarNodeConfig:
+class SonarNodeConfig(MapOutput):
     """m, rad, s. Frames without a leading slash; `range_topics`: sensor_msgs/Range; `model`: sensors and odometry."""
 
     base_frame: str = 'base_link'
@@ -34,38 +33,23 @@ class SonarNodeConfig:
     model: SonarConfig = field(default_factory=SonarConfig)
     warnings: tuple[str, ...] = ()
 
-    @property
-    def delay(self) -> float:
-        """By how much map -> odom is dated ahead, s: tf_delay, or transform_publish_period where that is not given."""
-        return self.transform_publish_period if math.isnan(self.tf_delay) else self.tf_delay
-
     def faults(self) -> list[str]:
         """Sentences, one for each bad value."""
-        found = number_faults(self, (), _FROM_0)
+        found = number_faults(self, (), INTERVALS)
         found += number_faults(self.model, _ABOVE_0, _MODEL_FROM_0) or range_faults(self.model, _RANGES)
         if not found and not self.model.range_min_range < self.model.range_max_range:
             found.append(
                 f'range_min_range is {self.model.range_min_range:g}, allowed is less than range_max_range '
                 f'({self.model.range_max_range:g})'
             )
-        names = [getattr(self, name) for name in _FRAMES]
-        if len(set(names)) < 3:
-            found.append(f'base_frame, map_frame and odom_frame must differ; they are {", ".join(names)}')
-        return found
+        return found + self.frame_faults()
 
     @classmethod
     def from_params(cls, params: dict[str, object]) -> SonarNodeConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
-        values = reader.by_defaults(cls, _FRAMES, apart=('tf_delay', 'map_file', 'state_file'))
+        values = cls.read(reader)
         model = SonarConfig(**reader.by_defaults(SonarConfig))
-        for name in ('map_file', 'state_file'):
-            if reader.left.get(name) == '':
-                reader.take(name)
-            elif name in reader.left:
-                values[name] = reader.file(name, '')
-        if 'tf_delay' in reader.left:
-            values['tf_delay'] = reader.number('tf_delay', 0.0)
         topics = reader.take('range_topics', [])
         if (
             not isinstance(topics, (list, tuple))
