@@ -20,7 +20,6 @@ NO_FIX, FIX, SBAS, GBAS = -1, 0, 1, 2
 UNKNOWN, APPROXIMATED, DIAGONAL = 0, 1, 2
 """As sensor_msgs/NavSatFix's covariance types."""
 KNOT = 1852.0 / 3600.0
-"""m/s."""
 FRESH_S = 3.0
 """For how long a GST holds, s."""
 _QUALITIES = {1: FIX, 2: SBAS, 3: FIX, 4: GBAS, 5: GBAS, 9: SBAS}

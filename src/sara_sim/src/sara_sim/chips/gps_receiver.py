@@ -10,7 +10,6 @@ import datetime
 import math
 from typing import NamedTuple
 
-from nmea_navsat_driver.receiver import KNOT
 from nmea_navsat_driver.sentences import framed
 from sara_common.planar import Pose2D, compose
 from sara_sim.chips.gps_config import GpsConfig
@@ -22,6 +21,7 @@ ALTITUDE, GEOID = 588.0, 51.5
 SATELLITES, HDOP = 9, 1.0
 SEMI_AXIS, FLATTENING = 6378137.0, 1.0 / 298.257223563
 """WGS 84: m, 1."""
+KNOT = 1852.0 / 3600.0
 
 
 class Place(NamedTuple):
