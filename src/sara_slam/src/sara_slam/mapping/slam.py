@@ -23,10 +23,11 @@ from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.known_scans import KnownScans
 from sara_slam.mapping.occupancy import Occupancy
+from sara_slam.mapping.odometry_errors import Motion, OdometryErrors, along, speed_of
 from sara_slam.mapping.resuming import found_again, restored
 from sara_slam.mapping.slam_config import SlamConfig
 from sara_slam.matching import surfaces
-from sara_slam.matching.likelihood_grid import Window
+from sara_slam.matching.likelihood_grid import Match, Window
 
 Pose = tuple[float, float, float]
 LEAST_POINTS = 10
@@ -85,6 +86,8 @@ class Slam:
         self.covariance = np.zeros((3, 3))
         self._postponed, self._known = 0, KnownScans(self.scans, self.graph.poses)
         self._odometry: Pose | None = None  # when a scan was last used
+        self._speed = 0.0
+        self.errors = OdometryErrors((config.scale_sigma, config.delay_sigma))
         self._journal, self._sought = journal, -math.inf
         if journal is not None and journal.records:
             self._resume(journal.records)
@@ -133,13 +136,14 @@ class Slam:
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
         key = key_scan(scan if self.config.deskew else scan._replace(ended=None), self.config.limits)
+        speed = speed_of(scan)
         if self.map_from_odom is None:
             if not self._rejoin(key):
                 return Result(None, False, False)
             changed = False
         else:
-            changed = self._join(key)
-        self._odometry = odometry
+            changed = self._join(key, speed)
+        self._odometry, self._speed = odometry, speed
         self.counts['used'] += 1
         self.map_from_odom = compose(self.graph.poses[-1], inverse(odometry))
         return Result(self.map_from_odom, True, changed)
@@ -159,8 +163,8 @@ class Slam:
         waited = c.temporalUpdate > 0.0 and not 0.0 <= stamp - self.scans[-1].stamp < c.temporalUpdate
         return way >= c.linearUpdate or turn >= c.angularUpdate or waited
 
-    def _join(self, key: KeyScan) -> bool:
-        """A scan becomes a node of the graph; returns whether earlier poses moved."""
+    def _join(self, key: KeyScan, speed: float) -> bool:
+        """A scan becomes a node of the graph; returns whether earlier poses moved. speed: m/s, by the odometry."""
         self.scans.append(key)
         if len(self.scans) == 1:
             x, y, yaw = key.odometry
@@ -169,14 +173,22 @@ class Slam:
             self._keep(lambda journal: journal.scan(key, self.graph.poses[0], None))
             return False
         last = self.graph.poses[-1]
-        motion, sigmas = (0.0, 0.0, 0.0), UNKNOWN_SIGMA
+        motion, sigmas = None, UNKNOWN_SIGMA
         if self._odometry is not None:
             driven = compose(inverse(self._odometry), key.odometry)
             if math.hypot(*driven[:2]) > JUMP:
                 self.trouble('jump', f'the odometry jumps by {math.hypot(*driven[:2]):.3g} m: that is no motion')
             else:
-                motion, sigmas = driven, self._sigmas(driven)
-        pose, self.covariance = self._matched(key, compose(last, motion), sigmas)
+                motion, sigmas = Motion(driven, speed - self._speed), self._sigmas(driven)
+        pose = last if motion is None else compose(last, self.errors.without(motion))
+        match = self._match(key, pose, sigmas)
+        if match is None:
+            self.covariance = np.diag((sigmas[0] ** 2, sigmas[0] ** 2, sigmas[1] ** 2))
+            self.errors.lost()
+        else:
+            pose, self.covariance = match.pose, match.covariance
+            if motion is not None:
+                self.errors.heard(motion, compose(inverse(last), pose), along(self.covariance, pose[2]))
         self._add(key, len(self.scans) - 2, pose)
         return self.config.loop_closing and self._close_loops(key)
 
@@ -217,12 +229,9 @@ class Slam:
         shift, angle = LEAST_SIGMA[0] + c.srr * way + c.str * turn, LEAST_SIGMA[1] + c.stt * turn + c.srt * way
         return min(shift, MOST_SIGMA[0]), min(angle, MOST_SIGMA[1])
 
-    def _matched(self, key, predicted, sigmas):
-        """(pose, covariance (3, 3) in the map) of a scan, by its match and by the odometry's prediction, which has
-        these standard deviations (m, rad).
-        """
+    def _match(self, key, predicted, sigmas) -> Match | None:
+        """The match of a scan about the pose that the odometry predicts, with these standard deviations (m, rad)."""
         c = self.config
-        by_odometry = np.diag((sigmas[0] ** 2, sigmas[0] ** 2, sigmas[1] ** 2))
         shift, turn = (min(max(SIGMAS * sigma, least), most) for sigma, least, most in zip(sigmas, NARROWEST, WIDEST))
         points = key.points(c.lskip + 1)
         before = range(max(0, len(self.scans) - 1 - c.local_scans), len(self.scans) - 1)
@@ -231,12 +240,12 @@ class Slam:
             grid = self._known.grid(key, before, predicted, shift, c.grain, cleared=False)
         if grid is None:
             self.counts['no_points'] += 1
-            return predicted, by_odometry
+            return None
         match = grid.match(points, predicted, Window(shift, turn, *sigmas))
         if match.response < c.minimum_response or match.score < c.minimumScore:
             self.counts['no_fit'] += 1
-            return predicted, by_odometry
-        return match.pose, match.covariance
+            return None
+        return match
 
     def _grid_of(self, nodes, pose, margin):
         """For the search for loops of the newest scan."""

@@ -34,6 +34,8 @@ _FROM_0 = (
     'stt',
     'linearUpdate',
     'angularUpdate',
+    'scale_sigma',
+    'delay_sigma',
 )
 _RANGES = {
     'occ_thresh': (0.0, 1.0),
@@ -81,6 +83,8 @@ class SlamConfig(MapOutput):
     map_file: str = ''
     state_file: str = ''
 
+    scale_sigma: float = 0.03
+    delay_sigma: float = 0.1
     search_resolution: float = 0.05
     information: float = 0.2
     minimum_response: float = 0.3
