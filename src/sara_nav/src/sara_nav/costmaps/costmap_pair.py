@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.windows import Window, around
 
 SAME = Pose2D(0.0, 0.0, 0.0)
+AT_A_POINT = np.zeros((1, 2))
+"""The footprint of the robot's centre."""
 
 
 class CostmapPair:
@@ -88,6 +92,9 @@ class CostmapPair:
             return 'Goal refused: it holds a NaN or an infinity.'
         if self.world.geometry.to_cell(pose.x, pose.y) is None:
             return f'Goal refused: ({pose.x:.2f}, {pose.y:.2f}) is off the map.'
+        footprint = self.world.footprint if must_fit else AT_A_POINT
+        if any(layer.forbids(pose, footprint) for layer in self.world.keepout_layers.values()):
+            return f'Goal refused: ({pose.x:.2f}, {pose.y:.2f}) is in a keep-out place, or too near to one.'
         if must_fit and LocalWorld(self.world.costmap, self.world.footprint, unknown_blocks).collides(pose):
             return (
                 f'Goal refused: at ({pose.x:.2f}, {pose.y:.2f}, {math.degrees(pose.yaw):.0f} deg) the footprint '

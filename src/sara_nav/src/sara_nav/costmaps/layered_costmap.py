@@ -130,6 +130,11 @@ class LayeredCostmap:
         """The layers that show a map, by their names: those with set_map."""
         return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'set_map')}
 
+    @property
+    def keepout_layers(self) -> dict[str, Layer]:
+        """The layers that hold keep-out places, by their names: those with set_mask."""
+        return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'set_mask')}
+
     def current(self, t: float) -> str:
         """Return '' when all layers have what they need, else sentences on what is stale."""
         found = [layer.stale(t) for layer in self.layers.values() if layer.enabled]

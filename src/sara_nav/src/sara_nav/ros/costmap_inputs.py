@@ -17,6 +17,7 @@ from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
 from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layered_costmap import LayeredCostmap
+from sara_nav.costmaps.layers.keepout import KeepoutFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
@@ -59,6 +60,8 @@ class CostmapInputs:
         for layer in self._costmap.layers.values():
             if isinstance(layer, StaticLayer):
                 self._listen_to_maps(layer)
+            elif isinstance(layer, KeepoutFilter):
+                self._subscribe(layer.config.mask_topic, numpy_msg(OccupancyGrid), self._on_map, layer, 1)
             elif isinstance(layer, ObstacleLayer):
                 for source in layer.config.sources:
                     self._subscribe(
@@ -147,12 +150,15 @@ class CostmapInputs:
                 return
             if not frame or (frame != self._costmap.config.global_frame and not layer.rolling):
                 raise ValueError(f'it is in frame {frame!r} but global_frame is {self._costmap.config.global_frame!r}')
-            if layer.set_map(data):
-                self._map_frames[layer] = frame
-                g = data.geometry
-                rospy.loginfo(
-                    '%s/%s: map of %d x %d cells of %.3g m', self._name, layer.name, g.width, g.height, g.resolution
-                )
+            if isinstance(layer, KeepoutFilter):
+                layer.set_mask(data)
+            elif not layer.set_map(data):
+                return
+            self._map_frames[layer] = frame
+            g = data.geometry
+            rospy.loginfo(
+                '%s/%s: map of %d x %d cells of %.3g m', self._name, layer.name, g.width, g.height, g.resolution
+            )
         except ValueError as error:
             what = 'bad_map_updates' if frame is None else 'bad_maps'
             self._drop(

@@ -44,6 +44,7 @@ LIMITS = {
     'no_readings_timeout': (0.0, 1e6),
     'clear_threshold': (0.0, 1.0),
     'mark_threshold': (0.0, 1.0),
+    'lethal_override_cost': (0.0, 252.0),
 }
 WHOLE = ('width', 'height')
 """Whole numbers of metres to clients, as in the peer's cfg file; a YAML may say 7.5."""
@@ -74,6 +75,8 @@ DYNAMIC_OF_LAYERS = (
     'clear_threshold',
     'mark_threshold',
     'clear_on_max_reading',
+    'override_lethal_cost',
+    'lethal_override_cost',
 )
 """The fields of the peers' cfg files."""
 

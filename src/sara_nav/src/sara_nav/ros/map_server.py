@@ -1,5 +1,5 @@
-"""The node map_server: publishes a map read from a file, latched, answers for it by service, and changes it by
-service.
+"""The node map_server: publishes a map read from a file, with what is drawn over it, latched; answers for it by
+service, and changes it by service.
 """
 
 import sys
@@ -12,8 +12,10 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 from sara_common.diagnostics import OK
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import start_node
+from sara_nav.maps import edits
 from sara_nav.maps.map_io import ImageError, MapDescription, MapError, MissingFile, load_description, load_image
 from sara_nav.ros.conversions import grid_to_msg
+from sara_nav.ros.map_edits import MapEdits
 
 USAGE = (
     'usage: map_server MAP.yaml\n'
@@ -22,13 +24,14 @@ USAGE = (
 
 
 class MapServer:
-    """Topics map and map_metadata, services static_map and change_map."""
+    """Topics map, map_metadata and keepout_filter_mask, services static_map, change_map and reload_edits."""
 
     def __init__(self):
         self.frame = rospy.get_param('~frame_id', 'map')
-        self.message, self.source = None, ''
+        self.message, self.source, self._plain = None, '', None
         self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
         self.publisher = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
+        self._edits = MapEdits(self.frame, self._draw)
 
     def serve(self) -> None:
         """Offer the services; only when there is a map."""
@@ -36,17 +39,28 @@ class MapServer:
             rospy.Service('static_map', GetMap, lambda request: GetMapResponse(map=self.message)),
             rospy.Service('change_map', LoadMap, self._change),
         ]
+        self._edits.serve()
 
     def load(self, description: MapDescription, source: str) -> None:
-        """Read what a MapDescription describes and publish it; raises MapError, and then all stays as it was."""
+        """Read what a MapDescription describes, and the edits beside its YAML file `source`, and publish it; raises
+        MapError, and then all stays as it was.
+        """
         grid_map = load_image(description)
+        of_image = source == description.image  # the old form
+        self._edits.read(None if of_image else edits.beside(source))
         for key in description.unknown_keys:
             rospy.logwarn('%s: %s is no key of the map format and has no effect', source, key)
-        message = grid_to_msg(grid_map.data, grid_map.geometry, grid_map.origin_yaw, self.frame, rospy.Time.now())
-        self.message, self.source = message, source
-        self._metadata.publish(message.info)
-        self.publisher.publish(message)
+        self._plain, self.source = grid_map, source
+        self._draw()
         rospy.loginfo('serving %s: %s', source, self.size)
+
+    def _draw(self):
+        """Publish the map with what is drawn over it."""
+        now = rospy.Time.now()
+        grid_map = self._edits.drawn(self._plain, now)
+        self.message = grid_to_msg(grid_map.data, grid_map.geometry, grid_map.origin_yaw, self.frame, now)
+        self._metadata.publish(self.message.info)
+        self.publisher.publish(self.message)
 
     @property
     def size(self) -> str:

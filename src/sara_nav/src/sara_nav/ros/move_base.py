@@ -180,12 +180,10 @@ class MoveBaseNode:
         self._maps = maps
 
     def _map_arrays(self):
-        """Return what the static layers hold: other objects once another map came."""
-        return [
-            getattr(layer, 'costs', None)
-            for costmap in (self.machine.global_costmap, self.machine.local_costmap)
-            for layer in costmap.map_layers.values()
-        ]
+        """Return what static layers and keep-out filters hold: other objects once another map or mask came."""
+        costmaps = (self.machine.global_costmap, self.machine.local_costmap)
+        maps = [getattr(layer, 'costs', None) for costmap in costmaps for layer in costmap.map_layers.values()]
+        return maps + [layer.mask for costmap in costmaps for layer in costmap.keepout_layers.values()]
 
     def _cycle(self):
         now = rospy.Time.now()

@@ -1,6 +1,7 @@
 """slam_gmapping: a map built while driving, under the names of gmapping's node.
 
-In: scan (LaserScan), /tf. Out: map, map_metadata, ~entropy, map -> odom, /diagnostics. Service: dynamic_map.
+In: scan (LaserScan), /tf. Out: map, map_metadata, keepout_filter_mask, ~entropy, map -> odom, /diagnostics. Services:
+dynamic_map, ~save, reload_edits.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from sara_common.ros.node import start_node
 from sara_localization.ros.amcl.scans import WaitingScans
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
+from sara_nav.maps.edits import EditsError
 from sara_slam.mapping.journal import JournalError
 from sara_slam.mapping.slam import Slam
 from sara_slam.mapping.slam_config import SlamConfig
@@ -143,7 +145,7 @@ def main() -> None:
     start_node('slam_gmapping')
     try:
         SlamNode(configured(SlamConfig))
-    except JournalError as error:
+    except (JournalError, EditsError) as error:
         rospy.logfatal('%s', error)
         raise SystemExit(1) from error
     rospy.spin()

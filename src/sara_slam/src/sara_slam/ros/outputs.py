@@ -1,4 +1,6 @@
-"""What slam_gmapping and slam_sonar publish: map, map_metadata, ~entropy, map -> odom; and how they keep maps."""
+"""What slam_gmapping and slam_sonar publish: map, map_metadata, keepout_filter_mask, ~entropy, map -> odom; and how
+they keep maps. What people draw over the map is shown on it, and kept beside `map_file`, not on the map that is saved.
+"""
 
 from __future__ import annotations
 
@@ -15,24 +17,31 @@ from sara_localization.geometry.stamps import later
 from sara_localization.inputs.data import StampedTransform
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import publish
+from sara_nav.maps import edits
 from sara_nav.maps.map_io import GridMap
 from sara_nav.maps.map_saver import SaverConfig, save_map
 from sara_nav.ros.conversions import grid_to_msg
+from sara_nav.ros.map_edits import MapEdits
 from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.map_output import MapOutput
 from sara_slam.mapping.slam import Pose
 
 
 class Outputs:
-    """The publishers. `message`: the OccupancyGrid that was published last, None before the first."""
+    """The publishers. `message`: the OccupancyGrid that was published last, None before the first. Raises EditsError
+    where the edits beside `map_file` cannot be read.
+    """
 
     def __init__(self, config: MapOutput):
-        self._config, self.message = config, None
+        self._config, self.message, self._drawn = config, None, None
         self._sent = None
         self._transform = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
         self._map = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
         self._metadata = rospy.Publisher('map_metadata', MapMetaData, queue_size=1, latch=True)
         self._entropy = rospy.Publisher('~entropy', Float64, queue_size=1, latch=True)
+        self._edits = MapEdits(config.map_frame, lambda: self.map(*self._drawn))
+        self._edits.read(edits.beside(f'{config.map_file}.yaml') if config.map_file else None)
+        self._edits.serve()
 
     def transform(self, now: float, map_from_odom: Pose | None) -> None:
         """Broadcast map -> odom (x, y, yaw), dated ahead of a time (s) by tf_delay; nothing twice for one time, and
@@ -49,7 +58,8 @@ class Outputs:
 
     def map(self, stamp: rospy.Time, grid_map: GridMap) -> None:
         """Publish a map, made at a time."""
-        frame = self._config.map_frame
+        frame, self._drawn = self._config.map_frame, (stamp, grid_map)
+        grid_map = self._edits.drawn(grid_map, stamp)
         self.message = grid_to_msg(grid_map.data, grid_map.geometry, grid_map.origin_yaw, frame, stamp)
         publish(self._metadata, self.message.info)
         publish(self._map, self.message)

@@ -1,7 +1,7 @@
 """slam_sonar: a map built while driving, by range sensors with wide cones and odometry.
 
 In: odom (Odometry in odom_frame), ~range_topics (Range), /tf for where the sensors sit. Out: map, map_metadata,
-~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save.
+keepout_filter_mask, ~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save, reload_edits.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from sara_localization.fake import true_pose
 from sara_localization.ros import conversions
 from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
+from sara_nav.maps.edits import EditsError
 from sara_nav.maps.map_io import GridMap
 from sara_slam.mapping.journal import JournalError
 from sara_slam.ros.outputs import Outputs, journal_of, save_answer
@@ -185,7 +186,7 @@ def main() -> None:
     config = configured(SonarNodeConfig)
     try:
         SonarNode(config)  # kept alive by its subscribers
-    except (JournalError, MapperError) as error:
+    except (JournalError, MapperError, EditsError) as error:
         rospy.logfatal('%s: %s', config.state_file, error)
         raise SystemExit(1) from error
     rospy.spin()

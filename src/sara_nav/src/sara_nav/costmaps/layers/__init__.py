@@ -2,6 +2,7 @@
 
 from sara_nav.config.registry import Registry
 from sara_nav.costmaps.layers.inflation import InflationLayer
+from sara_nav.costmaps.layers.keepout import KeepoutFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
@@ -10,13 +11,16 @@ LAYERS = Registry(
     'type',
     refused={
         'costmap_2d::VoxelLayer': 'costmap_2d::ObstacleLayer, with min_obstacle_height and max_obstacle_height of '
-        'each source'
+        'each source',
+        'costmap_prohibition_layer_namespace::CostmapProhibitionLayer': 'sara_nav/KeepoutFilter, with the areas as '
+        "keep_out in the map's edits file",
     },
 )
 for _name, _layer in (
     ('costmap_2d::StaticLayer', StaticLayer),
     ('costmap_2d::ObstacleLayer', ObstacleLayer),
     ('range_sensor_layer::RangeSensorLayer', RangeSensorLayer),
+    ('sara_nav/KeepoutFilter', KeepoutFilter),
     ('costmap_2d::InflationLayer', InflationLayer),
 ):
     LAYERS.register(_name)(_layer)

@@ -14,7 +14,7 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, static_costs
-from sara_nav.costmaps.layers.base import GridLayer, Parent, combine
+from sara_nav.costmaps.layers.base import GridLayer, Layer, Parent, combine
 from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.grids.windows import Window, Windows
 from sara_nav.maps.map_io import GridMap, MapError
@@ -67,22 +67,7 @@ class StaticLayer(GridLayer):
         """Take a GridMap; returns False when it is ignored as ``first_map_only`` asks; raises MapError."""
         if self._map is not None and self.config.first_map_only:
             return False
-        if abs(grid_map.origin_yaw) > 1e-6:
-            self.drop('turned_maps', 'a map whose origin is turned')
-            raise MapError(f"the map's origin is turned by {grid_map.origin_yaw:.3f} rad but must not be")
-        g = grid_map.geometry
-        if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
-            self.drop('bad_maps', 'a map of no sensible resolution or origin')
-            raise MapError(
-                f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}), allowed "
-                f'are {FINEST:g} to {COARSEST:g} and within {FARTHEST:g}'
-            )
-        if grid_map.data.shape != grid_map.geometry.shape:
-            self.drop('bad_maps', 'a map whose size is not what it says')
-            raise MapError(
-                f'the map says {grid_map.geometry.width} x {grid_map.geometry.height} cells but holds '
-                f'{grid_map.data.shape}'
-            )
+        check(self, grid_map)
         self._map = GridMap(np.array(grid_map.data, np.int8), grid_map.geometry)
         self._take_map()
         return True
@@ -181,6 +166,23 @@ class StaticLayer(GridLayer):
             combine(costs, self.costs, window, True)
         else:
             costs[y0:yn, x0:xn] = self.costs[y0:yn, x0:xn]
+
+
+def check(layer: Layer, grid_map: GridMap) -> None:
+    """Raise MapError, and count it as dropped by a layer, where a GridMap cannot be laid over a costmap."""
+    if abs(grid_map.origin_yaw) > 1e-6:
+        layer.drop('turned_maps', 'a map whose origin is turned')
+        raise MapError(f"the map's origin is turned by {grid_map.origin_yaw:.3f} rad but must not be")
+    g = grid_map.geometry
+    if not (FINEST <= g.resolution <= COARSEST and max(abs(g.origin_x), abs(g.origin_y)) <= FARTHEST):
+        layer.drop('bad_maps', 'a map of no sensible resolution or origin')
+        raise MapError(
+            f"the map's resolution is {g.resolution!r} and its origin ({g.origin_x!r}, {g.origin_y!r}), allowed "
+            f'are {FINEST:g} to {COARSEST:g} and within {FARTHEST:g}'
+        )
+    if grid_map.data.shape != g.shape:
+        layer.drop('bad_maps', 'a map whose size is not what it says')
+        raise MapError(f'the map says {g.width} x {g.height} cells but holds {grid_map.data.shape}')
 
 
 class Source(NamedTuple):
