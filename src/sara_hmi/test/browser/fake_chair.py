@@ -78,6 +78,7 @@ class FakeChair:
         """As new, but for connections that are open: call it before a page is loaded."""
         self.state = idle()
         self.places = dict(PLACES)
+        self.edits = []
         self.role = 'rider'
         self.received = []
         self.requests = []
@@ -228,10 +229,21 @@ class FakeChair:
         stop = {'t': 1_700_000_000_000, 'key': 'state.HELD', 'values': {'reason': 'reason.IMPACT'}}
         plan = {'op': 'plan', 'points': [[2.0, 3.0], [4.0, 3.5], [6.0, 5.0]]}
         history = {'op': 'history', 'list': [stop]}
-        return [welcome, self._listed(), there, data, {'op': 'ranges', 'SDI': sonar}, plan, history]
+        return [welcome, self._listed(), self._drawn(), there, data, {'op': 'ranges', 'SDI': sonar}, plan, history]
 
     def _listed(self):
         return {'op': 'places', 'places': self.places}
+
+    def _drawn(self):
+        return {'op': 'edits', 'edits': self.edits}
+
+    def _on_edit(self, frame):
+        self.edits.append({'kind': frame['kind'], 'points': frame['points']})
+        return [self._drawn()]
+
+    def _on_unedit(self, frame):
+        self.edits.remove({'kind': frame['kind'], 'points': frame['points']})
+        return [self._drawn()]
 
     def _on_echo(self, frame):
         return [{'op': 'echo', 't': frame['t']}] if self.answers_echo else []

@@ -9,6 +9,7 @@ import io
 import json
 import math
 import pathlib
+import tempfile
 import threading
 import time
 import unittest
@@ -27,6 +28,9 @@ from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
+
+from sara_nav.maps import edits
+from sara_nav.maps.edits import Edit
 
 PATIENCE_S = 30.0
 
@@ -405,6 +409,49 @@ class HmiTest(unittest.TestCase):
             await page.until('state', lambda f: not f['maps'])
 
         self.run_it(test)
+
+    def test_the_map_is_drawn_over(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, answers = pathlib.Path(folder) / 'flat.edits.yaml', []
+
+            def reload(_request):
+                return answers.pop(0) if answers else TriggerResponse(True, str(path))
+
+            async def test(page, other):
+                await page.send('edit', kind='wall', points=[[0, 1], [0, 2]])
+                await page.until('error', lambda f: f['key'] == 'error.no_edits')  # nobody publishes such a map
+                service = rospy.Service('reload_edits', Trigger, reload)
+                await page.until('edits', lambda f: f['edits'] == [])
+                await page.send('edit', kind='wall', points=[[0, 1], [0, 2.0004]])
+                door = {'kind': 'wall', 'points': [[0.0, 1.0], [0.0, 2.0]]}
+                await other.until('edits', lambda f: f['edits'] == [door])
+                self.assertEqual(edits.load(path), (Edit('wall', (0.0, 1.0), (0.0, 2.0)),))
+                answers[:] = [
+                    TriggerResponse(True, str(path)),
+                    TriggerResponse(False, 'no'),
+                ]  # the map does not take it
+                await page.send('edit', kind='free', points=[[0, 0], [1, 1]])
+                await page.until('error', lambda f: f['key'] == 'error.edits_file')
+                self.assertEqual(len(edits.load(path)), 1)
+                edits.write(path, [])  # by hand, and whoever publishes the map tells of it
+                mask, since = rospy.Publisher('keepout_filter_mask', OccupancyGrid, queue_size=1), len(page.got)
+                while not mask.get_num_connections():
+                    await asyncio.sleep(0.01)
+                mask.publish(OccupancyGrid())
+                await page.until('edits', lambda f: f['edits'] == [], since)
+                for op, wanted in (('edit', [door]), ('unedit', [])):
+                    since = len(page.got)
+                    await page.send(op, **door)
+                    await page.until('edits', lambda f, wanted=wanted: f['edits'] == wanted, since)
+                path.write_text('edits: no list')
+                since = len(page.got)
+                await page.send('edit', **door)
+                await page.until('error', lambda f: f['key'] == 'error.edits_file', since)
+                await page.until('edits', lambda f: f['edits'] is None, since)
+                self.assertEqual(path.read_text(), 'edits: no list')
+                service.shutdown()
+
+            self.run_it(test)
 
     def test_a_pose_that_nobody_takes_is_refused(self):
         async def test(page, _):

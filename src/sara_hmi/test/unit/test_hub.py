@@ -10,6 +10,7 @@ from sara_hmi.hub.actions import Close, Everyone, Motion, Order, Send, Show, Sto
 from sara_hmi.hub.hub import Hub
 from sara_hmi.pairing import pairing as pairing_module
 from sara_hmi.pairing.pairing import DAY, Pairing, StoreError, Token, digest, dumps, loads
+from sara_nav.maps.edits import MOST, Edit
 
 KITCHEN = (2.0, 3.0, 0.5)
 
@@ -334,6 +335,24 @@ def test_places(desk):
     assert errors(desk.send(number, 'rename', name='kitchen', to='kitchen')) == ['error.place_known']
     assert desk.send(number, 'delete', name='kitchen') == [Order(number, 'delete', ('kitchen',))]
     assert errors(desk.send(number, 'delete', name='attic')) == ['error.no_place']
+
+
+def test_the_map_is_drawn_over_and_each_edit_is_taken_back(desk):
+    number = desk.connect()
+    door = {'kind': 'wall', 'points': [[0, 1], [0, 2.5]]}
+    edit = Edit('wall', (0.0, 1.0), (0.0, 2.5))
+    assert errors(desk.send(number, 'edit', **door)) == ['error.no_edits']  # nobody publishes a map that has some
+    assert errors(desk.send(number, 'unedit', **door)) == ['error.no_edit']
+    desk.hub.tasks.edits = ()
+    assert desk.send(number, 'edit', **door) == [Order(number, 'edit', (edit,))]
+    for kind, points in (('wall', [[0, 1], [0, 1]]), ('free', [[0, 1], [0, 5]]), ('keep_out', [[0, 0], [3, 0.01]])):
+        assert errors(desk.send(number, 'edit', kind=kind, points=points)) == ['error.edit_small']
+    assert errors(desk.send(number, 'unedit', **door)) == ['error.no_edit']
+    desk.hub.tasks.edits = (edit,) * MOST
+    assert errors(desk.send(number, 'edit', **door)) == ['error.edits_full']
+    assert desk.send(number, 'unedit', **door) == [Order(number, 'unedit', (edit,))]
+    desk.hub.clients[number].role = 'look'
+    assert errors(desk.send(number, 'edit', **door)) == errors(desk.send(number, 'unedit', **door)) == ['error.may_not']
 
 
 def test_a_map_is_saved_where_one_is_made(desk):

@@ -32,6 +32,8 @@ GOOD = {
     'help': {'name': 'little'},
     'place': {'name': 'küche_2', 'pose': [0, 0, 0]},
     'rename': {'name': 'a', 'to': 'b'},
+    'edit': {'kind': 'wall', 'points': [[0, 1.5], [2, -1]]},
+    'unedit': {'kind': 'keep_out', 'points': [[0, 1], [2, 3]]},
     'save_map': {},
     'delete': {'name': 'a'},
     'say': {'key': 'goal.succeeded', 'values': {'place': 'kitchen', 'left': 1.5}},
@@ -110,6 +112,17 @@ def test_unknown_ops_and_fields_are_refused():
     with pytest.raises(ProtocolError, match='field_wrong') as fault:
         parse(json.dumps({'op': 'stop', 'x' * 99: 1}))
     assert fault.value.values == {'field': ''}
+
+
+@pytest.mark.parametrize(
+    'field, value',
+    [('kind', 'lava'), ('kind', ['wall']), ('points', [[0, 1]]), ('points', [[0, 1], [2, 3], [4, 5]])]
+    + [('points', [[0, 1], [2, bad]]) for bad in (None, True, '3', [3], 1e5)],
+)
+def test_an_edit_is_one_of_three_kinds_between_two_points(field, value):
+    with pytest.raises(ProtocolError, match='field_wrong') as fault:
+        parse(json.dumps({'op': 'edit', **GOOD['edit'], field: value}))
+    assert fault.value.values == {'field': field}
 
 
 @pytest.mark.parametrize('op', ['go', 'pose'])

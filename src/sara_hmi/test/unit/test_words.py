@@ -91,6 +91,7 @@ def test_what_shared_control_says_is_understood_back():
         ('Goal refused: at (1.00, 1.00, 0 deg) the footprint would overlap an obstacle, ...', 'why.occupied'),
         ('Goal refused: Failed to transform the goal pose from x into the map frame: y', 'why.transform'),
         ('Goal refused: there is no map.', 'why.no_map'),
+        ('Goal refused: (1.00, 2.00) is in a keep-out place, or too near to one.', 'why.keep_out'),
         ('Failed to find a valid plan. Even after executing all recovery behaviors.', 'why.no_plan'),
         ('', 'why.unknown'),
     ],

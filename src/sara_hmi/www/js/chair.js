@@ -13,7 +13,7 @@ export class Chair extends EventTarget {
     super();
     this.connection = connection;
     this.forget();
-    for (const op of ['welcome', 'state', 'ranges', 'plan', 'places', 'map', 'history', 'driver', 'profile']) {
+    for (const op of ['welcome', 'state', 'ranges', 'plan', 'places', 'edits', 'map', 'history', 'driver', 'profile']) {
       connection.addEventListener(op, (event) => this.take(op, event.detail));
     }
     connection.addEventListener('map-image', (event) => this.takeImage(event.detail));
@@ -32,6 +32,7 @@ export class Chair extends EventTarget {
     this.driver = null;
     this.driverName = '';
     this.places ??= {};
+    this.edits ??= null; // what is drawn over the map; null: it cannot be drawn over
     this.map ??= null;
     this.image ??= null;
   }
@@ -52,6 +53,8 @@ export class Chair extends EventTarget {
     } else if (op === 'map') {
       this.map = frame;
       this.image = null;
+    } else if (op === 'edits') {
+      this.edits = frame.edits;
     } else if (op === 'ranges') {
       const { op: _, ...ranges } = frame;
       this.ranges = ranges;

@@ -2,10 +2,10 @@
 
 import { placeName } from './words.js';
 
-const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', ink: '#10202e', halo: '#ffffff' };
+const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', keepOut: '#a30f1f', ink: '#10202e', halo: '#ffffff' };
 
-/** `scene`: {chair, view, marker: [x, y, yaw] or null}. */
-export function paint(canvas, { chair, view, marker }) {
+/** `scene`: {chair, view, marker: [x, y, yaw] or null, edit: {kind, points} or null}. */
+export function paint(canvas, { chair, view, marker, edit }) {
   const ratio = window.devicePixelRatio || 1;
   view.width = canvas.clientWidth;
   view.height = canvas.clientHeight;
@@ -19,6 +19,7 @@ export function paint(canvas, { chair, view, marker }) {
   brush.fillStyle = COLOURS.beyond;
   brush.fillRect(0, 0, view.width, view.height);
   drawMap(brush, chair, view);
+  drawEdits(brush, chair.edits ?? [], view, edit);
   drawPlan(brush, chair.plan, view);
   drawRanges(brush, chair, view);
   drawPlaces(brush, chair.places, view);
@@ -38,6 +39,82 @@ function drawMap(brush, { map, image }, view) {
   brush.imageSmoothingEnabled = size < 1;
   brush.drawImage(image, 0, -map.height * size, map.width * size, map.height * size);
   brush.restore();
+}
+
+/** Keep-out places, hatched; while somebody draws, also what else is drawn, numbered as in the list, and what is about to be. */
+function drawEdits(brush, edits, view, edit) {
+  edits.forEach(({ kind, points }, k) => {
+    if (kind === 'keep_out') hatch(brush, corners(points, view));
+    if (edit) outline(brush, kind, corners(points, view), COLOURS.ink, [6, 5]);
+    if (edit) label(brush, String(k + 1), ...middle(corners(points, view)));
+  });
+  if (!edit) return;
+  const spots = corners(edit.points, view);
+  if (spots.length === 2 && edit.kind === 'keep_out') hatch(brush, spots);
+  if (spots.length === 2) outline(brush, edit.kind, spots, COLOURS.marker, []);
+  for (const [x, y] of spots) {
+    brush.fillStyle = COLOURS.marker;
+    brush.strokeStyle = COLOURS.halo;
+    brush.lineWidth = 3;
+    brush.beginPath();
+    brush.arc(x, y, 9, 0, 2 * Math.PI);
+    brush.fill();
+    brush.stroke();
+  }
+}
+
+function corners(points, view) {
+  return points.map(([x, y]) => view.toPixel(x, y));
+}
+
+function middle([[ax, ay], [bx, by]]) {
+  return [(ax + bx) / 2, (ay + by) / 2];
+}
+
+function outline(brush, kind, [[ax, ay], [bx, by]], colour, dash) {
+  brush.strokeStyle = colour;
+  brush.lineWidth = kind === 'wall' ? 6 : 3;
+  brush.setLineDash(dash);
+  brush.beginPath();
+  if (kind === 'wall') {
+    brush.moveTo(ax, ay);
+    brush.lineTo(bx, by);
+  } else {
+    brush.rect(ax, ay, bx - ax, by - ay);
+  }
+  brush.stroke();
+  brush.setLineDash([]);
+}
+
+function hatch(brush, [[ax, ay], [bx, by]]) {
+  const [left, top, right, bottom] = [Math.min(ax, bx), Math.min(ay, by), Math.max(ax, bx), Math.max(ay, by)];
+  brush.save();
+  brush.beginPath();
+  brush.rect(left, top, right - left, bottom - top);
+  brush.fillStyle = 'rgb(163 15 31 / 12%)';
+  brush.fill();
+  brush.strokeStyle = COLOURS.keepOut;
+  brush.lineWidth = 3;
+  brush.stroke();
+  brush.clip();
+  brush.lineWidth = 2.5;
+  brush.beginPath();
+  for (let x = left - (bottom - top); x < right; x += 14) {
+    brush.moveTo(x, bottom);
+    brush.lineTo(x + bottom - top, top);
+  }
+  brush.stroke();
+  brush.restore();
+}
+
+function label(brush, text, x, y) {
+  brush.font = '700 17px system-ui, "DejaVu Sans", sans-serif';
+  brush.textAlign = 'center';
+  brush.lineWidth = 5;
+  brush.strokeStyle = COLOURS.halo;
+  brush.strokeText(text, x, y + 6);
+  brush.fillStyle = COLOURS.ink;
+  brush.fillText(text, x, y + 6);
 }
 
 function drawPlan(brush, plan, view) {

@@ -18,7 +18,7 @@ ALWAYS = ('stop', 'halt')  # is done even where too many frames have come
 ASSIST = ('override', 'help')  # of shared control: where there is a driver, the driver's alone
 TASKS = (
     *('go', 'pause', 'resume', 'cancel', 'pose', 'profile', 'override', 'help'),
-    *('place', 'rename', 'delete', 'save_map', 'say'),
+    *('place', 'rename', 'delete', 'edit', 'unedit', 'save_map', 'say'),
 )
 
 

@@ -9,13 +9,15 @@ from sara_hmi.config.config import RobotConfig
 from sara_hmi.hub.actions import Action, Everyone, Order, error
 from sara_hmi.hub.mission import Mission, Pose, Send
 from sara_hmi.protocol.frames import Frame
+from sara_nav.maps.edits import MOST, Edit
 
 LIMITS = ('max_forward', 'max_reverse', 'max_turn')
 
 
 class Tasks:
     """Knows what it is told of the robot: `places`, `profiles` with the one in use, `pose`, where the chair is,
-    `assisted`, whether shared control runs, and `helps`, its profiles; `maps`, whether a map is being made.
+    `assisted`, whether shared control runs, and `helps`, its profiles; `maps`, whether a map is being made; `edits`,
+    what is drawn over the map, None where it cannot be drawn over.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -23,6 +25,7 @@ class Tasks:
         self.places: dict[str, Pose] = {}
         self.pose: Pose | None = None
         self.assisted, self.helps, self.maps = False, (), False
+        self.edits: tuple[Edit, ...] | None = None
         self.profiles: Mapping[str, Mapping[str, float]] = config.profiles
         self.profile = config.profile
 
@@ -123,11 +126,31 @@ class Tasks:
             return [error(client, 'error.no_place', 'delete', {'place': frame.get('name')})]
         return [Order(client, 'delete', (frame.get('name'),))]
 
+    def _on_edit(self, client, frame):
+        edit = _edit(frame)
+        if self.edits is None:
+            return [error(client, 'error.no_edits', 'edit')]
+        if edit.fault():
+            return [error(client, 'error.edit_small', 'edit')]
+        if len(self.edits) >= MOST:
+            return [error(client, 'error.edits_full', 'edit', {'most': MOST})]
+        return [Order(client, 'edit', (edit,))]
+
+    def _on_unedit(self, client, frame):
+        edit = _edit(frame)
+        if edit not in (self.edits or ()):
+            return [error(client, 'error.no_edit', 'unedit')]
+        return [Order(client, 'unedit', (edit,))]
+
     def _on_save_map(self, client, _frame):
         return [Order(client, 'save_map') if self.maps else error(client, 'error.no_map', 'save_map')]
 
     def _on_say(self, client, frame):
         return [Order(client, 'say', (frame.get('key'), frame.get('values', {})))]
+
+
+def _edit(frame):
+    return Edit(frame.get('kind'), *(tuple(map(float, point)) for point in frame.get('points')))
 
 
 def _orders(client, done):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sara_hmi.config.config import CARER, LOOK, RIDER, ROLES
+from sara_nav.maps.edits import FARTHEST, KINDS
 
 VERSION = 1
 LARGEST = 2**53  # the whole numbers that JavaScript has
@@ -67,6 +68,15 @@ def _pose(value):
     return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
 
 
+def _points(value):
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and all(isinstance(point, list) and len(point) == 2 for point in value)
+        and all(_number(number, FARTHEST) for point in value for number in point)
+    )
+
+
 def _text(longest: int) -> Callable[[object], bool]:
     return lambda value: isinstance(value, str) and 0 < len(value) <= longest and value.isprintable()
 
@@ -122,6 +132,8 @@ OPS = {
     'place': Op(MOVERS, {'name': _match(PLACE)}, {'pose': _pose}),
     'rename': Op(MOVERS, {'name': _match(PLACE), 'to': _match(PLACE)}),
     'delete': Op(MOVERS, {'name': _match(PLACE)}),
+    'edit': Op(MOVERS, {'kind': lambda value: value in KINDS, 'points': _points}),
+    'unedit': Op(MOVERS, {'kind': lambda value: value in KINDS, 'points': _points}),
     'save_map': Op(MOVERS),
     'say': Op(EVERYBODY, {'key': _match(KEY)}, {'values': _values}),
     'invite': Op((RIDER,), {'role': lambda value: value in ROLES}),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-ORDER = ('driver', 'state', 'places', 'history', 'plan', 'ranges', 'map')
+ORDER = ('driver', 'state', 'places', 'edits', 'history', 'plan', 'ranges', 'map')
 
 
 class Outbox:

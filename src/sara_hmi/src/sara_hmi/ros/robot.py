@@ -23,6 +23,7 @@ from sara_common.planar import quaternion_from_yaw, yaw_of
 from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
+from sara_hmi.ros.edits import EditsFile, without
 from sara_hmi.ros.robot_inputs import RobotInputs
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.screen import dumps
@@ -57,8 +58,12 @@ class RosRobot(RobotInputs):
         self._help_profile = rospy.Publisher('shared_control/profile', String, queue_size=1, tcp_nodelay=True)
         self._goals = actionlib.ActionClient('move_base', MoveBaseAction)
         self._goal: actionlib.ClientGoalHandle | None = None
+        self._edits = EditsFile(lambda held: server.post(server.screen.on_edits, held))
         self._places_file = config.places or rospy.get_param('/places_file', '')
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
+        self._mask = rospy.Subscriber(
+            'keepout_filter_mask', rospy.AnyMsg, lambda _: self._later(self._edits.read), queue_size=1
+        )
         threading.Thread(target=self._work, name='orders', daemon=True).start()
         self._later(self._tell_places)
 
@@ -199,6 +204,7 @@ class RosRobot(RobotInputs):
         """What a launch may set later than this node starts: the gate's profiles and slip, shared control's profiles
         and how long its override lasts, the planner's name, and whether somebody makes a map.
         """
+        self._edits.look()
         self.maps = rospy.get_master().lookupService(rospy.resolve_name('save_map'))[0] == 1
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
@@ -247,6 +253,18 @@ class RosRobot(RobotInputs):
     def _do_delete(self, client, name):
         self._change_places(client, 'delete', lambda: places.remove(self._places_file, name))
 
+    # What is drawn over the map
+
+    def _do_edit(self, client, edit):
+        why = self._edits.change(lambda held: (*held, edit))
+        if why:
+            self._refuse(client, why, 'edit')
+
+    def _do_unedit(self, client, edit):
+        why = self._edits.change(lambda held: without(held, edit))
+        if why:
+            self._refuse(client, why, 'unedit')
+
     # Speech
 
     def _do_say(self, client, key, values):
@@ -276,4 +294,5 @@ class RosRobot(RobotInputs):
         image = png(message.data, info.width, info.height)
         frame = map_frame(image, (info.width, info.height), info.resolution, origin)
         self._server.post(self._server.screen.show, frame, image)
+        self._edits.read()
         give_back_memory()

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from sara_nav.maps.edits import Edit
+
 Pose = tuple[float, float, float]
 
 
@@ -145,6 +147,13 @@ def plan_frame(points: Sequence[tuple[float, float]], most: int = 200) -> dict[s
 def places_frame(places: Mapping[str, Pose]) -> dict[str, Any]:
     """All named places."""
     return {'op': 'places', 'places': {name: pose_field(pose) for name, pose in places.items()}}
+
+
+def edits_frame(edits: Sequence[Edit] | None) -> dict[str, Any]:
+    """What is drawn over the map; None: it cannot be drawn over."""
+    if edits is None:
+        return {'op': 'edits', 'edits': None}
+    return {'op': 'edits', 'edits': [{'kind': edit.kind, 'points': [[*edit.a], [*edit.b]]} for edit in edits]}
 
 
 def left_of(points: Sequence[tuple[float, float]], pose: Pose | None) -> float | None:

@@ -12,6 +12,7 @@ from sara_hmi.hub.hub import Hub
 from sara_hmi.view import frames
 from sara_hmi.view.history import History
 from sara_hmi.web.robot import Robot
+from sara_nav.maps.edits import Edit
 
 
 def dumps(frame: Mapping[str, Any]) -> str:
@@ -39,6 +40,12 @@ class Screen:
         """The named places are these."""
         self._hub.tasks.places = places
         self.show(frames.places_frame(places))
+
+    def on_edits(self, edits: tuple[Edit, ...] | None) -> None:
+        """This is drawn over the map; None: it cannot be drawn over."""
+        if edits != self._hub.tasks.edits:
+            self._hub.tasks.edits = edits
+            self.show(frames.edits_frame(edits))
 
     def on_gate(self, gate: tuple[str, str, str]) -> None:
         """The safety gate says (State's name, Reason's name, its sentence)."""

@@ -28,6 +28,7 @@ _WHYS = (
     (r'NaN|infinity|quaternion|commanded', 'why.not_finite'),
     (r'transform|frame_id', 'why.transform'),
     (r'off the map', 'why.off_map'),
+    (r'keep-out', 'why.keep_out'),
     (r'would overlap', 'why.occupied'),
     (r'the way stayed blocked|Robot is held|has stood for', 'why.blocked'),
     (r'oscillat', 'why.oscillation'),

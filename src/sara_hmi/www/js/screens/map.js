@@ -4,6 +4,7 @@ import { button, el, fill } from '../dom.js';
 import { paint } from '../painter.js';
 import { number, say } from '../words.js';
 import { View } from '../view.js';
+import { Editing } from './edit.js';
 import { askName, placesRow } from './places.js';
 import { whereCard } from './where.js';
 
@@ -13,7 +14,7 @@ const view = new View(); // stays while other screens are shown
 
 export function show(app, screen) {
   const { chair } = app;
-  const scene = { chair, view, marker: null };
+  const scene = { chair, view, marker: null, edit: null };
   const canvas = el('canvas', { id: 'map', role: 'img', 'data-dwell': true });
   const marking = el('div', { class: 'marking' });
   let frame = null;
@@ -26,13 +27,19 @@ export function show(app, screen) {
   const mark = (pose) => {
     const was = scene.marker !== null;
     scene.marker = pose && [pose[0], pose[1], wrap(pose[2])];
-    if (was !== (scene.marker !== null)) drawMarking(app, marking, scene, mark);
+    if (was !== (scene.marker !== null)) drawMarking(app, marking, scene, mark, editing);
     tellMarker(marking, scene.marker);
     draw();
   };
+  const editing = new Editing(app, scene, { changed: draw, left: () => {
+    drawMarking(app, marking, scene, mark, editing);
+    marking.querySelector('[data-edit="begin"]')?.focus();
+  } });
   const tap = (x, y) => {
     const box = canvas.getBoundingClientRect();
-    mark([...view.toMap(x - box.left, y - box.top), scene.marker?.[2] ?? chair.state?.pose?.[2] ?? 0]);
+    const point = view.toMap(x - box.left, y - box.top);
+    if (scene.edit) editing.tap(...point);
+    else mark([...point, scene.marker?.[2] ?? chair.state?.pose?.[2] ?? 0]);
   };
   canvas.addEventListener('click', (event) => tap(event.clientX, event.clientY));
   canvas.addEventListener('dwell', (event) => tap(event.detail.x, event.detail.y));
@@ -41,18 +48,26 @@ export function show(app, screen) {
   const saving = el('div', { class: 'saving' });
   const places = placesRow(app);
   const where = whereCard(app, true);
+  const drawn = el('section', { class: 'card' }, el('h2', {}, say('ui.edit.list')), editing.list);
   fill(screen,
     el('h1', {}, say('ui.tab.map')),
-    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, looks(scene, draw), saving)),
-    where.node, places.node,
+    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, editing.node, looks(scene, draw), saving)),
+    where.node, places.node, drawn,
   );
-  drawMarking(app, marking, scene, mark);
+  drawMarking(app, marking, scene, mark, editing);
   const told = {};
   const update = (op) => {
     const pose = chair.state?.pose;
     const text = pose ? say('ui.map.label', { x: number(pose[0]), y: number(pose[1]) }) : say('ui.map.nowhere');
     if (told.label !== text) canvas.setAttribute('aria-label', (told.label = text));
-    if (op === 'welcome') drawMarking(app, marking, scene, mark);
+    const news = JSON.stringify([chair.edits, chair.mayDrive]);
+    if (told.edits !== news) {
+      told.edits = news;
+      if (scene.edit && (!chair.mayDrive || chair.edits === null)) editing.end();
+      drawn.hidden = !chair.edits?.length;
+      editing.showList();
+      drawMarking(app, marking, scene, mark, editing);
+    }
     const maps = chair.state?.maps === true && chair.mayDrive;
     if (told.maps !== maps) drawSaving(app, saving, (told.maps = maps));
     where.update();
@@ -98,9 +113,9 @@ function drawSaving(app, node, maps) {
 }
 
 /** Without a marker: how to set one. With one: move, turn, and what to do with it. */
-function drawMarking(app, node, scene, mark) {
+function drawMarking(app, node, scene, mark, editing) {
   const changed = () => document.dispatchEvent(new CustomEvent('screen-changed'));
-  if (!app.chair.mayDrive) {
+  if (!app.chair.mayDrive || scene.edit) {
     fill(node);
   } else if (!scene.marker) {
     fill(node, el('p', {}, say('ui.map.tap')), el('div', { class: 'row', 'data-scan': 'row' },
@@ -111,7 +126,11 @@ function drawMarking(app, node, scene, mark) {
       button(say('ui.map.mark_chair'), () => {
         mark(app.chair.state?.pose ?? [scene.view.x, scene.view.y, 0]);
         node.querySelector('[data-move]').focus();
-      }, { 'data-mark': 'chair' })));
+      }, { 'data-mark': 'chair' }),
+      app.chair.edits !== null && button(say('ui.edit.begin'), () => {
+        editing.begin();
+        drawMarking(app, node, scene, mark, editing);
+      }, { 'data-edit': 'begin' })));
   } else {
     fill(node, moves(scene, mark), uses(app, node, scene, mark));
   }

@@ -21,6 +21,7 @@ CLIENTS = 6
 VALUES = (
     None, True, -1, 0, 1, 2, 0.5, -0.5, 1e9, 1e308, -0.0, 2**53, 2**70, '', 'x', 'kitchen', 'error.rate', 'rider', 'en',
     'x' * 5000, '\ud800', [], [0, 0, 0], [1, 2], {}, {'a': 1}, [[[[]]]], TOKEN[:-1], '../../etc/passwd',
+    'wall', [[0, 0], [1, 1]],
 )  # fmt: skip
 FRAGMENTS = (
     '',
@@ -58,7 +59,7 @@ class Trial:
         pairing = Pairing(config.pairing, self.random.randrange, lambda: TOKEN)
         self.hub = Hub(config, pairing, lambda: self.t)
         self.hub.tasks.places, self.hub.tasks.assisted = {'kitchen': (1.0, 2.0, 0.0)}, True
-        self.hub.tasks.helps = ('kitchen',)
+        self.hub.tasks.helps, self.hub.tasks.edits = ('kitchen',), ()
         self.t = 1000.0
         if strangers:
             pairing.invite(self.t, 'rider')
