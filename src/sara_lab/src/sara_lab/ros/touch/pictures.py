@@ -24,6 +24,11 @@ SIZES = {'tablet': (1024, 768), 'phone': (390, 844)}
 LANGUAGES = ('en', 'es')
 TOP = 'document.getElementById("screen").scrollTop = 0'
 MARK = 'document.querySelector("[data-mark=middle]")?.click()'
+TAP = """
+  const map = document.getElementById("map"), {left, top} = map.getBoundingClientRect();
+  const [x, y] = sara.current.view.toPixel(arguments[0], arguments[1]);
+  map.dispatchEvent(new MouseEvent("click", {clientX: left + x, clientY: top + y}));
+"""
 FIRST = """[
   performance.getEntries().reduce((sum, entry) => sum + (entry.transferSize ?? 0), 0), performance.now(),
 ]"""  # bytes, ms since the page was asked for
@@ -37,9 +42,15 @@ class Camera:
         self.page, self.out = page, out
 
     def take(
-        self, screen: str, pose: Callable[[], None] = lambda: None, after: Callable[[], None] = lambda: None
+        self,
+        screen: str,
+        pose: Callable[[], None] = lambda: None,
+        after: Callable[[], None] = lambda: None,
+        name: str = '',
     ) -> None:
-        """pose: what to do on the page before each picture; after: and after it."""
+        """pose: what to do on the page before each picture; after: and after it. name: of the picture, where it is not
+        the screen's.
+        """
         for size, window in SIZES.items():
             for language in LANGUAGES:
                 self.page.resize(*window)
@@ -53,8 +64,26 @@ class Camera:
                 time.sleep(0.5)  # a few frames of the chair's state, and of the screen
                 data = base64.b64decode(self.page.cdp('Page.captureScreenshot', format='png')['data'])
                 image = Image.open(io.BytesIO(data)).convert('RGB').quantize(COLOURS, dither=Image.Dither.NONE)
-                image.save(self.out / f'{screen}_{size}_{language}.png', optimize=True)
+                image.save(self.out / f'{name or screen}_{size}_{language}.png', optimize=True)
                 after()
+
+
+def draw_over(page: Page, camera: Camera) -> None:
+    """A wall closes the bathroom, and a keep-out place is about to be drawn; the wall is taken back afterwards."""
+    door = {'kind': 'wall', 'points': [[5.55, 3.95], [6.35, 3.95]]}
+    page.driver.execute_script('sara.command({op: "edit", ...arguments[0]})', door)
+    page.until('sara.chair.edits?.length === 1')
+
+    def draw() -> None:
+        for step in ('[data-edit=begin]', '[data-edit=keep_out]'):
+            page.driver.execute_script('document.querySelector(arguments[0]).click()', step)
+        for point in ([4.0, 7.0], [6.1, 8.9]):
+            page.driver.execute_script(TAP, *point)
+        page.driver.execute_script(TOP)
+
+    camera.take('map', pose=draw, name='edit')
+    page.driver.execute_script('sara.command({op: "unedit", ...arguments[0]})', door)
+    page.until('sara.chair.edits?.length === 0')
 
 
 def story(page: Page, camera: Camera) -> None:
@@ -66,6 +95,7 @@ def story(page: Page, camera: Camera) -> None:
     page.until('sara.chair.isGoing && sara.chair.state.goal.left < 7', timeout=300.0)
     camera.take('go')
     camera.take('map', pose=lambda: page.driver.execute_script(f'{MARK}; {TOP}'))
+    draw_over(page, camera)
     page.driver.execute_script('sara.command({op: "cancel"})')
     page.until('!sara.chair.isMoving', timeout=30.0)
 
