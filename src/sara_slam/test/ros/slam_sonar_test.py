@@ -25,7 +25,10 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from sara_common.planar import compose
+from sara_nav.maps import edits
+from sara_nav.maps.edits import KEEP_OUT, WALL, Edit
 from sara_nav.maps.map_io import FREE, OCCUPIED, load_map
+from sara_nav.ros.conversions import grid_from_msg
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / 'unit'))
 from sonar_world import DELAY, HALF, MOST, MOUNTS, TICK, heard, way  # noqa: E402
@@ -79,6 +82,7 @@ class SonarTest(unittest.TestCase):
         self.drives()
         self.knows_where_it_is()
         self.answers_and_is_saved()
+        self.is_drawn_over()
         self.says_what_it_cannot_use()
 
     def has_no_map_yet(self):
@@ -132,6 +136,31 @@ class SonarTest(unittest.TestCase):
         self.assertTrue(np.array_equal(load_map(str(path)).data.ravel(), data))
         for file in (path, path.with_suffix('.pgm')):
             file.unlink()
+
+    def is_drawn_over(self):
+        """What is drawn over the map shows on the topics, and not on the map that is saved."""
+        path = Path(rospkg.get_ros_home()).resolve() / 'slam_sonar_test.edits.yaml'
+        plain = grid_from_msg(rospy.ServiceProxy('dynamic_map', GetMap)().map)
+        drawn = (Edit(WALL, (0.0, -0.4), (0.0, 0.4)), Edit(KEEP_OUT, (0.5, -0.3), (1.0, 0.3)))
+        edits.write(path, drawn)
+        reload = rospy.ServiceProxy('reload_edits', Trigger)
+        try:
+            answer = reload()
+            self.assertTrue(answer.success and Path(answer.message).samefile(path), answer)
+            wanted = edits.drawn(plain, drawn).data.ravel()
+            self.until(lambda: np.array_equal(self.heard['map'].data, wanted), 'the wall is not on the map')
+            mask = rospy.wait_for_message('keepout_filter_mask', OccupancyGrid, PATIENCE_S)
+            self.assertTrue(np.array_equal(mask.data, edits.keep_out_mask(plain, drawn).data.ravel()))
+            self.assertTrue(rospy.ServiceProxy('slam_sonar/save', Trigger)().success)
+            self.assertTrue(np.array_equal(load_map(str(path.with_name('slam_sonar_test.yaml'))).data, plain.data))
+            path.write_text('edits: 3')
+            self.assertIn('`edits` is missing', reload().message)
+            path.unlink()
+            self.assertTrue(reload().success)
+            self.until(lambda: np.array_equal(self.heard['map'].data, plain.data.ravel()), 'the wall stays')
+        finally:
+            for ending in ('edits.yaml', 'yaml', 'pgm'):
+                path.with_name(f'slam_sonar_test.{ending}').unlink(missing_ok=True)
 
     def says_what_it_cannot_use(self):
         self.odometry.publish(Odometry())
