@@ -70,9 +70,9 @@ export class Editing {
     }, { 'data-edit': name, 'aria-pressed': String(name === kind) }));
     keepFocus(this.node, () => fill(this.node,
       el('div', { class: 'row tools', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.edit.tools') }, tools),
+      this.uses(),
       el('p', {}, say(`ui.edit.help.${kind}`)),
       el('p', { class: 'marker', role: 'status' }),
-      this.uses(),
       ...(points.length > 0 ? this.moves() : [])), '[data-edit="draw"], [data-edit="next"], [data-edit="start"]');
     this.tell();
     document.dispatchEvent(new CustomEvent('screen-changed'));
