@@ -4,16 +4,20 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from sara_bringup.lockstep.ranges import mountings
+from sara_common.planar import compose, inverse
+from sara_common.platforms import chosen
 from sara_lab.campaign.sonar_mapping import HOW, _summary, faults
-from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge import passed_walls
-from sara_lab.judge.passed_walls import MapErrors, SeenWalls, doors, judged, laid_on, passed
-from sara_lab.judge.walls import placed
+from sara_lab.judge.heard_walls import HeardWalls
+from sara_lab.judge.passed_walls import MapErrors, doors, judged, laid_on, passed
+from sara_lab.judge.walls import faces, placed
 from sara_lab.studies import arc_grid
 from sara_lab.studies.draw_maps import draw
-from sara_lab.studies.sonar_drives import TURNS, stops
-from sara_lab.studies.sonar_trial import made_of
+from sara_lab.studies.sonar_survey import Survey
+from sara_lab.studies.sonar_trial import heard_share, made_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -80,20 +84,49 @@ def test_a_map_without_walls_is_judged():
     assert errors.mapped == 0.0
 
 
-def test_stops_are_where_there_is_room_and_see_all_walls_of_both_rooms_from_near():
-    start = (3.0, 4.0, 0.0)
-    places = np.array(list(stops('doorway', 0, start)))
-    assert tuple(places[-1]) == start
-    at, counts = np.unique(places[:-1, :2], axis=0, return_counts=True)
-    assert (counts == 2).all()  # turned there
-    walls = SeenWalls(grid_of('doorway'))
-    assert np.hypot(*(walls.points[:, None] - at).transpose(2, 0, 1)).min() > TURNS - 2 * CELL
-    near = np.zeros(len(walls.points), bool)
-    for place in at:
-        near[walls.seen_from(place, 1.5)] = True
-    passed_by = passed(grid_of('doorway'), at)
-    assert near.sum() > 0.9 * len(passed_by)
-    assert (at[:, 0] > 6.1).any() and (at[:, 0] < 6.0).any()
+def test_a_wall_is_heard_where_it_is_nearest_and_not_where_it_is_steep():
+    walls = HeardWalls(rooms())
+    places, sensor = walls.heard(
+        np.array([[1.5, 0.8, -0.5 * math.pi], [0.5, 0.8, math.radians(-25.0)], [2.0, 2.0, 3.0]])
+    )
+    assert set(sensor.tolist()) == {0, 2}  # the second one's walls are too far or too steep
+    assert np.allclose(places[sensor == 0, 1], 0.0)
+    assert np.abs(places[sensor == 0, 0] - 1.5).max() < 0.25
+    assert np.allclose(places[sensor == 2, 0], 0.0)
+
+
+ROOM = GridMap(rooms(door=(0.0, 0.0)).data[:, :64], GridGeometry(64, 84, CELL, -0.1, -0.1))
+
+
+@pytest.fixture(scope='module')
+def surveyed():
+    """Stops that a Survey of one room tells, each heard from."""
+    survey, found, here = Survey(ROOM), [], (1.5, 2.0, 0.0)
+    while len(found) < 200 and (stop := survey.next_stop(here)) is not None:
+        found.append(stop)
+        survey.hear(stop)
+        here = stop
+    return found
+
+
+def test_a_survey_ends_and_tells_no_place_twice(surveyed):
+    assert 5 < len(surveyed) < 200
+    assert len(set(surveyed)) == len(surveyed)
+
+
+def test_where_it_stops_the_body_has_room(surveyed):
+    walls = faces(ROOM.data == OCCUPIED, ROOM.geometry)
+    length, width = chosen().size
+    for x, y, yaw in surveyed:
+        along, across = np.abs(placed(walls, inverse((x, y, yaw))).T)
+        assert ((along > 0.5 * length + 0.03) | (across > 0.5 * width + 0.03)).all()
+
+
+def test_its_stops_hear_the_walls(surveyed):
+    sensors = np.array([compose(stop, mount) for stop in surveyed for mount in mountings(chosen()).values()])
+    heard, _ = HeardWalls(ROOM).heard(sensors)
+    near = cKDTree(heard).query(passed(ROOM, np.array(surveyed)))[0]
+    assert (near < 0.2).mean() > 0.8
 
 
 def test_a_drive_past_a_wall_is_mapped_and_drawn(tmp_path):
@@ -103,7 +136,9 @@ def test_a_drive_past_a_wall_is_mapped_and_drawn(tmp_path):
     poses = np.stack((t, t, x, zero, zero, 2.0 + x, zero + 0.865, zero), 1)
     heard = np.arange(0.4, 3.9, 0.2)
     ranges = np.stack((heard, heard, np.zeros(len(heard)), np.full(len(heard), 0.5)), 1)
-    lines, arcs = made_of('doorway', Recording(poses, ranges, ('SLDD',), 1.6))
+    drive = Recording(poses, ranges, ('SLDD',), 1.6)
+    assert 0.1 < heard_share('doorway', drive) < 0.8  # of the wall beside it what one sensor came past
+    lines, arcs = made_of('doorway', drive)
     assert lines.errors.p95 < 0.08
     assert lines.errors.false == 0.0
     assert lines.errors.p95 < arcs.errors.p95
@@ -142,8 +177,8 @@ def test_the_part_names_what_does_not_hold():
 
 def test_the_summary_has_a_line_for_each_map_and_way_of_making_it():
     results = [
-        {'map': 'room', **{how: GOOD._asdict() for how in HOW}},
-        {'map': 'flat', **dict.fromkeys(HOW, GOOD._asdict())},
+        {'map': 'room', 'heard': 0.97, **{how: GOOD._asdict() for how in HOW}},
+        {'map': 'flat', 'heard': 0.9, **dict.fromkeys(HOW, GOOD._asdict())},
     ]
     lines, figures = _summary(results)
     assert [line.split()[:4] for line in lines[1:]] == [
@@ -153,3 +188,4 @@ def test_the_summary_has_a_line_for_each_map_and_way_of_making_it():
         ['flat', 'arcs', '1', '1'],
     ]
     assert figures['flat_arcs']['doors'] == 2
+    assert figures['flat_lines']['heard']['median'] == 0.9

@@ -11,7 +11,8 @@ from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import Heard, driven_over
+from sara_slam.sonar.forward_model import Heard, driven_over, glances, looked_through
+from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.wall_filter import POSE, WallFilter, foot
@@ -224,7 +225,50 @@ def test_a_piece_that_is_looked_through_is_not_there():
     assert (np.diff(np.sort(whole[:, 0])) < 0.06).all()
     ranges[(along > 1.3) & (along < 1.7)] = 2.0
     holed = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
-    assert not ((holed[:, 0] > 1.2) & (holed[:, 0] < 1.8)).any()
+    in_front = holed[holed[:, 1] < 1.5]
+    assert not ((in_front[:, 0] > 1.2) & (in_front[:, 0] < 1.8)).any()
+
+
+def test_nobody_looks_through_a_wall_at_what_is_behind_it():
+    piece = np.array([[1.0, 1.0, -1.0, 0.0]])
+    heard = Heard(np.array([[0.0, 0.0, 0.25 * math.pi]]), np.array([math.inf]))
+    looks = glances(SonarConfig(), heard, piece)
+    along = np.arange(0.2, 1.0, 0.05)
+    wall = np.stack((along, 0.0 * along + 0.5, 0.0 * along, 0.0 * along - 1.0), 1)
+    beside = wall + (0.0, 1.0, 0.0, 0.0)
+    for before, count in ((np.empty((0, 4)), 1), (wall, 0), (beside, 1)):
+        assert looked_through(SonarConfig(), heard, piece, looks, before).tolist() == [count]
+
+
+def side(x, y=0.0):
+    """Echoes of the wall y = 1 at sensors below it."""
+    sensors = np.stack((x, np.full(len(x), y), np.full(len(x), 0.5 * math.pi + 0.1)), 1)
+    return Heard(sensors, np.full(len(x), 1.0 - y))
+
+
+def test_a_short_wall_is_found_in_echoes_from_several_places():
+    rest = side(np.linspace(0.0, 0.3, 8))
+    lines, spans = short_walls(SonarConfig(), rest, math.pi)
+    assert np.allclose(wrap(lines - (-0.5 * math.pi, 0.0)), (0.0, -1.0), atol=0.01)
+    assert np.allclose(spans, (0.0, 0.3))
+    pieces = evidence_grid.wall_pieces(SonarConfig(), rest, np.array([[math.pi, -9.0]]))
+    assert np.allclose(pieces[:, 1], 1.0, atol=0.01)
+    assert 0.3 < np.ptp(pieces[:, 0]) < 0.9
+
+
+@pytest.mark.parametrize('rest', (side(np.full(20, 0.1)), side(np.linspace(0.0, 0.3, 5))), ids=('place', 'few'))
+def test_echoes_of_one_place_or_a_few_are_no_short_wall(rest):
+    assert not len(short_walls(SonarConfig(), rest, 0.0)[0])
+
+
+@pytest.mark.parametrize('looked', (False, True))
+def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
+    heard = side(np.linspace(0.0, 2.0, 41))
+    if looked:
+        sensors = np.vstack((heard.sensors, *(2 * [(2.15, 0.0, 0.5 * math.pi)])))
+        heard = Heard(sensors, np.append(heard.ranges, (2.0, 2.0)))
+    pieces = evidence_grid.wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
+    assert (pieces[:, 0].max() > 2.15) != looked
 
 
 @pytest.mark.parametrize('looked', (False, True))
@@ -235,7 +279,8 @@ def test_two_walls_meet_in_a_corner_unless_somebody_looked_through(looked):
     right = np.stack((np.zeros(35), along, np.zeros(35)), 1)
     sensors, ranges = np.vstack((up, right)), np.ones(70)
     if looked:
-        sensors, ranges = np.vstack((sensors, (0.9, 0.5, 0.5 * math.pi))), np.append(ranges, 2.0)
+        sensors = np.vstack((sensors, *(2 * [(0.9, 0.5, 0.5 * math.pi)])))
+        ranges = np.append(ranges, (2.0, 2.0))
     pieces = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), walls)
     of_first = pieces[np.abs(pieces[:, 1] - 1.0) < 0.01]
     assert (of_first[:, 0].max() > 0.97) != looked

@@ -8,7 +8,7 @@ from sara_lab.campaign.part import Figures, Part, spread
 from sara_lab.judge.passed_walls import MapErrors
 from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.sonar_drives import MAPS, kept
-from sara_lab.studies.sonar_trial import made_of
+from sara_lab.studies.sonar_trial import heard_share, made_of
 from sara_nav.maps.map_saver import SaverConfig, save_map
 
 MOST = {'pose_rms': 0.12, 'median': 0.03, 'p95': 0.12, 'false': 0.01, 'shut': 0}
@@ -33,6 +33,7 @@ def sonar_mapping(seeds: int, folder: Path) -> Part:
             'map': name,
             'number': number,
             'way': drive.way,
+            'heard': heard_share(name, drive),
             **{how: made.errors._asdict() for how, made in zip(HOW, both)},
             'faults': faults(both[0].errors),
         }
@@ -62,7 +63,7 @@ def faults(errors: MapErrors) -> list[str]:
 def _summary(results):
     lines = [
         f'{"map":8} {"by":5} {"maps":>4} {"good":>4} {"pose m":>6} {"worst":>6} {"median m":>8} {"p95 m":>6} '
-        f'{"mapped":>7} {"false":>6} {"doors":>5} {"shut":>4}'
+        f'{"heard":>6} {"mapped":>7} {"least":>6} {"false":>6} {"doors":>5} {"shut":>4}'
     ]
     figures: Figures = {}
     for name in MAPS:
@@ -70,12 +71,15 @@ def _summary(results):
         for how in HOW if of else ():
             keys = ('pose_rms', 'median', 'p95', 'mapped', 'false')
             row = {key: spread([result[how][key] for result in of]) for key in keys}
+            row['heard'] = spread([result['heard'] for result in of])
+            row['least_mapped'] = min(result[how]['mapped'] for result in of)
             row.update({key: sum(result[how][key] for result in of) for key in ('doors', 'shut')})
             row['good'] = sum(not faults(MapErrors(**result[how])) for result in of)
             figures[f'{name}_{how}'] = {'maps': len(of), **row}
             lines.append(
                 f'{name:8} {how:5} {len(of):4} {row["good"]:4} {row["pose_rms"]["median"]:6.3f} '
                 f'{row["pose_rms"]["worst"]:6.3f} {row["median"]["median"]:8.3f} {row["p95"]["median"]:6.3f} '
-                f'{row["mapped"]["median"]:7.1%} {row["false"]["median"]:6.2%} {row["doors"]:5} {row["shut"]:4}'
+                f'{row["heard"]["median"]:6.1%} {row["mapped"]["median"]:7.1%} {row["least_mapped"]:6.1%} '
+                f'{row["false"]["median"]:6.2%} {row["doors"]:5} {row["shut"]:4}'
             )
     return lines, figures

@@ -5,17 +5,23 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.planar import compose
+from sara_common.planar import compose, wrap
 from sara_common.platforms import chosen
 from sara_lab.journeys.travel_cases import grid_of
-from sara_lab.judge.passed_walls import MapErrors, judged
+from sara_lab.judge.heard_walls import HeardWalls
+from sara_lab.judge.passed_walls import MapErrors, judged, passed
+from sara_lab.judge.walls import MAPPED
 from sara_lab.studies import arc_grid
 from sara_lab.studies.wandering import Recording
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
+
+ALIKE_M, ALIKE_RAD = 0.03, 0.05
+"""Of sensors that hear the same."""
 
 
 class Made(NamedTuple):
@@ -42,6 +48,26 @@ def replayed(drive: Recording, config: SonarConfig) -> SonarSlam:
 def true_poses(drive: Recording, stamps: np.ndarray) -> np.ndarray:
     """(n, 2) m: where the robot truly was at times (s)."""
     return np.stack([np.interp(stamps, drive.poses[:, 1], drive.poses[:, column]) for column in (5, 6)], 1)
+
+
+def heard_share(name: str, drive: Recording) -> float:
+    """Share of the walls passed of a map that a sensor heard: what a map can show that adds nothing by guessing."""
+    sensors = _true_sensors(drive)
+    _, some = np.unique(np.round(sensors / (ALIKE_M, ALIKE_M, ALIKE_RAD)), axis=0, return_index=True)
+    heard, _ = HeardWalls(grid_of(name)).heard(sensors[some])
+    if not len(heard):
+        return 0.0
+    return float((cKDTree(heard).query(passed(grid_of(name), drive.poses[:, 5:7]))[0] <= MAPPED).mean())
+
+
+def _true_sensors(drive):
+    """(readings, 3): x, y, axis of the sensor where each reading was taken, in the true map."""
+    poses, taken = drive.poses, drive.ranges[:, 1] - SonarConfig().range_delay
+    mounts = np.array([mountings(chosen())[name] for name in drive.sensors])[drive.ranges[:, 2].astype(int)]
+    x, y, yaw = (np.interp(taken, poses[:, 1], of) for of in (*poses[:, 5:7].T, np.unwrap(poses[:, 7])))
+    c, s = np.cos(yaw), np.sin(yaw)
+    mx, my, axis = mounts.T
+    return np.stack((x + c * mx - s * my, y + s * mx + c * my, wrap(yaw + axis)), 1)
 
 
 def made_of(name: str, drive: Recording) -> tuple[Made, Made]:

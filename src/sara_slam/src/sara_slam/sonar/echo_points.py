@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, looked_through, unexplained
+from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, glances, looked_through, unexplained
 from sara_slam.sonar.sonar_config import SonarConfig
 
 POINT_VOTES = 6
@@ -31,7 +31,7 @@ def other_points(config: SonarConfig, heard: Heard, pieces: np.ndarray, poses: n
     if not len(candidates):
         return np.empty((0, 2))
     all_round = np.hstack((places[candidates], np.zeros((len(candidates), 2))))
-    through = looked_through(config, heard, all_round)
+    through = looked_through(config, heard, all_round, glances(config, heard, all_round), pieces)
     votes[candidates[through > THROUGH * votes[candidates]]] = 0.0
     return places[_greedy(votes, touched)]
 

@@ -17,7 +17,8 @@ import numpy as np
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, looked_through
+from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, glances, looked_through, unexplained
+from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import cos_sin
 
@@ -37,6 +38,10 @@ CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
 angle between such walls at least.
 """
+GOES_ON = 5
+"""Pieces by which a wall goes on beyond what was heard of it."""
+GLIMPSES = 1
+"""Readings that may have looked through what nobody heard."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 FREE_HALF = math.radians(12.0)
@@ -45,6 +50,7 @@ FREE_FAR = 1.5
 """m up to which silence tells of free space."""
 MARGIN = 2.6
 """m about everything heard."""
+_NOTHING = np.empty((0, 4))
 
 
 def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
@@ -56,18 +62,54 @@ def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray
 
 
 def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndarray:
-    """(n, 4): x, y and the normal of the pieces of walls that are there."""
-    found = [_pieces_of(config, heard, wall) for wall in walls.tolist()]
-    pieces = np.concatenate(found) if found else np.empty((0, 5))
+    """(n, 4): x, y and the normal of the pieces of walls that are there, and of short walls in echoes that they do not
+    explain.
+    """
+    if not len(walls):
+        return np.empty((0, 4))
+    pieces = _that_are_there(config, heard, [_pieces_of(config, heard, wall) for wall in walls.tolist()], _NOTHING)
+    rest = unexplained(config, heard, np.concatenate(pieces))
+    short, spans = short_walls(config, rest, float(walls[0, 0]))
+    walls = np.concatenate((walls, short))
+    found = [_pieces_of(config, heard, wall, span) for wall, span in zip(short.tolist(), spans.tolist())]
+    pieces += _that_are_there(config, heard, found, np.concatenate(pieces))
+    more = np.concatenate((_to_corners(walls, pieces), *(_ends(of) for of in pieces)))
+    unseen = looked_through(config, heard, more, glances(config, heard, more), np.concatenate(pieces)) <= GLIMPSES
+    return np.concatenate((*pieces, more[unseen]))
+
+
+def _that_are_there(config, heard, found, before):
+    """Of the pieces (n, 5) of some walls those, (k, 4), that more readings were of than looked through. Those of before
+    (m, 4) stand, and hide what is behind them, as do those of found that every look leaves standing.
+    """
+    if not found:
+        return []
+    pieces = np.concatenate(found)
+    count, looks = pieces[:, 4], glances(config, heard, pieces)
+    some = (count >= LEAST) | (count == 0.0)
+    sure = some & (looked_through(config, heard, pieces, looks, before) <= THROUGH * count)
+    before = np.concatenate((before, pieces[sure, :4]))
+    there = some & (looked_through(config, heard, pieces, looks, before) <= THROUGH * count)
+    ends = np.cumsum([len(of) for of in found])[:-1]
+    return [of[keep, :4] for of, keep in zip(found, np.split(there, ends))]
+
+
+def _ends(pieces):
+    """(n, 4): pieces by which a wall goes on at its ends."""
     if not len(pieces):
         return np.empty((0, 4))
-    number = np.repeat(np.arange(len(found)), [len(of) for of in found])
-    count, through = pieces[:, 4], looked_through(config, heard, pieces[:, :4])
-    there = (through <= THROUGH * count) & ((count >= LEAST) | (count == 0.0))
-    pieces, number = pieces[there, :4], number[there]
-    corners = _to_corners(walls, [pieces[number == wall] for wall in range(len(walls))])
-    unseen = looked_through(config, heard, corners) == 0.0 if len(corners) else np.empty(0, bool)
-    return np.concatenate((pieces, corners[unseen]))
+    tangent = np.array((-pieces[0, 3], pieces[0, 2]))
+    along = pieces[:, :2] @ tangent
+    order = np.argsort(along, kind='stable')
+    breaks = np.flatnonzero(np.diff(along[order]) > 1.5 * PIECE)
+    low, high = np.r_[order[0], order[breaks + 1]], np.r_[order[breaks], order[-1]]
+    steps = np.arange(1, GOES_ON + 1) * PIECE
+    found = [
+        np.hstack((pieces[end, :2] + sign * steps[:, None] * tangent, np.tile(pieces[end, 2:], (GOES_ON, 1))))
+        for ends, sign in ((low, -1.0), (high, 1.0))
+        for end in ends.tolist()
+    ]
+    return np.concatenate(found)
 
 
 def _to_corners(walls, pieces):
@@ -93,11 +135,14 @@ def _to_corners(walls, pieces):
     return np.concatenate(found)
 
 
-def _pieces_of(config, heard, wall):
-    """(n, 5): x, y, normal and how many readings were of each piece of a wall, 0 for those of narrow holes."""
+def _pieces_of(config, heard, wall, span=(-math.inf, math.inf)):
+    """(n, 5): x, y, normal and how many readings were of each piece of a wall, 0 for those of narrow holes; of its
+    tangent's span alone, m.
+    """
     theta, rho = wall
     c, s = math.cos(theta), math.sin(theta)
     along = _touched(config, heard, theta, rho)
+    along = along[(along > span[0] - PIECE) & (along < span[1] + PIECE)]
     if not len(along):
         return np.empty((0, 5))
     at = np.floor(along / PIECE).astype(int)

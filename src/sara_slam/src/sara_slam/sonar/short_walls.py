@@ -1,0 +1,70 @@
+"""Short walls in the building's directions, as sides of furniture are, in the echoes that no other wall explains. The
+poses are known by then, so that a few readings from several places are enough.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sara_slam.sonar.forward_model import Heard
+from sara_slam.sonar.sonar_config import SonarConfig
+
+VOTES = 6
+"""Readings of a wall."""
+BIN_RHO, BIN_ALONG = 0.03, 0.05
+"""m: bins of a wall's distance, and of places along it."""
+WINDOW = 9
+"""Bins along a wall that are added up."""
+WITHIN = 0.04
+"""m that a reading is off its wall at most."""
+HOLE = 0.15
+"""m along a wall without a reading."""
+APART = 0.10
+"""m between the sensors that are farthest from each other along a wall, at least."""
+
+
+def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2): theta, rho of walls, those of most readings first; and (n, 2) m: from where to where along the tangent
+    (-sin theta, cos theta) their readings have their feet. rest: echoes that nothing explains yet; direction: rad, of
+    one wall of the building; others are square to it, or parallel.
+    """
+    left, lines, spans = np.ones(len(rest.ranges), bool), [], []
+    directions = direction + 0.5 * math.pi * np.arange(4)
+    while True:
+        found = [_best(config, rest, left, theta) for theta in directions.tolist()]
+        members, theta, rho, along = max(found, key=lambda one: len(one[0]))
+        if len(members) < VOTES:
+            return np.array(lines).reshape(-1, 2), np.array(spans).reshape(-1, 2)
+        left[members] = False
+        if along[1] - along[0] >= APART:
+            lines.append((theta, rho))
+            spans.append(along)
+
+
+def _best(config, rest, left, theta):
+    """(members, theta, rho, (from, to)) of the wall of a direction that most readings agree on."""
+    c, s = math.cos(theta), math.sin(theta)
+    x, y, axis = rest.sensors.T
+    steep = np.abs((axis - theta + 2.0 * math.pi) % (2.0 * math.pi) - math.pi)
+    used = np.flatnonzero(left & (steep <= 0.5 * config.field_of_view))
+    if len(used) < VOTES:
+        return np.empty(0, int), theta, 0.0, (0.0, 0.0)
+    rho, along = (c * x + s * y - rest.ranges)[used], (c * y - s * x)[used]
+    row, column = np.floor(rho / BIN_RHO).astype(int), np.floor(along / BIN_ALONG).astype(int)
+    row, column = row - row.min() + 1, column - column.min()
+    votes = np.zeros((row.max() + 2, column.max() + WINDOW))
+    np.add.at(votes, (row, column), 1.0)
+    votes[1:-1] += votes[:-2] + votes[2:]
+    sums = np.cumsum(np.pad(votes, ((0, 0), (1, 0))), 1)
+    at, first = np.unravel_index(
+        int(np.argmax(sums[:, WINDOW:] - sums[:, :-WINDOW])), (len(votes), sums.shape[1] - WINDOW)
+    )
+    near = (np.abs(row - at) <= 1) & (column >= first) & (column < first + WINDOW)
+    middle = float(np.median(rho[near]))
+    on = np.flatnonzero(np.abs(rho - middle) <= WITHIN)
+    on = on[np.argsort(along[on], kind='stable')]
+    runs = np.split(on, np.flatnonzero(np.diff(along[on]) > HOLE) + 1)
+    run = max(runs, key=lambda members: int(near[members].sum()))
+    return used[run], theta, float(np.mean(rho[run])), (float(along[run[0]]), float(along[run[-1]]))
