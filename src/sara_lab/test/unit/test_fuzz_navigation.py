@@ -25,6 +25,8 @@ def test_random_inputs_are_refused_or_driven_and_never_more():
         'maps',
         'bad maps',
         'bad map updates',
+        'masks',
+        'bad masks',
         'bad observations',
         'bad footprints',
         'bad configurations',

@@ -79,6 +79,19 @@ class EditsTest(unittest.TestCase):
         self.assertFalse(inside.any(), way[inside])
         self.assertGreater(way[:, 1].max(), 2.0)
 
+    def test_it_plans_anew_when_a_place_is_drawn_on_its_way(self):
+        self.client.send_goal(MoveBaseGoal(target_pose=stamped(4.0, 1.0, 0.0)))
+        end = rospy.Time.now() + rospy.Duration(20.0)
+        while self.robot.v < 0.1 and rospy.Time.now() < end:
+            rospy.sleep(0.05)
+        edits.write(edits.beside(self.map), [PLACE])
+        self.assertTrue(ask('reload_edits', Trigger).success)
+        highest = 0.0
+        while not self.client.wait_for_result(rospy.Duration(0.1)) and rospy.Time.now() < end + rospy.Duration(90.0):
+            highest = max(highest, self.robot.y)
+        self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED, self.client.get_goal_status_text())
+        self.assertGreater(highest, 2.0)
+
     def test_a_goal_in_a_keep_out_place_is_refused_in_words(self):
         self.draw(PLACE)
         state, text, _ = self.go(2.5, 1.0)

@@ -1,5 +1,6 @@
 """The keep-out filter: a mask's costs on the costmap, and the way out for a robot that stands in one."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +130,7 @@ def test_a_rolling_costmap_finds_the_places_also_in_another_frame():
     rolling.update(1.0, Pose2D(0.0, 1.0, 0.0))
     assert rolling.costmap.cost_at(1.2, 1.0) == LETHAL and rolling.costmap.cost_at(0.9, 1.0) == FREE
     assert layer.forbids(Pose2D(1.5, 1.0, 0.0), BODY) and not layer.forbids(Pose2D(-0.5, 1.0, 0.0), BODY)
-    layer.set_frame(Pose2D(float('nan'), 0.0, 0.0))
+    layer.set_frame(Pose2D(math.nan, 0.0, 0.0))
     assert layer.counts['bad_frames'] == 1
 
 
@@ -157,6 +158,7 @@ def test_a_goal_in_a_keep_out_place_is_refused_by_name_even_from_within():
     'bad, kind',
     [
         (GridMap(ROOM.data, ROOM.geometry, 0.3), 'turned_maps'),
+        (GridMap(ROOM.data, ROOM.geometry, math.nan), 'turned_maps'),
         (GridMap(ROOM.data[:50], ROOM.geometry), 'bad_maps'),
         (GridMap(ROOM.data, GridGeometry(100, 100, 1e-9, 0.0, 0.0)), 'bad_maps'),
     ],

@@ -113,6 +113,20 @@ def map_message(trial: Trial, chance: random.Random) -> None:
         trial.count('bad maps')
 
 
+def mask_message(trial: Trial, chance: random.Random) -> None:
+    """Keep-out places, or what is none."""
+    try:
+        mask = world.mask(chance)
+        for costmap in trial.costmaps():
+            costmap.layers['keepout'].set_mask(mask)
+        trial.machine.replan()
+        trial.count('masks')
+    except ValueError as error:
+        if not str(error):
+            raise FuzzFailure('a mask is refused without a word') from None
+        trial.count('bad masks')
+
+
 def map_update(trial: Trial, chance: random.Random) -> None:
     """A part of a map, which may lie off it."""
     values = np.full((chance.choice((0, 1, 9)), chance.choice((0, 1, 9))), chance.choice((0, 100, -1)), np.int8)
@@ -197,6 +211,7 @@ INPUTS = (
     (standing_clock, 3),
     (map_message, 2),
     (map_update, 1),
+    (mask_message, 2),
     (ranges, 10),
     (scan, 8),
     (clear, 1),

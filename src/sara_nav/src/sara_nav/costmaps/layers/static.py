@@ -170,7 +170,7 @@ class StaticLayer(GridLayer):
 
 def check(layer: Layer, grid_map: GridMap) -> None:
     """Raise MapError, and count it as dropped by a layer, where a GridMap cannot be laid over a costmap."""
-    if abs(grid_map.origin_yaw) > 1e-6:
+    if not abs(grid_map.origin_yaw) <= 1e-6:  # NaN, too
         layer.drop('turned_maps', 'a map whose origin is turned')
         raise MapError(f"the map's origin is turned by {grid_map.origin_yaw:.3f} rad but must not be")
     g = grid_map.geometry
