@@ -18,9 +18,7 @@ Edits = tuple[Edit, ...]
 
 
 class EditsFile:
-    """tell(edits, or None where the map cannot be drawn over): called whenever they are read. Nothing here raises but
-    what `change` says.
-    """
+    """tell: called with the edits whenever they are read; with None where the map cannot be drawn over."""
 
     def __init__(self, tell: Callable[[Edits | None], None]) -> None:
         self._tell, self._there = tell, False
