@@ -8,7 +8,7 @@ itself (body_space.py). No planner has a say in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -21,7 +21,7 @@ from sara_common.platforms import chosen
 from sara_lab.judge import gaps
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.contact_watch import PERSON
-from sara_nav.costmaps.costmap import InflationConfig, build
+from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
 from sara_nav.maps import map_io
 from sara_nav.planners.grid_planner import GridPlanner
 from sara_nav.planners.planning import PlanError
@@ -72,7 +72,13 @@ def shortest_way(
     """(n, 2) points and m of the shortest way for a disc of that radius (m; as wide as the body if None) between two
     places; (None, NaN) where there is none.
     """
-    costmap = _disc_costmap(name, 0.5 * chosen().body.width if radius is None else radius)
+    return way_on(_costmap_of(name, 0.5 * chosen().body.width if radius is None else radius), start, goal)
+
+
+def way_on(
+    costmap: Costmap, start: Sequence[float], goal: Sequence[float]
+) -> tuple[np.ndarray | None, float]:
+    """(n, 2) points and m of the shortest way between two places on a Costmap; (None, NaN) where there is none."""
     try:
         plan = GridPlanner().plan(costmap, Pose2D(*start[:2], 0.0), Pose2D(*goal[:2], 0.0))
     except PlanError:
@@ -80,9 +86,14 @@ def shortest_way(
     return plan[:, :2], float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
 
 
+def disc_costmap(grid: map_io.GridMap, radius: float) -> Costmap:
+    """The Costmap of a map for a disc (m)."""
+    return build(grid, radius, inflation=InflationConfig(radius, 10.0))
+
+
 @cache
-def _disc_costmap(name, radius):
-    return build(grid_of(name), radius, inflation=InflationConfig(radius, 10.0))
+def _costmap_of(name, radius):
+    return disc_costmap(grid_of(name), radius)
 
 
 def _space(name, boxes=()):
@@ -188,7 +199,7 @@ def people(name: str, number: int) -> list[Obstacle]:
                 if leg is None or len(leg) < 2:
                     continue
                 path += [tuple(point) for point in leg.tolist()]
-            elif math.dist(place, start[:2]) < PERSON_AWAY or _disc_costmap(name, PERSON_RADIUS + 0.05).cost_at(*place):
+            elif math.dist(place, start[:2]) < PERSON_AWAY or _costmap_of(name, PERSON_RADIUS + 0.05).cost_at(*place):
                 continue
             places.append(place)
         found.append(
