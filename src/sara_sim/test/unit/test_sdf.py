@@ -40,7 +40,9 @@ def only(scene):
 
 def test_poses_of_model_link_and_collision_are_chained(tmp_path):
     quarter = f'0 0 0 0 0 {math.pi / 2}'
-    path = world_file(tmp_path, model(BOX.format('2 0.5 1'), pose='1 2 0 0 0 0', link=quarter, collision='1 0 0.5 0 0 0'))
+    path = world_file(
+        tmp_path, model(BOX.format('2 0.5 1'), pose='1 2 0 0 0 0', link=quarter, collision='1 0 0.5 0 0 0')
+    )
     box = only(read_sdf(path))
     assert box.at == pytest.approx((1.0, 3.0)) and box.size == (2.0, 0.5) and box.yaw == pytest.approx(math.pi / 2)
 

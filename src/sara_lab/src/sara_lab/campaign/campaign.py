@@ -34,7 +34,9 @@ from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.street import street
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
+from sara_lab.campaign.worlds import worlds
 from sara_lab.experiments.runner import folder_of
+from sara_lab.journeys.worlds.foreign import ForeignError
 from sara_lab.rides.circuits import circuits
 from sara_lab.workers import cores, each
 from sara_sim.riders.riders import RIDERS
@@ -52,6 +54,7 @@ PARTS = {
     'pillars': pillars,
     'travel': travel,
     'scan': scan,
+    'worlds': worlds,
     'journeys': journeys,
     'calm': calm,
     'nees': nees,
@@ -83,8 +86,11 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     commit, figures_of, failed = _commit(), {}, []
     for name in arguments.parts or PARTS:
-        part = PARTS[name](arguments.seeds, folder, **(_chosen(arguments) if name == 'assisted' else {}))
-        figures, bad = _run(name, part, folder, arguments.workers)
+        try:
+            part = PARTS[name](arguments.seeds, folder, **_options_of(name, arguments))
+            figures, bad = _run(name, part, folder, arguments.workers)
+        except ForeignError as error:
+            sys.exit(f'campaign: {error}')
         figures_of[name] = {'commit': commit, 'seeds': arguments.seeds, **figures}
         failed += bad
     if arguments.json:
@@ -109,8 +115,13 @@ def _arguments():
         parser.add_argument(
             f'--{choice}', nargs='+', choices=known, metavar='NAME', help=f'of the part assisted: {", ".join(known)}'
         )
+    parser.add_argument(
+        '--maps', type=Path, metavar='FOLDER', help='of the part worlds: worlds of others, named by its worlds.yaml'
+    )
     platforms.add_option(parser)
     arguments = parser.parse_args()
+    if arguments.maps and arguments.parts != ['worlds']:
+        parser.error('--maps goes with the part worlds alone')
     if _chosen(arguments) and arguments.parts != ['assisted']:
         parser.error(f'--{" and --".join(_chosen(arguments))} go with the part assisted alone')
     unknown = [name for name in arguments.parts if name not in PARTS]
@@ -120,6 +131,11 @@ def _arguments():
         if getattr(arguments, name) < 1:
             parser.error(f'--{name} is {getattr(arguments, name)}, allowed are whole numbers of 1 or more')
     return arguments
+
+
+def _options_of(name, arguments):
+    """What a part takes beside seeds and folder."""
+    return {'assisted': _chosen(arguments), 'worlds': {'maps': arguments.maps}}.get(name, {})
 
 
 def _chosen(arguments):

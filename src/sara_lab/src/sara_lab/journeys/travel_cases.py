@@ -75,9 +75,7 @@ def shortest_way(
     return way_on(_costmap_of(name, 0.5 * chosen().body.width if radius is None else radius), start, goal)
 
 
-def way_on(
-    costmap: Costmap, start: Sequence[float], goal: Sequence[float]
-) -> tuple[np.ndarray | None, float]:
+def way_on(costmap: Costmap, start: Sequence[float], goal: Sequence[float]) -> tuple[np.ndarray | None, float]:
     """(n, 2) points and m of the shortest way between two places on a Costmap; (None, NaN) where there is none."""
     try:
         plan = GridPlanner().plan(costmap, Pose2D(*start[:2], 0.0), Pose2D(*goal[:2], 0.0))

@@ -41,6 +41,7 @@ KIND = 'foreign'
 CELL = 0.05  # m per cell of a map that is drawn of a Gazebo world
 EDGE = 1.5  # m of floor about what stands in it
 LARGER, LARGEST = 1.05, 8.0  # from one scale to the next; the last one
+MOST_CELLS = 4_000_000  # of a map that is looked for a way
 GAZEBO = ('.world', '.sdf')
 KEYS = ('world', 'start', 'goal', 'scale', 'models')
 
@@ -81,9 +82,7 @@ def entries(folder: Path) -> list[Entry]:
     found = [] if faults else [entry for row in rows for entry in _entries_of(row, path.parent)]
     names = [entry.name for entry in found]
     faults += [f'two worlds are called {name}' for name in sorted({name for name in names if names.count(name) > 1})]
-    faults += [
-        f'{row["world"]}: there is no such file' for row in rows if not faults and not _files(row, path.parent)
-    ]
+    faults += [f'{row["world"]}: there is no such file' for row in rows if not faults and not _files(row, path.parent)]
     if faults:
         raise ForeignError(f'{path}: {"; ".join(faults)}')
     return found
@@ -130,17 +129,20 @@ def foreign(entry: Entry, number: int) -> Task:
     """The Task of a world; its number draws the chair. Raises ForeignError where the world cannot be read, or no scale
     has a way from start to goal.
     """
-    drawn = _drawing(entry)
+    drawn, found = _drawing(entry), None
     given = entry.scale is not None
     scale = entry.scale if given else _least_scale(drawn(1.0), entry)
-    while scale <= LARGEST:
+    while not found:
+        grid = drawn(scale)
+        if scale > LARGEST or grid.data.size > MOST_CELLS:
+            break
         ends = [(scale * x, scale * y, yaw) for x, y, yaw in (entry.start, entry.goal)]
-        found = task_of(KIND, entry.name, number, drawn(scale), ends, scale)
-        if found or given:
+        found = task_of(KIND, entry.name, number, grid, ends, scale)
+        if given:
             break
         scale *= LARGER
     if not found:
-        which = f'scale {scale:g}' if given else f'scale from 1 to {LARGEST:g}'
+        which = f'scale {scale:g}' if given else f'a scale of 1 to {scale:.2g}'
         raise ForeignError(f'{entry.file}: no way for the body leads from start to goal at {which}')
     return found
 

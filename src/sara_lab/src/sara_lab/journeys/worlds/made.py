@@ -35,8 +35,8 @@ OPENED = 0.3  # share of a maze's dead ends that are opened
 OFFICE = (3, 3.5, 1.6)  # rooms on a side; m: depth of a room, width of the corridor
 ROOM_WIDTHS = (3.0, 4.0)  # m
 DESK, CABINET = (1.4, 0.7), (0.8, 0.4)  # m
-FAR = 0.5  # share of the world's diagonal from start to goal at least
-ENDS, TRIES = 20, 100  # pairs of poses that are drawn in a world; worlds that are drawn
+FAR = 0.5  # share of the map's diagonal from start to goal at least
+ENDS, TRIES = 40, 100  # pairs of poses that are drawn in a world; worlds that are drawn
 
 
 @lru_cache(maxsize=4)
@@ -49,19 +49,23 @@ def made(kind: str, number: int) -> Task:
         shapes, size = _shapes(kind, random)
         grid = _grid(shapes, size)
         world = World(grid.data == map_io.OCCUPIED, CELL, (grid.geometry.origin_x, grid.geometry.origin_y))
-        ends = _ends(grid, world, random, FAR * math.hypot(*size))
+        ends = _ends(kind, grid, world, random)
         found = ends and task_of(kind, f'{kind}_{number}', number, grid, ends)
         if found:
             return found
     raise RuntimeError(f'{kind} {number}: none of {TRIES} worlds has a way')
 
 
-def _ends(grid, world, random, far):
-    """Two roomy poses so far apart; None where none were drawn."""
+def _ends(kind, grid, world, random):
+    """Two roomy poses that are FAR apart, those of an office in its rooms; None where none were drawn."""
+    geometry = grid.geometry
+    far = FAR * geometry.resolution * math.hypot(geometry.width, geometry.height)
+    corridor = 0.5 * OFFICE[2] + WALL if kind in DOORS else 0.0  # m on both sides of the middle
+    middle = geometry.origin_y + 0.5 * geometry.height * geometry.resolution
     for _ in range(ENDS):
-        start, goal = roomy_pose(grid, world, random), roomy_pose(grid, world, random)
-        if math.dist(start[:2], goal[:2]) >= far:
-            return start, goal
+        ends = roomy_pose(grid, world, random), roomy_pose(grid, world, random)
+        if math.dist(ends[0][:2], ends[1][:2]) >= far and all(abs(y - middle) >= corridor for _, y, _ in ends):
+            return ends
     return None
 
 
@@ -75,7 +79,7 @@ def _shapes(kind, random):
 
 
 def _grid(shapes, size):
-    """A map of the room with walls about it, one cell of nothing known outside."""
+    """A map of the room with walls about it."""
     edge = round(WALL / CELL)
     columns, rows = (round(side / CELL) + 2 * edge for side in size)
     occupied = np.ones((rows, columns), bool)
