@@ -13,8 +13,10 @@ TINY = 1e-9  # m: a middle exactly on an edge is not covered, but by what is as 
 
 
 def draw(occupied: np.ndarray, size: float, origin: Sequence[float], shapes: Iterable[Obstacle]) -> None:
-    """Mark the cells of `occupied` (rows, columns; bool; row 0 lowest; `size` m wide, from `origin` x, y m) whose middle
-    a standing Obstacle covers. What is thinner than a cell is drawn as thick as one, so that nothing vanishes.
+    """Mark the cells whose middle a standing Obstacle covers. What is thinner than a cell is drawn as thick as one, so
+    that nothing vanishes.
+
+    occupied: (rows, columns) bool, row 0 lowest; its cells are `size` m wide and begin at `origin` (x, y; m).
     """
     rows, columns = occupied.shape
     for shape in shapes:

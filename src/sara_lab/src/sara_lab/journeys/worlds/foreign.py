@@ -5,8 +5,8 @@
       - {world: 'barn/world_*.world', start: [-2.25, 3, 90], goal: [-2.25, 13, 90]}    # one task for each file
       - {world: arena.world, models: [models], scale: 2.0, start: [0, 0, 0], goal: [4, 0, 0]}
 
-Poses are x, y (m) and yaw (deg), in the world's own frame and size. `scale`: by which it is made larger; without it, the
-least of 1, 1.05, 1.10, ... with which the ideal motion finds a way, for many worlds were made for smaller robots.
+Poses are x, y (m) and yaw (deg), in the world's own frame and size. `scale`: by which it is made larger; without it,
+the least, in steps of 5 %, with which the ideal motion finds a way, for many worlds were made for smaller robots.
 `models`: folders, beside the list, in which models are looked for.
 """
 
