@@ -21,7 +21,8 @@ def model(shape, name='m', pose='', link='', collision=''):
     poses = [f'<pose>{text}</pose>' if text else '' for text in (pose, link, collision)]
     return (
         f'<model name="{name}"><static>true</static>{poses[0]}<link name="l">{poses[1]}'
-        f'<collision name="c">{poses[2]}{shape}</collision><visual name="v">{BOX.format("9 9 9")}</visual></link></model>'
+        f'<collision name="c">{poses[2]}{shape}</collision><visual name="v">{BOX.format("9 9 9")}</visual>'
+        '</link></model>'
     )
 
 

@@ -1,9 +1,9 @@
 """Reads Gazebo's worlds and models (SDF, .world and .sdf files): what stands in the way of the chair, as obstacles.
 
-Read are the collision shapes of models: boxes, cylinders and spheres, placed by the poses of world, model, nested model,
-link and collision, and by the <state> that a saved world ends with. Models named by <include> are looked for in the
-given folders and beside the file. Nothing moves: each model stands where the file first has it. Names and defaults are
-those of the SDFormat specification (sdformat.org). Planes are the floor.
+Read are the collision shapes of models: boxes, cylinders and spheres, placed by the poses of model, nested model, link
+and collision, and by the <state> that a saved world ends with. Models named by <include> are looked for in the given
+folders and beside the file. Nothing moves: each model stands where the file first has it. Names and defaults are those
+of the SDFormat specification (sdformat.org). Planes are the floor.
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ class _Reader:
                 self.left_out.append(f'{where}: a {part.tag} that is {_standing(frame)} is not read')
                 continue
             obstacle, half_height = found
-            if STEP < frame[2, 3] + half_height and frame[2, 3] - half_height < self.height:
+            if frame[2, 3] + half_height > STEP and frame[2, 3] - half_height < self.height:
                 self.shapes.append(obstacle)
 
     def _outline(self, part, frame, where):

@@ -1,7 +1,7 @@
 """`draw_worlds`: a sheet of worlds with the ways that the four planners drove there, made anew by this one command.
 
-One world of each kind, and with --maps those of a folder; each planner's true path, dashed where it failed. A cross marks
-a contact. Start and goal are the body's outlines.
+One world of each kind, and with --maps those of a folder; each planner's true path, dashed where it failed. A cross
+marks a contact. Start (grey) and goal are the body's outlines.
 """
 
 import argparse
@@ -15,6 +15,7 @@ from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.journeys.worlds.foreign import ForeignError, entries, foreign
 from sara_lab.journeys.worlds.made import KINDS, PER_KIND, made
 from sara_lab.journeys.worlds.trial import DELIVERED, PLANNERS, drive
+from sara_nav.maps import map_io
 from sara_sim.world.world import World
 
 COLOURS = dict(zip(PLANNERS, ('tab:blue', 'tab:orange', 'tab:green', 'tab:red')))
@@ -41,7 +42,7 @@ def driven(task, planner):
 def panel(axis, task, drives):
     """Draw a Task with `drives`, {planner: what `driven` gives}."""
     geometry = task.grid.geometry
-    world = World(task.grid.data != 0, geometry.resolution, (geometry.origin_x, geometry.origin_y))
+    world = World(task.grid.data == map_io.OCCUPIED, geometry.resolution, (geometry.origin_x, geometry.origin_y))
     draw_map(axis, world)
     for planner, (outcome, points, touched) in drives.items():
         style = '-' if outcome.success else (0, (2, 1.5))
@@ -49,12 +50,11 @@ def panel(axis, task, drives):
         axis.plot(*touched.T, 'x', color=COLOURS[planner], markersize=9, markeredgewidth=2)
     axis.add_patch(body_at(task.start, facecolor='0.75', edgecolor='black'))
     axis.add_patch(body_at(task.goal, facecolor='none', edgecolor='black', linewidth=1.5))
+    ends = np.array([task.start, task.goal])[:, :2]
     rows, columns = np.nonzero(world.occupied)
-    size = geometry.resolution
-    seen = [(geometry.origin_x + size * columns, geometry.origin_y + size * rows)[k] for k in (0, 1)]
-    ends = np.array([task.start, task.goal])
-    axis.set_xlim(min(seen[0].min(), ends[:, 0].min() - 1), max(seen[0].max(), ends[:, 0].max() + 1) + size)
-    axis.set_ylim(min(seen[1].min(), ends[:, 1].min() - 1), max(seen[1].max(), ends[:, 1].max() + 1) + size)
+    seen = np.vstack([ends - 1.0, ends + 1.0, np.column_stack(geometry.to_world(columns, rows))])
+    axis.set_xlim(seen[:, 0].min(), seen[:, 0].max())
+    axis.set_ylim(seen[:, 1].min(), seen[:, 1].max())
     axis.set_title(task.name + (f', x {task.scale:.2f}' if task.scale != 1.0 else ''), fontsize=11)
     axis.set_aspect('equal')
     axis.tick_params(labelsize=7)
@@ -102,6 +102,6 @@ def sheet(makers, others, path):
     handles = [Line2D([], [], color=COLOURS[planner], label=planner) for planner in shown]
     handles.append(Line2D([], [], color='0.3', linestyle='--', label='no success'))
     handles.append(Line2D([], [], color='0.3', marker='x', linestyle='', label='contact'))
-    figure.legend(handles=handles, loc='outside lower center', ncols=len(handles), fontsize=12)
-    figure.savefig(path, dpi=70)
+    figure.legend(handles=handles, loc='upper center', bbox_to_anchor=(0.5, 0.0), ncols=len(handles), fontsize=12)
+    figure.savefig(path, dpi=70, bbox_inches='tight')
     pyplot.close(figure)

@@ -89,10 +89,10 @@ def _grid(shapes, size):
     return GridMap(np.where(occupied, map_io.OCCUPIED, map_io.FREE).astype(np.int8), geometry)
 
 
-def _box(low, high):
+def _box(low, high, name='wall'):
     """A box between two corners (x, y), m."""
     (x0, y0), (x1, y1) = low, high
-    return Obstacle('wall', size=(x1 - x0, y1 - y0), at=(0.5 * (x0 + x1), 0.5 * (y0 + y1)))
+    return Obstacle(name, size=(x1 - x0, y1 - y0), at=(0.5 * (x0 + x1), 0.5 * (y0 + y1)))
 
 
 def _obstacles(density, random):
@@ -177,5 +177,5 @@ def _room(x, y, width, depth, random):
         side = random.integers(4)  # against one of the walls
         left = (x, x + width - long, left, left)[side]
         low = (low, low, y, y + depth - high)[side]
-        found.append(_box((left, low), (left + long, low + high)))
+        found.append(_box((left, low), (left + long, low + high), 'furniture'))
     return found
