@@ -5,13 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from sara_lab.campaign.exploring import HERE, ended_wrong, explore, known_share
 from sara_lab.journeys.travel_cases import MAPS, grid_of
+from sara_lab.judge.walls import faces, occupied_points
 from sara_lab.studies import explored
 from sara_lab.studies.draw_explored import picture
 from sara_lab.studies.map_trial import judged
-from sara_nav.maps.map_io import FREE, UNKNOWN, GridMap
+from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
 
 
 def test_the_chair_sets_out_into_what_it_does_not_know(monkeypatch, tmp_path: Path):
@@ -42,3 +44,14 @@ def test_known_is_what_the_chair_can_reach():
 
 def test_the_part_has_each_map():
     assert len(explore(4, Path('nowhere')).cases) == 4 * len(MAPS)
+
+
+def test_the_map_is_kept_in_the_true_ones_frame(monkeypatch, tmp_path):
+    monkeypatch.setattr(explored, 'LONGEST_S', 2.0)
+    grid = explored.kept_map('hall', 0, tmp_path)
+    monkeypatch.setattr(explored, 'explored', None)
+    again = explored.kept_map('hall', 0, tmp_path)
+    assert again.geometry == grid.geometry and again.data.tobytes() == grid.data.tobytes()
+    true = grid_of('hall')
+    off = cKDTree(faces(true.data == OCCUPIED, true.geometry)).query(occupied_points(grid))[0]
+    assert np.median(off) < 0.03

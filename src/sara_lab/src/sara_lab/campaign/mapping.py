@@ -10,8 +10,9 @@ from sara_lab.campaign.travels import TRAVEL_LINE, travel_row
 from sara_lab.journeys import travel
 from sara_lab.journeys.travel_cases import MAPS, PAIRS
 from sara_lab.studies.draw_maps import draw
+from sara_lab.studies.explored import kept_map
 from sara_lab.studies.map_drives import kept
-from sara_lab.studies.map_trial import Made, judged, kept_map, mapped
+from sara_lab.studies.map_trial import Made, judged, mapped
 from sara_nav.maps.map_saver import SaverConfig, save_map
 
 MEDIAN, P95 = 0.02, 0.06
@@ -72,12 +73,12 @@ def mapping(seeds: int, folder: Path) -> Part:
 
 
 def made_maps(_seeds: int, folder: Path) -> Part:
-    """The fifty journeys of `travel` on each map, true pose, with the scanner, by the map that was made in the drive of
-    the journey's number modulo MAPS_MADE. Drives and maps are kept in the folder.
+    """The fifty journeys of `travel` on each map, true pose, with the scanner, by the map that a chair made that
+    explored: the exploration of the journey's number modulo MAPS_MADE. Maps are kept in the folder.
     """
 
     def case(name, number):
-        known = kept_map(name, number % MAPS_MADE, folder / 'map_drives')
+        known = kept_map(name, number % MAPS_MADE, folder / 'explored')
         return travel.drive(name, 'true', number, scan=True, known=known).to_json()
 
     return Part(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
+from sara_lab.studies.kept_arrays import kept_arrays
 from sara_lab.studies.map_drives import Drive
 from sara_lab.studies.map_trial import Track, slam_of
 from sara_localization.geometry.rigid import Transform
@@ -224,3 +226,16 @@ class Exploration:
 def explored(name: str, number: int, every: float = math.inf, params: dict | None = None) -> Explored:
     """As Exploration.run."""
     return Exploration(name, number, params).run(every)
+
+
+def kept_map(name: str, number: int, folder: Path) -> GridMap:
+    """The map of exploration `number` on a map, in that one's frame; made once and kept in a folder."""
+
+    def make():
+        grid = explored(name, number).slam.map()
+        g = grid.geometry
+        return {'data': grid.data, 'resolution': g.resolution, 'origin': (g.origin_x, g.origin_y)}
+
+    found = kept_arrays(folder / f'explored_{name}_{number}.npz', make)
+    data, origin = found['data'], found['origin'].tolist()
+    return GridMap(data, GridGeometry(data.shape[1], data.shape[0], float(found['resolution']), *origin))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,11 +12,9 @@ from sara_common.planar import between, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge import walls
-from sara_lab.studies.kept_arrays import kept_arrays
-from sara_lab.studies.map_drives import Drive, kept
+from sara_lab.studies.map_drives import Drive
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles.scan_input import ScanInput
-from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import GridMap
 from sara_sim.chips.scanner import ANGLES, Scan, optics_at, sweep_of
 from sara_slam.mapping.slam import Slam
@@ -87,22 +84,6 @@ def mapped(drive: Drive, params: dict[str, Any] | None = None, start: Pose = (0.
         slam.on_scan(scan if slam.config.deskew else scan._replace(ended=None))
     slam.finish()
     return slam
-
-
-def kept_map(name: str, number: int, folder: Path) -> GridMap:
-    """The map of drive `number` on a map, alone, in the true one's frame; drive and map are made once and kept in a
-    folder.
-    """
-
-    def make():
-        drive = kept(name, number, False, folder)
-        grid = mapped(drive, start=tuple(drive.poses[0, 4:].tolist())).map()
-        g = grid.geometry
-        return {'data': grid.data, 'resolution': g.resolution, 'origin': (g.origin_x, g.origin_y)}
-
-    found = kept_arrays(folder / f'made_{name}_{number}.npz', make)
-    data, origin = found['data'], found['origin'].tolist()
-    return GridMap(data, GridGeometry(data.shape[1], data.shape[0], float(found['resolution']), *origin))
 
 
 def seen_walls(name: str, drive: Drive) -> np.ndarray:
