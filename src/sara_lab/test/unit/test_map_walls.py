@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from sara_common.planar import compose, inverse
-from sara_lab.campaign.mapping import faults, made_maps, mapping
+from sara_lab.campaign.made_maps import made_maps, sonar_made_maps
+from sara_lab.campaign.mapping import faults, mapping
 from sara_lab.journeys.travel_cases import MAPS
 from sara_lab.judge import walls
 from sara_lab.studies.map_trial import Made, Track
@@ -109,4 +110,5 @@ def test_the_part_has_each_map_alone_and_among_people():
     assert len(part.cases) == 150
     assert part.verdict({'all': {'reached': 147, 'cases': 150}}) == []
     assert part.verdict({'all': {'reached': 146, 'cases': 150}}) == ['146 of 150 reached, 98% are asked for']
+    assert len(sonar_made_maps(20, Path('nowhere')).cases) == 100
     assert len(mapping(20, Path('nowhere')).cases) == 2 * 20 * len(MAPS)

@@ -17,10 +17,11 @@ from sara_lab.judge.walls import faces, placed
 from sara_lab.studies import arc_grid
 from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.sonar_survey import Survey
-from sara_lab.studies.sonar_trial import heard_share, made_of
+from sara_lab.studies.sonar_trial import heard_share, laid, made_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
+from sara_slam.sonar.wall_graph import Solved
 
 CELL = 0.05
 
@@ -189,3 +190,14 @@ def test_the_summary_has_a_line_for_each_map_and_way_of_making_it():
     ]
     assert figures['flat_arcs']['doors'] == 2
     assert figures['flat_lines']['heard']['median'] == 0.9
+
+
+def test_poses_and_walls_are_laid_into_another_frame():
+    walls = np.array([[0.0, 2.0], [0.5 * math.pi, 1.0]])  # x = 2, y = 1
+    solved = Solved(np.array([[0.0, 0.0, 0.0], [1.0, 0.5, 0.2]]), walls, np.zeros(2))
+    pose = (3.0, -1.0, 0.5 * math.pi)
+    moved = laid(solved, pose)
+    assert moved.poses[1] == pytest.approx(compose(pose, (1.0, 0.5, 0.2)))
+    for corner, (theta, rho) in zip(((2.0, 5.0, 0.0), (-4.0, 1.0, 0.0)), moved.walls):
+        x, y, _ = compose(pose, corner)
+        assert x * math.cos(theta) + y * math.sin(theta) == pytest.approx(rho)

@@ -27,7 +27,8 @@ from sara_lab.campaign.exploring import explore
 from sara_lab.campaign.filters import filter_fuzz, nees
 from sara_lab.campaign.global_start import global_start
 from sara_lab.campaign.kidnapped import kidnapped
-from sara_lab.campaign.mapping import made_maps, mapping
+from sara_lab.campaign.made_maps import made_maps, sonar_made_maps
+from sara_lab.campaign.mapping import mapping
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.sonar_mapping import sonar_mapping
@@ -67,6 +68,7 @@ PARTS = {
     'made_maps': made_maps,
     'explore': explore,
     'sonar_mapping': sonar_mapping,
+    'sonar_made_maps': sonar_made_maps,
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,

@@ -1,16 +1,13 @@
-"""The campaign's parts `mapping`: maps that slam_gmapping makes of drives of the simulated chair, with its scanner,
-through the rooms of three maps, alone and among two pedestrians; and `made_maps`: journeys on maps that it made.
+"""The campaign's part `mapping`: maps that slam_gmapping makes of drives of the simulated chair, with its scanner,
+through the rooms of three maps, alone and among two pedestrians.
 """
 
 import math
 from pathlib import Path
 
 from sara_lab.campaign.part import Figures, Part, spread
-from sara_lab.campaign.travels import TRAVEL_LINE, travel_row
-from sara_lab.journeys import travel
-from sara_lab.journeys.travel_cases import MAPS, PAIRS
+from sara_lab.journeys.travel_cases import MAPS
 from sara_lab.studies.draw_maps import draw
-from sara_lab.studies.explored import kept_map
 from sara_lab.studies.map_drives import kept
 from sara_lab.studies.map_trial import Made, judged, mapped
 from sara_nav.maps.map_saver import SaverConfig, save_map
@@ -23,10 +20,6 @@ BROKEN = 0.30
 """m off a pose may be that a broken map is not."""
 THEIRS = 0.005
 """Share of the occupied cells that pedestrians may leave behind."""
-MAPS_MADE = 3
-"""Maps that are made of each world, for journeys."""
-REACHED = 0.98
-"""Share of the journeys on them."""
 
 
 def mapping(seeds: int, folder: Path) -> Part:
@@ -70,47 +63,6 @@ def mapping(seeds: int, folder: Path) -> Part:
         },
         _summary,
     )
-
-
-def made_maps(_seeds: int, folder: Path) -> Part:
-    """The fifty journeys of `travel` on each map, true pose, with the scanner, by the map that a chair made that
-    explored: the exploration of the journey's number modulo MAPS_MADE. Maps are kept in the folder.
-    """
-
-    def case(name, number):
-        known = kept_map(name, number % MAPS_MADE, folder / 'explored')
-        return travel.drive(name, 'true', number, scan=True, known=known).to_json()
-
-    return Part(
-        {
-            f'made_maps_{name}_{number}': lambda name=name, number=number: case(name, number)
-            for number in range(PAIRS)
-            for name in MAPS
-        },
-        _made_summary,
-        _made_verdict,
-    )
-
-
-def _made_summary(results):
-    figures, lines = {}, []
-    for name in (*MAPS, 'all'):
-        of = [found for found in results if name in (found['map'], 'all')]
-        figures[name] = travel_row(of, name == 'all')
-        lines.append(TRAVEL_LINE.format('made', name, **figures[name]))
-    lines += [
-        f'not reached: {result["map"]} {result["number"]}: {result["text"]}'
-        for result in results
-        if not result['reached']
-    ]
-    return lines, figures
-
-
-def _made_verdict(figures):
-    row = figures['all']
-    if row['reached'] < REACHED * row['cases']:
-        return [f'{row["reached"]} of {row["cases"]} reached, {REACHED:.0%} are asked for']
-    return []
 
 
 def faults(made: Made, people: bool) -> list[str]:

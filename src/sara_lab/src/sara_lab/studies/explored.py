@@ -16,7 +16,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
-from sara_lab.studies.kept_arrays import kept_arrays
+from sara_lab.studies.kept_arrays import arrays_of, kept_arrays, map_of
 from sara_lab.studies.map_drives import Drive
 from sara_lab.studies.map_trial import Track, slam_of
 from sara_localization.geometry.rigid import Transform
@@ -231,11 +231,6 @@ def explored(name: str, number: int, every: float = math.inf, params: dict | Non
 def kept_map(name: str, number: int, folder: Path) -> GridMap:
     """The map of exploration `number` on a map, in that one's frame; made once and kept in a folder."""
 
-    def make():
-        grid = explored(name, number).slam.map()
-        g = grid.geometry
-        return {'data': grid.data, 'resolution': g.resolution, 'origin': (g.origin_x, g.origin_y)}
-
-    found = kept_arrays(folder / f'explored_{name}_{number}.npz', make)
-    data, origin = found['data'], found['origin'].tolist()
-    return GridMap(data, GridGeometry(data.shape[1], data.shape[0], float(found['resolution']), *origin))
+    return map_of(
+        kept_arrays(folder / f'explored_{name}_{number}.npz', lambda: arrays_of(explored(name, number).slam.map()))
+    )

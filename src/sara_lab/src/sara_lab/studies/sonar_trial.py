@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +15,15 @@ from sara_lab.journeys.travel_cases import grid_of
 from sara_lab.judge.heard_walls import HeardWalls
 from sara_lab.judge.passed_walls import MapErrors, judged, passed
 from sara_lab.judge.walls import MAPPED
-from sara_lab.studies import arc_grid
+from sara_lab.studies import arc_grid, sonar_drives
+from sara_lab.studies.kept_arrays import arrays_of, kept_arrays, map_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
+from sara_slam.sonar.wall_graph import Solved
 
+Pose = tuple[float, float, float]
 ALIKE_M, ALIKE_RAD = 0.03, 0.05
 """Of sensors that hear the same."""
 
@@ -81,3 +85,27 @@ def made_of(name: str, drive: Recording) -> tuple[Made, Made]:
         Made(made, places[:, :2], judged(made, places[:, :2], grid_of(name), true))
         for made, places in ((grid, solved.poses), (arcs, nodes))
     )
+
+
+def laid(solved: Solved, pose: Pose) -> Solved:
+    """The same poses and walls in a frame in which theirs has that pose (x, y, yaw)."""
+    x, y, yaw = pose
+    theta = solved.walls[:, 0] + yaw
+    rho = solved.walls[:, 1] + x * np.cos(theta) + y * np.sin(theta)
+    poses = np.array([compose(pose, place) for place in solved.poses.tolist()]).reshape(-1, 3)
+    return solved._replace(poses=poses, walls=np.stack((wrap(theta), rho), 1))
+
+
+def kept_map(name: str, number: int, folder: Path) -> GridMap:
+    """The map by lines of drive `number` on a map, drawn in that one's frame, on which it is laid by its walls. Drive
+    and map are made once and kept in a folder.
+    """
+
+    def make():
+        drive = sonar_drives.kept(name, number, folder / 'sonar_drives')
+        slam = replayed(drive, SonarConfig.of())
+        solved, true = slam.solved(), true_poses(drive, np.array(slam.stamps))
+        errors = judged(slam.map(solved), solved.poses[:, :2], grid_of(name), true)
+        return arrays_of(slam.map(laid(solved, errors.pose)))
+
+    return map_of(kept_arrays(folder / f'sonar_made_{name}_{number}.npz', make))
