@@ -216,6 +216,17 @@ def test_nothing_stands_where_the_robot_was():
     ]
 
 
+def test_no_wall_goes_on_into_a_doorway_that_the_robot_passed():
+    along = np.arange(0.0, 2.0, 0.05)
+    pieces = np.stack((along, np.full(40, 1.0), np.zeros(40), np.ones(40)), 1)  # y = 1
+    config = SonarConfig(body_length=1.08, body_width=0.58)
+    through, beside = np.array([[0.9, 0.9, 1.5]]), np.array([[0.9, 0.6, 0.0]])
+    left = along[~evidence_grid.in_doorway(config, through, pieces)]
+    assert left[left < 0.9].max() == pytest.approx(0.5) and left[left > 0.9].min() == pytest.approx(1.3)
+    assert not evidence_grid.in_doorway(config, beside, pieces).any()
+    assert not len(evidence_grid.in_doorway(config, through, pieces[:0]))
+
+
 def test_a_piece_that_is_looked_through_is_not_there():
     wall = np.array([[-0.5 * math.pi, -1.0]])  # y = 1, seen from below
     along = np.linspace(0.0, 3.0, 61)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -40,6 +41,10 @@ angle between such walls at least.
 """
 GOES_ON = 5
 """Pieces by which a wall goes on beyond what was heard of it."""
+PASSING = 0.25
+"""m before and behind a wall's line within which a robot's middle passes it: beside a wall it is farther off."""
+SPARE = 0.09
+"""m that a doorway is wider than the body on each side, at least: a wall is heard a little beyond its end."""
 GLIMPSES = 1
 """Readings that may have looked through what nobody heard."""
 NEAR_FEET = 0.6
@@ -56,7 +61,7 @@ _NOTHING = np.empty((0, 4))
 def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
     """The map. walls (m, 2): theta, rho; poses (k, 3): x, y, yaw that the robot had."""
     pieces = wall_pieces(config, heard, walls)
-    pieces = pieces[~driven_over(config, poses, pieces[:, :2])]
+    pieces = pieces[~(driven_over(config, poses, pieces[:, :2]) | in_doorway(config, poses, pieces))]
     points = other_points(config, heard, pieces, poses)
     return _raster(config, heard, pieces, points, poses[:, :2])
 
@@ -76,6 +81,22 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndar
     more = np.concatenate((_to_corners(walls, pieces), *(_ends(of) for of in pieces)))
     unseen = looked_through(config, heard, more, glances(config, heard, more), np.concatenate(pieces)) <= GLIMPSES
     return np.concatenate((*pieces, more[unseen]))
+
+
+def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4) of
+    it that no body of that width would have.
+    """
+    found = np.zeros(len(pieces), bool)
+    if not len(pieces):
+        return found
+    tree, beside = cKDTree(pieces[:, :2]), 0.5 * config.body_width + SPARE
+    for place in poses[:, :2]:
+        near = np.array(tree.query_ball_point(place, math.hypot(PASSING, beside)), int)
+        off, normal = place - pieces[near, :2], pieces[near, 2:]
+        across, along = (off * normal).sum(1), off[:, 1] * normal[:, 0] - off[:, 0] * normal[:, 1]
+        found[near[(np.abs(across) < PASSING) & (np.abs(along) < beside)]] = True
+    return found
 
 
 def _that_are_there(config, heard, found, before):
