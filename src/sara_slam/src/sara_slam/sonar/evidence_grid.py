@@ -84,8 +84,8 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndar
 
 
 def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:
-    """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4) of
-    it that no body of that width would have.
+    """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4)
+    of it that no body of that width would have.
     """
     found = np.zeros(len(pieces), bool)
     if not len(pieces):
