@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from sara_bringup.lockstep.lockstep import world_of
 from sara_common.planar import Pose2D
 from sara_common.platforms import chosen
 from sara_lab.campaign import campaign
@@ -21,7 +22,8 @@ from sara_lab.journeys.worlds.task import task_of
 from sara_lab.judge import clearance, gaps
 from sara_lab.judge.judgement import Track
 from sara_lab.judge.runs import runs
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.costmaps.costmap import static_costs
+from sara_nav.grids.grid import LETHAL, GridGeometry
 from sara_nav.maps import map_io
 from sara_nav.maps.map_io import GridMap
 from sara_nav.planners.local_command import DRIVING, OFF_PATH, REACHED
@@ -128,6 +130,21 @@ def test_a_map_of_any_mode_is_a_task_and_is_made_larger_only_as_far_as_the_body_
     assert task.goal == pytest.approx((4.0 * task.scale, 1.0 * task.scale, math.pi / 2))
     with pytest.raises(foreign.ForeignError, match='no way for the body .* at scale 1'):
         foreign.foreign(foreign.entries(listed(tmp_path, [{**row, 'scale': 1.0}]))[0], 3)
+
+
+@pytest.mark.parametrize('mode', map_io.MODES)
+@pytest.mark.parametrize('negate', [0, 1])
+def test_simulator_and_lockstep_read_the_same_walls_of_a_map_of_any_mode(tmp_path, mode, negate):
+    pixels = np.random.default_rng(5).integers(0, 256, (20, 30), np.uint8)
+    Image.fromarray(pixels).save(tmp_path / 'a.pgm')
+    (tmp_path / 'a.yaml').write_text(
+        f'image: a.pgm\nresolution: 0.05\norigin: [1, 2, 0]\nnegate: {negate}\noccupied_thresh: 0.65\n'
+        f'free_thresh: 0.196\nmode: {mode}\n'
+    )
+    occupied = World.from_yaml(tmp_path / 'a.yaml').occupied
+    assert np.array_equal(occupied, world_of(map_io.load_map(str(tmp_path / 'a.yaml'))).occupied)
+    costs = static_costs(map_io.load_map(str(tmp_path / 'a.yaml')).data)
+    assert np.array_equal(occupied, costs == LETHAL)
 
 
 def test_a_gazebo_world_is_drawn_where_its_shapes_are(tmp_path):

@@ -124,8 +124,8 @@ def test_images_that_are_none_are_none(tmp_path):
         ('image: a.pgm\nresolution: -1\norigin: [0, 0]', ['resolution', 'origin']),
         ('image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]', ['image']),
         (
-            'image: a.pgm\nresolution: .nan\norigin: [0, 0, 1]\nnegate: 7\noccupied_thresh: 3',
-            ['resolution', 'origin', 'negate', 'occupied_thresh'],
+            'image: a.pgm\nresolution: .nan\norigin: [0, 0, 1]\nnegate: 7\noccupied_thresh: 3\nmode: odd',
+            ['resolution', 'origin', 'negate', 'occupied_thresh', 'mode'],
         ),
     ],
 )

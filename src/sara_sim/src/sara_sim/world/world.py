@@ -21,6 +21,8 @@ from sara_sim.world.rays import Cone, Walls
 
 # Walls on a grid are stairs: their direction is that of the occupancy blurred over this many cells.
 _BLUR_CELLS = 1.5
+MODES = ('trinary', 'scale', 'raw')  # of map_server
+RAW_OCCUPIED, RAW_UNKNOWN = 100, 255  # values of cells, from there on occupied, in maps of the mode raw
 
 
 class WorldError(ValueError):
@@ -74,12 +76,14 @@ class World:
         faults, values = _checked(text, path)
         if faults:
             raise WorldError('; '.join(faults))
-        image, resolution, origin, negate, threshold = values
+        image, resolution, origin, negate, threshold, mode = values
         pixels = read_grey(path.parent / image)
         if pixels is None:
             raise WorldError(f'image is {image!r} but {path.parent / image} cannot be read as an image.')
-        darkness = pixels / 255.0 if negate else (255.0 - pixels) / 255.0
-        return cls(darkness[::-1] > threshold, resolution, origin)
+        shade = 255 - pixels if negate else pixels
+        if mode == 'raw':
+            return cls((shade[::-1] >= RAW_OCCUPIED) & (shade[::-1] != RAW_UNKNOWN), resolution, origin)
+        return cls((255.0 - shade[::-1]) / 255.0 > threshold, resolution, origin)
 
     @classmethod
     def from_grid(
@@ -192,6 +196,7 @@ def _checked(text, path: Path) -> tuple[list[str], tuple | None]:
     faults = []
     image, resolution, origin = text.get('image'), text.get('resolution'), text.get('origin')
     negate, threshold = text.get('negate', 0), text.get('occupied_thresh', 0.65)
+    mode = text.get('mode', 'trinary')
     if not isinstance(image, str):
         faults.append(f'image is {image!r}, allowed is the name of a file')
     if not is_number(resolution) or resolution <= 0:
@@ -202,10 +207,13 @@ def _checked(text, path: Path) -> tuple[list[str], tuple | None]:
         faults.append(f'negate is {negate!r}, allowed are 0 and 1')
     if not is_number(threshold) or not 0 <= threshold <= 1:
         faults.append(f'occupied_thresh is {threshold!r}, allowed are numbers from 0 to 1')
+    if mode not in MODES:
+        faults.append(f'mode is {mode!r}, allowed are {", ".join(MODES)}')
     return faults, None if faults else (
         image,
         float(resolution),
         (origin[0], origin[1]),
         bool(negate),
         float(threshold),
+        mode,
     )
