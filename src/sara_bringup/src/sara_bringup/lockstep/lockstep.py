@@ -13,8 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
@@ -34,7 +32,7 @@ from sara_nav.maps import map_io
 from sara_nav.move_base.settings import read_settings
 from sara_sim.chair import STEP_S, SimulatedChair
 from sara_sim.options import ChairOptions
-from sara_sim.world.world import RAW_OCCUPIED, RAW_UNKNOWN, World
+from sara_sim.world.world import World
 
 if TYPE_CHECKING:
     from sara_bringup.missions.drive import Drive
@@ -245,9 +243,8 @@ class Lockstep:
 
 def world_of(grid: map_io.GridMap) -> World:
     """The simulator's World in which a map_io.GridMap is true."""
-    geometry, values = grid.geometry, np.asarray(grid.data, np.int8).view(np.uint8)
-    occupied = (values >= RAW_OCCUPIED) & (values != RAW_UNKNOWN)  # as costmaps take them; a raw map may have such
-    return World(occupied, geometry.resolution, (geometry.origin_x, geometry.origin_y))
+    geometry = grid.geometry
+    return World(map_io.occupied(grid.data), geometry.resolution, (geometry.origin_x, geometry.origin_y))
 
 
 def drive(lockstep: Lockstep, mission: Mission, record: Drive, progress: Callable[[str], None] | None = None) -> None:

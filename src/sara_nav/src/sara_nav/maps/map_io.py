@@ -115,6 +115,13 @@ def occupancy(pixels: np.ndarray, mode: str, negate: bool, occupied_thresh: floa
     return values[::-1].copy()
 
 
+def occupied(data: np.ndarray) -> np.ndarray:
+    """Return which cells of a map's data (int8) are occupied, as costmaps take them: 100 and more, in raw maps also
+    what is below -1.
+    """
+    return (data >= OCCUPIED) | (data < UNKNOWN)
+
+
 def load_description(path: str) -> MapDescription:
     """Read a map's YAML file; raises MapError with every fault in one sentence each."""
     entries = _read_entries(path)
