@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.wall_filter import cos_sin
 
 NEARER = 0.08
 """m by which a reading must be longer to look through."""
@@ -85,10 +86,11 @@ def _within(heard, reach, pieces):
 
 def _seen(sensors, pieces):
     """Of pieces that sensors look at, one by one: rad off the axis, cosine between axis and normal, m away."""
-    x, y = (pieces[:, :2] - sensors[:, :2]).T
+    x, y = np.ascontiguousarray((pieces[:, :2] - sensors[:, :2]).T)
     axis = sensors[:, 2]
+    c, s = cos_sin(axis)
     off = np.abs((np.arctan2(y, x) - axis + math.pi) % (2.0 * math.pi) - math.pi)
-    return off, -(pieces[:, 2] * np.cos(axis) + pieces[:, 3] * np.sin(axis)), np.hypot(x, y)
+    return off, -(pieces[:, 2] * c + pieces[:, 3] * s), np.hypot(x, y)
 
 
 def looked_through(
