@@ -71,6 +71,7 @@ class Camera:
 def draw_over(page: Page, camera: Camera) -> None:
     """A wall closes the bathroom, and a keep-out place is about to be drawn; the wall is taken back afterwards."""
     door = {'kind': 'wall', 'points': [[5.55, 3.95], [6.35, 3.95]]}
+    page.until('sara.chair.edits !== null', timeout=60.0)
     page.driver.execute_script('sara.command({op: "edit", ...arguments[0]})', door)
     page.until('sara.chair.edits?.length === 1')
 
@@ -91,11 +92,11 @@ def story(page: Page, camera: Camera) -> None:
     page.load('settings')
     page.until('sara.chair.state?.gate?.state === "IDLE"', timeout=120.0)
     camera.take('settings')
+    draw_over(page, camera)
     page.driver.execute_script('sara.command({op: "go", place: "bedroom"})')
     page.until('sara.chair.isGoing && sara.chair.state.goal.left < 7', timeout=300.0)
     camera.take('go')
     camera.take('map', pose=lambda: page.driver.execute_script(f'{MARK}; {TOP}'))
-    draw_over(page, camera)
     page.driver.execute_script('sara.command({op: "cancel"})')
     page.until('!sara.chair.isMoving', timeout=30.0)
 
