@@ -7,7 +7,7 @@ const TOOLS = ['free', 'wall', 'keep_out'];
 const STEP = 0.1; // m
 const APART = 0.5; // m, where the second point is put by a button, from the first
 
-/** Draws into `scene.edit`: {kind, points, shown}, null while nothing is drawn. `changed`: the map has to be painted. */
+/** Draws into `scene.edit`: {kind, points}, null while nothing is drawn. `changed`: the map has to be painted. */
 export class Editing {
   constructor(app, scene, { changed, left }) {
     Object.assign(this, { app, scene, changed, left });
@@ -18,6 +18,7 @@ export class Editing {
   begin() {
     this.scene.edit = { kind: 'wall', points: [] };
     this.draw();
+    this.changed();
     this.node.querySelector('[data-edit="wall"]').focus();
   }
 
