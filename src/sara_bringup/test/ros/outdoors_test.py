@@ -43,8 +43,10 @@ class OutdoorsTest(unittest.TestCase):
         folder = Path(tempfile.mkdtemp())
         save(folder / 'calibration.yaml', calibration())
         rospy.set_param('/simulator/gps', GPS)
-        self.fixes, self.places, self.said, self.headings, self.truth, self.fused = [], [], [], [], None, None
+        self.fixes, self.places, self.said, self.headings, self.courses = [], [], [], [], []
+        self.truth = self.fused = None
         rospy.Subscriber('/imu/heading', Imu, self.headings.append)
+        rospy.Subscriber('/gps/heading', Imu, self.courses.append)
         rospy.Subscriber('/gps/fix', NavSatFix, self.fixes.append)
         rospy.Subscriber('/odometry/gps', Odometry, self.places.append)
         rospy.Subscriber('/rosout', Log, lambda message: self.said.append(message.msg))
@@ -70,10 +72,13 @@ class OutdoorsTest(unittest.TestCase):
     def test_a_goal_on_the_pavement(self):
         self.wait(lambda: self.headings and self.fused and self.places, 'heading, pose and fixes')
         self.assertEqual(self.places[-1].header.frame_id, 'map')
+        for words in ('no imu/heading yet', 'imu/heading has begun'):
+            self.wait(lambda words=words: self.has_said(words), words)
         go = subprocess.run(['rosrun', 'sara_bringup', 'go', *GOAL], timeout=PATIENCE_S, check=False)
         self.assertEqual(go.returncode, 0)
         true, fused = self.truth.pose.pose.position, self.fused.pose.pose.position
         self.assertGreater(true.x, 12.5)
+        self.assertTrue(self.courses)
         self.assertLess(math.hypot(true.x - fused.x, true.y - fused.y), 1.5)
         buffer = tf2_ros.Buffer()
         tf2_ros.TransformListener(buffer)

@@ -23,6 +23,7 @@ def test_a_drive_holds_what_the_chair_said_and_where_it_was(drive):
     assert np.median(np.diff(drive.fixes[:, 0])) == pytest.approx(0.4, abs=0.01)
     assert drive.outages and (drive.fixes[drive.fixes[:, 1] < 0][:, 2:4] != drive.fixes[0, 2:4]).all()
     assert drive.wheels[-1, 1] == pytest.approx(0.8, abs=0.05)
+    assert len(drive.velocities) == np.sum(drive.fixes[:, 1] >= 0)
 
 
 def test_the_filter_follows_it_and_leaves_out_what_multipath_throws(drive):
@@ -40,14 +41,14 @@ def test_times_without_fixes_and_jumps_are_found():
     fixes[:, 0] = 0.4 * np.arange(10)
     fixes[3:5, 1] = -1.0
     fixes[[1, 6, 7, 8], 6] = 1.0
-    drive = StreetDrive(np.zeros((2, 4)), np.zeros((1, 6)), np.zeros((1, 3)), fixes, np.array(0.0))
+    drive = StreetDrive(np.zeros((2, 4)), np.zeros((1, 6)), np.zeros((1, 3)), fixes, np.zeros((1, 3)), np.array(0.0))
     assert drive.outages == [pytest.approx((1.2, 2.0))]
     assert drive.jumps == [pytest.approx((2.4, 3.6))]  # that of a single fix is not told
 
 
 def test_a_pose_is_interpolated_the_short_way_round():
     truth = np.array([[0.0, 0.0, 0.0, 3.1], [1.0, 2.0, 4.0, -3.1]])
-    drive = StreetDrive(truth, np.zeros((1, 6)), np.zeros((1, 3)), np.zeros((1, 9)), np.array(0.0))
+    drive = StreetDrive(truth, np.zeros((1, 6)), np.zeros((1, 3)), np.zeros((1, 9)), np.zeros((1, 3)), np.array(0.0))
     x, y, yaw = drive.pose(0.5)
     assert (x, y) == (1.0, 2.0) and abs(yaw) == pytest.approx(math.pi)
 

@@ -17,6 +17,7 @@ import rosbag
 import rospkg
 import rospy
 import rostest
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix
 
@@ -37,6 +38,10 @@ odom1: odometry/gps
 odom1_config: [true, true, false, false, false, false, false, false, false, false, false, false, false, false, false]
 imu0: /imu
 imu0_config: [false, false, false, false, false, true, false, false, false, false, false, true, false, false, false]
+"""
+HEADING = """
+imu1: gps/heading
+imu1_config: [false, false, false, false, false, true, false, false, false, false, false, false, false, false, false]
 """
 NAVSAT = 'frequency: 10\nyaw_offset: 1.5707963\nmagnetic_declination_radians: 0.0\nzero_altitude: true\n'
 
@@ -72,6 +77,12 @@ def circle(path):
                 fix.latitude, fix.longitude = grid.inverse(east + x, north + y)
                 fix.position_covariance, fix.position_covariance_type = [0.25, 0, 0, 0, 0.25, 0, 0, 0, 1.0], 2
                 bag.write('/fix', fix, stamp)
+                velocity, true = TwistStamped(), yaw - convergence
+                velocity.header = fix.header
+                ahead, aside = SPEED, 0.5 * RATE
+                velocity.twist.linear.x = ahead * math.cos(true) - aside * math.sin(true)
+                velocity.twist.linear.y = ahead * math.sin(true) + aside * math.cos(true)
+                bag.write('/gps/vel', velocity, stamp)
 
 
 class GpsBagTest(unittest.TestCase):
@@ -105,6 +116,16 @@ class GpsBagTest(unittest.TestCase):
                     near = min(track, key=lambda other: abs(other[0] - place[0]))
                     worst = max(worst, math.dist(near[1:], place[1:]))
         self.assertLess(worst, 0.3)
+
+    def test_velocities_tell_the_yaw(self):
+        circle(self.bag)
+        self.params.write_text(PARAMS + HEADING)
+        self.navsat.write_text(NAVSAT + 'velocity_heading: true\n')
+        run = tool('filter_bag', self.bag, '-', *self.options())
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn('imu1 (gps/heading): 99 used', run.stderr)  # the first comes before the world frame is known
+        *_, yaw = json.loads(run.stdout.splitlines()[-1])['final']
+        self.assertAlmostEqual(yaw, RATE * SECONDS - 0.5 * math.pi, delta=0.05)  # the IMU's, which is 0 facing north
 
     def test_outages_are_judged(self):
         circle(self.bag)

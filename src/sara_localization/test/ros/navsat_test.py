@@ -11,7 +11,7 @@ import rospy
 import rostest
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point, Quaternion, TransformStamped
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix
 
@@ -47,6 +47,13 @@ def imu(stamp):
     return msg
 
 
+def velocity(stamp, east, north):
+    msg = TwistStamped()
+    msg.header.stamp, msg.header.frame_id = stamp, 'gps'
+    msg.twist.linear.x, msg.twist.linear.y = east, north
+    return msg
+
+
 def fix(stamp, latitude=HERE[0]):
     msg = NavSatFix()
     msg.header.stamp, msg.header.frame_id = stamp, 'gps'
@@ -61,15 +68,17 @@ class NavSatTest(unittest.TestCase):
         rospy.init_node('navsat_test')
 
     def setUp(self):
-        self.answers, self.filtered, self.told, self.lock = [], [], {}, threading.Lock()
+        self.answers, self.filtered, self.headings, self.told, self.lock = [], [], [], {}, threading.Lock()
         self.publishers = {
             'odometry/filtered': rospy.Publisher('odometry/filtered', Odometry, queue_size=10),
             'imu': rospy.Publisher('imu', Imu, queue_size=10),
             'fix': rospy.Publisher('fix', NavSatFix, queue_size=10),
+            'gps/vel': rospy.Publisher('gps/vel', TwistStamped, queue_size=10),
         }
         self.subscribers = [
             rospy.Subscriber('odometry/gps', Odometry, self.answers.append, queue_size=100),
             rospy.Subscriber('gps/filtered', NavSatFix, self.filtered.append, queue_size=100),
+            rospy.Subscriber('gps/heading', Imu, self.headings.append, queue_size=100),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics, queue_size=100),
         ]
         self.buffer = tf2_ros.Buffer()
@@ -111,6 +120,7 @@ class NavSatTest(unittest.TestCase):
         self.types_are_the_peer_s()
         self.nothing_is_answered_before_it_is_known()
         self.fixes_come_out()
+        self.a_velocity_tells_the_heading()
         self.places_are_converted()
         self.the_transform_follows_the_zone()
         self.a_datum_is_taken()
@@ -151,6 +161,24 @@ class NavSatTest(unittest.TestCase):
         wait_until(lambda: 'fixes converted' in self.message(), 'diagnostics are not satisfied')
         own = next(s for name, s in self.told.items() if name.lstrip('/').startswith('navsat_transform_node'))
         self.assertEqual(own.level, DiagnosticStatus.OK)
+
+    def a_velocity_tells_the_heading(self):
+        self.assertEqual(self.headings, [])
+
+        def north_in_reverse():
+            stamp = rospy.Time.now()
+            moving = odometry(stamp)
+            moving.twist.twist.linear.x = -0.8
+            self.publishers['odometry/filtered'].publish(moving)
+            self.publishers['gps/vel'].publish(velocity(stamp, 0.0, 0.8))
+            return self.headings
+
+        heading = wait_until(north_in_reverse, 'no gps/heading')[-1]
+        q = heading.orientation
+        self.assertAlmostEqual(2.0 * math.atan2(q.z, q.w), -0.5 * math.pi, places=6)
+        self.assertEqual(heading.header.frame_id, 'base_link')
+        self.assertAlmostEqual(heading.orientation_covariance[8], (0.1 / 0.8) ** 2)
+        self.assertEqual((heading.angular_velocity_covariance[0], heading.linear_acceleration_covariance[0]), (-1, -1))
 
     def places_are_converted(self):
         point = self.call('fromLL', FromLL, GeoPoint(HERE[0] + 1e-4, *HERE[1:])).map_point

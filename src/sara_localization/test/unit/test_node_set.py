@@ -48,6 +48,9 @@ def test_one_node_s_parameters_are_no_set():
         (changed(NAVSAT, ('datum',), wait_for_datum=False, magnetic_declination_radians=0.0), OK, 'true north'),
         (changed(NAVSAT, wait_for_datum=False), WARN, 'datum has no effect without wait_for_datum'),
         (changed(NAVSAT, yaw_offset=90.0), WARN, 'yaw_offset is 90: it counts in radians'),
+        (changed(MAP, ('imu1_orientation_correlation_time',)), WARN, '2 inputs measure yaw itself (imu0, imu1)'),
+        (changed(NAVSAT, velocity_heading=False), ERROR, 'imu1 of ekf_se_map is gps/heading, which'),
+        (changed(MAP, ('imu1',)), WARN, 'gives gps/heading (velocity_heading), and no filter takes it'),
         (changed(MAP, odom0_config=[1, 2]), ERROR, 'ekf_se_map: odom0_config'),
     ],
 )

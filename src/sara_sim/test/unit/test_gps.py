@@ -26,9 +26,10 @@ DATE = 2026, 1, 1
 
 
 def errors(config, seconds, seed=0):
-    """(n, 5): east, north, up, has_fix, jumped."""
+    """(n, 7): east, north, up, has_fix, jumped, velocity east, north."""
     of = GpsErrors(config, seed)
-    return np.array([of.step() for _ in range(round(seconds * config.rate))], dtype=float)
+    steps = [of.step() for _ in range(round(seconds * config.rate))]
+    return np.array([(*step[:5], *step.velocity) for step in steps], dtype=float)
 
 
 def heard(receiver, pose, velocity, seconds):
@@ -49,6 +50,23 @@ def test_slow_error_has_its_deviation_and_its_correlation():
     correlation = np.mean(table[lag:] * table[:-lag]) / table.var()
     assert correlation == pytest.approx(math.exp(-1.0), abs=0.08)
     assert np.diff(table, axis=0).std() == pytest.approx(1.5 * math.sqrt(2.0 * (1.0 - math.exp(-0.4 / 4.0))), rel=0.02)
+
+
+def test_the_velocity_errs_on_its_own():
+    velocity = errors(CLEAN, 4000.0)[:, 5:]
+    assert velocity.std() == pytest.approx(0.05, rel=0.05)
+    correlation = np.mean(velocity[1:] * velocity[:-1]) / velocity.var()
+    assert correlation == pytest.approx(math.exp(-0.4), abs=0.03)
+    means = velocity.reshape(-1, 25, 2).mean(axis=1)  # of 10 s
+    assert means.std() == pytest.approx(0.021, rel=0.1)
+    white = errors(GpsConfig(speed_correlation_time=0.0, jump_interval=0.0), 4000.0)[:, 5:]
+    assert np.mean(white[1:] * white[:-1]) / white.var() == pytest.approx(0.0, abs=0.03)
+
+
+def test_multipath_throws_the_velocity():
+    table = errors(GpsConfig(speed_sigma=0.0), 1000.0)
+    jumped = table[:, 4].astype(bool)
+    assert np.hypot(*table[:, 5:].T)[jumped] == pytest.approx(0.5) and not table[~jumped, 5:].any()
 
 
 def test_multipath_jumps_come_last_and_are_as_far_as_asked():
@@ -118,7 +136,8 @@ def test_a_chair_carries_one_and_drives_the_same_with_it():
 
 
 @pytest.mark.parametrize(
-    'wrong', [{'rate': 3.0}, {'rate': 0.0}, {'sigma': -1.0}, {'jump': math.nan}, {'outage_duration': 0}]
+    'wrong',
+    [{'rate': 3.0}, {'rate': 0.0}, {'sigma': -1.0}, {'jump': math.nan}, {'outage_duration': 0}, {'jump_speed': -1}],
 )
 def test_wrong_numbers_are_named(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):

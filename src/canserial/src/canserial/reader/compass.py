@@ -72,6 +72,11 @@ class Compass:
         self._gain, self.iron = gain, self._iron
 
     @property
+    def waits(self) -> bool:
+        """Whether it is calibrated and there is no heading yet."""
+        return self.filter is not None and not self.filter.started
+
+    @property
     def efforts(self) -> tuple[float, float]:
         now = -math.inf if self._imu is None else self._imu.stamp
         known = self._speeds[RIGHT], self._speeds[LEFT]

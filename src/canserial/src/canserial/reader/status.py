@@ -14,6 +14,7 @@ POWER_UP = 60.0  # s; the sensor node calibrates itself for 30 s after it is swi
 KINDS_SHOWN = 4  # of what was dropped lately; all are in the figures
 RECENT = 10.0  # s; what was dropped so long ago still counts as "lately"
 DISTURBED = 10.0  # s
+NO_HEADING = 'no imu/heading yet: the compass waits for 2 s at rest in the undisturbed field of the earth'
 SENSOR_NODE = 'the sensor node calibrates itself for 30 s after it is switched on: keep the chair still'
 
 
@@ -145,8 +146,8 @@ def _compass_texts(reader, now, silent):
         return []
     if compass.filter is None:
         return [(WARN, 'the compass is not calibrated (calibrate_compass), so no imu/heading')]
-    if not compass.filter.started:
-        return [(WARN, 'no imu/heading yet: the compass waits for 2 s at rest in the undisturbed field of the earth')]
+    if compass.waits:
+        return [(WARN, NO_HEADING)]
     away = now - compass.clear_stamp
     if away > DISTURBED:
         sigma = math.degrees(math.sqrt(compass.filter.yaw_variance))

@@ -33,7 +33,7 @@ from canserial.reader.readings import (
     ModeReading,
     RangeReading,
 )
-from canserial.reader.status import status_of
+from canserial.reader.status import NO_HEADING, status_of
 from canserial.ros import calibration_store, conversions
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.ros.diagnostics import Diagnostics
@@ -235,12 +235,13 @@ class ReadNode:
 
     def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
-        restarts, ready = 0, self.reader.ready
+        restarts, ready, waits = 0, self.reader.ready, False
         while not self.stopping.wait(1.0):
             with self.lock:
                 status = status_of(self.reader, rospy.get_time())
                 counters = dict(self.reader.counters)
                 was_ready, ready, calibration = ready, self.reader.ready, self.reader.calibration
+                waited, waits = waits, self.reader.compass is not None and self.reader.compass.waits
             text = status.text
             if not self.reader.frames:
                 text = f'waiting for frames on {rospy.resolve_name("canrx")}'
@@ -248,6 +249,10 @@ class ReadNode:
                 rospy.logwarn_throttle(10.0, text)
             elif not ready:
                 rospy.loginfo_throttle(5.0, text)
+            elif waits:
+                rospy.logwarn_throttle(10.0, f'{NO_HEADING}: let the chair stand')
+            elif waited:
+                rospy.loginfo('imu/heading has begun')
             if ready and not was_ready:
                 self.on_ready(calibration)
             if calibration is not None and calibration.persistent:

@@ -15,7 +15,7 @@ import numpy as np
 
 from canserial.reader.readings import EncoderReading, HeadingReading
 from nmea_navsat_driver.config import DriverConfig
-from nmea_navsat_driver.receiver import Fix, Receiver
+from nmea_navsat_driver.receiver import Fix, Receiver, Velocity
 from nmea_navsat_driver.sentences import Lines
 from sara_bringup.paths import share
 from sara_common.planar import Pose2D, between, wrap_exact
@@ -58,13 +58,15 @@ class StreetDrive(NamedTuple):
 
     `truth`: t, x, y, yaw, 20 a second. `headings`: t, roll, pitch, yaw, yaw variance, turn rate. `wheels`: t, speed and
     its variance. `fixes`: t, status, latitude, longitude, variances east and north, whether multipath throws it off,
-    error east and north. `declination`: rad by which magnetic north lies east of true north.
+    error east and north. `velocities`: t, east, north of the antenna (m/s). `declination`: rad by which magnetic north
+    lies east of true north.
     """
 
     truth: np.ndarray
     headings: np.ndarray
     wheels: np.ndarray
     fixes: np.ndarray
+    velocities: np.ndarray
     declination: np.ndarray
 
     @property
@@ -107,7 +109,7 @@ class _Recorder:
         self._base = CanBase.from_config(self.vehicle.bus, control, True)
         self._controller = DiffDriveController(control)
         self._lines, self._receiver, self._steps = Lines(), Receiver(DriverConfig()), 0
-        self.truth, self.headings, self.wheels, self.fixes = [], [], [], []
+        self.truth, self.headings, self.wheels, self.fixes, self.velocities = [], [], [], [], []
 
     def step(self, v: float, w: float) -> None:
         """10 ms towards this speed (m/s, rad/s)."""
@@ -121,9 +123,11 @@ class _Recorder:
         for line in self._lines.feed(chair.gps.sent):
             for message in self._receiver.on_line(line, chair.time):
                 if isinstance(message, Fix):
-                    east, north, _, _, jumped = chair.gps.error
+                    error = chair.gps.error
                     place = message.status, message.latitude, message.longitude, *message.variances[:2]
-                    self.fixes.append((message.stamp, *place, jumped, east, north))
+                    self.fixes.append((message.stamp, *place, error.jumped, error.east, error.north))
+                elif isinstance(message, Velocity):
+                    self.velocities.append(tuple(message))
         if self._steps % TRUTH_STEPS == 0:
             self.truth.append((chair.time, *chair.pose))
         self._steps += 1
@@ -147,9 +151,8 @@ def record(seed: int, gps: GpsConfig = GPS, length: float = LENGTH) -> StreetDri
         off = wrap_exact(math.atan2(to_y - y, to_x - x) - yaw)
         recorder.step(SPEED if abs(off) < STRAIGHT else 0.0, min(max(2.0 * off, -TURN), TURN))
     east, north, _ = recorder.chair.magnetism.earth
-    rows = (
-        np.array(rows, dtype=float) for rows in (recorder.truth, recorder.headings, recorder.wheels, recorder.fixes)
-    )
+    told = recorder.truth, recorder.headings, recorder.wheels, recorder.fixes, recorder.velocities
+    rows = (np.array(rows, dtype=float) for rows in told)
     return StreetDrive(*rows, np.array(math.atan2(east, north)))
 
 

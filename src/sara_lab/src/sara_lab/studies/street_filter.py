@@ -23,6 +23,7 @@ from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.gps.fixes import FixData
 from sara_localization.gps.navsat import NavSat
 from sara_localization.gps.navsat_config import NavSatConfig
+from sara_localization.gps.velocity_heading import VelocityData, VelocityHeading
 from sara_localization.inputs.data import ImuData, OdometryData
 from sara_sim.world import luck
 
@@ -71,6 +72,7 @@ class StreetFilter:
         )
         self.engine = FilterEngine(config, self.transforms, self._hear)
         self.navsat = NavSat(NavSatConfig.from_params(tree[NAVSAT]), self.transforms, self._hear, today=_no_date)
+        self.heading = VelocityHeading(self.navsat, self.transforms, self._hear)
         self.period = 1.0 / config.frequency
         self._navsat_every = 1.0 / self.navsat.config.frequency
         self._navsat_at = 0.0
@@ -101,6 +103,13 @@ class StreetFilter:
         covariance = np.diag((east, north, 4.0 * east))
         fix = FixData(stamp, 'gps', int(status), latitude, longitude, math.nan, covariance, 2 if status >= 0 else 0)
         self.navsat.on_fix(fix, stamp)
+
+    def on_velocity(self, row: np.ndarray) -> None:
+        """A row of StreetDrive.velocities."""
+        stamp, east, north = row.tolist()
+        heading = self.heading.on_velocity(VelocityData(stamp, 'gps', east, north))
+        if heading is not None:
+            self.engine.add_imu('imu1', heading)
 
     def tick(self, now: float) -> Any:
         """A cycle of both at a time (s): FilterOutput or None."""
@@ -154,4 +163,9 @@ def replay(drive: StreetDrive, seed: int, changed: Mapping[str, Any] | None = No
 
 
 def _inputs(street, drive):
-    return (street.on_heading, drive.headings), (street.on_wheels, drive.wheels), (street.on_fix, drive.fixes)
+    return (
+        (street.on_heading, drive.headings),
+        (street.on_wheels, drive.wheels),
+        (street.on_fix, drive.fixes),
+        (street.on_velocity, drive.velocities),
+    )

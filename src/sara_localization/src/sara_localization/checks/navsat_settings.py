@@ -24,6 +24,7 @@ _ITS_OWN = (
     'wait_for_datum',
     'datum',
     'use_local_cartesian',
+    'velocity_heading',
 )
 _GPS = 'odometry/gps'
 _LARGEST_DECLINATION = math.radians(45.0)

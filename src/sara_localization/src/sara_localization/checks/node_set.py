@@ -20,6 +20,7 @@ from sara_localization.filters.state import YAW
 from sara_localization.gps.navsat_config import NavSatConfig
 
 Filters = Mapping[str, FilterConfig]
+HEADING = 'gps/heading'
 _FUSED = ('odometry/filtered', 'odometry/filtered_map', 'odometry/local', 'odometry/global')
 """How filters' own outputs are usually called."""
 
@@ -107,7 +108,29 @@ def _gps(filters: Filters, navsats: Mapping[str, dict]) -> Iterator[Finding]:
                     'counts twice. Give both filters the sensors themselves.',
                 )
     for name, params in navsats.items():
+        yield from _velocity_heading(name, params, filters)
         yield from _yaw(name, params, filters, takers)
+
+
+def _is_heading(i):
+    """Whether an input is navsat_transform_node's gps/heading, which counts from the world frame, not from north."""
+    return i.kind == 'imu' and i.topic.strip('/').endswith(HEADING)
+
+
+def _velocity_heading(name, params, filters):
+    """gps/heading that nobody takes, or that nobody gives."""
+    takers = [f'{i.name} of {taker}' for taker, config in filters.items() for i in config.inputs if _is_heading(i)]
+    given = params.get('velocity_heading') is True
+    if given and filters and not takers:
+        yield warning(
+            'velocity_heading',
+            f'{name} gives {HEADING} (velocity_heading), and no filter takes it: the one with world_frame: map needs '
+            'it as an imuN, for its yaw.',
+        )
+    if takers and not given:
+        yield error(
+            'velocity_heading', f'{takers[0]} is {HEADING}, which {name} gives with velocity_heading: true alone.'
+        )
 
 
 def _yaw(name, params, filters, takers):
@@ -117,7 +140,7 @@ def _yaw(name, params, filters, takers):
     except ConfigError:
         return
     measured = any(
-        i.mask[YAW] and not i.differential and not i.relative
+        i.mask[YAW] and not i.differential and not i.relative and not _is_heading(i)
         for taker, inputs in takers.items()
         if inputs
         for i in filters[taker].inputs

@@ -74,11 +74,11 @@ def _moves_forward(config, rates):
 
 
 def contradicting(config: FilterConfig) -> list[Finding]:
-    """Pose variables that several inputs measure themselves."""
-    found = []
+    """Pose variables that several inputs measure themselves, unless all say how long their errors persist: no drift."""
+    found, drifts = [], {i.name for i in config.inputs if not i.correlation_time}
     for variable in range(POSE.start, POSE.stop):
         names = absolute_sources(config, variable)
-        if len(names) > 1 and not (config.two_d_mode and variable in OFF_PLANE):
+        if len(names) > 1 and drifts.intersection(names) and not (config.two_d_mode and variable in OFF_PLANE):
             # What drifts (wheels) gives way to what does not.
             drifting = next((name for name in reversed(names) if name.startswith('odom')), names[-1])
             found.append(

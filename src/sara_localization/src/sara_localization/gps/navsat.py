@@ -78,7 +78,7 @@ class NavSat:
         self._zone: Zone | None = None
         self._by_datum = config.wait_for_datum
         self._began = self._now = None
-        self._last: OdometryData | None = None
+        self.odometry: OdometryData | None = None
         self._last_status, self._filtered_at = 0, None
         self._told = False  # the newest transform has been given out
         if config.wait_for_datum and config.datum is not None:
@@ -106,7 +106,7 @@ class NavSat:
         if not frame:
             self._problem('odometry', 'no_frame', 'a message has no frame_id: dropped')
             return
-        if self._last is not None and frame != self.frames.world:
+        if self.odometry is not None and frame != self.frames.world:
             why = f'a message in the frame {frame} is dropped; those before were in {self.frames.world}'
             self._problem('odometry', 'other_frame', f'{why}. Do two nodes publish it?')
             return
@@ -118,7 +118,7 @@ class NavSat:
             self._problem('odometry', 'not_usable', f'a message is dropped: {why}')
             return
         account.used += 1
-        self.frames, self._last = Frames(frame, base or self.frames.base), data
+        self.frames, self.odometry = Frames(frame, base or self.frames.base), data
 
     @property
     def needs_imu(self) -> bool:
@@ -129,7 +129,7 @@ class NavSat:
         """A heading of the robot."""
         account = self.accounts['imu']
         account.received += 1
-        if not self.needs_imu or self._last is None:  # nobody knows yet which frame the robot's is
+        if not self.needs_imu or self.odometry is None:  # nobody knows yet which frame the robot's is
             return
         problem = self._imu.add(data, self.frames.base)
         if problem is None:
@@ -207,7 +207,7 @@ class NavSat:
             self._imu.clear()
             self._began = now
             if self.restarts:
-                self._last, self._told = None, False
+                self.odometry, self._told = None, False
                 self.world = self.world if self._by_datum else None
         self._now = now
         if self._began is None:
@@ -266,14 +266,14 @@ class NavSat:
             return None
         self._filtered_at = newest.stamp
         try:
-            return answers.filtered_fix(self.world, self._last, newest.pose, self.frames.base, self._last_status)
+            return answers.filtered_fix(self.world, self.odometry, newest.pose, self.frames.base, self._last_status)
         except NoPlace as error:
             self._problem('odometry', 'out_of_grid', f'gps/filtered lacks a position: {error}')
             return None
 
     def _transform(self, now) -> StampedTransform | None:
         """What is broadcast, each time it has changed."""
-        if not self.config.broadcast_cartesian_transform or self._told or self._last is None:
+        if not self.config.broadcast_cartesian_transform or self._told or self.odometry is None:
             return None
         self._told = True
         return answers.grid_transform(self.world, self.config, self.frames.world, now)
@@ -288,7 +288,7 @@ class NavSat:
             return 'waiting for a datum: call the service datum, or set the parameter datum'
         if self._now is not None and self._now - self._began < self.config.delay:
             return f'waiting for the {self.config.delay:g} s of the parameter delay'
-        lacking = ['odometry'] if self._last is None else []
+        lacking = ['odometry'] if self.odometry is None else []
         lacking += ['imu'] if self.needs_imu and not self.accounts['imu'].used else []
         lacking += [] if self.accounts['fix'].last_stamp else ['fix']
         topics = [self.accounts[name].topic for name in lacking]

@@ -30,7 +30,7 @@ _HINTS = {
 
 @dataclass(frozen=True)
 class NavSatConfig:
-    """Hz, s, rad, m.
+    """Hz, s, rad, m, m/s.
 
     magnetic_declination_radians: None where the world magnetic model is to say it. datum: latitude, longitude (deg),
     heading (rad, 0 east).
@@ -51,6 +51,8 @@ class NavSatConfig:
     cartesian_frame_id: str = 'utm'
     transform_timeout: float = 0.0
     assumed_sigma: float = 5.0
+    velocity_heading: bool = False
+    velocity_sigma: float = 0.1
     warnings: tuple[str, ...] = ()
 
     @classmethod
@@ -60,7 +62,8 @@ class NavSatConfig:
         warnings = _renamed(params)
         reader, values = ParameterReader(params), {}
         values['frequency'] = reader.number('frequency', cls.frequency, above=0.0)
-        values['assumed_sigma'] = reader.number('assumed_sigma', cls.assumed_sigma, above=0.0)
+        for name in ('assumed_sigma', 'velocity_sigma'):
+            values[name] = reader.number(name, getattr(cls, name), above=0.0)
         for name in ('delay', 'transform_timeout'):
             values[name] = reader.number(name, 0.0, low=0.0)
         values['yaw_offset'] = reader.number('yaw_offset', 0.0)

@@ -14,7 +14,6 @@ from nmea_navsat_driver.sentences import framed
 from sara_common.planar import Pose2D, compose
 from sara_sim.chips.gps_config import GpsConfig
 from sara_sim.chips.gps_errors import GpsError, GpsErrors
-from sara_sim.world import luck
 
 ALTITUDE, GEOID = 588.0, 51.5
 """m of the floor above the sea, and of the sea above the ellipsoid."""
@@ -56,7 +55,7 @@ class GpsReceiver:
         self.error: GpsError | None = None
         self.antenna = (0.0, 0.0)
         self._origin, self._mount = origin, mount
-        self._errors, self._noise = GpsErrors(config, seed), luck.stream(seed, 'gps_speed')
+        self._errors = GpsErrors(config, seed)
         self._start = datetime.datetime(*date, tzinfo=datetime.UTC)
         self._steps = 0
 
@@ -91,9 +90,9 @@ class GpsReceiver:
         """(east, north) m/s of the antenna, as measured."""
         forward, turn = velocity
         x, y = forward - turn * self._mount.y, turn * self._mount.x
-        noise = self._noise.normal(0.0, self.config.speed_sigma, 2)
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        return c * x - s * y + noise[0], s * x + c * y + noise[1]
+        east, north = self.error.velocity
+        return c * x - s * y + east, s * x + c * y + north
 
 
 def _angle(degrees, digits, signs):

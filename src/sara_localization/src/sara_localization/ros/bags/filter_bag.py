@@ -39,7 +39,7 @@ from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools, gps_options
 from sara_localization.ros.bags.bag_filter import BagFilter
 from sara_localization.ros.bags.bag_tools import UsageError, checked_config, load_params, static_transform
-from sara_localization.ros.bags.gps_filter import GPS, GpsBagFilter, GpsInputs
+from sara_localization.ros.bags.gps_filter import GPS, HEADING, GpsBagFilter, GpsInputs
 from sara_localization.ros.inputs import resolved
 from sara_localization.ros.navsat import messages
 
@@ -148,7 +148,7 @@ def run(
         tables += [track] if wanted.plot or wanted.reference else []
         known = _reference(source, wanted.reference) if wanted.reference else None
         said = bag_tools.Warnings(quiet)
-        own = [(GPS, 'nav_msgs/Odometry')] if wanted.gps else []
+        own = [(GPS, 'nav_msgs/Odometry'), (HEADING, 'sensor_msgs/Imu')] if wanted.gps else []
         for _, sentence in bag_tools.wrong_topics(config, bag_tools.topic_types(source) + own):
             said(sentence)
         rest = {'on_output': _spread(to_bag, tables), 'report': said, 'on_input': tracks.add}

@@ -1,7 +1,8 @@
 """A filter and navsat_transform_node together over a bag, each feeding the other, in lockstep with the recorded times.
 
 The node has its own rate: its cycles run with the first tick of the filter at or after their time. It takes the
-filter's output as odometry/filtered; odometry/gps goes to the inputs of that topic, and never comes from the bag.
+filter's output as odometry/filtered; odometry/gps and gps/heading go to the inputs of these topics, and never come from
+the bag.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from sara_localization.config.filter_config import FilterConfig
 from sara_localization.geometry.stamps import Stamp
 from sara_localization.gps.navsat import TOPICS, NavSat
 from sara_localization.gps.navsat_config import NavSatConfig
+from sara_localization.gps.velocity_heading import VelocityHeading
 from sara_localization.inputs.data import FilterOutput, OdometryData
 from sara_localization.ros import conversions
 from sara_localization.ros.bags.bag_filter import BagFilter
@@ -23,17 +25,18 @@ from sara_localization.ros.bags.bag_tools import UsageError
 from sara_localization.ros.inputs import resolved
 from sara_localization.ros.navsat import messages
 
-GPS = '/odometry/gps'
+GPS, HEADING = '/odometry/gps', '/gps/heading'
 
 
 class GpsInputs(NamedTuple):
-    """The node's parameters, and the bag's topics (with a leading slash) of fixes and of the IMU that tells the
-    heading.
+    """The node's parameters, and the bag's topics (with a leading slash) of fixes, of the IMU that tells the heading,
+    and of the receiver's velocities, which count with velocity_heading.
     """
 
     config: NavSatConfig
     fix: str = '/gps/fix'
     imu: str = '/imu/data'
+    velocity: str = '/gps/vel'
 
 
 class GpsBagFilter(BagFilter):
@@ -62,12 +65,16 @@ class GpsBagFilter(BagFilter):
         self.gps, self._on_gps, self._given = gps, on_gps, given
         names = {**TOPICS, 'fix': gps.fix, 'imu': gps.imu}
         self.navsat = NavSat(gps.config, self.buffer, self.report, inform, no_date, topics=names)
+        self.heading = None
+        if gps.config.velocity_heading:
+            self.heading = VelocityHeading(self.navsat, self.buffer, self.report, gps.velocity)
         self._cycles = 0
 
     @property
     def topics(self) -> list[str]:
         """All topics to be read from the bag, with a leading slash."""
-        return [topic for topic in super().topics if topic != GPS] + [self.gps.fix, self.gps.imu]
+        own = [self.gps.fix, self.gps.imu] + ([self.gps.velocity] if self.heading else [])
+        return [topic for topic in super().topics if topic not in (GPS, HEADING)] + own
 
     def deliver(self, topic: str, msg: object, received: rospy.Time | Stamp) -> None:
         """One message of the bag, at the time it was received."""
@@ -78,6 +85,10 @@ class GpsBagFilter(BagFilter):
             self.navsat.on_fix(messages.fix(_read(msg, topic, 'sensor_msgs/NavSatFix')), now)
         elif topic == self.gps.imu and self.navsat.needs_imu:
             self.navsat.on_imu(conversions.imu(_read(msg, topic, 'sensor_msgs/Imu')))
+        elif topic == self.gps.velocity and self.heading:
+            found = self.heading.on_velocity(messages.velocity(_read(msg, topic, 'geometry_msgs/TwistStamped')))
+            if found is not None:
+                self._enter(HEADING, found)
 
     def _took(self, now: Stamp, output: FilterOutput) -> None:
         if output.published:

@@ -13,7 +13,7 @@ from sara_localization.ros.inputs import resolved
 
 
 def add(parser: argparse.ArgumentParser, required: bool = False) -> None:
-    """--navsat, --fix, --imu."""
+    """--navsat, --fix, --imu, --vel."""
     parser.add_argument(
         '--navsat',
         required=required,
@@ -24,9 +24,14 @@ def add(parser: argparse.ArgumentParser, required: bool = False) -> None:
 
 
 def add_topics(parser: argparse.ArgumentParser) -> None:
-    """--fix, --imu."""
+    """--fix, --imu, --vel."""
     parser.add_argument('--fix', default=GpsInputs._field_defaults['fix'], help='topic of its fixes (%(default)s)')
     parser.add_argument('--imu', default=GpsInputs._field_defaults['imu'], help='topic of its IMU (%(default)s)')
+    parser.add_argument(
+        '--vel',
+        default=GpsInputs._field_defaults['velocity'],
+        help="topic of the receiver's velocities, for velocity_heading (%(default)s)",
+    )
 
 
 def inputs(arguments: argparse.Namespace, quiet: bool = False) -> GpsInputs:
@@ -37,4 +42,4 @@ def inputs(arguments: argparse.Namespace, quiet: bool = False) -> GpsInputs:
         raise UsageError(f'{arguments.navsat}: {error}') from None
     for warning in () if quiet else config.warnings:
         print(f'warning: {arguments.navsat}: {warning}', file=sys.stderr)
-    return GpsInputs(config, resolved(arguments.fix), resolved(arguments.imu))
+    return GpsInputs(config, resolved(arguments.fix), resolved(arguments.imu), resolved(arguments.vel))

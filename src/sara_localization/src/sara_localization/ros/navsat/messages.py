@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import NavSatFix, NavSatStatus
+from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
 from sara_localization.geometry.rigid import Transform
 from sara_localization.gps.fixes import FixData
-from sara_localization.inputs.data import OdometryData
+from sara_localization.gps.velocity_heading import VelocityData
+from sara_localization.inputs.data import ImuData, OdometryData
 from sara_localization.ros import conversions
 
 
@@ -24,6 +26,12 @@ def fix(msg: NavSatFix) -> FixData:
         np.array(msg.position_covariance, dtype=float).reshape(3, 3),
         msg.position_covariance_type,
     )
+
+
+def velocity(msg: TwistStamped) -> VelocityData:
+    """A receiver's velocity."""
+    v = msg.twist.linear
+    return VelocityData(conversions.seconds(msg.header.stamp), msg.header.frame_id, v.x, v.y)
 
 
 def fix_message(data: FixData) -> NavSatFix:
@@ -44,4 +52,16 @@ def odometry_message(data: OdometryData) -> Odometry:
     msg.child_frame_id = data.child_frame_id
     conversions.fill_pose(msg.pose.pose, Transform(tuple(data.position), tuple(data.orientation)))
     msg.pose.covariance = data.pose_covariance.ravel().tolist()
+    return msg
+
+
+def heading_message(data: ImuData) -> Imu:
+    """gps/heading."""
+    msg = Imu()
+    msg.header.stamp, msg.header.frame_id = conversions.ros_time(data.stamp), data.frame_id
+    q = msg.orientation
+    q.x, q.y, q.z, q.w = data.orientation
+    msg.orientation_covariance = data.orientation_covariance.ravel().tolist()
+    msg.angular_velocity_covariance = data.angular_velocity_covariance.ravel().tolist()
+    msg.linear_acceleration_covariance = data.linear_acceleration_covariance.ravel().tolist()
     return msg

@@ -1,7 +1,8 @@
 """navsat_transform_node: a GPS receiver's fixes in a robot's world frame, under the names of robot_localization's.
 
-In: odometry/filtered, imu/data, gps/fix, tf. Out: odometry/gps, gps/filtered, the transform between UTM (or a local
-plane) and the world frame, /diagnostics. Services: datum, toLL, fromLL, fromLLArray, setUTMZone.
+In: odometry/filtered, imu/data, gps/fix, gps/vel, tf. Out: odometry/gps, gps/filtered, gps/heading, the transform
+between UTM (or a local plane) and the world frame, /diagnostics. Services: datum, toLL, fromLL, fromLLArray,
+setUTMZone.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import threading
 import rospy
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix
 
@@ -39,6 +40,7 @@ from sara_localization.geometry.stamps import Stamp
 from sara_localization.gps.navsat import TOPICS, NavSat
 from sara_localization.gps.navsat_config import NavSatConfig
 from sara_localization.gps.navsat_status import problem_counts, status
+from sara_localization.gps.velocity_heading import VELOCITY, VelocityHeading
 from sara_localization.ros import conversions, wire
 from sara_localization.ros.cycle import Cycle
 from sara_localization.ros.mailbox import Mailbox
@@ -56,9 +58,10 @@ class NavSatNode:
 
     def __init__(self, config: NavSatConfig):
         self.config, self.lock = config, threading.RLock()
+        transforms = Tf2Transforms(config.transform_timeout)
         self.navsat = NavSat(
             config,
-            Tf2Transforms(config.transform_timeout),
+            transforms,
             report=rospy.logwarn,
             inform=rospy.loginfo,
             topics={name: rospy.resolve_name(topic) for name, topic in TOPICS.items()},
@@ -79,6 +82,10 @@ class NavSatNode:
             self.mailbox.subscribe(TOPICS['imu'], Imu, self.on_imu, QUEUE),
             self.mailbox.subscribe(TOPICS['fix'], NavSatFix, self.on_fix, QUEUE),
         ]
+        if config.velocity_heading:
+            self.heading_pub = rospy.Publisher('gps/heading', Imu, queue_size=10, tcp_nodelay=True)
+            self.heading = VelocityHeading(self.navsat, transforms, rospy.logwarn, rospy.resolve_name(VELOCITY))
+            self.subscribers.append(self.mailbox.subscribe(VELOCITY, TwistStamped, self.on_velocity, QUEUE))
         self.services = [
             rospy.Service('datum', SetDatum, self.on_datum),
             rospy.Service('toLL', ToLL, self.on_to_ll),
@@ -103,6 +110,12 @@ class NavSatNode:
         """A receiver's fix."""
         self.last_fix = self.now
         self.navsat.on_fix(messages.fix(NavSatFix().deserialize(data)), self.now)
+
+    def on_velocity(self, data: bytes) -> None:
+        """A receiver's velocity."""
+        heading = self.heading.on_velocity(messages.velocity(TwistStamped().deserialize(data)))
+        if heading is not None:
+            publish(self.heading_pub, messages.heading_message(heading))
 
     def tick(self, now: Stamp) -> None:
         """A cycle at `now`; whatever goes wrong in one must not end the next."""
