@@ -24,6 +24,10 @@ KINDS = {
     'datum refused',
     'zone refused',
     'gps/filtered',
+    'gps/heading',
+    'velocity other_speed',
+    'velocity other_time',
+    'velocity no_antenna',
     'transforms',
 }
 

@@ -104,8 +104,9 @@ def test_what_is_faulty_is_dropped_and_said(changes, words):
     assert driver.drive((0.8, 0.0)) is not None
 
 
-def test_odometry_that_is_no_number_tells_nothing():
+def test_odometry_that_is_no_number_or_turns_too_fast_tells_nothing():
     driver = Driver()
+    assert driver.drive((0.8, 0.0), turn=1e300) is None
     assert driver.drive((math.nan, 0.0), east=0.8, north=0.0) is None
 
 

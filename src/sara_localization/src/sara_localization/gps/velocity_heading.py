@@ -77,15 +77,17 @@ class VelocityHeading:
         speed = math.hypot(*moving)
         if not speed >= SLOWEST * self._sigma:
             return None
+        deviation = math.hypot(self._sigma / speed, SMOOTHED * odometry.angular[2])
+        if not deviation < math.pi:
+            return None
         self._account.used += 1
         self._account.last_stamp = velocity.stamp
         yaw = math.atan2(velocity.north, velocity.east) - world.anchor.heading - math.atan2(moving[1], moving[0])
-        variance = (self._sigma / speed) ** 2 + (SMOOTHED * odometry.angular[2]) ** 2
         return ImuData(
             velocity.stamp,
             self._navsat.frames.base,
             quaternion_from_rpy(0.0, 0.0, math.remainder(yaw, 2.0 * math.pi)),
-            np.diag((UNMEASURED, UNMEASURED, variance)),
+            np.diag((UNMEASURED, UNMEASURED, deviation * deviation)),
             angular_velocity_covariance=NOT_MEASURED,
             linear_acceleration_covariance=NOT_MEASURED,
         )

@@ -1,4 +1,4 @@
-"""Random fixes, odometry, IMU messages, clocks, datums and zones at navsat_transform_node.
+"""Random fixes, velocities, odometry, IMU messages, clocks, datums and zones at navsat_transform_node.
 
 `fuzz_navsat(count, seed)` tells what came of `count` inputs. Nothing may be raised but NoPlace by a service, every
 output must be finite with a covariance that is one, and every kind of trouble is said once.
@@ -19,6 +19,7 @@ from sara_localization.gps.grid import NoPlace
 from sara_localization.gps.navsat import NavSat
 from sara_localization.gps.navsat_config import NavSatConfig
 from sara_localization.gps.navsat_status import status
+from sara_localization.gps.velocity_heading import VelocityData, VelocityHeading
 from sara_localization.inputs.data import ImuData, OdometryData
 
 INPUTS_PER_NODE = 250
@@ -49,11 +50,13 @@ class _Node:
         self.config = _config(rng)
         restarts = bool(rng.random() < 0.5)
         self.node = NavSat(self.config, buffer, self.said.append, today=lambda: TODAY, restarts=restarts)
+        self.heading = VelocityHeading(self.node, buffer, self.said.append)
         self.now = 1.7e9 if rng.random() < 0.8 else 10.0
 
     def run(self, count):
         acts = (
-            (0.25, self._fix),
+            (0.2, self._fix),
+            (0.05, self._velocity),
             (0.3, self._odometry),
             (0.15, self._imu),
             (0.24, self._tick),
@@ -88,6 +91,18 @@ class _Node:
             int(rng.choice([0, 1, 2, 3, 77])),
         )
         self.node.on_fix(fix, self.now)
+
+    def _velocity(self):
+        rng = self.rng
+        east, north, stamp = _number(rng, 1.0, 0.05), _number(rng, 1.0, 0.05), _stamp(rng, self.now)
+        if self.node.odometry is not None and rng.random() < 0.5:  # a speed that the odometry has, too
+            east, north = self.node.odometry.linear[:2]
+        frame = FRAMES[rng.integers(2 if rng.random() < 0.9 else len(FRAMES))]
+        found = self.heading.on_velocity(VelocityData(stamp, frame, east, north))
+        if found is not None:
+            self.report.kinds['gps/heading'] += 1
+            if not np.isfinite((*found.orientation, found.orientation_covariance[2, 2])).all():
+                self._fault(f'gps/heading is not finite: {found}')
 
     def _odometry(self):
         rng = self.rng
@@ -196,6 +211,7 @@ def _config(rng):
     if params['wait_for_datum'] and rng.random() < 0.5:
         params['datum'] = [float(rng.uniform(-79, 79)), float(rng.uniform(-180, 180)), float(rng.normal())]
     params['yaw_offset'] = float(rng.choice([0.0, math.pi / 2, -1e6]))
+    params['velocity_sigma'] = float(rng.choice([0.1, 0.05, 1e-9, 1e9]))
     params['delay'] = float(rng.choice([0.0, 0.0, 3.0, 1e300]))
     return NavSatConfig.from_params(params)
 
