@@ -72,3 +72,15 @@ def test_what_is_not_met_is_told():
         'jumps_said': 0.9,
     }
     assert len(street._verdict({**good, **bad})) == 5
+
+
+def test_jumps_are_said_as_long_as_the_filter_calls_fixes_outliers():
+    said = [
+        (1.0, 'imu1 (gps/heading): outliers are rejected, 4.0 sigmas off (the gate is 3)'),
+        (2.0, 'odom1 (odometry/gps): outliers are rejected, 5.0 sigmas off (the gate is 3)'),
+        (3.0, 'imu1 (gps/heading): taken again, after 3 outliers in 2.0 s'),
+        (4.0, 'odom1 (odometry/gps): taken again, after 5 outliers in 2.4 s'),
+        (9.0, 'odom1 (odometry/gps): outliers are rejected, 5.0 sigmas off (the gate is 3)'),
+    ]
+    assert street._told(said) == [(2.0, 4.0), (9.0, math.inf)]
+    assert street._told([]) == []

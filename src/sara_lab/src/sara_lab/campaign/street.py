@@ -21,7 +21,7 @@ P95, SHARE, REJECTED = 1.5, 0.015, 0.99
 APART = 2.0 * 2.0 * GPS.correlation_time
 """s between two moments whose errors count as independent: the estimate remembers longer than the receiver errs."""
 SAID_WITHIN = 2.0
-"""s from a jump's first fix to the filter's sentence."""
+"""s from a jump's end until which the filter must have said so."""
 
 
 def street(_seeds: int, folder: Path) -> Part:
@@ -41,7 +41,7 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
     off, outages = np.hypot(errors[:, 0], errors[:, 1]), drive.outages
     fixed = ~np.any([(times >= begin) & (times < end) for begin, end in outages], axis=0)
     chosen = np.searchsorted(times, np.arange(times[0] + APART, times[-1], APART))
-    jumps, said = drive.jumps, [time for time, sentence in done.said if 'outliers are rejected' in sentence]
+    jumps, told = drive.jumps, _told(done.said)
     fates = dict(done.fates.tolist())
     thrown = [fates[row[0]] for row in drive.fixes if row[6] and row[0] in fates]
     good = [fates[row[0]] for row in drive.fixes if not row[6] and row[0] in fates]
@@ -58,8 +58,22 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
         'good': len(good),
         'good_rejected': good.count(0.0),
         'jumps': len(jumps),
-        'jumps_said': sum(any(begin <= time <= end + SAID_WITHIN for time in said) for begin, end in jumps),
+        'jumps_said': sum(any(b <= end + SAID_WITHIN and begin <= e for b, e in told) for begin, end in jumps),
     }
+
+
+def _told(said):
+    """(begin, end) of each time in which the filter's last word is that fixes are outliers, s."""
+    found, begin = [], None
+    for time, sentence in said:
+        if not sentence.startswith('odom1'):
+            continue
+        if 'outliers are rejected' in sentence:
+            begin = time
+        elif begin is not None and 'taken again' in sentence:
+            found.append((begin, time))
+            begin = None
+    return found if begin is None else [*found, (begin, math.inf)]
 
 
 def _grown(drive, times, errors, begin, end):
