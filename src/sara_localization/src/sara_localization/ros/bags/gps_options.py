@@ -21,17 +21,17 @@ def add(parser: argparse.ArgumentParser, required: bool = False) -> None:
         help='the parameters of navsat_transform_node, which runs beside the filter',
     )
     add_topics(parser)
-
-
-def add_topics(parser: argparse.ArgumentParser) -> None:
-    """--fix, --imu, --vel."""
-    parser.add_argument('--fix', default=GpsInputs._field_defaults['fix'], help='topic of its fixes (%(default)s)')
-    parser.add_argument('--imu', default=GpsInputs._field_defaults['imu'], help='topic of its IMU (%(default)s)')
     parser.add_argument(
         '--vel',
         default=GpsInputs._field_defaults['velocity'],
         help="topic of the receiver's velocities, for velocity_heading (%(default)s)",
     )
+
+
+def add_topics(parser: argparse.ArgumentParser) -> None:
+    """--fix, --imu."""
+    parser.add_argument('--fix', default=GpsInputs._field_defaults['fix'], help='topic of its fixes (%(default)s)')
+    parser.add_argument('--imu', default=GpsInputs._field_defaults['imu'], help='topic of its IMU (%(default)s)')
 
 
 def inputs(arguments: argparse.Namespace, quiet: bool = False) -> GpsInputs:
@@ -42,4 +42,5 @@ def inputs(arguments: argparse.Namespace, quiet: bool = False) -> GpsInputs:
         raise UsageError(f'{arguments.navsat}: {error}') from None
     for warning in () if quiet else config.warnings:
         print(f'warning: {arguments.navsat}: {warning}', file=sys.stderr)
-    return GpsInputs(config, resolved(arguments.fix), resolved(arguments.imu), resolved(arguments.vel))
+    topics = GpsInputs(config, resolved(arguments.fix), resolved(arguments.imu))
+    return topics._replace(velocity=resolved(arguments.vel)) if 'vel' in arguments else topics
