@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install deb
+.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install deb arm64
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -11,7 +11,7 @@ ENV    := source devel/setup.bash &&
 
 help: ## this list
 	@echo "SARA: a ROS 1 navigation stack for plain Debian 12"
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
+	@sed -n 's/^\([a-z0-9]*\):.*## /  make \1\t/p' Makefile | expand -t 18
 
 run: build ## drive the simulated chair round the thesis's square; results in out/ (PLATFORM=kate: another robot)
 	@echo "== run: the square on the simulated chair"
@@ -58,6 +58,9 @@ install: build ## install the packages into install/
 
 deb: venv ## Debian packages for robots without a compiler, into out/deb
 	@$(VENV)/bin/python3 tools/deb.py
+
+arm64: build ## set up, build and test on an emulated arm64 Debian 12: hours; resumable; docs/arm64.md
+	@$(VENV)/bin/python3 tools/arm64.py
 
 setup: venv ## only the Debian packages and the Python environment
 

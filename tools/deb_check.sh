@@ -44,12 +44,7 @@ gone() {
 mkdir -p "$work/archives/partial"
 : >"$log"
 echo "== deb_check: a bare Debian 12 (log: $log)"
-if [ ! -d "$work/bare" ]; then
-    mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1)
-    rm -rf "$work/bare.new"
-    debootstrap --variant=minbase bookworm "$work/bare.new" "$mirror" >>"$log" 2>&1 || failed debootstrap
-    mv "$work/bare.new" "$work/bare"
-fi
+tools/bare_debian.sh "$work/bare" "$log" || failed debootstrap
 rm -rf --one-file-system "$root"
 cp -a "$work/bare" "$root"
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
