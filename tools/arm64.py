@@ -37,8 +37,7 @@ SQUARE = 'source devel/setup.bash; rosrun sara_lab experiment square --seed 3 --
 def setup(arm: Machine) -> None:
     """Copy the working tree into the root, and install there what it needs, as on any Debian 12."""
     copy_tree(arm.tree)
-    arm.run(f'apt-get update; apt-get {arm.apt_options} install ca-certificates git make')
-    arm.configure()
+    arm.run(f'apt-get update; apt-get {arm.apt_options} install git make')
     arm.run('make setup')
 
 

@@ -18,8 +18,9 @@ BINFMT_LINE = Path('/usr/lib/binfmt.d/qemu-aarch64.conf')
 # What this machine's pip and apt are told of mirrors and certificates holds in the root, too.
 CONFIGURATION = ('etc/resolv.conf', 'etc/hosts', 'etc/pip.conf', 'etc/ssl/certs/ca-certificates.crt')
 PASSED_ON = ('PIP_', 'http_proxy', 'https_proxy', 'no_proxy')
+PATH = '/usr/sbin:/usr/bin:/sbin:/bin'
 ENVIRONMENT = {
-    'PATH': '/usr/sbin:/usr/bin:/sbin:/bin',
+    'PATH': PATH,
     'HOME': '/root',
     'LC_ALL': 'C.UTF-8',
     'DEBIAN_FRONTEND': 'noninteractive',
@@ -30,7 +31,7 @@ ENVIRONMENT = {
 FILES = {
     'etc/dpkg/dpkg.cfg.d/arm64': 'force-unsafe-io\n'
     + ''.join(f'path-exclude=/usr/share/{name}/*\n' for name in ('doc', 'man', 'locale')),
-    'etc/apt/apt.conf.d/arm64': 'DPkg::Path "/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin";\n',
+    'etc/apt/apt.conf.d/arm64': f'DPkg::Path "/usr/local/bin:{PATH}";\nAcquire::Languages "none";\n',
     'usr/local/bin/py3compile': '#!/bin/sh\n',
     'usr/sbin/policy-rc.d': '#!/bin/sh\nexit 101\n',  # no services
 }
@@ -109,6 +110,9 @@ class Machine:
         """Give the root this machine's dpkg-deb and its libraries: decompressing is most of an installation's work."""
         program = '/usr/bin/dpkg-deb'
         libraries = subprocess.run(['ldd', program], capture_output=True, text=True, check=True).stdout
+        if not (self.root / 'lib64').exists():  # as Debian's own: no /lib but links into /usr
+            (self.root / 'usr/lib64').mkdir(exist_ok=True)
+            (self.root / 'lib64').symlink_to('usr/lib64')
         for name in re.findall(r'/lib\S+', libraries):
             (self.root / name.lstrip('/')).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(name, self.root / name.lstrip('/'))

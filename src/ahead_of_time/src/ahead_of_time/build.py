@@ -20,6 +20,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import library
@@ -230,27 +231,45 @@ def build(target: Target, packages: list[str]) -> list[str]:
         )
     ]
     compile_dispatch(target.folder)
+
+    def done(package, entry):  # an interrupted build goes on from here
+        known[package] = entry
+        write_index(path, index)
+
+    failed = compile_all(target, {package: modules[package] for package in stale}, packages, done) if stale else []
+    write_index(path, index)
+    return failed
+
+
+def compile_all(target: Target, modules: dict, packages: list[str], done: Callable[[str, dict], None]) -> list[str]:
+    """Compile packages, {name: modules}, each in a process of its own, as many at a time as there are cores, largest
+    first; `done(package, entry)` for each that was compiled. Names of the others.
+    """
+    teach_numba()
+    mend_pycc()
+    largest_first = sorted(modules, key=lambda name: -sum(path.stat().st_size for path in modules[name].values()))
     failed = []
-    if stale:
-        teach_numba()
-        mend_pycc()
-        stale.sort(key=lambda package: -sum(path.stat().st_size for path in modules[package].values()))
-        # Each in a process of its own, as many at a time as there are cores, the largest first.
-        with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
-            compiled = [
-                (package, pool.apply_async(compile_aloud, (target, package, modules[package], packages)))
-                for package in stale
-            ]
-            for package, result in compiled:
-                try:
-                    known[package] = result.get()
-                except Exception:  # whatever is wrong with one package's source, the others' are compiled
-                    traceback.print_exc()
-                    failed.append(package)
+    with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
+        results = {
+            package: pool.apply_async(
+                compile_aloud, (target, package, modules[package], packages), callback=partial(done, package)
+            )
+            for package in largest_first
+        }
+        for package, result in results.items():
+            try:
+                result.get()
+            except Exception:  # whatever is wrong with one package's source, the others' are compiled
+                traceback.print_exc()
+                failed.append(package)
+    return failed
+
+
+def write_index(path: Path, index: dict) -> None:
+    """Replace the index at once: whoever reads it meanwhile has the old one."""
     new = path.with_suffix('.new')
     new.write_text(json.dumps(index, indent=1))
     os.replace(new, path)
-    return failed
 
 
 def main() -> None:

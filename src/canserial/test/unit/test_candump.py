@@ -102,7 +102,7 @@ def test_cantools_decodes_what_is_written():
         input=log,
         text=True,
         capture_output=True,
-        timeout=60,
+        timeout=600,
     )
     assert done.returncode == 0, done.stderr
     first, second = done.stdout.splitlines()

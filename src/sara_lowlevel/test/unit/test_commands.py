@@ -72,7 +72,7 @@ class Command:
 
     def end(self, how=signal.SIGINT):
         self.process.send_signal(how)
-        _, errors = self.process.communicate(timeout=60)
+        _, errors = self.process.communicate(timeout=600)
         while (frame := self.adapter.receive(0.2, time.monotonic)) is not None:
             self.frames.append((frame.time, *BUS.decode(frame)))
         self.adapter.close()
@@ -197,7 +197,7 @@ def test_the_switch_of_the_joystick_node_needs_a_bus_that_has_it(tmp_path):
     keep = os.open(device, os.O_RDWR)
     options = ('--device', device, '--assist-switch', '2')
     with Command('joystick', *options) as command:
-        _, errors = command.process.communicate(timeout=60)
+        _, errors = command.process.communicate(timeout=600)
         assert command.process.returncode == 2 and 'sara.dbc has no such mode' in errors
     with Command('joystick', *options, '--dbc', 'sara_assisted') as command:
         command.hear(lambda c: c.count('JOYSTICK') >= 1)
@@ -255,7 +255,7 @@ def test_what_is_missing_is_said_in_one_line(name, arguments, says):
         env={**os.environ, 'PYTHONPATH': path},
         stderr=subprocess.PIPE,
         text=True,
-        timeout=60,
+        timeout=600,
     )
     assert done.returncode == 2
     assert done.stderr.startswith('error: ') and says in done.stderr and len(done.stderr.splitlines()) == 1
@@ -283,7 +283,7 @@ def test_an_adapter_that_is_missing_is_waited_for():
         assert line, said
         said += line
     process.send_signal(signal.SIGINT)
-    _, rest = process.communicate(timeout=60)
+    _, rest = process.communicate(timeout=600)
     assert process.returncode == 0 and '/dev/nowhere is missing' in said and ' 0 frames sent' in rest
 
 

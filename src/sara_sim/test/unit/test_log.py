@@ -48,7 +48,7 @@ def test_every_frame_of_both_directions_is_a_line_in_order(logged):
 def test_cantools_decodes_it_with_our_dbc(logged, dbc):
     path, heard, sent = logged
     command = [sys.executable, '-m', 'cantools', 'decode', '--single-line', BusDescription.named(dbc).path]
-    output = subprocess.run(command, stdin=path.open(), capture_output=True, text=True, timeout=120, check=True).stdout
+    output = subprocess.run(command, stdin=path.open(), capture_output=True, text=True, timeout=600, check=True).stdout
     lines = output.splitlines()
     assert len(lines) == len(heard) + sent
     assert not [line for line in lines if 'Unknown' in line or 'Error' in line or '::' not in line]
