@@ -343,6 +343,34 @@ def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_p
     assert done.stdout.split() == ['2.0', 'False']
 
 
+WAITING = """
+import time
+from pathlib import Path
+from ahead_of_time import kernel, library
+@kernel
+def f(a):
+    return a + 1.0
+def warm():
+    index = Path(__file__).parents[1] / library.INDEX
+    for _ in range(600):
+        if index.exists() and '"good"' in index.read_text():
+            return f(1.0)
+        time.sleep(0.1)
+    raise RuntimeError('not in the index')
+"""
+
+
+def test_a_package_is_in_the_index_as_soon_as_it_is_compiled(tmp_path):
+    good = 'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    return a + 1.0\ndef warm():\n    f(1.0)\n'
+    first = good + '#' * len(WAITING)  # the largest is the first to be compiled, where there is one core
+    for name, text in (('good', first), ('waits', WAITING)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / '__init__.py').write_text('')
+        (tmp_path / name / 'one.py').write_text(text)
+    done = python(tmp_path, '-m', 'ahead_of_time.build', str(tmp_path), 'waits', 'good')
+    assert done.returncode == 0, done.stderr
+
+
 def test_the_extension_takes_what_it_is_given():
     from ahead_of_time import library
 
