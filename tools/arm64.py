@@ -1,7 +1,9 @@
 """`make arm64`: sets up, builds and tests SARA on an arm64 Debian 12, emulated by QEMU; writes the tables of
 docs/arm64.md.
 
-    tools/arm64.py [--cache FOLDER] [--workers N] [STEP ...]     steps: root setup build units square memory page
+    tools/arm64.py [--cache FOLDER] [--workers N] [--packages NAME ...] [STEP ...]
+
+Steps: root setup build units square memory page; without one, all.
 
 Needs root, debootstrap and qemu-user-static, and proot where the kernel has no binfmt_misc. It takes hours: the root
 and every result are kept in the cache folder, and what is there and fresh is not made again.
@@ -47,10 +49,11 @@ def build(arm: Machine) -> None:
     arm.run('make build')
 
 
-def units(arm: Machine, workers: int) -> None:
-    """Run the files of unit tests that have no fresh result, the smallest packages first."""
-    known = arm64_results.keys(ROOT, tracked())
-    files = [(package, file) for package, found in arm64_results.unit_files(ROOT).items() for file in found]
+def units(arm: Machine, workers: int, packages: list[str]) -> None:
+    """Run the files of unit tests of packages (none: of all) that have no fresh result, the smallest packages first."""
+    copy_tree(arm.tree)
+    known, found = arm64_results.keys(ROOT, tracked()), arm64_results.unit_files(ROOT)
+    files = [(package, file) for package in found for file in found[package] if package in (packages or found)]
     waiting = [(package, file) for package, file in files if not is_fresh(arm, file, known[package])]
     say(f'{len(waiting)} of {len(files)} files of unit tests to run')
     with ThreadPoolExecutor(workers) as pool:
@@ -127,12 +130,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('steps', nargs='*', metavar='STEP', help='root setup build units square memory page')
     parser.add_argument('--cache', type=Path, default=CACHE, help='where the root and the results are kept')
     parser.add_argument('--workers', type=int, default=os.cpu_count(), help='how many files of tests at a time')
+    parser.add_argument('--packages', nargs='+', default=[], help='whose unit tests are run; default: all')
     options = parser.parse_args(arguments)
     steps: dict[str, Callable[[Machine], None]] = {
         'root': Machine.make,
         'setup': setup,
         'build': build,
-        'units': lambda arm: units(arm, options.workers),
+        'units': lambda arm: units(arm, options.workers, options.packages),
         'square': square,
         'memory': arm64_memory.measure,
         'page': page,

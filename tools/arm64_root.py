@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -156,6 +157,8 @@ def isolate() -> None:
         os.environ['SARA_ARM64'] = '1'
         command = ['unshare', '--mount', '--pid', '--fork', '--kill-child', '--mount-proc', sys.executable, *sys.argv]
         os.execvp(command[0], command)
+    for number in (signal.SIGINT, signal.SIGTERM):  # the first process of a namespace ignores them; all end with it
+        signal.signal(number, lambda *_: os._exit(130))
 
 
 def registered() -> bool:
