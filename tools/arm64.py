@@ -114,7 +114,7 @@ def page(arm: Machine) -> None:
                 count.add(result_of(arm, file))
             else:
                 count.waiting.append(file)
-    parts = {'Unit tests': arm64_results.units_table(counts)}
+    parts = {'Unit tests': arm64_results.units_table(counts), 'The square': ['Not run.'], 'Memory': ['Not measured.']}
     squares = [arm.cache / f'square_{name}.json' for name in ('arm64', 'here')]
     if all(path.exists() for path in squares):
         parts['The square'] = arm64_results.square_lines(*(json.loads(path.read_text()) for path in squares))
