@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -101,7 +102,8 @@ def units_table(counts: dict[str, Count]) -> list[str]:
     minutes = sum(count.seconds for count in counts.values()) / 60
     lines.append(f'| all | {" | ".join(map(str, total))} | {minutes:.0f} |')
     failed = {name: why for count in counts.values() for name, why in count.failed.items()}
-    return lines + ['', *(f'- failed: `{name}`: {why}' for name, why in failed.items())]
+    told = [(f'- `{name}` failed:', f'  {textwrap.shorten(why, 110)}') for name, why in failed.items()]
+    return lines + [''] + [line for two in told for line in two]
 
 
 def square_lines(ours: object, theirs: object) -> list[str]:

@@ -51,7 +51,7 @@ class Command:
             cwd=HERE,
         )
 
-    def hear(self, until, limit=60.0):
+    def hear(self, until, limit=600.0):
         """Collect frames until `until(self)` or `limit` s have passed."""
         end = time.monotonic() + limit
         while not until(self):
