@@ -7,9 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 from PIL import Image
 
 from sara_bringup.lockstep.lockstep import world_of
+from sara_bringup.paths import share
 from sara_common.planar import Pose2D
 from sara_common.platforms import chosen
 from sara_lab.campaign import campaign
@@ -233,6 +235,14 @@ def test_ends_off_the_map_in_walls_and_turned_maps_are_told_in_words(tmp_path):
     path.write_text(path.read_text().replace('[0, 0, 0]', '[0, 0, 0.3]'))
     with pytest.raises(foreign.ForeignError, match='turned by 0.3 rad'):
         foreign.foreign(entry, 0)
+
+
+def test_the_list_of_the_ten_worlds_is_in_order_but_for_their_files(tmp_path):
+    rows = yaml.safe_load((share('sara_lab') / 'data' / 'foreign_worlds.yaml').read_text())['worlds']
+    for name in (row['world'].replace('*', '7') for row in rows):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert len(foreign.entries(listed(tmp_path, rows))) == 6
 
 
 def test_the_digest_of_a_folder_changes_with_what_it_holds(tmp_path):
