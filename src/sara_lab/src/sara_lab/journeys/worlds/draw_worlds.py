@@ -1,7 +1,7 @@
 """`draw_worlds`: a sheet of worlds with the ways that the four planners drove there, made anew by this one command.
 
-One world of each kind, and with --maps those of a folder; each planner's true path, dashed where it failed. A cross
-marks a contact. Start (grey) and goal are the body's outlines.
+One world of each kind, or of --kinds, and with --maps those of a folder; each planner's true path, dashed where it
+failed. A cross marks a contact. Start (grey) and goal are the body's outlines.
 """
 
 import argparse
@@ -64,6 +64,7 @@ def main(words: list[str] | None = None) -> None:
     """Write the sheet."""
     parser = argparse.ArgumentParser(prog='draw_worlds', description=__doc__)
     parser.add_argument('--number', type=int, default=0, help=f'which world of each kind, below {PER_KIND}')
+    parser.add_argument('--kinds', nargs='+', choices=KINDS, default=KINDS, metavar='KIND', help=', '.join(KINDS))
     parser.add_argument('--maps', type=Path, metavar='FOLDER', help='worlds of others too, named by its worlds.yaml')
     parser.add_argument(
         '--out', type=Path, default=share().parents[1] / 'docs' / 'images' / 'worlds.png', help='default: %(default)s'
@@ -73,7 +74,7 @@ def main(words: list[str] | None = None) -> None:
         parser.error(f'--number is {options.number}, allowed are whole numbers from 0 to {PER_KIND - 1}')
     try:
         others = list(enumerate(entries(options.maps))) if options.maps else []
-        sheet([lambda kind=kind: made(kind, options.number) for kind in KINDS], others, options.out)
+        sheet([lambda kind=kind: made(kind, options.number) for kind in options.kinds], others, options.out)
     except ForeignError as error:
         sys.exit(f'draw_worlds: {error}')
     print(f'{options.out} is drawn', file=sys.stderr)
