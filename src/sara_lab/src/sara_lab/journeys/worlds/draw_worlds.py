@@ -90,9 +90,10 @@ def sheet(makers, others, path):
     from tqdm import tqdm
 
     makers = [*makers, *(lambda entry=entry, number=number: foreign(entry, number) for number, entry in others)]
-    down = -(-len(makers) // ACROSS)
+    across = min(ACROSS, len(makers))
+    down = -(-len(makers) // across)
     figure, axes = pyplot.subplots(
-        down, ACROSS, figsize=(ACROSS * PANEL_INCH, down * PANEL_INCH), squeeze=False, layout='constrained'
+        down, across, figsize=(across * PANEL_INCH, down * PANEL_INCH), squeeze=False, layout='constrained'
     )
     shown = [planner for planner in PLANNERS if planner != DELIVERED]
     for axis, make in tqdm(list(zip(axes.flat, makers)), unit='world', desc='draw_worlds'):
