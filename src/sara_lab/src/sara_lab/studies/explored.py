@@ -6,16 +6,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sara_bringup.lockstep.localization import Estimate, Filter
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
+from sara_lab.judge import walls
 from sara_lab.studies.kept_arrays import arrays_of, kept_arrays, map_of
 from sara_lab.studies.map_drives import Drive
 from sara_lab.studies.map_trial import Track, slam_of
@@ -24,7 +27,7 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.costmaps.costmap import Costmap, static_costs
 from sara_nav.goals.move_base_config import SUCCEEDED
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.maps.map_io import UNKNOWN, GridMap
+from sara_nav.maps.map_io import OCCUPIED, UNKNOWN, GridMap
 from sara_nav.planners.planning import path_length
 from sara_sim.chips.scanner import Scan, optics_at, sweep_of
 from sara_sim.world.world import World
@@ -229,8 +232,13 @@ def explored(name: str, number: int, every: float = math.inf, params: dict | Non
 
 
 def kept_map(name: str, number: int, folder: Path) -> GridMap:
-    """The map of exploration `number` on a map, in that one's frame; made once and kept in a folder."""
-
-    return map_of(
-        kept_arrays(folder / f'explored_{name}_{number}.npz', lambda: arrays_of(explored(name, number).slam.map()))
-    )
+    """The map of exploration `number` on a map, moved to where its walls are nearest to the true ones, as localization
+    by walls would have it. The map is made once and kept in a folder.
+    """
+    path = folder / f'explored_{name}_{number}.npz'
+    grid, true = map_of(kept_arrays(path, lambda: arrays_of(explored(name, number).slam.map()))), grid_of(name)
+    points, g = walls.occupied_points(grid), grid.geometry
+    faces = walls.faces(true.data == OCCUPIED, true.geometry)
+    pose = walls.aligned(points, cKDTree(faces), (0.0, 0.0, 0.0))
+    x, y = (walls.placed(points, pose) - points).mean(0).tolist()
+    return replace(grid, geometry=replace(g, origin_x=g.origin_x + x, origin_y=g.origin_y + y))
