@@ -21,7 +21,7 @@ def quick(monkeypatch):
 
 
 def test_the_environment_passes_gymnasium_s_checker():
-    env = gymnasium.make('sara_lab.journeys.worlds.chair_env:sara/Chair-v0', kinds=['obstacles_15'])
+    env = gymnasium.make('sara_lab.journeys.worlds.chair_env:Wheelchair-v0', kinds=['obstacles_15'])
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         check_env(env.unwrapped, skip_render_check=True)

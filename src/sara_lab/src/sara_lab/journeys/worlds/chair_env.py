@@ -1,6 +1,6 @@
 """The simulated chair as a gymnasium environment, for people who learn policies:
 
-    env = gymnasium.make('sara_lab.journeys.worlds.chair_env:sara/Chair-v0')
+    env = gymnasium.make('sara_lab.journeys.worlds.chair_env:Wheelchair-v0')
 
 Each episode is a task in a world made by a seed (made.py). An action is a command of the navigation, held for PERIOD;
 it goes to the wheels through multiplexer, safety gate and bus, as move_base's does. The pose is the true one. The
@@ -122,4 +122,4 @@ class ChairEnv(gymnasium.Env):
         }
 
 
-gymnasium.register('sara/Chair-v0', entry_point=ChairEnv)
+gymnasium.register('Wheelchair-v0', entry_point=ChairEnv)
