@@ -39,11 +39,12 @@ class Chair:
         self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
         self.canrx = rospy.Publisher('/canrx', CAN, queue_size=1000)
         self.fields, self.headings = [], []
-        rospy.Subscriber('imu/mag', MagneticField, self.fields.append, tcp_nodelay=True)
+        magnetic = rospy.Subscriber('imu/mag', MagneticField, self.fields.append, tcp_nodelay=True)
         rospy.Subscriber('imu/heading', Imu, self.headings.append, tcp_nodelay=True)
         self.time, self.yaw, self.tick = 1000.0, FACING, 0
         rospy.wait_for_service('/reader/calibrate', 30.0)
-        until(lambda: self.canrx.get_num_connections() and self.clock.get_num_connections())
+        links = self.canrx, self.clock, magnetic
+        until(lambda: all(link.get_num_connections() for link in links))  # what is sent before is lost
 
     def send(self, name, **signals):
         self.canrx.publish(frame_to_msg(BUS.encode(name, self.time, **signals)))

@@ -166,6 +166,10 @@ class RvizTest(unittest.TestCase):
             self.screen.centre = x - off[0] * SCALE, y + off[1] * SCALE
         self.fail(f'the tool of key {key} never hit {pose}; newest: {name in self.heard and self.pose_of(name)}')
 
+    def way_is_seen(self):
+        picture = self.screen.shot('rviz_arrived')
+        return pixels_of(picture, FUSED_TRAIL) + pixels_of(picture, TRUE_TRAIL) > 100
+
     def test_a_pose_and_a_goal_by_mouse_and_the_chair_arrives(self):
         wait(lambda: {'fused', 'true', 'imu'} <= set(self.heard), 60, "the fused pose, and the gyro's calibration")
         self.screen.wait_for_window()
@@ -184,18 +188,13 @@ class RvizTest(unittest.TestCase):
         self.screen.shot('rviz_pose')
         self.point_at('g', GOAL, 'goal')
         wait(lambda: math.dist(self.pose_of('true')[:2], START[:2]) > 1.5, 60, 'the chair on its way')
-        under_way = self.screen.shot('rviz_driving')
+        wait(lambda: pixels_of(self.screen.shot('rviz_driving'), PLAN) > 50, 120, 'a plan on the screen')
         wait(lambda: 'result' in self.heard, 90, "move_base's result")
-        rospy.sleep(2.0)
-        arrived = self.screen.shot('rviz_arrived')
         self.assertEqual(self.heard['result'].status.status, 3, self.heard['result'].status.text)
         true = self.pose_of('true')
         self.assertLess(math.dist(true[:2], GOAL[:2]), 0.2)
         self.assertLess(abs(wrap(true[2] - GOAL[2])), math.radians(8))
-        self.assertGreater(pixels_of(under_way, PLAN), 50, 'no plan is to be seen')
-        self.assertGreater(
-            pixels_of(arrived, FUSED_TRAIL) + pixels_of(arrived, TRUE_TRAIL), 100, 'no driven way is to be seen'
-        )
+        wait(self.way_is_seen, 120, 'the way driven on the screen')
 
 
 if __name__ == '__main__':
