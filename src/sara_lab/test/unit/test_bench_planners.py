@@ -21,5 +21,6 @@ def test_the_bench_times_each_planner_beside_its_peer():
 def test_the_bench_times_every_local_planner():
     result = local_planners.bench(cycles=5)
     assert set(result) == set(local_planners.CASES)
-    assert {name for name, _ in local_planners.CASES.values()} == set(LOCAL_PLANNERS.names())
+    ours = {name for name in LOCAL_PLANNERS.names() if not name.startswith('sara_lab/')}  # of the laboratory: not timed
+    assert {name for name, _ in local_planners.CASES.values()} == ours
     assert all(0.0 < median <= p99 and rate > 0.0 for median, p99, rate in result.values())

@@ -121,7 +121,7 @@ class Lockstep:
         self.odometry = (0.0, 0.0, 0.0)  # of odom -> base_link
         self._odometry_stamp = None
         self._composed = None, None, None  # of what the pose in the map was made last, and that pose
-        self.heard: dict[str, float] = {}  # {ultrasonic sensor: its newest range, m}
+        self.last_ranges: dict[str, float] = {}  # {ultrasonic sensor: its newest range, m}
         self.newest = None  # move_base's newest StepResult
         self.result = None  # the newest that ended a goal
 
@@ -181,7 +181,7 @@ class Lockstep:
             self._on_odometry(state)
         kind = type(reading)
         if kind is RangeReading:
-            self.heard[reading.name] = reading.range
+            self.last_ranges[reading.name] = reading.range
             self.localization.on_range(reading)
             self.ranges.add(reading, self._map_pose(), self.odometry)
         elif kind is ImuReading:

@@ -109,7 +109,7 @@ class ChairEnv(gymnasium.Env):
 
     def _observation(self):
         lockstep, (x, y, yaw) = self.lockstep, self.lockstep.chair.pose
-        heard = [lockstep.heard.get(name, math.inf) for name in chosen().sonars]
+        heard = [lockstep.last_ranges.get(name, math.inf) for name in chosen().sonars]
         dx, dy = self.task.goal[0] - x, self.task.goal[1] - y
         c, s = math.cos(yaw), math.sin(yaw)
         left = self.task.goal[2] - yaw
