@@ -53,6 +53,15 @@ def is_whole(value: object, low: float = -math.inf, high: float = math.inf) -> b
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
+def finite_numbers(text: str | None, count: int) -> list[float] | None:
+    """Return the numbers of a text, such as an XML attribute; None where they are not `count` finite ones."""
+    try:
+        values = [float(word) for word in (text or '').split()]
+    except ValueError:
+        return None
+    return values if len(values) == count and all(map(math.isfinite, values)) else None
+
+
 def fault(config: object, name: str, allowed: str, prefix: str = '') -> str:
     """The sentence about the attribute `name` of `config`. allowed: 'are numbers above 0', 'is one name'."""
     return f'{prefix}{name} is {getattr(config, name)!r}, allowed {allowed}'

@@ -24,7 +24,7 @@ def drives(errors, count=40, sigma=0.01, scale=SCALE, delay=DELAY, seed=3):
             faster = speeds[k + 1] - speeds[k]
             motion = Motion(((0.25 - delay * faster) / scale, 0.0, 0.0), faster)
             errors.heard(motion, (0.25 + off[k + 1] - off[k], 0.0, 0.0), sigma)
-        errors.lost()
+        errors.end_stretch()
 
 
 def test_scale_and_delay_are_learned():

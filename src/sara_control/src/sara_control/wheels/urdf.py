@@ -7,6 +7,8 @@ sphere that is the collision geometry of the left wheel's link.
 import math
 from xml.etree import ElementTree
 
+from sara_common.config import finite_numbers
+
 
 class UrdfError(ValueError):
     """One sentence on what the URDF does not tell."""
@@ -71,10 +73,7 @@ def _origin(joint):
 
 
 def _numbers(text, count, what):
-    try:
-        values = [float(word) for word in (text or '').split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
+    values = finite_numbers(text, count)
+    if values is None:
         raise UrdfError(f'in robot_description {what} is {text!r}')
     return values

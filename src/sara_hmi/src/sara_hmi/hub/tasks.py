@@ -127,7 +127,7 @@ class Tasks:
         return [Order(client, 'delete', (frame.get('name'),))]
 
     def _on_edit(self, client, frame):
-        edit = _edit(frame)
+        edit = Edit.of(frame.get('kind'), frame.get('points'))
         if self.edits is None:
             return [error(client, 'error.no_edits', 'edit')]
         if edit.fault():
@@ -137,7 +137,7 @@ class Tasks:
         return [Order(client, 'edit', (edit,))]
 
     def _on_unedit(self, client, frame):
-        edit = _edit(frame)
+        edit = Edit.of(frame.get('kind'), frame.get('points'))
         if edit not in (self.edits or ()):
             return [error(client, 'error.no_edit', 'unedit')]
         return [Order(client, 'unedit', (edit,))]
@@ -147,10 +147,6 @@ class Tasks:
 
     def _on_say(self, client, frame):
         return [Order(client, 'say', (frame.get('key'), frame.get('values', {})))]
-
-
-def _edit(frame):
-    return Edit(frame.get('kind'), *(tuple(map(float, point)) for point in frame.get('points')))
 
 
 def _orders(client, done):

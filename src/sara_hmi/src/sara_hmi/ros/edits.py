@@ -17,6 +17,11 @@ SERVICE = 'reload_edits'
 Edits = tuple[Edit, ...]
 
 
+def is_offered(service: str) -> bool:
+    """Whether the master knows who offers a service."""
+    return rospy.get_master().lookupService(rospy.resolve_name(service))[0] == 1
+
+
 class EditsFile:
     """tell: called with the edits whenever they are read; with None where the map cannot be drawn over."""
 
@@ -25,7 +30,7 @@ class EditsFile:
 
     def look(self) -> None:
         """Read the file where the service has come since the last look, or has gone."""
-        there = rospy.get_master().lookupService(rospy.resolve_name(SERVICE))[0] == 1
+        there = is_offered(SERVICE)
         if there != self._there:
             self._there = there
             self.read()

@@ -23,7 +23,7 @@ from sara_common.planar import quaternion_from_yaw, yaw_of
 from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
-from sara_hmi.ros.edits import EditsFile, without
+from sara_hmi.ros.edits import EditsFile, is_offered, without
 from sara_hmi.ros.robot_inputs import RobotInputs
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.screen import dumps
@@ -205,7 +205,7 @@ class RosRobot(RobotInputs):
         and how long its override lasts, the planner's name, and whether somebody makes a map.
         """
         self._edits.look()
-        self.maps = rospy.get_master().lookupService(rospy.resolve_name('save_map'))[0] == 1
+        self.maps = is_offered('save_map')
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True

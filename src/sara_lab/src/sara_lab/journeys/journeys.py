@@ -30,7 +30,7 @@ from sara_lab.judge.motion import Motion
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.maps import map_io
 from sara_nav.planners.navfn import NavfnROS
-from sara_nav.planners.planning import PlanError
+from sara_nav.planners.planning import PlanError, distances_along
 
 MAPS = {'school': 8.0, 'flat': 3.0, 'hall': 8.0}  # name: m, the shortest way from a start to its goal that is drawn
 PAIRS = 10
@@ -155,7 +155,7 @@ def journeys(name: str) -> list[tuple[tuple[float, float, float], tuple[float, f
             plan = planner.plan(costmap, start, goal)
         except PlanError:
             continue
-        along = np.concatenate([[0.0], np.hypot(*np.diff(plan[:, :2], axis=0).T).cumsum()])
+        along = distances_along(plan)
         way = float(along[-1])
         ends = plan[(along < RUN_UP) | (along > way - RUN_UP)]
         cells = [grid.geometry.to_cell(x, y) for x, y, _ in ends.tolist()]

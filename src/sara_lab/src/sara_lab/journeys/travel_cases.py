@@ -24,7 +24,7 @@ from sara_lab.judge.contact_watch import PERSON
 from sara_nav.costmaps.costmap import Costmap, InflationConfig, build
 from sara_nav.maps import map_io
 from sara_nav.planners.grid_planner import GridPlanner
-from sara_nav.planners.planning import PlanError
+from sara_nav.planners.planning import PlanError, path_length
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
 
@@ -81,7 +81,7 @@ def way_on(costmap: Costmap, start: Sequence[float], goal: Sequence[float]) -> t
         plan = GridPlanner().plan(costmap, Pose2D(*start[:2], 0.0), Pose2D(*goal[:2], 0.0))
     except PlanError:
         return None, math.nan
-    return plan[:, :2], float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
+    return plan[:, :2], path_length(plan)
 
 
 def disc_costmap(grid: map_io.GridMap, radius: float) -> Costmap:

@@ -4,12 +4,12 @@ the body.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sara_common.planar import advanced
 from sara_lab.judge import gaps
 from sara_lab.judge.judge import GAP_STEP_S
 from sara_lab.judge.judgement import Track
@@ -54,7 +54,7 @@ def times_to_collision(track: Track, world: World, body: Sequence[float]) -> np.
     chosen = np.arange(0, len(motion.t), max(1, round(EVERY / motion.dt)))
     return np.array(
         [
-            _time_to_collision(world, motion.pose[k], float(motion.v[k]), float(motion.w[k]), body)
+            _time_to_collision(world, motion.pose[k].tolist(), float(motion.v[k]), float(motion.w[k]), body)
             for k in chosen
             if motion.moving[k]
         ]
@@ -62,11 +62,8 @@ def times_to_collision(track: Track, world: World, body: Sequence[float]) -> np.
 
 
 def _time_to_collision(world, pose, v, w, body):
-    x, y, yaw = map(float, pose)
     for k in range(1, round(HORIZON / STEP) + 1):
-        middle = yaw + w * STEP * 0.5
-        chord = v * STEP * (math.sin(0.5 * w * STEP) / (0.5 * w * STEP) if abs(w) > 1e-6 else 1.0)
-        x, y, yaw = x + chord * math.cos(middle), y + chord * math.sin(middle), yaw + w * STEP
-        if not world.has_room(x, y, yaw, *body):
+        pose = advanced(*pose, v, w, STEP)
+        if not world.has_room(*pose, *body):
             return k * STEP
     return HORIZON

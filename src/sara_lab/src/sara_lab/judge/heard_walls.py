@@ -8,10 +8,9 @@ import math
 
 import numpy as np
 
+from sara_lab.judge.passed_walls import REACH
 from sara_nav.maps.map_io import OCCUPIED, GridMap
 
-REACH = 2.4
-"""m that the sensors are believed."""
 NEAREST = 0.2
 """m from which on they measure."""
 HALF_CONE = math.radians(30.0)

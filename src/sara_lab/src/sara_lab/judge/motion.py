@@ -14,6 +14,8 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from sara_nav.planners.planning import distances_along
+
 WINDOW_S, RATE_WINDOW_S = 0.5, 0.2  # s
 ORDER = 3
 MOVING_V, MOVING_W = 0.02, 0.03  # m/s, rad/s: faster than either is moving
@@ -57,7 +59,7 @@ class Motion:
     @cached_property
     def driven(self) -> np.ndarray:
         """(n,) m, way driven until each time."""
-        return np.concatenate([[0.0], np.hypot(*np.diff(self.pose[:, :2], axis=0).T).cumsum()])
+        return distances_along(self.pose)
 
     def way(self, chosen: np.ndarray) -> float:
         """m driven in the steps whose both ends are chosen (n bool)."""

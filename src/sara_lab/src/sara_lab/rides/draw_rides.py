@@ -22,6 +22,7 @@ from sara_lab.experiments.plotting import figure
 from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.ride import WAYS, Log, Ride, logged_ride
+from sara_nav.planners.planning import distances_along
 from sara_sim.riders.riders import RIDERS
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def draw_ride(axis: Axes, circuit: Circuit, driven: tuple[Ride, Log]) -> None:
         ends = [advanced(*pose, v, w / slip, share * WISH_S)[:2] for share in np.linspace(0.0, 1.0, 7)]
         axis.plot(*np.transpose(ends), color='tab:red', lw=0.8)
     axis.plot(poses[:, 1], poses[:, 2], color='tab:blue', lw=1.2)
-    way = np.concatenate([[0.0], np.hypot(*np.diff(poses[:, 1:3], axis=0).T).cumsum()])
+    way = distances_along(poses[:, 1:3])
     for along in np.arange(0.0, way[-1] + OUTLINE_M, OUTLINE_M):
         k = min(int(np.searchsorted(way, along)), len(poses) - 1)
         axis.add_patch(body_at(poses[k, 1:], fill=False, ec='tab:blue', lw=0.5))

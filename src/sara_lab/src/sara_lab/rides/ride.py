@@ -30,6 +30,7 @@ from sara_lab.judge.runs import runs
 from sara_lab.rides.circuits import Circuit, circuits
 from sara_lab.rides.steering import reversal_rate, sign_changes
 from sara_lab.rides.ungated import Ungated
+from sara_nav.planners.planning import path_length
 from sara_sim.chair import STEP_S
 from sara_sim.riders.riders import Place
 from sara_sim.riders.riders import rider as rider_of
@@ -194,7 +195,7 @@ def _judged(names, course, lockstep, log, end):
     t, poses = rows[:, 0], rows[:, 1:]
     readings = [reading for _, reading in log.readings]
     left = np.array([reading.left for reading in readings])
-    length = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+    length = path_length(poses)
     return Ride(
         *names,
         completed=passed == len(course.checkpoints),

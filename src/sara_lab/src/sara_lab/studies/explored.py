@@ -235,10 +235,13 @@ def kept_map(name: str, number: int, folder: Path) -> GridMap:
     """The map of exploration `number` on a map, moved to where its walls are nearest to the true ones, as localization
     by walls would have it. The map is made once and kept in a folder.
     """
-    path = folder / f'explored_{name}_{number}.npz'
-    grid, true = map_of(kept_arrays(path, lambda: arrays_of(explored(name, number).slam.map()))), grid_of(name)
-    points, g = walls.occupied_points(grid), grid.geometry
-    faces = walls.faces(true.data == OCCUPIED, true.geometry)
-    pose = walls.aligned(points, cKDTree(faces), (0.0, 0.0, 0.0))
-    x, y = (walls.placed(points, pose) - points).mean(0).tolist()
-    return replace(grid, geometry=replace(g, origin_x=g.origin_x + x, origin_y=g.origin_y + y))
+
+    def make():
+        grid, true = explored(name, number).slam.map(), grid_of(name)
+        points, g = walls.occupied_points(grid), grid.geometry
+        faces = walls.faces(true.data == OCCUPIED, true.geometry)
+        pose = walls.aligned(points, cKDTree(faces), (0.0, 0.0, 0.0))
+        x, y = (walls.placed(points, pose) - points).mean(0).tolist()
+        return arrays_of(replace(grid, geometry=replace(g, origin_x=g.origin_x + x, origin_y=g.origin_y + y)))
+
+    return map_of(kept_arrays(folder / f'explored_{name}_{number}.npz', make))

@@ -25,7 +25,7 @@ from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, random_
 from sara_lab.studies.kept_arrays import kept_arrays
 from sara_nav.costmaps.costmap import INSCRIBED, InflationConfig, build
 from sara_nav.planners.grid_planner import GridPlanner
-from sara_nav.planners.planning import PlanError
+from sara_nav.planners.planning import PlanError, path_length
 from sara_sim.riders.driving import WayDriver
 from sara_sim.riders.stick import CENTRED, Stick
 from sara_sim.riders.way import rounded
@@ -158,7 +158,7 @@ class _Rider:
             except PlanError:
                 continue
             points = [pose[:2], *plan[6:-6:6, :2].tolist(), place[:2]]
-            if np.hypot(*np.diff(plan[:, :2], axis=0).T).sum() >= SHORTEST:
+            if path_length(plan) >= SHORTEST:
                 return WayDriver(rounded(points, CORNER))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids.collision import LocalWorld
+from sara_nav.planners.planning import distances_along
 
 AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
@@ -30,7 +31,7 @@ class PlanWatch:
     def take(self, plan: np.ndarray, world: LocalWorld) -> None:
         """Watch a new plan (n, 3), made on a LocalWorld of the global costmap."""
         self._plan = np.ascontiguousarray(plan, dtype=np.float64)
-        self._along = np.concatenate([[0.0], np.hypot(*np.diff(self._plan[:, :2], axis=0).T).cumsum()])
+        self._along = distances_along(self._plan)
         self._touched, self._at = world.touched(self._plan), 0
 
     def follow(self, pose: Pose2D) -> None:

@@ -49,6 +49,11 @@ class Edit:
     a: Point
     b: Point
 
+    @classmethod
+    def of(cls, kind: str, points: Sequence[Sequence[float]]) -> Edit:
+        """From the two points, as the file and the screen have them."""
+        return cls(kind, *(tuple(map(float, point)) for point in points))
+
     def fault(self) -> str:
         """Return the sentence that says what is wrong with it, '' when nothing is."""
         if self.kind not in KINDS:
@@ -103,7 +108,7 @@ def _read(entry):
     ((kind, points),) = entry.items()
     if not (isinstance(points, list) and len(points) == 2 and all(map(_is_point, points))):
         return None
-    return Edit(str(kind), *(tuple(map(float, point)) for point in points))
+    return Edit.of(str(kind), points)
 
 
 def _is_point(value):

@@ -120,6 +120,11 @@ def simplify(points: np.ndarray, tolerance: float) -> np.ndarray:
     return points[keep]
 
 
+def distances_along(points: np.ndarray) -> np.ndarray:
+    """Return how far (m) along a path (n, 2 or more) each of its points is, (n,)."""
+    return np.concatenate([[0.0], np.hypot(*np.diff(points[:, :2], axis=0).T).cumsum()])
+
+
 def path_length(points: np.ndarray) -> float:
     """Return the length (m) of a path (n, 2 or more)."""
     return float(np.hypot(*np.diff(np.asarray(points, float)[:, :2], axis=0).T).sum())

@@ -17,7 +17,7 @@ from sara_common.config import range_faults
 from sara_common.planar import Pose2D
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import LETHAL
-from sara_nav.planners.planning import PlanError
+from sara_nav.planners.planning import PlanError, distances_along
 from sara_nav.recovery.behaviours import (
     RECOVERIES,
     ClearCostmapConfig,
@@ -113,7 +113,7 @@ class AskForHelp(Recovery):
             plan = situation.plan()
         except PlanError:
             return None
-        along = np.concatenate([[0.0], np.hypot(*np.diff(plan[:, :2], axis=0).T).cumsum()])
+        along = distances_along(plan)
         poses = np.vstack(
             [[situation.pose.x, situation.pose.y, situation.pose.yaw], plan[along <= self.config.look_ahead]]
         )

@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from sara_common.config import finite_numbers
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import WorldError
 
@@ -76,11 +77,8 @@ def _states(world, path):
 
 
 def _numbers(text, count, where):
-    try:
-        values = [float(word) for word in (text or '').split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
+    values = finite_numbers(text, count)
+    if values is None:
         raise WorldError(f'{where}: {text!r} is given, allowed are {count} finite numbers.')
     return values
 

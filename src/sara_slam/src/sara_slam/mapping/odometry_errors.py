@@ -80,17 +80,14 @@ class OdometryErrors:
     def heard(self, motion: Motion, matched: Pose, sigma: float) -> None:
         """A Motion, and its pose as a match tells it, whose standard deviation along the way is sigma (m)."""
         if sigma > CERTAIN or abs(motion.pose[2]) > STRAIGHT:
-            self.lost()
+            self.end_stretch()
             return
         self._sums += motion.pose[0], motion.faster, matched[0]
         if abs(self._sums[0]) >= LONGEST:
-            self._learn()
+            self.end_stretch()
 
-    def lost(self) -> None:
-        """Nothing tells how far the robot came: a stretch ends there."""
-        self._learn()
-
-    def _learn(self):
+    def end_stretch(self) -> None:
+        """Learn of the stretch so far: it is long, or nothing tells any more how far the robot came."""
         (*h, way), self._sums = self._sums, np.zeros(3)
         h = np.array(h)
         if abs(h[0]) < LEAST:

@@ -184,7 +184,7 @@ class Slam:
         match = self._match(key, pose, sigmas)
         if match is None:
             self.covariance = np.diag((sigmas[0] ** 2, sigmas[0] ** 2, sigmas[1] ** 2))
-            self.errors.lost()
+            self.errors.end_stretch()
         else:
             pose, self.covariance = match.pose, match.covariance
             if motion is not None:

@@ -101,30 +101,28 @@ def standing_clock(trial: Trial, chance: random.Random) -> None:
 
 def map_message(trial: Trial, chance: random.Random) -> None:
     """A map, or what is none."""
-    try:
-        grid_map = world.grid_map(chance)
-        for layer in trial.static():
-            layer.set_map(grid_map)
-        trial.machine.replan()
-        trial.count('maps')
-    except ValueError as error:
-        if not str(error):
-            raise FuzzFailure('a map is refused without a word') from None
-        trial.count('bad maps')
+    _lay(trial, 'map', lambda: world.grid_map(chance), [layer.set_map for layer in trial.static()])
 
 
 def mask_message(trial: Trial, chance: random.Random) -> None:
     """Keep-out places, or what is none."""
+    _lay(
+        trial, 'mask', lambda: world.mask(chance), [costmap.layers['keepout'].set_mask for costmap in trial.costmaps()]
+    )
+
+
+def _lay(trial, what, make, layers):
+    """Make a map, and give it to layers; either may refuse it in words."""
     try:
-        mask = world.mask(chance)
-        for costmap in trial.costmaps():
-            costmap.layers['keepout'].set_mask(mask)
+        grid_map = make()
+        for take in layers:
+            take(grid_map)
         trial.machine.replan()
-        trial.count('masks')
+        trial.count(f'{what}s')
     except ValueError as error:
         if not str(error):
-            raise FuzzFailure('a mask is refused without a word') from None
-        trial.count('bad masks')
+            raise FuzzFailure(f'a {what} is refused without a word') from None
+        trial.count(f'bad {what}s')
 
 
 def map_update(trial: Trial, chance: random.Random) -> None:

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from sara_bringup.lockstep.lockstep import world_of
 from sara_lab.journeys.travel_cases import roomy_pose
 from sara_lab.journeys.worlds.task import Task, task_of
 from sara_nav.grids.grid import GridGeometry
@@ -20,7 +21,6 @@ from sara_nav.maps import map_io
 from sara_nav.maps.map_io import GridMap
 from sara_sim.world.drawn import draw
 from sara_sim.world.obstacles import Obstacle
-from sara_sim.world.world import World
 
 CELL, WALL = 0.05, 0.10  # m: of a map; thickness of walls
 DENSITIES = {'obstacles_15': 0.15, 'obstacles_25': 0.25, 'obstacles_35': 0.35, 'obstacles_45': 0.45}  # 1/m2
@@ -48,7 +48,7 @@ def made(kind: str, number: int) -> Task:
     for _ in range(TRIES):
         shapes, size = _shapes(kind, random)
         grid = _grid(shapes, size)
-        world = World(grid.data == map_io.OCCUPIED, CELL, (grid.geometry.origin_x, grid.geometry.origin_y))
+        world = world_of(grid)
         ends = _ends(kind, grid, world, random)
         found = ends and task_of(kind, f'{kind}_{number}', number, grid, ends)
         if found:

@@ -17,6 +17,7 @@ from sara_common.config import range_faults
 from sara_common.planar import Pose2D, wrap
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.planners.local_command import LOCAL_PLANNERS, OFF_PATH, REACHED, LocalCommand
+from sara_nav.planners.planning import distances_along
 
 AHEAD_M = 1.5  # m of the path that the nearest point may be further on than the last one
 TURN_GAIN = 1.0  # 1/s: turn rate in place over the angle that is left
@@ -85,7 +86,7 @@ class PurePursuit:
     def replan(self, plan: np.ndarray) -> None:
         """Take another plan to the same goal."""
         self._plan = np.asarray(plan, float).reshape(-1, 3)
-        self._along = np.concatenate([[0.0], np.hypot(*np.diff(self._plan[:, :2], axis=0).T).cumsum()])
+        self._along = distances_along(self._plan)
         self.goal = Pose2D(*(float(value) for value in self._plan[-1]))
         self._nearest, self._turning = 0, False
 
