@@ -42,21 +42,23 @@ def _normals(occupied: np.ndarray, grid: GridMap, points: np.ndarray) -> np.ndar
 
 
 class SeenWalls:
-    """A map's true walls, and which of them are seen. `points` (n, 2) m: places on the walls."""
+    """A map's true walls, and which of them are seen. `points` (n, 2) m: places on the walls; `normals`: to the free
+    side of each.
+    """
 
     def __init__(self, true: GridMap):
         self._occupied, self._geometry = true.data == OCCUPIED, true.geometry
         self.points = faces(self._occupied, true.geometry)
-        self._normals, self._tree = _normals(self._occupied, true, self.points), cKDTree(self.points)
+        self.normals, self._tree = _normals(self._occupied, true, self.points), cKDTree(self.points)
 
     def seen_from(self, place: np.ndarray, reach: float = REACH) -> np.ndarray:
         """Numbers of the points within reach (m) of a place (x, y), in line of sight and no steeper than STEEPEST."""
         g = self._geometry
         near = np.array(self._tree.query_ball_point(place, reach), int)
         to = place - self.points[near]
-        near = near[(to * self._normals[near]).sum(1) > math.cos(STEEPEST) * np.hypot(*to.T)]
+        near = near[(to * self.normals[near]).sum(1) > math.cos(STEEPEST) * np.hypot(*to.T)]
         shares = np.linspace(0.0, 1.0, round(reach / SPACING) + 1)[:, None, None]
-        ends = self.points[near] + 0.1 * g.resolution * self._normals[near]
+        ends = self.points[near] + 0.1 * g.resolution * self.normals[near]
         sight = (1.0 - shares) * ends + shares * place
         column = np.floor((sight[..., 0] - g.origin_x) / g.resolution).astype(int).clip(0, g.width - 1)
         row = np.floor((sight[..., 1] - g.origin_y) / g.resolution).astype(int).clip(0, g.height - 1)

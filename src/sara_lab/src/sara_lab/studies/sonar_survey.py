@@ -15,6 +15,7 @@ from sara_bringup.lockstep.ranges import mountings
 from sara_common.planar import wrap
 from sara_common.platforms import chosen
 from sara_lab.judge.heard_walls import HeardWalls
+from sara_lab.judge.passed_walls import SeenWalls
 from sara_nav.maps.map_io import FREE, GridMap
 
 Pose = tuple[float, float, float]
@@ -25,6 +26,8 @@ APART, HEADINGS = 4, 16
 """Cells between places where it may stand, and its headings there."""
 AGAIN = 0.5
 """What it is worth to hear a piece of a wall once more, each time."""
+FARTHER = 0.15
+"""What it is worth to hear a piece of a wall that has not been passed: what has is finished first."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
 LEAST = 0.15
@@ -46,7 +49,9 @@ class Survey:
         self.stands = self._stands()
         self._row = {key: number for number, key in enumerate(self._keys(self.stands))}
         self._near = self._heard_from(self.stands)
-        self._left = np.ones(grid.data.size)
+        self._seen = SeenWalls(grid)
+        self._beside = self._cells(self._seen.points + 0.3 * grid.geometry.resolution * self._seen.normals)
+        self._left, self._worth = np.ones(grid.data.size), np.full(grid.data.size, FARTHER)
         self._tried = np.zeros(len(self.stands), bool)
         self._last: Pose | None = None
 
@@ -86,11 +91,16 @@ class Survey:
         places, sensor = self._walls.heard(sensors)
         back = sensors[sensor, :2] - places
         places = places + 0.3 * g.resolution * back / np.hypot(*back.T)[:, None]
-        column, row = ((places - (g.origin_x, g.origin_y)) / g.resolution).astype(int).T
-        cells = row.clip(0, g.height - 1) * g.width + column.clip(0, g.width - 1)
+        cells = self._cells(places)
         found = csr_matrix((np.ones(len(cells)), (sensor // count, cells)), (len(poses), g.width * g.height))
         found.data[:] = 1.0  # those of a cell were added up
         return found
+
+    def _cells(self, places):
+        """(n,) numbers of the cells at places (n, 2)."""
+        g = self._grid.geometry
+        column, row = ((places - (g.origin_x, g.origin_y)) / g.resolution).astype(int).T
+        return row.clip(0, g.height - 1) * g.width + column.clip(0, g.width - 1)
 
     def hear(self, pose: Pose) -> None:
         """The chair is at a pose (x, y, yaw)."""
@@ -99,14 +109,16 @@ class Survey:
             return
         self._last = pose
         self._left[self._heard_from(np.array([pose])).indices] *= AGAIN
+        self._worth[self._beside[self._seen.seen_from(np.array(pose[:2]))]] = 1.0
 
     def next_stop(self, pose: Pose) -> Pose | None:
         """Where to go from a pose; None where all is heard. It tells no place twice."""
         way, seconds = self._journeys(pose)
         off = np.abs(self.stands[:, :2] - pose[:2])
         straight = (way <= off.sum(1) + DETOUR) & (np.hypot(*off.T) <= AHEAD)
-        there = self._near @ self._left * self._grid.geometry.resolution
-        gain = there + self._on_the_way(pose, straight)
+        left = self._worth * self._left * self._grid.geometry.resolution
+        there = self._near @ left
+        gain = there + self._on_the_way(pose, straight, left)
         worth = np.where((there >= LEAST) & ~self._tried, gain / seconds, 0.0)
         best = int(np.argmax(worth))
         if not worth[best] > 0.0:
@@ -126,13 +138,13 @@ class Survey:
         turns = np.where(way > g.resolution, about, np.abs(wrap(heading - pose[2])))
         return way, way / SPEED + turns / TURN_RATE + STOP_S
 
-    def _on_the_way(self, pose, straight):
-        """(stands,) m of wall that are heard on the way to those of them that are straight ahead of a pose."""
-        gain, size = np.zeros(len(self.stands)), self._grid.geometry.resolution
+    def _on_the_way(self, pose, straight, left):
+        """(stands,) what is heard on the way to those of them that are straight ahead of a pose is worth, of `left`."""
+        gain = np.zeros(len(self.stands))
         numbers = np.flatnonzero(straight)
         places, which = np.unique(self.stands[numbers, :2], axis=0, return_inverse=True)
-        heard = [self._left[self._heard_between(pose, place)].sum() for place in places]
-        gain[numbers] = np.array(heard)[which] * size if len(numbers) else 0.0
+        heard = [left[self._heard_between(pose, place)].sum() for place in places]
+        gain[numbers] = np.array(heard)[which] if len(numbers) else 0.0
         return gain
 
     def _heard_between(self, pose, place):
