@@ -111,6 +111,26 @@ def test_outliers_are_in_the_diagnostics_while_they_last():
         assert ('in a row until now' in told.message) == (level == WARN)
 
 
+def test_outliers_between_two_reports_are_in_the_second():
+    engine = make(pose0_rejection_threshold=4.0)
+    diagnostics = FilterDiagnostics(engine.config)
+
+    def told_after(*away):
+        for place in away:
+            now = 1.0 + engine.inputs['pose0'].received * DT
+            engine.add_pose('pose0', fix(now, place, 0.0))
+            engine.tick(now)
+        told = diagnostics.status(now + 0.1, engine.inputs.values(), None)
+        return told.level, dict(told.values)['pose0']
+
+    assert told_after(0.0) == (OK, 'pose0 (gps): 1 used')
+    level, line = told_after(30.0, 0.0)  # a single one: in the line, and no reason to warn
+    assert level == OK and line.startswith('pose0 (gps): 2 used, 1 rejected by the gate (the last 0.5 s ago, ')
+    level, line = told_after(30.0, 30.0, 0.0)
+    assert level == WARN and line.startswith('pose0 (gps): 3 used, 3 rejected by the gate (the last 0.5 s ago, ')
+    assert told_after(0.0)[0] == OK
+
+
 def test_after_set_pose_the_next_fix_counts_in_full():
     engine = make(pose0_correlation_time=TIME)
     for k in range(3):

@@ -2,7 +2,8 @@
 
 Two statuses, once a second. "Filter diagnostic updater": OK, or WARN or ERROR with one key for each thing that is
 wrong: with the configuration (X_configuration, ...: for as long as the node runs) and with the data since the last time
-(imu0_timestamp, ...). To these come one line per input on what became of its messages, and what is waited for.
+(imu0_timestamp, ...). To these come one line per input on what became of its messages, and what is waited for. A row of
+outliers warns, however short it was; a single one is in the input's line only, for chance alone makes some.
 "odometry/filtered topic status": whether the output comes at its frequency, give or take 2 Hz, over ten periods (the
 rule of diagnostic_updater's FrequencyStatus).
 """
@@ -75,6 +76,7 @@ class FilterDiagnostics:
         self._inputs = {i.name: i for i in config.inputs}
         self._settings = tuple(settings)
         self._seen = {name: Counter() for name in self._inputs}
+        self._told = Counter()
 
     def status(
         self,
@@ -94,19 +96,11 @@ class FilterDiagnostics:
             values.append((key, sentence))
         idle = []
         for status in statuses:
-            for kind, count in sorted(status.problems.items()):
-                new = count - self._seen[status.name][kind]
-                if new > 0:
-                    level = max(level, WARN)
-                    values += [
-                        (
-                            key,
-                            f'{new} message{"" if new == 1 else "s"} since the last report: {kind.replace("_", " ")}',
-                        )
-                        for key in keys(self._inputs[status.name], kind)
-                    ]
-            self._seen[status.name] = Counter(status.problems)
-            if not status.healthy or status.outliers.now >= FEWEST:
+            problems = self._new_problems(status)
+            if problems:
+                level = max(level, WARN)
+                values += problems
+            if self._has_outliers(status) or not status.healthy:
                 idle.append(status.line(now))
         message = SUMMARY[level]
         if idle:
@@ -116,6 +110,24 @@ class FilterDiagnostics:
         values += [(status.name, status.line(now)) for status in statuses]
         values += [(key, str(value)) for key, value in counters]
         return Status('Filter diagnostic updater', level, message, tuple(values))
+
+    def _new_problems(self, status):
+        """(key, sentence) of each kind of problem that an input has had since the last report."""
+        found = []
+        for kind, count in sorted(status.problems.items()):
+            new = count - self._seen[status.name][kind]
+            if new > 0:
+                several = '' if new == 1 else 's'
+                sentence = f'{new} message{several} since the last report: {kind.replace("_", " ")}'
+                found += [(key, sentence) for key in keys(self._inputs[status.name], kind)]
+        self._seen[status.name] = Counter(status.problems)
+        return found
+
+    def _has_outliers(self, status):
+        """Whether a row of outliers goes on, or has begun since the last report."""
+        outliers, before = status.outliers, self._told[status.name]
+        self._told[status.name] = outliers.told
+        return outliers.now >= FEWEST or outliers.told > before
 
 
 class FrequencyDiagnostics:

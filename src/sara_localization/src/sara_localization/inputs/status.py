@@ -71,9 +71,7 @@ class InputStatus:
             return f'{self.name}: nothing received on {self.topic} yet'
         text = f'{self.name} ({self.topic}): {self.used} used'
         if self.rejected:
-            text += f', {self.rejected} rejected by the gate'
-            if self.outliers.now:
-                text += f' ({self.outliers.now} in a row until now)'
+            text += f', {self.rejected} rejected by the gate ({self.outliers.account(now)})'
         dropped = [f'{count} {kind}' for kind, count in sorted(self.problems.items()) if kind != 'no_transform']
         if dropped:
             text += ', problems: ' + ', '.join(dropped)
