@@ -1,5 +1,7 @@
 """The benches of the planners: every planner is timed, beside its peer where there is one."""
 
+import pytest
+
 from sara_bringup.paths import share
 from sara_lab.benches import global_planners, local_planners
 from sara_nav.move_base.local_planners import LOCAL_PLANNERS
@@ -16,6 +18,12 @@ def test_the_bench_times_each_planner_beside_its_peer():
     for row in rows:
         assert (row.map, row.median, row.p99, row.plans) == ('own_comb', 1e3, 1e3, 3)  # each took one tick of a second
         assert row.peer is None if row.planner in ('GridPlanner', 'LatticePlanner') else 0.1 < row.peer < 10.0
+
+
+def test_a_peer_that_gives_up_is_timed_where_it_found_a_way():
+    (row,) = global_planners.bench_rows([PLANS], maps=('own_comb',), cases=['NavfnROS, A*'])
+    assert row.plans == 17  # of 30
+    assert row.peer == pytest.approx(0.637, abs=5e-4)
 
 
 def test_the_bench_times_every_local_planner():

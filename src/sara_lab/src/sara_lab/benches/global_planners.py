@@ -1,9 +1,9 @@
 """How long each global planner takes on the shared maps, beside the C++ peers, for `make bench`.
 
 A file MAP.npz of the peers' reference results (test/data/README.md, `plans/`) holds the costmap, the pairs of start and
-goal, and how long the peers took (`time_s`, by `planners`). A time is a whole plan: the wave, the way down it, the
-poses; without the costmap, as the peers' are. It is the process's CPU time, so that other work on the machine does not
-count.
+goal, and how long the peers took (`time_s`, by `planners`). Timed are the pairs between which the peer found a way. A
+time is a whole plan: the wave, the way down it, the poses; without the costmap, as the peers' are. It is the process's
+CPU time, so that other work on the machine does not count.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ CASES = {
 
 @dataclass(frozen=True)
 class PlannerRow:
-    """One line: median and 99th percentile (ms) over ``plans`` queries; ``peer``: the peer's median on its machine or
-    None.
+    """One line: median and 99th percentile (ms) over ``plans`` queries; ``peer``: the peer's median of the same on its
+    machine, or None.
     """
 
     map: str
@@ -77,28 +77,38 @@ def bench_rows(
             costs.shape[1], costs.shape[0], float(entries['resolution']), *map(float, entries['origin'])
         )
         for case in cases:
-            taken = _times(Costmap(costs, geometry), entries, case, queries, clock)
+            some = _timed(entries, CASES[case][2], queries)
+            taken = _times(Costmap(costs, geometry), entries, case, some, clock)
             yield PlannerRow(
                 name,
                 case,
                 float(np.median(taken)),
                 float(np.percentile(taken, 99.0)),
-                _peer(entries, CASES[case][2]),
+                _peer(entries, CASES[case][2], some),
                 len(taken),
             )
 
 
-def _times(costmap, entries, case, queries, clock):
-    """Return how long (ms) each query took."""
+def _timed(entries, column, queries):
+    """Return the numbers of the first ``queries`` pairs between which the peer found a way, of all where there is no
+    peer.
+    """
+    if column is None or 'complete' not in entries:
+        return np.arange(len(entries['start_cell']))[:queries]
+    return np.flatnonzero(entries['complete'][:, entries['planners'].tolist().index(column)])[:queries]
+
+
+def _times(costmap, entries, case, some, clock):
+    """Return how long (ms) each of some queries took."""
     name, changes, _ = CASES[case]
     cls = GLOBAL_PLANNERS.find(name)
     planner = cls(cls.config_class(**changes))
     ends = [
         [Pose2D(*costmap.geometry.to_world(*cell), 0.0) for cell in pair]
-        for pair in zip(entries['start_cell'].tolist(), entries['goal_cell'].tolist())
+        for pair in zip(entries['start_cell'][some].tolist(), entries['goal_cell'][some].tolist())
     ]
     taken = []
-    for start, goal in ends[:1] + ends[:queries]:
+    for start, goal in ends[:1] + ends:
         begin = clock()
         with contextlib.suppress(PlanError):  # finding that there is no path takes its time, too
             planner.plan(costmap, start, goal)
@@ -106,11 +116,11 @@ def _times(costmap, entries, case, queries, clock):
     return taken[1:]
 
 
-def _peer(entries, column):
-    """Return the peer's median time (ms), or None where it was not taken."""
+def _peer(entries, column, some):
+    """Return the peer's median time (ms) of some queries, or None where it was not taken."""
     if column is None or 'time_s' not in entries:
         return None
-    return 1e3 * float(np.median(entries['time_s'][:, entries['planners'].tolist().index(column)]))
+    return 1e3 * float(np.median(entries['time_s'][some, entries['planners'].tolist().index(column)]))
 
 
 def main() -> None:

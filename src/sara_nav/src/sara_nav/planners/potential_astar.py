@@ -15,13 +15,13 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_nav.planners.potential import INVERSE_ROOT_2, Field, plane_wave
 
-WEIGHT = 1.1
+WEIGHT = 1.12
 LISTS = 64
-"""Lists in the ring, a power of two: a cell is never put further ahead than LISTS x WIDTH, some four times the dearest
-step.
+"""Lists in the ring, a power of two: a cell is never put further ahead than LISTS x WIDTH, some three times the
+dearest step.
 """
-WIDTH = 20.0
-SLIGHT = np.float32(2.0)
+WIDTH = 14.0
+SLIGHT = np.float32(4.0)
 """Potential by which a cell must come lower to be worth telling its neighbours: a small share of the least step."""
 
 
