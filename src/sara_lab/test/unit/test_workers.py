@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 
+import pyarrow.parquet as pq
 import pytest
 
 from sara_lab.campaign import campaign
@@ -70,6 +71,9 @@ def test_a_campaign_is_the_same_with_any_number_of_workers_and_goes_on_where_it_
         made.append({path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob('*.json')})
     assert made[0] == made[1] and len(made[0]) == 6
     assert json.loads((out / 'figures.json').read_text())['square']['sum'] == 10
+    assert pq.read_table(next(out.rglob('square.parquet'))).select(['seed', 'n', 'faults']).to_pylist() == [
+        {'seed': n, 'n': n, 'faults': n % 2} for n in range(5)
+    ]
     monkeypatch.setattr(campaign, 'write_whole', None)  # nothing is run, or written, again
     assert run('--out', out) == 1 and 'a line' in capsys.readouterr().out
     assert run('--workers', 0) == 2 and 1 <= cores() <= os.cpu_count()

@@ -2,13 +2,13 @@
 JSON of all figures.
 
 A part is a set of cases, each with a file of its own in a subfolder of --out, which is another one once the robot, a
-source, a parameter or a map is; a case that has its file is not run again. Cases run in as many processes as there are
-cores; what a process was at that was killed is run again. Neither changes a figure.
+source, a parameter or a map is; a case that has its file is not run again. `results` answers
+questions about the rows that are made of them. Cases run in as many processes as there are cores; what a process was at
+that was killed is run again. Neither changes a figure.
 """
 
 import argparse
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from sara_lab.campaign.kidnapped import kidnapped
 from sara_lab.campaign.made_maps import made_maps, sonar_made_maps
 from sara_lab.campaign.mapping import mapping
 from sara_lab.campaign.pairs import fault_pairs
+from sara_lab.campaign.results import rows
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
@@ -86,14 +87,15 @@ def main() -> None:
     arguments = _arguments()
     folder = folder_of(arguments.out)
     folder.mkdir(parents=True, exist_ok=True)
-    commit, figures_of, failed = _commit(), {}, []
+    origin = rows.Origin(platforms.chosen().name, folder.name.rsplit('_', 1)[-1], rows.commit())
+    figures_of, failed = {}, []
     for name in arguments.parts or PARTS:
         try:
             part = PARTS[name](arguments.seeds, folder, **_options_of(name, arguments))
-            figures, bad = _run(name, part, folder, arguments.workers)
+            figures, bad = _run(name, part, folder, arguments.workers, origin)
         except ForeignError as error:
             sys.exit(f'campaign: {error}')
-        figures_of[name] = {'commit': commit, 'seeds': arguments.seeds, **figures}
+        figures_of[name] = {'commit': origin.commit, 'seeds': arguments.seeds, **figures}
         failed += bad
     if arguments.json:
         _write(arguments.json, figures_of)
@@ -145,14 +147,19 @@ def _chosen(arguments):
     return {choice: names for choice in CHOICES if (names := getattr(arguments, choice))}
 
 
-def _run(name, part, folder, processes):
+def _run(name, part, folder, processes, origin):
     """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
     paths = {case: folder / f'{case}.json' for case in part.cases}
     missing = [case for case, path in paths.items() if not path.exists()]
-    run = each(lambda case: write_whole(paths[case], json.dumps(part.cases[case]())), missing, processes)
+
+    def make(case):
+        write_whole(paths[case], json.dumps({**part.cases[case](), 'commit': origin.commit}))
+
+    run = each(make, missing, processes)
     for _ in tqdm(run, desc=name, unit='case', total=len(paths), initial=len(paths) - len(missing)):
         pass
     results = [json.loads(path.read_text()) for path in paths.values()]
+    rows.write(folder / f'{name}{rows.SUFFIX}', rows.rows(origin, name, dict(zip(part.cases, results))))
     lines, figures = part.summary(results)
     bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
     bad += [(name, [sentence]) for sentence in part.verdict(figures)]
@@ -166,13 +173,3 @@ def _write(path, figures_of):
     before = json.loads(path.read_text()) if path.exists() else {}
     kept = {name: figures_of.get(name, before.get(name)) for name in PARTS if name in figures_of or name in before}
     write_whole(path, json.dumps(kept, indent=1) + '\n')
-
-
-def _commit():
-    found = subprocess.run(
-        ['git', '-C', str(Path(__file__).resolve().parent), 'rev-parse', '--short', 'HEAD'],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return found.stdout.strip() or 'unknown'

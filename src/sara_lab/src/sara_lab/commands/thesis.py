@@ -8,6 +8,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from sara_bringup.paths import share
+from sara_common import platforms
+from sara_lab.campaign.results import rows
 from sara_lab.experiments import agreement, pages, runner, turns
 from sara_lab.experiments.registry import EXPERIMENTS
 
@@ -45,6 +47,8 @@ def run(arguments: Namespace, speed: float) -> list[str]:
         arguments.keep,
         costs,
     )
+    if arguments.keep:
+        _write_rows(arguments.keep, list(to_run.values()), results)
     faults = []
     for experiment in chosen:
         report = experiment.report(results)
@@ -62,6 +66,18 @@ def run(arguments: Namespace, speed: float) -> list[str]:
         faults += [f'{experiment.name}: {fault}' for fault in report.faults]
     pages.summary(EXPERIMENTS, folder)
     return faults + failed
+
+
+def _write_rows(keep, cases, results):
+    """The rows of each experiment that has runs of its own, beside what is kept of these."""
+    origin = rows.Origin(platforms.chosen().name, runner.fingerprint(), rows.commit())
+    for name in dict.fromkeys(case.key[0] for case in cases):
+        of = {
+            ' '.join(map(str, case.key)): {**case.options, **results[case.key], 'seed': case.seed}
+            for case in cases
+            if case.key[0] == name
+        }
+        rows.write(keep / origin.sources / f'{name}{rows.SUFFIX}', rows.rows(origin, name, of))
 
 
 def _over_ros(arguments, chosen, folder, speed):

@@ -1,0 +1,1 @@
+"""What came of drives, as rows: written, asked, and driven again."""
