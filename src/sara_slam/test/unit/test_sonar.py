@@ -10,6 +10,7 @@ from sonar_world import DEPTH, DOOR, MIDDLE, MOUNTS, THICK, WIDTH
 from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
+from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import Heard, driven_over, glances, looked_through
 from sara_slam.sonar.short_walls import short_walls
@@ -176,6 +177,23 @@ def test_a_long_slanting_wall_is_one_of_its_own():
     assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.9, 0.9)) == 1
     assert known.square.tolist() == [False, False]
     assert known.walls[1, 0] == pytest.approx(math.radians(-50.0) + 0.4)
+
+
+def test_walls_are_held_square_to_those_that_most_was_seen_of():
+    """A first wall that is none, 0.4 m of a corner's echoes, holds nothing once long walls are square to each other."""
+    known = WallFilter(SonarConfig())
+    known.add((math.radians(-25.0), -0.9), np.diag([1e-4, 1e-4]), (-0.2, 0.2))
+    assert known.reference == 0 and known.believed.tolist() == [True]
+    assert known.add((math.radians(20.0), -0.9), np.diag([1e-4, 1e-4]), (-0.7, 0.7)) == 1
+    assert known.reference == 0  # 1.0 m more is not enough to be sure
+    assert known.add((math.radians(113.0), -0.9), np.diag([1e-3, 1e-4]), (-0.9, 0.9)) == 2
+    assert known.reference == 1
+    assert known.square.tolist() == [False, False, True]
+    assert known.believed.tolist() == [False, True, True]
+    assert wrap(known.walls[2, 0] - known.walls[1, 0] - 0.5 * math.pi) == pytest.approx(0.0, abs=math.radians(1.0))
+    matched = [known.matched((0.0, 0.0, math.radians(angle)), 0.9) for angle in (155.0, -160.0)]
+    assert matched == [-1, 1]
+    assert Directions(known.square, known.reference, known.believed).order() == [1, 2]
 
 
 def test_a_short_slanting_wall_is_none():

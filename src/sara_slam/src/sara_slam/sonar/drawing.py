@@ -28,29 +28,43 @@ class Kept(NamedTuple):
     name: int
 
 
+class Directions(NamedTuple):
+    """square (walls,): that are held square to the one with the number `reference`; believed (walls,): that are walls."""
+
+    square: np.ndarray
+    reference: int
+    believed: np.ndarray
+
+    def order(self) -> list[int]:
+        """The numbers of the believed walls, the reference first."""
+        found = np.flatnonzero(self.believed).tolist()
+        return sorted(found, key=lambda wall: wall != self.reference)
+
+
 class Snapshot(NamedTuple):
     """What was heard up to some time; it stays as it is while more is heard. nodes: the odometry at the poses of the
-    graph; kept: readings; first: what the filter has estimated; square (walls,): that are held square to the first one.
+    graph; kept: readings; first: what the filter has estimated.
     """
 
     config: SonarConfig
     nodes: list[Pose]
     kept: list[Kept]
     first: Solved
-    square: np.ndarray
+    directions: Directions
 
     def solved(self) -> Solved:
         """All poses and walls as all readings agree best on them. There must have been a reading."""
         nodes = self.nodes
         relations = np.array([compose(inverse(a), b) for a, b in zip(nodes, nodes[1:])]).reshape(-1, 3)
-        seen = [kept for kept in self.kept if kept.wall >= 0]
+        seen = [kept for kept in self.kept if kept.wall >= 0 and self.directions.believed[kept.wall]]
         evidence = Evidence(
             relations,
             np.array([kept.node for kept in seen], int),
             np.array([kept.wall for kept in seen], int),
             np.array([kept.sensor[:2] for kept in seen]).reshape(-1, 2),
             np.array([kept.range for kept in seen]),
-            self.square,
+            self.directions.square,
+            self.directions.reference,
         )
         return optimise(self.config, self.first, evidence)
 
@@ -62,4 +76,4 @@ class Snapshot(NamedTuple):
         sensors = np.array([compose(poses[kept.node], kept.sensor) for kept in self.kept])
         heard = Heard(sensors, np.array([kept.range for kept in self.kept]))
         names = np.array([kept.name for kept in self.kept])
-        return draw(self.config, thinned(heard, names), walls, poses)
+        return draw(self.config, thinned(heard, names), walls[self.directions.order()], poses)

@@ -10,7 +10,7 @@ import numpy as np
 from sara_common.planar import between, compose, inverse, wrap
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar import arrow_system, wall_search
-from sara_slam.sonar.drawing import Kept, Pose, Snapshot
+from sara_slam.sonar.drawing import Directions, Kept, Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import POSE, WallFilter
 from sara_slam.sonar.wall_graph import Solved
@@ -148,7 +148,8 @@ class SonarSlam:
         """What was heard so far, to draw the map of while more is heard."""
         state = self.filter
         first = Solved(np.array(self.first_guess), state.walls.copy(), state.x[3:POSE].copy())
-        return Snapshot(self.config, list(self.nodes), list(self.kept), first, state.square.copy())
+        directions = Directions(state.square.copy(), state.reference, state.believed)
+        return Snapshot(self.config, list(self.nodes), list(self.kept), first, directions)
 
     def settle(self, solved: Solved) -> None:
         """Go on with the pose that was solved of an earlier snapshot: map_from_odom fits the map drawn of that."""

@@ -8,7 +8,8 @@ s whose cone the normal's foot is in measures
 
 (J. Leonard, H. Durrant-Whyte, "Directed Sonar Sensing for Mobile Robot Navigation", 1992; J. Tardos, J. Neira,
 P. Newman, J. Leonard, "Robust mapping and localization in indoor environments using sonar data", 2002). Walls within a
-gate of the first one's direction, or square to it, are held so by a measurement of their angle.
+gate of the direction of a reference, or square to it, are held so by a measurement of their angle. The reference is the
+first wall, until clearly more has been seen of walls that are square to another one.
 """
 
 from __future__ import annotations
@@ -38,14 +39,15 @@ CHI2 = 9.2
 
 class WallFilter:
     """`x`, `P`: the state and its covariance; `spans`: (walls, 2) m, from where to where along its tangent
-    (-sin theta, cos theta) a wall has been seen; `square`: (walls,) those that are held square to the first one.
+    (-sin theta, cos theta) a wall has been seen; `square`: (walls,) those that are held square to the one with the
+    number `reference`.
     """
 
     def __init__(self, config: SonarConfig):
         self.config = config
         self.x = np.zeros(POSE)
         self.P = np.diag([0.0, 0.0, 0.0, config.turn_scale_sigma**2, config.way_scale_sigma**2])
-        self.spans, self.square = np.empty((0, 2)), np.empty(0, bool)
+        self.spans, self.square, self.reference = np.empty((0, 2)), np.empty(0, bool), 0
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -56,6 +58,16 @@ class WallFilter:
     def walls(self) -> np.ndarray:
         """(walls, 2): theta, rho."""
         return self.x[POSE:].reshape(-1, 2)
+
+    @property
+    def believed(self) -> np.ndarray:
+        """(walls,) those that are walls: long ones, and those that are about square to the others."""
+        found = self.square | (self._lengths() >= SLANTING)
+        found[self.reference : self.reference + 1] = True
+        return found
+
+    def _lengths(self):
+        return self.spans[:, 1] - self.spans[:, 0]
 
     def move(self, relation: tuple[float, float, float]) -> None:
         """The robot moved by (x, y, yaw) in its own frame, as the odometry says."""
@@ -93,7 +105,7 @@ class WallFilter:
         off = distance - ahead
         beyond = np.maximum(self.spans[:, 0] - along, along - self.spans[:, 1])
         near = np.where(beyond < BEYOND, self.config.max_innovation, TIGHT)
-        fits = (ahead > 0.0) & (steep <= 0.5 * self.config.field_of_view) & (beyond < FARTHEST) & (np.abs(off) < near)
+        fits = self.believed & (ahead > 0.0) & (steep <= 0.5 * self.config.field_of_view) & (beyond < FARTHEST) & (np.abs(off) < near)
         best, least = -1, self.config.gate**2
         for wall in np.flatnonzero(fits).tolist():
             at, H = self._jacobian(mount, wall)
@@ -144,6 +156,7 @@ class WallFilter:
         known = self._known(theta, rho, covariance, span)
         if known >= 0:
             self.spans[known] = min(span[0], self.spans[known, 0]), max(span[1], self.spans[known, 1])
+            self._refer()
             return known
         G = np.array([[0.0, 0.0, 1.0], [c, s, c * y - s * x]])
         J = np.array([[1.0, 0.0], [c * y - s * x, 1.0]])
@@ -155,11 +168,12 @@ class WallFilter:
         P[size:, size:] = G @ self.P[:3, :3] @ G.T + J @ covariance @ J.T
         self.x, self.P = np.append(self.x, (theta, rho)), P
         self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, size > POSE)
-        if size > POSE and not self._held():
+        if size > POSE and not self._held(len(self.spans) - 1):
             if span[1] - span[0] < SLANTING:
                 self._forget_newest()
                 return -1
             self.square[-1] = False
+        self._refer()
         return len(self.spans) - 1
 
     def _known(self, theta, rho, covariance, span):
@@ -189,11 +203,24 @@ class WallFilter:
         self.x[2] = wrap(self.x[2])
         return wall
 
-    def _held(self):
-        """Whether the newest wall is about square to the first, or parallel; then it is held so."""
-        c, number = self.config, len(self.spans) - 1
-        off = square_off(self.walls[number, 0] - self.walls[0, 0])
-        at = np.array([POSE, POSE + 2 * number])
+    def _refer(self):
+        """Hold walls square to another one where SLANTING more has been seen of the walls about square to that."""
+        theta = self.walls[:, 0]
+        alike = np.abs(square_off(theta - theta[:, None])) <= self.config.square_gate
+        seen = alike @ self._lengths()
+        most = int(np.argmax(seen))
+        if seen[most] <= seen[self.reference] + SLANTING:
+            return
+        self.reference = most
+        self.square[:] = False
+        for wall in np.flatnonzero(alike[most]).tolist():
+            self.square[wall] = wall != most and self._held(wall)
+
+    def _held(self, number):
+        """Whether a wall is about square to the reference, or parallel; then it is held so."""
+        c = self.config
+        off = float(square_off(self.walls[number, 0] - self.walls[self.reference, 0]))
+        at = np.array([POSE + 2 * self.reference, POSE + 2 * number])
         H = np.array([-1.0, 1.0])
         S = float(H @ self.P[np.ix_(at, at)] @ H) + c.square_sigma**2
         if abs(off) > c.square_gate or off * off > c.gate**2 * S:
@@ -222,6 +249,6 @@ def cos_sin(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.cos(angles), np.sin(angles)
 
 
-def square_off(angle: float) -> float:
+def square_off(angle: float | np.ndarray) -> float | np.ndarray:
     """rad off the nearest multiple of a right angle."""
-    return angle - 0.5 * math.pi * round(angle / (0.5 * math.pi))
+    return angle - 0.5 * math.pi * np.round(angle / (0.5 * math.pi))

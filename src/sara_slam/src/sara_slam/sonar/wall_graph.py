@@ -26,7 +26,7 @@ DONE = 1e-4
 class Evidence(NamedTuple):
     """relations (poses - 1, 3): x, y, yaw of each pose in the frame of the one before, by odometry. node, wall (n,): of
     readings; sensors (n, 2): x, y of the sensor in the frame of its node; ranges (n,), m. square (walls,): that are
-    held square to the first one.
+    held square to the one with the number `reference`.
     """
 
     relations: np.ndarray
@@ -35,6 +35,7 @@ class Evidence(NamedTuple):
     sensors: np.ndarray
     ranges: np.ndarray
     square: np.ndarray
+    reference: int
 
 
 class Solved(NamedTuple):
@@ -50,13 +51,12 @@ class Solved(NamedTuple):
 def optimise(config: SonarConfig, first: Solved, evidence: Evidence) -> Solved:
     """What agrees best, from first guesses on. The first pose stays."""
     poses, walls, scales = (values.copy() for values in first)
-    squares = np.flatnonzero(evidence.square)
     for _ in range(ITERATIONS):
         size = 3 * len(poses) + 2 * len(walls) + 2
         system = _System()
         _odometry(system, config, poses, scales, evidence.relations, size)
         _readings(system, config, poses, walls, evidence)
-        _priors(system, config, (poses, walls, scales), squares)
+        _priors(system, config, (poses, walls, scales), evidence)
         step = system.solve(size, 3 * len(poses))
         poses += step[: 3 * len(poses)].reshape(-1, 3)
         walls += step[3 * len(poses) : size - 2].reshape(-1, 2)
@@ -144,17 +144,18 @@ def _readings(system, config, poses, walls, evidence):
     )
 
 
-def _priors(system, config, unknowns, squares):
+def _priors(system, config, unknowns, evidence):
     poses, walls, scales = unknowns
+    squares = np.flatnonzero(evidence.square)
     size = 3 * len(poses) + 2 * len(walls) + 2
     system.add(np.arange(3)[:, None], np.ones((3, 1)), np.zeros(3), np.full(3, 1e4))
     weights = 1.0 / np.array([config.turn_scale_sigma, config.way_scale_sigma])
     system.add(np.array([[size - 2], [size - 1]]), np.ones((2, 1)), scales, weights)
     line = 3 * len(poses)
     if len(squares):
-        off = np.array([square_off(theta - walls[0, 0]) for theta in walls[squares, 0].tolist()])
+        off = square_off(walls[squares, 0] - walls[evidence.reference, 0])
         weights = 1.0 / (config.square_sigma * np.sqrt(1.0 + (off / (2.0 * config.square_sigma)) ** 2))
-        columns = np.stack((line + 2 * squares, np.full(len(squares), line)), 1)
+        columns = np.stack((line + 2 * squares, np.full(len(squares), line + 2 * evidence.reference)), 1)
         system.add(columns, np.tile((1.0, -1.0), (len(squares), 1)), off, weights)
     if len(walls):  # a wall that little was seen of stays about where it is
         count = 2 * len(walls)
