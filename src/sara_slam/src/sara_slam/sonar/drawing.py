@@ -29,7 +29,9 @@ class Kept(NamedTuple):
 
 
 class Directions(NamedTuple):
-    """square (walls,): that are held square to the one with the number `reference`; believed (walls,): that are walls."""
+    """square (walls,): those that are held square to the one with the number `reference`; believed (walls,): those
+    that are walls.
+    """
 
     square: np.ndarray
     reference: int

@@ -59,8 +59,7 @@ _NOTHING = np.empty((0, 4))
 
 
 def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
-    """The map. walls (m, 2): theta, rho, short ones are square to the first; poses (k, 3): x, y, yaw that the robot had.
-    """
+    """The map. walls (m, 2): theta, rho; short ones are square to the first. poses (k, 3): x, y, yaw of the robot."""
     pieces = wall_pieces(config, heard, walls)
     pieces = pieces[~(driven_over(config, poses, pieces[:, :2]) | in_doorway(config, poses, pieces))]
     points = other_points(config, heard, pieces, poses)

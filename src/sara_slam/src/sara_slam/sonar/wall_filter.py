@@ -105,7 +105,8 @@ class WallFilter:
         off = distance - ahead
         beyond = np.maximum(self.spans[:, 0] - along, along - self.spans[:, 1])
         near = np.where(beyond < BEYOND, self.config.max_innovation, TIGHT)
-        fits = self.believed & (ahead > 0.0) & (steep <= 0.5 * self.config.field_of_view) & (beyond < FARTHEST) & (np.abs(off) < near)
+        heard = (ahead > 0.0) & (steep <= 0.5 * self.config.field_of_view)
+        fits = self.believed & heard & (beyond < FARTHEST) & (np.abs(off) < near)
         best, least = -1, self.config.gate**2
         for wall in np.flatnonzero(fits).tolist():
             at, H = self._jacobian(mount, wall)
