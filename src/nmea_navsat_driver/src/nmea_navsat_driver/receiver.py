@@ -61,6 +61,9 @@ Message = Fix | Velocity | TimeReference
 class Receiver:
     """One receiver. report, inform: called with a sentence when something is wrong (each kind of damage once; each time
     that the receiver has no fix), and when there are fixes (again). `problems`: damaged sentences, counted by kind.
+
+    Receivers that tell their deviations do so behind the fix. The first one after an outage waits for its own, at most
+    until the next fix: there are none that still hold.
     """
 
     def __init__(
@@ -75,6 +78,8 @@ class Receiver:
         self.without_since: float | None = None
         self._found: bool | None = None  # None: nothing has come yet
         self._deviations: tuple[float, tuple[float, float, float]] | None = None
+        self._tells = False  # whether there is GST
+        self._waiting: tuple[Fix, int, float] | None = None  # for its deviations; quality, HDOP
 
     def on_line(self, line: bytes, now: float) -> list[Message]:
         """What a line without its end says that came at the time `now` (s); never raises for its bytes."""
@@ -89,13 +94,15 @@ class Receiver:
 
     def _messages(self, sentence: Sentence, now: float) -> list[Message]:
         if sentence.kind == 'GGA':
-            return [self._gga(sentence.fields, now)]
+            return self._gga(sentence.fields, now)
         if sentence.kind == 'RMC':
             return self._rmc(sentence.fields, now)
         if sentence.kind == 'GST':
             sigmas = [read.number(sentence.fields, i, 0.0, 1e6) for i in (6, 5, 7)]
+            self._tells = True
             if None not in sigmas and min(sigmas) > 0.0:
                 self._deviations = now, tuple(sigmas)
+            return self._released(now)
         return []
 
     def _gga(self, fields, now):
@@ -104,20 +111,36 @@ class Receiver:
         status = _QUALITIES.get(int(quality or 0), NO_FIX)
         if status == NO_FIX or latitude is None or longitude is None:
             self._has_fix(False, now)
-            return Fix(now, NO_FIX, *_NOWHERE, (0.0, 0.0, 0.0), UNKNOWN)
+            return [*self._released(now), Fix(now, NO_FIX, *_NOWHERE, (0.0, 0.0, 0.0), UNKNOWN)]
         hdop = read.number(fields, 7, 0.0, 1e3)
         above_sea, geoid = read.number(fields, 8, -1e5, 1e7), read.number(fields, 10, -1e3, 1e3)
         altitude = math.nan if above_sea is None else above_sea + (geoid or 0.0)
-        variances, kind = self._variances(int(quality), hdop, now)
+        waits = self._tells and not self._found and self._told(now) is None
+        found = self._released(now)
+        fix = Fix(now, status, latitude, longitude, altitude, (0.0, 0.0, 0.0), UNKNOWN)
+        self._waiting = fix, int(quality), hdop or 1.0
         self.fixes += 1
         self._has_fix(True, now)
-        return Fix(now, status, latitude, longitude, altitude, variances, kind)
+        return found if waits else [*found, *self._released(now)]
+
+    def _released(self, now):
+        """The fix that waits, if one does, with what is known of its deviations now."""
+        if self._waiting is None:
+            return []
+        (fix, quality, hdop), self._waiting = self._waiting, None
+        variances, kind = self._variances(quality, hdop, now)
+        return [fix._replace(variances=variances, covariance_type=kind)]
+
+    def _told(self, now):
+        """The deviations that it told and that still hold (m), or None."""
+        told = self._deviations
+        return told[1] if told is not None and 0.0 <= now - told[0] <= FRESH_S else None
 
     def _variances(self, quality, hdop, now):
-        told = self._deviations
-        if told is not None and 0.0 <= now - told[0] <= FRESH_S:
-            return tuple(sigma * sigma for sigma in told[1]), DIAGONAL
-        sigma = getattr(self._config, f'epe_quality{quality}', self._config.epe_quality1) * (hdop or 1.0)
+        told = self._told(now)
+        if told is not None:
+            return tuple(sigma * sigma for sigma in told), DIAGONAL
+        sigma = getattr(self._config, f'epe_quality{quality}', self._config.epe_quality1) * hdop
         return (sigma * sigma, sigma * sigma, 4.0 * sigma * sigma), APPROXIMATED
 
     def _rmc(self, fields, now):

@@ -24,6 +24,7 @@ from nmea_navsat_driver.sentences import LONGEST, Damaged, Lines, framed, parsed
 from sara_common.config import ConfigError
 
 GGA = 'GNGGA,120000.40,4030.600000,N,00321.000000,W,{},09,1.2,588.0,M,51.5,M,,'
+NO_FIX_GGA = 'GPGGA,120000.00,,,,,0,00,99.9,,,,,,'
 GST = 'GNGST,120000.40,,,,,1.5,1.2,3.0'
 RMC = 'GNRMC,120000.40,A,4030.600000,N,00321.000000,W,1.9438445,90.0,010126,,,A'
 PRINTABLE = st.text(st.characters(min_codepoint=32, max_codepoint=126, blacklist_characters='$*'), max_size=60)
@@ -116,19 +117,48 @@ def test_without_gst_the_deviation_is_that_of_the_quality_times_hdop(quality, st
 def test_an_old_gst_is_not_believed():
     heard = Heard()
     heard.on(GST, 1.0)
+    heard.on(GGA.format(1), 1.1)
     assert heard.on(GGA.format(1), 4.5)[0].covariance_type == APPROXIMATED
+
+
+def test_the_first_fix_after_an_outage_has_its_own_deviations():
+    heard = Heard()
+    heard.on(GGA.format(1), 1.0)
+    heard.on(GST, 1.1)
+    heard.on(NO_FIX_GGA, 2.0)
+    assert heard.on(GGA.format(1), 60.0) == []
+    assert len(heard.on(RMC, 60.05)) == 2
+    (fix,) = heard.on(GST.replace('1.2,3.0', '2.2,3.0'), 60.1)
+    assert (fix.stamp, fix.covariance_type, fix.variances[0]) == (60.0, DIAGONAL, pytest.approx(2.2**2))
+    (fix,) = heard.on(GGA.format(1), 61.0)  # the others go out at once
+    assert fix.variances[0] == pytest.approx(2.2**2)
+    assert heard.on(GST, 61.1) == []
+
+
+@pytest.mark.parametrize(
+    ('follows', 'stamps'),
+    [(GGA.format(1), [60.0, 61.0]), (NO_FIX_GGA, [60.0, 61.0]), ('GNGST,120000.40,,,,,,,', [60.0])],
+)
+def test_a_first_fix_whose_deviations_do_not_come_is_not_lost(follows, stamps):
+    heard = Heard()
+    heard.on(GST, 1.0)
+    heard.on(NO_FIX_GGA, 2.0)
+    assert heard.on(GGA.format(1), 60.0) == []
+    fixes = heard.on(follows, 61.0)
+    assert [fix.stamp for fix in fixes] == stamps
+    assert fixes[0].covariance_type == APPROXIMATED and fixes[0].variances[0] == pytest.approx(4.8**2)
 
 
 def test_an_outage_and_its_end_are_told_once_each():
     heard = Heard()
-    for now, body in enumerate([GGA.format(1), *['GPGGA,120000.00,,,,,0,00,99.9,,,,,,'] * 5, GGA.format(1)] * 2):
+    for now, body in enumerate([GGA.format(1), *[NO_FIX_GGA] * 5, GGA.format(1)] * 2):
         heard.on(body, float(now))
     assert heard.warned == ['the receiver has no fix'] * 2
     assert heard.told == ['the receiver has a fix'] + ['the receiver has a fix again, after 5.0 s without'] * 2
 
 
 def test_without_a_fix_the_place_is_no_number():
-    (fix,) = Heard().on('GPGGA,120000.00,,,,,0,00,99.9,,,,,,')
+    (fix,) = Heard().on(NO_FIX_GGA)
     assert fix.status == NO_FIX and math.isnan(fix.latitude) and math.isnan(fix.altitude)
 
 
