@@ -20,7 +20,8 @@ from sara_sim.chips.magnetic_config import MagneticConfig
 def test_nonsense_gives_no_heading_that_is_none():
     report = fuzz.fuzz_compass(6000, 2)
     assert report.faults == [] and report.kinds['headings'] > 100 and report.kinds['compass_disturbed'] > 100
-    assert report.kinds['refused calibrations'] == 12
+    calibrations = [report.kinds[kind] for kind in ('refused calibrations', 'calibrations', 'right calibrations')]
+    assert sum(calibrations[:2]) == 12 and min(calibrations) > 0
     assert fuzz.fuzz_compass(1000, 2).kinds == fuzz.fuzz_compass(1000, 2).kinds
 
 
