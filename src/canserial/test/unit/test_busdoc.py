@@ -26,8 +26,8 @@ BO_ 2 SECOND: 3 A
 
 def test_the_committed_document_is_what_the_command_prints():
     committed = Path(__file__).resolve().parents[2] / 'docs' / 'bus.md'
-    assert committed.read_text() == markdown(BusDescription.default()), (
-        'rosrun canserial bus2md > src/canserial/docs/bus.md'
+    assert committed.read_text() == markdown(BusDescription.named('sara')), (
+        'rosrun canserial bus2md sara > src/canserial/docs/bus.md'
     )
 
 
@@ -57,8 +57,9 @@ def test_messages_with_the_same_signals_share_a_section(tmp_path):
 
 
 def test_the_command(capsys):
-    busdoc.main(['sara'])
-    assert capsys.readouterr().out == markdown(BusDescription.default())
+    for name, bus in (('sara', BusDescription.named('sara')), (None, BusDescription.default())):
+        busdoc.main([name] if name else [])
+        assert capsys.readouterr().out == markdown(bus)
     with pytest.raises(SystemExit):
         busdoc.main(['none'])
     assert 'allowed are kate, sara, sara_assisted, sara_tenths or the path of a DBC file' in capsys.readouterr().err

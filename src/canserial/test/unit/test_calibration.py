@@ -10,6 +10,7 @@ from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
 from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
+from sara_common.platforms import chosen
 
 CONFIG = ReaderConfig.of()
 OFFSET = (-0.49, -0.91, -0.65)
@@ -104,7 +105,7 @@ BUS = BusDescription.default()
 def frames(stamp, gyro=OFFSET, noise=0.0):
     """What the sensor node sends in a turn; the noise keeps it from being stuck."""
     return (
-        BUS.encode('RANGE_ACCEL', stamp, SJO=1.0, ax=noise, ay=0.0, az=9.81),
+        BUS.encode('RANGE_ACCEL', stamp, **dict.fromkeys(BUS.ranges['RANGE_ACCEL'], 1), ax=noise, ay=0.0, az=9.81),
         BUS.encode('COMPLEMENTARY', stamp, rx=noise, ry=0.0, rz=0.0),
         BUS.encode('IMPACT_GYRO', stamp, alarma=0, gx=gyro[0] + noise, gy=gyro[1], gz=gyro[2]),
     )
@@ -206,7 +207,7 @@ def test_a_sensor_node_that_comes_back_from_its_own_calibration_is_measured_anew
         assert chair.reader.ready
         for _ in range(150):  # 30 s of ranges alone
             chair.time += 0.2
-            chair.reader.on_frame(BUS.encode('RANGES_1', chair.time, STD=1, SDI=1, SLIT=1, SLDD=1))
+            chair.reader.on_frame(BUS.encode('RANGES_1', chair.time, **dict.fromkeys(BUS.ranges['RANGES_1'], 1)))
         chair.turn(1, (0.0, 0.0, 0.0))
         assert chair.reader.counters['imu_restarts'] == 1
         assert chair.reader.yaw_doubtful
@@ -225,9 +226,10 @@ def test_saved_needs_an_offset_and_gives_readings_at_once():
 
 
 @pytest.mark.parametrize(
-    'given, stored, gain', [(1.2, 1.1, 1.2), (None, 1.1, 1.1), (None, None, 1.08), (1.2, None, 1.2)]
+    'given, stored, gain', [(1.2, 1.1, 1.2), (None, 1.1, 1.1), (None, None, None), (1.2, None, 1.2)]
 )
-def test_the_gain_is_the_given_one_else_the_files_else_the_thesiss(given, stored, gain):
+def test_the_gain_is_the_given_one_else_the_files_else_the_platforms(given, stored, gain):
+    gain = gain or chosen().parameters('read')['default_gain']
     assert Reader(ReaderConfig.of(gain=given), BUS, Calibration(gain=stored)).gain == gain
 
 

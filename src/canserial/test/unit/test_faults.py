@@ -24,6 +24,7 @@ from canserial.reader.readings import (
 from canserial.reader.status import status_of
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR
+from sara_common.platforms import chosen
 
 BUS = BusDescription.default()
 
@@ -50,7 +51,7 @@ class Chair:
             readings += self.encoder()
             if 'RANGE_ACCEL' not in without:
                 x, y, z = acceleration or (gauss(0.0, 0.06), gauss(0.0, 0.06), gauss(9.81, 0.06))
-                readings += self.send('RANGE_ACCEL', SJO=1.0, ax=x, ay=y, az=z)
+                readings += self.send('RANGE_ACCEL', **dict.fromkeys(BUS.ranges['RANGE_ACCEL'], 1.0), ax=x, ay=y, az=z)
             if 'COMPLEMENTARY' not in without:
                 rx, ry, rz = angles or (gauss(0.0, 0.1), gauss(0.0, 0.1), gauss(0.0, 0.1))
                 readings += self.send('COMPLEMENTARY', rx=rx, ry=ry, rz=rz)
@@ -109,17 +110,14 @@ def test_implausible_values_are_not_published(name, signals, fault, well):
 
 def test_a_range_that_no_sensor_gives_is_dropped_alone():
     chair = Chair()
-    for sdi in (1.0, 655.35, 1.2, 6.51, 1.1):
+    sensor, far, *others = BUS.ranges['RANGES_1']
+    ones = dict.fromkeys(others, 1.0)
+    for measured in (1.0, 655.35, 1.2, 6.51, 1.1):
         chair.time += 0.2
-        readings = chair.send('RANGES_1', STD=1.0, SDI=sdi, SLIT=1.0, SLDD=6.5)
-        assert all(reading.range <= 1.2 or reading.name == 'SLDD' for reading in readings)
-    assert {reading.name: reading.range for reading in readings} == {
-        'STD': 1.0,
-        'SDI': 1.1,
-        'SLIT': 1.0,
-        'SLDD': math.inf,
-    }
-    assert chair.reader.counters == {'range_implausible_SDI': 1, 'range_silent_SDI': 1}
+        readings = chair.send('RANGES_1', **ones, **{sensor: measured, far: 6.5})
+        assert all(reading.range <= 1.2 or reading.name == far for reading in readings)
+    assert {reading.name: reading.range for reading in readings} == {**ones, sensor: 1.1, far: math.inf}
+    assert chair.reader.counters == {f'range_implausible_{sensor}': 1, f'range_silent_{sensor}': 1}
 
 
 @pytest.mark.parametrize(
@@ -332,8 +330,7 @@ def test_while_it_moves_the_norm_says_nothing():
     assert 'acceleration_not_gravity' not in chair.reader.counters
 
 
-FULL_TURN = 64000
-FASTEST = ReaderConfig.of().max_wheel_speed / math.tau * FULL_TURN * 0.2  # steps in a turn
+FASTEST = ReaderConfig.of().max_wheel_speed / math.tau * chosen().wheels.steps_per_turn * 0.2  # steps in a turn
 
 
 def test_an_encoder_jump_is_dropped_and_forgotten():
@@ -350,7 +347,7 @@ def test_an_encoder_jump_is_dropped_and_forgotten():
 
 def test_the_fastest_wheel_is_believed_across_the_wrap_and_over_lost_frames():
     chair = Chair()
-    chair.steps = 2**32 - 100_000
+    chair.steps = 2**32 - round(5 * FASTEST)
     chair.clock = 2**32 - 4000
     chair.turn(1)
     for turns in (1, 1, 5, 1):

@@ -25,16 +25,18 @@ from canserial.reader.readings import (
     RangeReading,
 )
 from sara_common.config import ConfigError
+from sara_common.platforms import folders, load
 
 BUS = BusDescription.default()
+SARA = BusDescription.named('sara')
 OFFSET = (-0.49, -0.91, -0.65)
 
 
-def make(**settings_):
+def make(bus=BUS, **settings_):
     # These frames are without noise: what that does is tested in test_faults.py.
     return Reader(
         ReaderConfig.of(**{'gain': 1.0, 'calibration_time': 0.8, 'stuck_time': 1e9, 'frozen_frames': 0, **settings_}),
-        BUS,
+        bus,
     )
 
 
@@ -42,7 +44,7 @@ def imu(reader, stamp, gz=OFFSET[2], gx=OFFSET[0], gy=OFFSET[1], roll=0.0):
     """One turn of IMU frames; returns the ImuReadings."""
     readings = []
     for name, values in (
-        ('RANGE_ACCEL', {'SJO': 1.0, 'ax': 0.1, 'ay': -0.2, 'az': 9.81}),
+        ('RANGE_ACCEL', {**dict.fromkeys(BUS.ranges['RANGE_ACCEL'], 1.0), 'ax': 0.1, 'ay': -0.2, 'az': 9.81}),
         ('COMPLEMENTARY', {'rx': roll, 'ry': -1.0, 'rz': 12.0}),
         ('IMPACT_GYRO', {'alarma': 0, 'gx': gx, 'gy': gy, 'gz': gz}),
     ):
@@ -171,41 +173,44 @@ def test_encoder_noise_within_the_limit_does_not_start_over_across_the_wrap():
 def test_ranges_are_the_median_of_three_in_the_words_of_rep_117():
     reader = make()
     answers, raw = [], []
-    for k, sdi in enumerate((1.0, 2.0, 1.1, 0.0, 0.0, 0.1, 0.1, 3.0)):
-        readings = reader.on_frame(BUS.encode('RANGES_1', 0.2 * k, STD=1, SDI=sdi, SLIT=1, SLDD=1))
-        answers += [reading.range for reading in readings if reading.name == 'SDI']
-        raw += [reading.raw for reading in readings if reading.name == 'SDI']
+    sensor, *others = BUS.ranges['RANGES_1']
+    ones = dict.fromkeys(others, 1)
+    for k, measured in enumerate((1.0, 2.0, 1.1, 0.0, 0.0, 0.1, 0.1, 3.0)):
+        readings = reader.on_frame(BUS.encode('RANGES_1', 0.2 * k, **ones, **{sensor: measured}))
+        answers += [reading.range for reading in readings if reading.name == sensor]
+        raw += [reading.raw for reading in readings if reading.name == sensor]
     assert raw == pytest.approx(
         [1.1, math.inf, math.inf, -math.inf, -math.inf, math.inf]
     )  # beyond 2.5 m nothing is heard
     assert answers == pytest.approx([1.1, 2.0, math.inf, math.inf, -math.inf, -math.inf])
-    later = BUS.encode('RANGES_1', 60.0, STD=1, SDI=1, SLIT=1, SLDD=1)
-    assert reader.on_frame(later) == []
+    assert reader.on_frame(BUS.encode('RANGES_1', 60.0, **ones, **{sensor: 1})) == []
 
 
-def test_all_nine_ranges_come():
-    reader = make()
-    names = set()
+@pytest.mark.parametrize('robot', folders())
+def test_the_ranges_of_every_sensor_come(robot):
+    platform = load(robot)
+    bus = BusDescription.of(platform)
+    reader, names = make(bus), []
     for k in range(3):
-        for name, signals in (
-            ('RANGES_1', ('STD', 'SDI', 'SLIT', 'SLDD')),
-            ('RANGES_2', ('SDD', 'SLID', 'STI', 'SLDT')),
-        ):
-            for reading in reader.on_frame(BUS.encode(name, 0.2 * k, **dict.fromkeys(signals, 1.5))):
+        for name, sensors in bus.ranges.items():
+            others = set(bus.signals(name)) - set(sensors)
+            frame = bus.encode(name, 0.2 * k, **dict.fromkeys(sensors, 1.5), **dict.fromkeys(others, 0.0))
+            for reading in reader.on_frame(frame):
                 assert isinstance(reading, RangeReading) and reading.range == 1.5
-                names.add(reading.name)
-        names |= {r.name for r in reader.on_frame(BUS.encode('RANGE_ACCEL', 0.2 * k, SJO=1.5, ax=0, ay=0, az=0))}
-    assert len(names) == 9
+                names.append(reading.name)
+    assert sorted(names) == sorted(platform.sonars)
 
 
 @pytest.mark.parametrize('period, phase', [(0.05, 0.0), (0.05, 0.02), (0.05, 0.049), (0.2, 0.03)])
-def test_sjo_comes_once_for_each_measurement_however_often_the_imu_frames_come(period, phase):
-    """Driving at 0.25 m/s towards a wall: no step may look faster than a third more, or it would be an approach."""
-    reader, readings = make(), []
+def test_a_range_in_the_imu_frames_comes_once_for_each_measurement_however_often_the_imu_frames_come(period, phase):
+    """SARA's SJO, driving at 0.25 m/s towards a wall: no step may look faster than a third more, or it would be an
+    approach.
+    """
+    reader, readings = make(SARA), []
     for k in range(round(10.0 / period)):
         t = k * period
         measured = 0.2 * math.floor((t + phase) / 0.2)
-        frame = BUS.encode('RANGE_ACCEL', t + 1e-3 * (k % 3), SJO=round(2.4 - 0.2 * measured, 2), ax=0, ay=0, az=9.81)
+        frame = SARA.encode('RANGE_ACCEL', t + 1e-3 * (k % 3), SJO=round(2.4 - 0.2 * measured, 2), ax=0, ay=0, az=9.81)
         readings += [reading for reading in reader.on_frame(frame) if isinstance(reading, RangeReading)]
     stamps, raw = [reading.stamp for reading in readings], [reading.raw for reading in readings]
     steps = [b - a for a, b in zip(stamps, stamps[1:])]
@@ -214,11 +219,11 @@ def test_sjo_comes_once_for_each_measurement_however_often_the_imu_frames_come(p
 
 
 def test_a_measurement_that_stays_the_same_still_comes_five_times_a_second():
-    reader = make()
+    reader = make(SARA)
     readings = [
         reading
         for k in range(200)
-        for reading in reader.on_frame(BUS.encode('RANGE_ACCEL', 0.05 * k, SJO=1.5, ax=0, ay=0, az=9.81))
+        for reading in reader.on_frame(SARA.encode('RANGE_ACCEL', 0.05 * k, SJO=1.5, ax=0, ay=0, az=9.81))
         if isinstance(reading, RangeReading)
     ]
     assert len(readings) == 48 and {reading.raw for reading in readings} == {1.5}
@@ -257,9 +262,10 @@ def test_a_mode_is_read_where_the_bus_has_it(name):
 def test_what_is_dropped_is_counted_by_kind():
     reader = make()
     reader.on_frame(Frame(0x7FF, bytes(8)))
-    reader.on_frame(Frame(0x101, bytes(7)))
+    known = BUS.id_of('ENCODER_RIGHT')
+    reader.on_frame(Frame(known, bytes(7)))
     for stamp in (math.nan, math.inf, -1.0, 2.0**32):
-        assert reader.on_frame(Frame(0x101, bytes(8), stamp)) == []
+        assert reader.on_frame(Frame(known, bytes(8), stamp)) == []
     reader.set_yaw(math.nan, 0.0)
     reader.set_yaw(0.0, -1.0)
     assert dict(reader.counters) == {

@@ -8,7 +8,7 @@ import random
 import pytest
 
 from sara_common.config import ConfigError
-from sara_common.platforms import load, parameters
+from sara_common.platforms import folders, load, parameters
 from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
@@ -283,9 +283,11 @@ def test_profiles():
     assert chair.decision.v == 0.5
 
 
-def test_the_packaged_configuration_is_the_chairs():
-    config = SafetyConfig.from_params(PARAMS)
-    assert len(config.zones.sensors) == 9 and config.rate == 50.0
+@pytest.mark.parametrize('robot', folders())
+def test_the_packaged_configuration_is_the_robots(robot):
+    platform = load(robot)
+    config = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', platform))
+    assert {sensor.name for sensor in config.zones.sensors} == platform.sonars.keys() and config.rate == 50.0
     standard = config.profiles['standard']
     assert (standard.acceleration, standard.braking, standard.jerk, config.gate.emergency_braking) == (
         0.4,
@@ -293,8 +295,8 @@ def test_the_packaged_configuration_is_the_chairs():
         0.8,
         1.5,
     )
-    assert (
-        config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig.of()
+    assert config.gate == GateConfig(localization_for=('navigation',)) and config.plausibility == PlausibilityConfig.of(
+        platform
     )
 
 

@@ -6,13 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.platforms import chosen
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import PlausibilityConfig
 from sara_control.gate.plausibility import LEFT, RIGHT, Plausibility
 from sara_control.gate.reasons import Reason
 
 CONFIG = PlausibilityConfig.of()
-STEPS = 64000 / math.tau
+STEPS, RADIUS, SEPARATION = CONFIG.steps_per_turn / math.tau, CONFIG.wheel_radius, CONFIG.wheel_separation
+SLIP = chosen().simulated['slip_range']
 
 
 class Wheels:
@@ -24,7 +26,7 @@ class Wheels:
         self.watch = Plausibility(CONFIG)
         self.t, self.start = 10.0, start
         self.angle, self.speed, self.shown = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
-        self.frozen, self.factor, self.slip, self.lost = [False, False], [1.0, 1.0], 1.27, 0
+        self.frozen, self.factor, self.slip, self.lost = [False, False], [1.0, 1.0], SLIP[0], 0
         self.obeyed = True
         self.imu_offset = 0.0
         self.tick = 0
@@ -34,8 +36,8 @@ class Wheels:
         for _ in range(round(seconds / 0.02)):
             self.t, self.tick = self.t + 0.02, self.tick + 1
             self.watch.on_command(self.t, v, w, self.obeyed)
-            for i, side in ((RIGHT, 0.2625), (LEFT, -0.2625)):
-                target = self.factor[i] * (v + side * w) / 0.155
+            for i, side in ((RIGHT, 0.5 * SEPARATION), (LEFT, -0.5 * SEPARATION)):
+                target = self.factor[i] * (v + side * w) / RADIUS
                 self.speed[i] += (target - self.speed[i]) * (1.0 - math.exp(-0.2))
                 self.angle[i] += self.speed[i] * 0.02
                 if not self.frozen[i]:
@@ -52,7 +54,7 @@ class Wheels:
                         (2**32 - 3000 + self.tick * 200) % 2**32,
                     )
             if self.tick % 10 == 0:
-                turn = (self.speed[RIGHT] - self.speed[LEFT]) * 0.155 / 0.525 / self.slip + self.imu_offset
+                turn = (self.speed[RIGHT] - self.speed[LEFT]) * RADIUS / SEPARATION / self.slip + self.imu_offset
                 assert self.watch.on_imu(self.t, (0.0, 0.0, turn))
             if self.watch.fault is not None:
                 return self.watch.fault
@@ -61,7 +63,7 @@ class Wheels:
 
 @given(
     st.lists(st.tuples(st.floats(-0.4, 0.8), st.floats(-0.8, 0.8), st.floats(0.2, 2.0)), max_size=6),
-    st.floats(1.25, 1.30),
+    st.floats(*SLIP),
 )
 @settings(max_examples=30)
 def test_a_sound_chair_is_never_suspected(plan, slip):
@@ -89,7 +91,7 @@ def test_frozen_encoders_are_found_in_time(v, w, frozen):
         assert wheels.run(v, w, 2.0) is Reason.FROZEN
         # Slow wheels make their way more slowly; 0.5 s leave the chair in time for the 0.3 s + 0.25 s of the
         # requirement.
-        assert wheels.t - since <= (0.31 if abs(v) + 0.26 * abs(w) > 0.1 else 0.5)
+        assert wheels.t - since <= (0.31 if abs(v) + 0.5 * SEPARATION * abs(w) > 0.1 else 0.5)
 
 
 def test_a_blocked_wheel_is_found_at_the_start():
@@ -142,7 +144,7 @@ def test_a_fault_is_forgotten_at_rest_and_whoever_does_not_obey_is_not_judged():
     assert wheels.watch.fault is None
     manual = Wheels()
     manual.obeyed = False
-    manual.factor = [3.0, -3.0]
+    manual.factor = [2.5, -2.5]
     assert manual.run(0.4, 0.0, 2.0) is None
 
 
@@ -165,7 +167,7 @@ def test_stamps_are_those_of_the_wheel_that_was_silent_longer():
         watch.on_encoder(t + 0.003, LEFT, 0, round(t * 1e4))
     assert watch.encoder_stamp == 1.1 and watch.speed == 0.0
     watch.on_encoder(1.2, LEFT, 700, 12000)
-    assert watch.encoder_stamp == 1.1 and watch.speed == pytest.approx(700 / STEPS / 0.1 * 0.155, rel=0.03)
+    assert watch.encoder_stamp == 1.1 and watch.speed == pytest.approx(700 / STEPS / 0.1 * RADIUS, rel=0.03)
 
 
 def test_what_is_not_believed_is_dropped_counted_and_does_not_keep_alive():

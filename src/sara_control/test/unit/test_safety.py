@@ -28,7 +28,7 @@ class Bench:
     """A gate, a time, and inputs that are all well and of now but for those in `changed`."""
 
     def __init__(self, config=CONFIG, profile=Profile(), start=100.0):
-        self.zones = Zones(ZoneConfig.of(sensors=SENSORS))
+        self.zones = Zones(ZoneConfig(sensors=SENSORS, length=1.08, width=0.58))
         self.comfort = Comfort(profile)
         self.gate = SafetyGate(config, self.comfort, self.zones)
         self.t = start

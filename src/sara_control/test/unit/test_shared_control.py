@@ -37,6 +37,8 @@ def world(width, height, *boxes, edge=True):
 
 DOOR = world(8.0, 6.0, (4.0, 0.0, 4.1, 2.6), (4.0, 3.4, 4.1, 6.0))  # 0.80 m wide, its middle at (4.05, 3)
 
+AT_THE_WALL = (4.0 - 0.5 * CONFIG.length - 0.06, 1.5, 0.0)  # before it, beside the door
+
 PILLAR = (5.0, 3.2, 5.4, 3.8)
 
 
@@ -226,7 +228,7 @@ class TestTheRiderWins:
 
     def test_who_holds_it_fully_against_a_wall_is_left_alone(self):
         assist = knows(DOOR)
-        results = [assist.step(0.05 * k, (0.4, 0.0), (3.4, 1.5, 0.0)).correction for k in range(22)]
+        results = [assist.step(0.05 * k, (0.4, 0.0), AT_THE_WALL).correction for k in range(22)]
         assert results[:20] == 20 * [Correction.STOPS] and results[-1] is Correction.INSISTED
 
     @pytest.mark.parametrize('wish', [(0.4, 0.0), (0.4, -0.2), (0.2, 0.3)])  # ahead; to its side; not fully
@@ -260,7 +262,7 @@ class TestTheRiderWins:
         assert assist.step(0.0, (0.3, 0.0), pose).correction is not Correction.OVERRIDE
 
     def test_an_override_is_named_before_what_the_rider_insists_on(self):
-        assist, wish, pose = knows(DOOR), (0.4, 0.0), (3.4, 1.5, 0.0)
+        assist, wish, pose = knows(DOOR), (0.4, 0.0), AT_THE_WALL
         for k in range(30):
             assist.on_grid(DOOR, 0.05 * k)
             assist.step(0.05 * k, wish, pose)
@@ -321,7 +323,7 @@ class TestProfiles:
         assert assist.step(21.0, self.WISH, self.POSE).correction is Correction.UNKNOWN
 
     def test_who_insisted_is_helped_again_by_another_profile(self):
-        assist, wish, pose = knows(DOOR), (CONFIG.max_linear, 0.0), (3.4, 1.5, 0.0)
+        assist, wish, pose = knows(DOOR), (CONFIG.max_linear, 0.0), AT_THE_WALL
         for k in range(30):
             assist.on_grid(DOOR, 0.05 * k)
             found = assist.step(0.05 * k, wish, pose).correction

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
+from sara_common.platforms import folders, load, parameters
 from sara_control.zones import zone_places
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zone_places import Body
@@ -28,18 +29,21 @@ SENSORS = tuple(
     RangeSensor(name, x, y, math.radians(yaw), 0.10 if name.startswith('SL') else 0.0)
     for name, (x, y, yaw) in PLACES.items()
 ) + (RangeSensor('SJO', 0.30, -0.25, 0.0, 0.0, False),)
-CONFIG = ZoneConfig.of(sensors=SENSORS)
+CONFIG = ZoneConfig.of(load('sara'), sensors=SENSORS)
+ROBOTS = [
+    ZoneConfig.from_params(parameters('sara_control', 'safety.yaml', load(robot))['zones']) for robot in folders()
+]
 
 
-def zones(**ranges):
+def zones(config=CONFIG, /, **ranges):
     """Zones that believe these ranges, all others free."""
-    result = Zones(CONFIG)
+    result = Zones(config)
     for name in result.sensors:
         result.on_range(name, ranges.get(name, INF))
     return result
 
 
-def drive_until_contact(v, w, x, y, limit, step=0.002):
+def drive_until_contact(v, w, x, y, limit, config=CONFIG, step=0.002):
     """The way (m) that a place makes relative to the chair until it is inside the body's rectangle, by small steps;
     else limit.
     """
@@ -51,27 +55,27 @@ def drive_until_contact(v, w, x, y, limit, step=0.002):
     while way < limit:
         x, y = x - v * dt + w * y * dt, y - w * x * dt
         way += step
-        if abs(x) < 0.54 and abs(y) < 0.29:
+        if abs(x) < 0.5 * config.length and abs(y) < 0.5 * config.width:
             return way
     return limit
 
 
-@given(
-    st.sampled_from(SENSORS[:8]), st.floats(0.02, 2.4), st.floats(-30, 30), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)
-)
-def test_from_what_is_allowed_the_chair_comes_to_rest_before_contact(sensor, distance, angle, v, w):
+@pytest.mark.parametrize('config', ROBOTS, ids=folders())
+@given(st.data(), st.floats(0.02, 2.4), st.floats(-30, 30), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
+def test_from_what_is_allowed_a_robot_comes_to_rest_before_contact(config, data, distance, angle, v, w):
     """The law: u t_react + u^2 / (2 a) stays below the way to any place that the echo may come from."""
+    sensor = data.draw(st.sampled_from([sensor for sensor in config.sensors if sensor.stops]))
     bearing = sensor.yaw + math.radians(angle)
     x, y = sensor.x + distance * math.cos(bearing), sensor.y + distance * math.sin(bearing)
     u = math.hypot(v - w * y, w * x)
     assume(u > 0.01)
-    factor, _ = zones(**{sensor.name: distance}).scale(v, w, gentle=False)
-    allowed = factor * u * CONFIG.reaction_time + (factor * u) ** 2 / (2.0 * CONFIG.hard_braking)
-    if factor * u <= 1.25 * CONFIG.creep_speed + 1e-9:  # passes always
+    factor, _ = zones(config, **{sensor.name: distance}).scale(v, w, gentle=False)
+    allowed = factor * u * config.reaction_time + (factor * u) ** 2 / (2.0 * config.hard_braking)
+    if factor * u <= 1.25 * config.creep_speed + 1e-9:  # passes always
         return
     # The cone is reckoned with at 13 places, 5 degrees apart: between them the corner of a body may be nearer by the
     # sagitta.
-    assert drive_until_contact(v, w, x, y, allowed + 0.2) > allowed - 0.02
+    assert drive_until_contact(v, w, x, y, allowed + 0.2, config) > allowed - 0.02
 
 
 @given(st.floats(0.16, 2.4), st.floats(0.05, 0.8))
@@ -251,7 +255,7 @@ def test_the_sensor_inside_the_outline_slows_but_does_not_stop():
 
 
 def test_a_point_on_the_axis_of_the_turn_does_not_matter():
-    lone = Zones(ZoneConfig.of(sensors=(RangeSensor('up', 0.54, 0.0, 0.0),), field_of_view=1e-6))
+    lone = Zones(ZoneConfig.of(load('sara'), sensors=(RangeSensor('up', 0.54, 0.0, 0.0),), field_of_view=1e-6))
     lone.on_range('up', 0.5)
     lone.on_range('up', 0.5)
     assert lone.scale(0.0, 0.4)[0] == 1.0

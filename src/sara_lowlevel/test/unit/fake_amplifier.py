@@ -5,13 +5,17 @@ Independent of the driver.
 import math
 import re
 
+from sara_common.platforms import chosen
+
+STEPS_PER_TURN, FULL_SPEED = chosen().wheels.steps_per_turn, chosen().motor_node['full_speed']
+
 
 class FakeAmplifier:
     """`speeds`: rad/s (channel 1, 2). `alive`, `echo`: talk at all. `blocked`: neither wheel turns. `encoder_sign`: per
     channel.
     """
 
-    def __init__(self, full_speed=9.0, lag=0.1, latency=0.012, watchdog=True):
+    def __init__(self, full_speed=FULL_SPEED, lag=0.1, latency=0.012, watchdog=True):
         self.full_speed, self.lag, self.latency, self.watchdog = full_speed, lag, latency, watchdog
         self.power, self.speeds, self.angles = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
         self.encoder_sign, self.motor_sign = [1, 1], [1, 1]
@@ -20,7 +24,7 @@ class FakeAmplifier:
         self.commands = []
 
     def counts(self, channel):
-        steps = round(self.encoder_sign[channel] * self.angles[channel] * 64000 / (2 * math.pi)) % 2**32
+        steps = round(self.encoder_sign[channel] * self.angles[channel] * STEPS_PER_TURN / (2 * math.pi)) % 2**32
         return steps - 2**32 if steps >= 2**31 else steps
 
     def advance(self, t):

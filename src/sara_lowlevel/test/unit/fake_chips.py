@@ -1,13 +1,17 @@
 """Chips at register level for the tests of this package: an I2C bus, an MPU6050 that sleeps after a reset, SRF02s that
 are busy while ranging.
 
-Independent of the simulator. Time is `bus.now`, set by the test (or by `clock`, for the commands).
+The platform says where the chips sit; else independent of the stack.
+Time is `bus.now`, set by the test (or by `clock`, for the commands).
 """
 
 import struct
 import time
 
-SONAR_ADDRESSES = tuple(range(0x70, 0x79))
+from sara_common.platforms import chosen
+
+IMU_ADDRESS = chosen().sensor_node.get('imu_address', 0x68)
+SONAR_ADDRESSES = tuple(chosen().sensor_node['sonar_addresses'].values())
 
 
 class FakeBus:
@@ -136,7 +140,7 @@ def chair(clock=None, **mpu):
     """A whole I2C bus: (bus, mpu, {address: sonar})."""
     chip = FakeMpu(**mpu)
     sonars = {address: FakeSrf02(100 + k) for k, address in enumerate(SONAR_ADDRESSES)}
-    return FakeBus({0x68: chip, **sonars}, clock=clock), chip, sonars
+    return FakeBus({IMU_ADDRESS: chip, **sonars}, clock=clock), chip, sonars
 
 
 def demo():

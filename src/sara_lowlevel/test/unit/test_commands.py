@@ -28,7 +28,7 @@ from sara_lowlevel.runner import Recorder, Runner, adapter_config
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-from fake_amplifier import FakeAmplifier  # noqa: E402
+from fake_amplifier import STEPS_PER_TURN, FakeAmplifier  # noqa: E402
 
 BUS = BusDescription.default()
 
@@ -36,9 +36,10 @@ BUS = BusDescription.default()
 class Command:
     """A command on a bus of its own, and that bus's frames."""
 
-    def __init__(self, name, *arguments):
+    def __init__(self, name, *arguments, bus=BUS):
         luck = random.SystemRandom()
         group = f'239.{luck.randint(64, 127)}.{luck.randint(0, 255)}.{luck.randint(1, 254)}'
+        self.bus = bus
         self.frames, self.adapter = [], Adapter(AdapterConfig('udp_multicast', group))
         self.adapter.open()
         path = os.pathsep.join([str(HERE), *filter(None, sys.path)])
@@ -58,7 +59,7 @@ class Command:
             assert time.monotonic() < end and self.process.poll() is None, self.names()
             frame = self.adapter.receive(0.1, time.monotonic)
             if frame is not None:
-                self.frames.append((frame.time, *BUS.decode(frame)))
+                self.frames.append((frame.time, *self.bus.decode(frame)))
         return self
 
     def names(self):
@@ -68,13 +69,13 @@ class Command:
         return self.names().count(name)
 
     def send(self, name, **values):
-        self.adapter.send(BUS.encode(name, **values))
+        self.adapter.send(self.bus.encode(name, **values))
 
     def end(self, how=signal.SIGINT):
         self.process.send_signal(how)
         _, errors = self.process.communicate(timeout=600)
         while (frame := self.adapter.receive(0.2, time.monotonic)) is not None:
-            self.frames.append((frame.time, *BUS.decode(frame)))
+            self.frames.append((frame.time, *self.bus.decode(frame)))
         self.adapter.close()
         return self.process.returncode, errors
 
@@ -106,7 +107,8 @@ def test_the_sensor_node_on_chips_of_a_factory(slow, tmp_path):
     assert max(part.count('IMPACT_GYRO') for part in between) in ((1, 2) if slow else (3, 4, 5))
     lines = log.read_text().splitlines()
     assert len(lines) >= len(command.frames)
-    assert all(re.fullmatch(r'\(\d+\.\d{6}\) \S+ 20[1-6]#[0-9A-F]{16}', line) for line in lines)
+    identifiers = '|'.join(f'{BUS.id_of(name):03X}' for name in set(names))
+    assert all(re.fullmatch(rf'\(\d+\.\d{{6}}\) \S+ ({identifiers})#[0-9A-F]{{16}}', line) for line in lines)
 
 
 def test_the_button_calibrates_and_imu_frames_pause():
@@ -170,9 +172,9 @@ def test_the_motor_node_drives_on_command_and_ends_with_a_stop():
     amplifier.ending = True
     assert amplifier.fake.power == [0.0, 0.0] and amplifier.fake.commands[-1][1] in ('!A00', '!B00')
     right = [values['steps'] for _, name, values in command.frames if name == 'ENCODER_RIGHT']
-    assert right[-1] > 5000
+    assert right[-1] > 0.08 * STEPS_PER_TURN
     # Its regulator brakes against the motion; where it has to wait, a wheel turns back a little, not a tenth of a turn.
-    assert all(after > before - 0.1 * 64000 for before, after in itertools.pairwise(right))
+    assert all(after > before - 0.1 * STEPS_PER_TURN for before, after in itertools.pairwise(right))
     assert [values['voltage'] for _, name, values in command.frames if name == 'BATTERY'][-1] == pytest.approx(24.707)
 
 
@@ -198,8 +200,9 @@ def test_the_switch_of_the_joystick_node_needs_a_bus_that_has_it(tmp_path):
     options = ('--device', device, '--assist-switch', '2')
     with Command('joystick', *options) as command:
         _, errors = command.process.communicate(timeout=600)
-        assert command.process.returncode == 2 and 'sara.dbc has no such mode' in errors
-    with Command('joystick', *options, '--dbc', 'sara_assisted') as command:
+        assert command.process.returncode == 2 and f'{Path(BUS.path).name} has no such mode' in errors
+    assisted = BusDescription.named('sara_assisted')
+    with Command('joystick', *options, '--dbc', 'sara_assisted', bus=assisted) as command:
         command.hear(lambda c: c.count('JOYSTICK') >= 1)
         assert command.frames[-1][2]['modo'] == 1
         os.write(keep, struct.pack('<IhBB', 0, 1, 1, 2))

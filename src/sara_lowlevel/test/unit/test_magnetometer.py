@@ -109,7 +109,7 @@ def frames_of(node, seconds):
 
 
 def test_the_sensor_node_sends_the_field_every_100_ms_on_a_bus_that_has_it():
-    bus = BusDescription.named('sara+compass')
+    bus = BusDescription.named('+compass')
     chips = {0x0D: qmc(600, -900, 1200)}
     came = frames_of(SensorNode(bus, FakeBus(chips), SensorConfig.of(imu_period=FAST_IMU)), 2.0)
     fields = [(step, frame) for step, frame in came if frame.id == bus.id_of('COMPASS')]

@@ -15,11 +15,20 @@ from sara_lowlevel.schedule import SLOTS, frame_slots
 from sara_lowlevel.sensor.sensor_node import SensorNode
 
 sys.path.insert(0, str(Path(__file__).parent))
-from fake_chips import SONAR_ADDRESSES, chair  # noqa: E402
+from fake_chips import IMU_ADDRESS, SONAR_ADDRESSES, chair  # noqa: E402
 
 BUS = BusDescription.default()
-SENSORS, (TURN_1, TURN_2) = tuple(SensorConfig.of().sonar_addresses), SensorConfig.of().turns
+ADDRESSES, (TURN_1, TURN_2) = SensorConfig.of().sonar_addresses, SensorConfig.of().turns
+SENSORS = tuple(ADDRESSES)
+DISTANCES = {name: (100 + k) / 100 for k, name in enumerate(SENSORS)}  # of the fake chips, m
 QUICK = {'settle_time': 0.1, 'calibration_time': 0.5}
+
+
+def slow(**settings_):
+    """The settings of a node that sends the IMU's frames once in a cycle of 0.2 s."""
+    return SensorConfig.of(imu_period=0.2, **settings_)
+
+
 IMU = ('MADGWICK', 'COMPLEMENTARY', 'RANGE_ACCEL', 'IMPACT_GYRO')
 
 
@@ -28,7 +37,7 @@ class Bench:
 
     def __init__(self, config=None, **mpu):
         self.i2c, self.mpu, self.sonars = chair(**mpu)
-        self.node = SensorNode(BUS, self.i2c, config or SensorConfig.of(calibrate=False))
+        self.node = SensorNode(BUS, self.i2c, config or slow(calibrate=False))
         self.tick, self.heard = 0, []
 
     def run(self, ticks, each=lambda k: None):
@@ -88,7 +97,7 @@ def test_sonars_go_in_two_turns_and_arrive_in_metres():
         when[name] == [0.1, 0.3, 0.5] for name in TURN_2
     )
     ranges = {name: value for _, _, values in bench.run(60).heard for name, value in values.items() if name in SENSORS}
-    assert ranges == pytest.approx({name: (100 + k) / 100 for k, name in enumerate(SENSORS)})
+    assert ranges == pytest.approx(DISTANCES)
 
 
 @pytest.mark.parametrize('deaf', [True, False])
@@ -107,21 +116,25 @@ def test_a_ranger_that_is_still_ranging_is_asked_again(deaf):
 
 def test_a_dead_ranger_is_neither_free_space_nor_an_old_distance():
     bench = Bench().run(100)
-    del bench.i2c.devices[SONAR_ADDRESSES[SENSORS.index('SDI')]]
+    sensor, *others = BUS.ranges['RANGES_1']
+    address = ADDRESSES[sensor]
+    del bench.i2c.devices[address]
     heard = len(bench.said('RANGES_1'))
     bench.run(60)
     new = bench.said('RANGES_1')[heard + 1 :]
-    assert new and all(values['SDI'] == 655.35 and values['STD'] == 1.07 for values in new)
-    assert bench.node.rangers.counts['SDI'] >= 3
-    bench.i2c.devices[SONAR_ADDRESSES[0]] = bench.sonars[SONAR_ADDRESSES[0]]
-    assert bench.run(60).said('RANGES_1')[-1]['SDI'] == 1.0
+    assert new and all(values == {**{name: DISTANCES[name] for name in others}, sensor: 655.35} for values in new)
+    assert bench.node.rangers.counts[sensor] >= 3
+    bench.i2c.devices[address] = bench.sonars[address]
+    assert bench.run(60).said('RANGES_1')[-1][sensor] == DISTANCES[sensor]
 
 
 def test_no_echo_and_nonsense_from_a_ranger():
     bench = Bench()
-    bench.sonars[0x70].distance, bench.sonars[0x77].distance, bench.sonars[0x74].distance = 0, 601, 600
+    sensors = BUS.ranges['RANGES_1'][:3]
+    for sensor, distance in zip(sensors, (0, 601, 600), strict=True):
+        bench.sonars[ADDRESSES[sensor]].distance = distance
     values = bench.run(60).said('RANGES_1')[-1]
-    assert (values['SDI'], values['STD'], values['SLDD']) == pytest.approx((0.0, 655.35, 6.0))
+    assert [values[sensor] for sensor in sensors] == pytest.approx([0.0, 655.35, 6.0])
 
 
 @settings(max_examples=25)
@@ -156,7 +169,7 @@ def test_tenths_where_the_bus_says_so():
         names = ()
 
     bench = Bench(bias=(0, 0, 0, 0, 0, 32767))
-    node, heard = SensorNode(Tenths(), bench.i2c, SensorConfig.of(calibrate=False)), []
+    node, heard = SensorNode(Tenths(), bench.i2c, slow(calibrate=False)), []
     for k in range(100):
         bench.i2c.now = k / 100
         heard += node.update(k / 100)
@@ -169,7 +182,7 @@ def test_tenths_where_the_bus_says_so():
     st.tuples(*[st.integers(-20000, 20000)] * 3),
 )
 def test_calibration_leaves_at_most_half_a_register_step(bias, factory):
-    bench = Bench(SensorConfig.of(**QUICK), bias=bias, factory=factory).until_running()
+    bench = Bench(slow(**QUICK), bias=bias, factory=factory).until_running()
     bench.mpu.read(0x3B, 6, bench.tick)
     accel, gyro = bench.node.imu.sample()[:3], bench.node.imu.sample()[3:]
     assert all(abs(a - ideal) <= 8 for a, ideal in zip(accel, (0, 0, 16384))) and all(abs(g) <= 2 for g in gyro)
@@ -178,7 +191,7 @@ def test_calibration_leaves_at_most_half_a_register_step(bias, factory):
 
 
 def test_the_thesis_times_of_the_calibration():
-    bench = Bench(SensorConfig.of()).run(25)
+    bench = Bench(slow()).run(25)
     assert bench.node.state == 'settling'
     bench.run(1000)
     assert bench.node.state == 'calibrating'
@@ -190,7 +203,7 @@ def test_the_thesis_times_of_the_calibration():
 
 
 def test_calibration_starts_over_when_the_chair_moves_and_the_button_repeats_it():
-    bench = Bench(SensorConfig.of(**QUICK), bias=(0, 0, 0, 400, 0, 0))
+    bench = Bench(slow(**QUICK), bias=(0, 0, 0, 400, 0, 0))
     bench.mpu.motion = lambda k: (0, 0, 0, 0, 0, 400 if k < 100 and k // 40 % 2 else 0)
     bench.until_running()
     assert bench.node.counts['not still'] >= 1 and bench.node.imu.sample()[3:] == (0, 0, 0)
@@ -203,7 +216,7 @@ def test_calibration_starts_over_when_the_chair_moves_and_the_button_repeats_it(
 
 
 def test_an_imu_on_its_side_is_not_calibrated_away():
-    bench = Bench(SensorConfig.of(**QUICK), bias=(16000, 0, -16384, 0, 0, 0)).run(500)
+    bench = Bench(slow(**QUICK), bias=(16000, 0, -16384, 0, 0, 0)).run(500)
     assert bench.node.state == 'calibrating' and 'refused' in bench.node.reason and bench.imu_ticks() == []
 
 
@@ -258,7 +271,7 @@ def test_a_clock_that_goes_back_begins_anew():
 @given(st.integers(0, 2**32), st.floats(0.0005, 0.3))
 def test_random_faults_never_raise_never_send_what_is_old_and_are_survived(seed, rate):
     luck = random.Random(seed)
-    bench = Bench(SensorConfig.of(settle_time=0.1, calibration_time=0.3, retry_period=0.2))
+    bench = Bench(slow(settle_time=0.1, calibration_time=0.3, retry_period=0.2))
     bench.mpu.motion = lambda k: (
         (bench.tick % 50, 0, 0, 0, 0, 40 * (bench.tick % 50)) if bench.node.state == 'running' else (0,) * 6
     )
@@ -272,7 +285,7 @@ def test_random_faults_never_raise_never_send_what_is_old_and_are_survived(seed,
             assert values['gz'] == pytest.approx(sum(window) / 20, abs=0.02)
         for sensor, value in values.items():
             if sensor in SENSORS:
-                assert value in (655.35, (100 + SENSORS.index(sensor)) / 100)
+                assert value in (655.35, DISTANCES[sensor])
     bench.run(400)
     assert bench.node.state == 'running'
     heard = len(bench.imu_ticks())
@@ -291,7 +304,7 @@ def test_one_error_costs_one_turn_and_no_reset():
 
 
 def test_a_chip_that_lost_its_supply_is_started_again_with_its_offsets():
-    bench = Bench(SensorConfig.of(**QUICK), bias=(500, 0, 0, 80, 0, 0), factory=(7, -3, 11)).until_running().run(100)
+    bench = Bench(slow(**QUICK), bias=(500, 0, 0, 80, 0, 0), factory=(7, -3, 11)).until_running().run(100)
     offsets = bench.node.offsets
     bench.mpu.power_up()
     before = bench.tick
@@ -307,10 +320,10 @@ def test_a_chip_of_another_make_or_none_is_a_fault_and_the_ranges_go_on():
     bench.run(300)
     assert bench.node.state == 'fault' and 'WHO_AM_I' in bench.node.reason and bench.imu_ticks() == []
     assert len(bench.said('RANGES_1')) == 15 and bench.node.counts['ChipError'] == 3
-    del bench.i2c.devices[0x68]
+    del bench.i2c.devices[IMU_ADDRESS]
     assert bench.run(200).node.state == 'fault'
     bench.mpu.registers[0x75] = 0x68
-    bench.i2c.devices[0x68] = bench.mpu
+    bench.i2c.devices[IMU_ADDRESS] = bench.mpu
     assert bench.run(200).node.state == 'running'
 
 

@@ -15,7 +15,7 @@ from sara_lowlevel.motor.speed_loop import SpeedLoop
 from sara_lowlevel.motor.wheel_drive import WheelDrive
 
 sys.path.insert(0, str(Path(__file__).parent))
-from fake_amplifier import FakeAmplifier, abbreviate  # noqa: E402
+from fake_amplifier import FULL_SPEED, STEPS_PER_TURN, FakeAmplifier, abbreviate  # noqa: E402
 
 
 class Bench:
@@ -89,9 +89,8 @@ def test_the_wheels_come_to_their_speed_whatever_the_motor(speed, sign, full_spe
     target = (sign * speed, -sign * speed / 2)
     bench.run(3.0, target, lambda: peak.append(abs(bench.fake.speeds[0])))
     assert bench.fake.speeds == pytest.approx(target, abs=0.1)  # an output step of 1/127 is 0.07 to 0.09 rad/s
-    # What the feed-forward takes the motor for is 9 rad/s at full output: a stronger one runs ahead until the integral
-    # has it.
-    assert max(peak) < 1.25 * speed * max(full_speed / 9.0, 1.0) + 0.3 + 0.5 * abs(load)
+    # The feed-forward takes the motor for one of FULL_SPEED: a stronger one runs ahead until the integral has it.
+    assert max(peak) < 1.25 * speed * max(full_speed / FULL_SPEED, 1.0) + 0.3 + 0.5 * abs(load)
     bench.fake.load = 0.0
     bench.run(1.5)
     assert max(map(abs, bench.fake.speeds)) < 0.05 and bench.drive.fault == ''
@@ -116,9 +115,8 @@ def test_a_dead_encoder_does_not_let_the_wheel_race(speed):
     bench.fake.encoder_sign[1] = 0
     bench.run(0.3).run(4.0, (speed, speed), lambda: peak.append(bench.fake.speeds[1]))
     assert bench.drive.fault == 'the left wheel is stalled' and bench.fake.power == [0.0, 0.0]
-    assert (
-        max(peak) < (1.0 / 9.0 + 0.06) * 9.0 * speed + 0.2 * 9.0 + 0.2
-    )  # feed-forward, kp, and what the integral may reach
+    # Feed-forward, kp, and what the integral may reach
+    assert max(peak) < (1.0 / FULL_SPEED + 0.06) * FULL_SPEED * speed + 0.2 * FULL_SPEED + 0.2
 
 
 def test_saturation_winds_nothing_up():
@@ -186,8 +184,9 @@ def test_the_counts_of_both_wheels_are_of_one_instant():
     bench.run(2.5, (3.0, 1.5), note)
     times = sorted(seen)
     assert len(times) > 25 and max(b - a for a, b in zip(times, times[1:])) < 0.1
+    limit = 0.01 * STEPS_PER_TURN / (2 * math.pi)  # 1.5 mm
     for when, apart in seen.items():  # the controller reads a counter 20 ms before its answer is taken
-        assert when < 0.8 or abs(apart - truth[round(100 * when) - 2]) < 0.01 * 64000 / (2 * math.pi)  # 1.5 mm
+        assert when < 0.8 or abs(apart - truth[round(100 * when) - 2]) < limit
 
 
 def test_the_voltage_and_the_rate_of_the_round():
@@ -199,7 +198,7 @@ def test_the_voltage_and_the_rate_of_the_round():
 
 
 def test_a_count_no_wheel_can_have_made_is_a_glitch():
-    loop = SpeedLoop(SpeedLoopConfig.of())
+    loop = SpeedLoop(SpeedLoopConfig.of(steps_per_turn=64000))
     for k, steps in enumerate((0, 1000, 2000, 900000, 3000, 4000, 5000)):
         loop.update(steps, k * 0.06, 1.0)
     assert loop.glitches == 2 and loop.speed == pytest.approx(1000 / 64000 * 2 * math.pi / 0.06)
@@ -207,7 +206,7 @@ def test_a_count_no_wheel_can_have_made_is_a_glitch():
 
 @given(st.integers(0, 2**32 - 1))
 def test_counters_wrap(start):
-    loop = SpeedLoop(SpeedLoopConfig.of())
+    loop = SpeedLoop(SpeedLoopConfig.of(steps_per_turn=64000))
     for k in range(5):
         loop.update((start + 600 * k) % 2**32, k * 0.06, 1.0)
     assert loop.speed == pytest.approx(600 / 64000 * 2 * math.pi / 0.06) and loop.glitches == 0
