@@ -16,68 +16,13 @@ from tqdm import tqdm
 
 from sara_common import platforms
 from sara_common.files import write_whole
-from sara_lab.campaign.amcl import amcl
-from sara_lab.campaign.amcl_nees import amcl_nees
-from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
-from sara_lab.campaign.assisted_bus import assisted_bus
-from sara_lab.campaign.calm import calm
-from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
-from sara_lab.campaign.compass import compass
-from sara_lab.campaign.exploring import explore
-from sara_lab.campaign.filters import filter_fuzz, nees
-from sara_lab.campaign.global_start import global_start
-from sara_lab.campaign.kidnapped import kidnapped
-from sara_lab.campaign.made_maps import made_maps, sonar_made_maps
-from sara_lab.campaign.mapping import mapping
-from sara_lab.campaign.pairs import fault_pairs
+from sara_lab.campaign.parts import PARTS, part_of
 from sara_lab.campaign.results import rows
-from sara_lab.campaign.scanned import scan
-from sara_lab.campaign.sonar_mapping import sonar_mapping
-from sara_lab.campaign.squares import squares
-from sara_lab.campaign.street import street
-from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
-from sara_lab.campaign.worlds import worlds
 from sara_lab.experiments.runner import folder_of
 from sara_lab.journeys.worlds.foreign import ForeignError
 from sara_lab.rides.circuits import circuits
 from sara_lab.workers import cores, each
 from sara_sim.riders.riders import RIDERS
-
-PARTS = {
-    'square': square,
-    'hazards': hazard_times,
-    'obstacle': obstacle,
-    'pairs': fault_pairs,
-    'odometry': odometry,
-    'sensors': sensors,
-    'squares': squares,
-    'doors': doors,
-    'tight': tight,
-    'pillars': pillars,
-    'travel': travel,
-    'scan': scan,
-    'worlds': worlds,
-    'journeys': journeys,
-    'calm': calm,
-    'nees': nees,
-    'filter_fuzz': filter_fuzz,
-    'amcl': amcl,
-    'amcl_nees': amcl_nees,
-    'kidnapped': kidnapped,
-    'global_start': global_start,
-    'mapping': mapping,
-    'made_maps': made_maps,
-    'explore': explore,
-    'sonar_mapping': sonar_mapping,
-    'sonar_made_maps': sonar_made_maps,
-    'assisted': assisted,
-    'assisted_doors': assisted_doors,
-    'assisted_wall': assisted_wall,
-    'assisted_bus': assisted_bus,
-    'compass': compass,
-    'street': street,
-}
-
 
 CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the part `assisted`
 
@@ -91,8 +36,8 @@ def main() -> None:
     figures_of, failed = {}, []
     for name in arguments.parts or PARTS:
         try:
-            part = PARTS[name](arguments.seeds, folder, **_options_of(name, arguments))
-            figures, bad = _run(name, part, folder, arguments.workers, origin)
+            part = part_of(name, arguments.seeds, folder, _options_of(name, arguments))
+            figures, bad = _run(name, part, folder, arguments, origin)
         except ForeignError as error:
             sys.exit(f'campaign: {error}')
         figures_of[name] = {'commit': origin.commit, 'seeds': arguments.seeds, **figures}
@@ -147,7 +92,7 @@ def _chosen(arguments):
     return {choice: names for choice in CHOICES if (names := getattr(arguments, choice))}
 
 
-def _run(name, part, folder, processes, origin):
+def _run(name, part, folder, arguments, origin):
     """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
     paths = {case: folder / f'{case}.json' for case in part.cases}
     missing = [case for case, path in paths.items() if not path.exists()]
@@ -155,11 +100,12 @@ def _run(name, part, folder, processes, origin):
     def make(case):
         write_whole(paths[case], json.dumps({**part.cases[case](), 'commit': origin.commit}))
 
-    run = each(make, missing, processes)
+    run = each(make, missing, arguments.workers)
     for _ in tqdm(run, desc=name, unit='case', total=len(paths), initial=len(paths) - len(missing)):
         pass
     results = [json.loads(path.read_text()) for path in paths.values()]
-    rows.write(folder / f'{name}{rows.SUFFIX}', rows.rows(origin, name, dict(zip(part.cases, results))))
+    told = {case: {**result, 'seeds': arguments.seeds} for case, result in zip(part.cases, results)}
+    rows.write(folder / f'{name}{rows.SUFFIX}', rows.rows(origin, name, told))
     lines, figures = part.summary(results)
     bad = [(case, result['faults']) for case, result in zip(part.cases, results) if result['faults']]
     bad += [(name, [sentence]) for sentence in part.verdict(figures)]

@@ -106,7 +106,7 @@ def fingerprint(drive: Callable[[], object]) -> Fingerprint:
         found.update(struct.pack('<5d', *end))
         steps += 1
 
-    with _watched(on_step):
+    with watched(on_step):
         drive()
     if end is None:
         raise ValueError('the drive made no step in lockstep')
@@ -114,7 +114,7 @@ def fingerprint(drive: Callable[[], object]) -> Fingerprint:
 
 
 @contextmanager
-def _watched(on_step: Callable[[Lockstep], None]) -> Iterator[None]:
+def watched(on_step: Callable[[Lockstep], None]) -> Iterator[None]:
     """Call `on_step` after each step of every Lockstep: the drives make their own, so the class is what is watched."""
     step = Lockstep.step
 

@@ -32,14 +32,15 @@ def odometry(stamp: rospy.Time, frame: str, pose: Sequence[float], velocity: Seq
 
 def transforms(stamp: rospy.Time, pose: Sequence[float], scanners: Sequence[ScannerConfig]) -> TFMessage:
     """odom -> base_footprint at a pose (x, y, yaw; m, rad), base_footprint -> base_link, and each scanner's frame."""
-    found = [_transform(stamp, ODOM, FOOTPRINT, pose), _transform(stamp, FOOTPRINT, BASE, (0.0, 0.0, 0.0))]
+    found = [transform(stamp, ODOM, FOOTPRINT, pose), transform(stamp, FOOTPRINT, BASE, (0.0, 0.0, 0.0))]
     for frame, one in zip(numbered(LASER, scanners), scanners):
-        found.append(_transform(stamp, BASE, frame, (one.x, one.y, one.yaw)))
+        found.append(transform(stamp, BASE, frame, (one.x, one.y, one.yaw)))
         found[-1].transform.translation.z = one.z
     return TFMessage(found)
 
 
-def _transform(stamp, parent, child, pose):
+def transform(stamp: rospy.Time, parent: str, child: str, pose: Sequence[float]) -> TransformStamped:
+    """The frame `child` at a pose (x, y, yaw; m, rad) in `parent`."""
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, parent
     _fill(message.transform.translation, message.transform.rotation, pose)
