@@ -2,7 +2,7 @@
 # Each target sets up what is missing first. Root or sudo is needed only while a Debian package is missing.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: run test bench campaign experiments mutants lint house format clean help setup apt venv build install deb arm64
+.PHONY: run test bench campaign skills experiments mutants lint house format clean help setup apt venv build install deb arm64
 
 # Debian's interpreter, whichever python3 is first on PATH; ROS lives in its site-packages.
 PYTHON := /usr/bin/python3
@@ -33,6 +33,9 @@ campaign: build ## everything judged over many chairs, and a million random inpu
 	@$(ENV) rosrun sara_lab fuzz_navsat --count 1000000 --seed 0
 	@$(ENV) rosrun sara_lab fuzz_slam --count 1000000 --seed 0
 	@tools/run_tests.sh random
+
+skills: build ## a clinic's test of wheelchair skills, by goals, by a trembling hand with help, and by hand; docs/skills.md (SEEDS=50)
+	@$(ENV) rosrun sara_lab campaign skills --out out/campaign --seeds $(or $(SEEDS),2)
 
 experiments: build ## the thesis's E1 to E10, ten minutes; pages in out/experiments (SEEDS=50: those of docs/experiments, an hour; resumable)
 	@$(ENV) rosrun sara_lab experiment all $(if $(SEEDS),--seeds $(SEEDS) --keep out/experiments_kept,--out out/experiments)

@@ -204,6 +204,17 @@ def test_who_notices_the_chair_walks_round_it(notices, touches):
     assert math.dist(poses[-1, 0, :2], (11.0, 0.9)) < 0.6
 
 
+def test_who_waits_for_the_chair_begins_once_it_is_near():
+    config = PedestrianConfig('ann', ((3.0, 0.8), (9.0, 0.8)), waits=(60.0, 60.0), starts_within=2.0)
+    somebody = Pedestrian(config, corridor())
+    far, near = standing(0.8, 0.8, 0.0), standing(1.2, 0.8, 0.0)
+    poses = walk(corridor(), [somebody], 12.0, lambda t: far(t) if t < 3.0 else near(t))[:, 0, 0]
+    assert abs(poses[299] - 3.0) < 0.05 and poses[400] > 3.2 and poses[-1] > 8.0
+    for within in (0.0, -1.0, math.nan, True, 'near'):
+        with pytest.raises(ObstacleError, match='starts_within is'):
+            PedestrianConfig('ann', ((3.0, 0.8), (9.0, 0.8)), starts_within=within)
+
+
 def test_who_finds_the_door_barred_goes_elsewhere():
     world = rooms()
     places = ((2.0, 1.5), (5.0, 1.5), (0.6, 0.6))

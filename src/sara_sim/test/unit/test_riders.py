@@ -8,6 +8,7 @@ import pytest
 from sara_common.planar import advanced
 from sara_sim.riders.driving import BlindDriver, Manner, WayDriver
 from sara_sim.riders.impairments import FourDirections, Jerks, Late, OneSided, Tremor
+from sara_sim.riders.manoeuvres import Astern, Holder, InTurn, Turner
 from sara_sim.riders.riders import RIDERS, Task, rider
 from sara_sim.riders.stick import CENTRED, Stick
 from sara_sim.riders.way import Way, rounded
@@ -188,3 +189,32 @@ def test_rounded_corners_stay_near_the_line():
     assert min(math.dist(point, CORNER[1]) for point in points) == pytest.approx(0.25 * 0.7 * math.sqrt(2), abs=0.03)
     headings = np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
     assert np.abs(np.diff(headings)).max() < 0.35
+
+
+def test_somebody_backs_up_along_a_way():
+    person = Astern(WayDriver(rounded(CORNER, 0.7), manner=Manner(arrival=0.12)))
+    poses, sticks = driven(person, (0.0, 0.0, math.pi))
+    assert person.arrived and min(stick.forward for stick in sticks) < -0.5
+    assert max(stick.forward for stick in sticks) <= 0.0
+    assert math.dist(poses[-1, :2], CORNER[-1]) < 0.15 and abs(poses[-1, 2] + 0.5 * math.pi) < 0.2
+
+
+@pytest.mark.parametrize('yaw', [math.pi, 2.0, -2.0, 0.3, -0.3])
+def test_somebody_turns_in_place_the_short_way(yaw):
+    person = Turner(yaw)
+    poses, sticks = driven(person)
+    assert person.arrived and all(stick.forward == 0.0 for stick in sticks)
+    assert (poses[:, :2] == 0.0).all() and sticks[-1] == CENTRED
+    assert abs(math.remainder(poses[-1, 2] - yaw, 2.0 * math.pi)) < 0.25  # an ideal chair stops at once
+    assert np.abs(np.diff(poses[:, 2])).sum() < abs(yaw) + 0.1
+
+
+def test_one_thing_is_done_after_the_other_with_a_pause_between():
+    person = InTurn([WayDriver(((0.0, 0.0), (1.0, 0.0))), Turner(math.pi), Astern(WayDriver(((1.0, 0.0), (2.0, 0.0))))])
+    poses, sticks = driven(person)
+    assert person.arrived and abs(poses[-1, 0] - 2.0) < 0.3
+    assert sum(stick == CENTRED for stick in sticks) >= 2 * round(1.0 / DT)
+
+
+def test_a_stick_is_held():
+    assert (sticks_of(Holder(Stick(0.2, 0.5))) == (0.2, 0.5)).all()

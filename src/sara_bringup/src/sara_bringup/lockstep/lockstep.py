@@ -50,19 +50,18 @@ class LockstepError(RuntimeError):
 class Lockstep:
     """The chair and the stack, stepped together.
 
-    `world`: a ROS map's path, or a map. `start`: (x, y, yaw), m, rad. `seed`: which chair. `ekf`: name of an
-    ekf_*.yaml. `gain`: of this chair's gyro, as its calibration file would hold it; None: read.py's own default.
-    `localization`: "ekf", "ukf", or "fake" for the true pose. `navigation`: a tree laid over sara_nav.yaml's. `ranges`:
-    whether the fused pose is corrected by what the sonars hear of the map; as in sara.launch, None: with the default
-    set alone. `imu_period`: s between the IMU's frames, 0.05 or 0.2. `scan`: whether the chair has the laser scanner,
-    for gate and costmaps. `dbc`: the bus, as canserial names it, the robot's own where none is named. `platform`: the
-    robot, the chosen one where none is given. `known`: the map that the stack has of the world, in its frame; None: the
-    world itself. `tick` counts the steps.
+    `world`: a ROS map's path, a map, or a sara_sim World whose map is `known`. `start`: (x, y, yaw), m, rad. `seed`:
+    which chair. `ekf`: name of an ekf_*.yaml. `gain`: of this chair's gyro, as in its calibration file; None: read.py's
+    own. `localization`: "ekf", "ukf", or "fake" for the true pose. `navigation`: a tree laid over sara_nav.yaml's.
+    `ranges`: whether the fused pose is corrected by what the sonars hear of the map; as in sara.launch, None: with the
+    default set alone. `imu_period`: s between the IMU's frames, 0.05 or 0.2. `scan`: whether the chair has the laser
+    scanner, for gate and costmaps. `dbc`: the bus, as canserial names it; None: the robot's own. `platform`: the robot;
+    None: the chosen one. `known`: the stack's map, in the world's frame; None: the world itself.
     """
 
     def __init__(
         self,
-        world: Path | str | map_io.GridMap,
+        world: Path | str | map_io.GridMap | World,
         start: tuple[float, float, float],
         seed: int,
         ekf: str = 'default',
@@ -78,11 +77,14 @@ class Lockstep:
     ) -> None:
         self.platform = platform = platform or chosen()
         bus = BusDescription.named(dbc, platform) if dbc else BusDescription.of(platform)
-        grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
-        known = grid if known is None else known
+        if isinstance(world, World) and known is None:
+            raise ValueError('a World has no map: say what the stack knows of it')
+        if not isinstance(world, World):
+            grid = world if isinstance(world, map_io.GridMap) else map_io.load_map(str(world))
+            world, known = world_of(grid), known or grid
         sensors = SensorConfig.of(platform, imu_period=imu_period)
         self.chair = SimulatedChair(
-            world_of(grid), seed, start, bus, options=ChairOptions(scan=scan), sensors=sensors, platform=platform
+            world, seed, start, bus, options=ChairOptions(scan=scan), sensors=sensors, platform=platform
         )
         reader = parameters('canserial', 'read.yaml', platform)
         if gain is not None:
@@ -108,13 +110,12 @@ class Lockstep:
             )
         self.move_base = settings.make_move_base(known)
         self.ranges = RangeFeeds(self.move_base, self.reader.config, mountings(platform))
-        self.scans = (
-            ScanFeeds(self.move_base, self.wheels.guard, self.chair.scanner.optics, mountings(platform)['scan'])
-            if scan
-            else None
-        )
+        self.scans = None
+        if scan:
+            at, optics = mountings(platform)['scan'], self.chair.scanner.optics
+            self.scans = ScanFeeds(self.move_base, self.wheels.guard, optics, at)
         self._control_steps = round(1.0 / (settings.move_base.controller_frequency * STEP_S))
-        self.tick = 0
+        self.tick = 0  # steps so far
         self.navigation_runs = True  # False: as if move_base had been killed
         self.localization_runs = True  # False: as if ekf_se had been killed
         self.pilot = None  # called with the time instead of move_base; gives (v, w), m/s and rad/s, or None
@@ -228,9 +229,8 @@ class Lockstep:
             if command is not None:
                 self.wheels.on_navigation(*command, now)
             return
-        pose, odometry = self._map_pose(), Pose2D(*self.odometry)
-        pose = None if pose is None else Pose2D(*pose)
-        local_pose = odometry if self.ranges.local_frame == 'odom' else None
+        pose = None if (there := self._map_pose()) is None else Pose2D(*there)
+        local_pose = Pose2D(*self.odometry) if self.ranges.local_frame == 'odom' else None
         result = self.newest = self.move_base.step(
             now, pose, self.localization.velocity, self._odometry_stamp, local_pose
         )

@@ -20,6 +20,7 @@ from sara_lab.campaign.mapping import mapping
 from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.part import Part
 from sara_lab.campaign.scanned import scan
+from sara_lab.campaign.skills import skills
 from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.street import street
@@ -57,6 +58,7 @@ PARTS = {
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
     'assisted_bus': assisted_bus,
+    'skills': skills,
     'compass': compass,
     'street': street,
 }

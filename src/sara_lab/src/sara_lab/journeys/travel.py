@@ -128,7 +128,8 @@ class Recorder:
             )
 
     def track(self, goals: Sequence[Goal]) -> Track:
-        """The Track of what was kept."""
+        """The Track of what was kept; without a split where nothing was driven by `reach`."""
+        steps = self.steps.steps(STEP_S)
         return Track(
             np.array(self.t),
             np.array(self.pose),
@@ -137,7 +138,7 @@ class Recorder:
             tuple(self.plans),
             np.array(self.commanded, float),
             len(self.touched.contacts),
-            split(self.steps.steps(STEP_S), self.lockstep.wheels.guard.rider),
+            split(steps, self.lockstep.wheels.guard.rider) if len(steps.moved) else None,
             self.encounters.meetings,
         )
 

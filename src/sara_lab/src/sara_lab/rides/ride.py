@@ -140,13 +140,13 @@ def drive(
     lockstep: Lockstep, person: Rider, places: Sequence[Place], assisted: Assisted | None
 ) -> tuple[Log, ContactWatch, int]:
     """Step until the ride past places (x, y; m) is over: (Log, ContactWatch, how many of them were passed)."""
-    joystick = Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
+    joystick = stick_of()
     log, touched, goals = Log(), ContactWatch(), _Goals(places)
     lockstep.start_up()
     begin = lockstep.time
     while not goals.over(lockstep.time, lockstep.chair.pose) and lockstep.time - begin < LIMIT_S:
         if lockstep.tick % STICK_STEPS == 0:
-            log.readings.append((len(log.poses), _steer(lockstep, person, joystick, assisted)))
+            log.readings.append((len(log.poses), steer(lockstep, person, joystick, assisted)))
         touched.before(lockstep.chair)
         lockstep.step()
         touched.after(lockstep.chair)
@@ -155,7 +155,12 @@ def drive(
     return log, touched, goals.passed
 
 
-def _steer(lockstep, person, joystick, assisted):
+def stick_of() -> Joystick:
+    """What makes commands of a rider's stick, as cmd_vel_mux is set up."""
+    return Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
+
+
+def steer(lockstep: Lockstep, person: Rider, joystick: Joystick, assisted: Assisted | None) -> Reading:
     """Read the stick once and send what it says; the Reading."""
     stick = person.stick(lockstep.time, lockstep.chair.pose)
     wish = joystick.on_axes(stick, ())

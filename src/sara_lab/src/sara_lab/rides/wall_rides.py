@@ -12,6 +12,7 @@ from sara_common.platforms import chosen
 from sara_lab.journeys.tight_places import block
 from sara_lab.judge import gaps
 from sara_lab.rides.ride import GAP_STEP_S, drive, prepare
+from sara_sim.riders.manoeuvres import Holder
 from sara_sim.riders.stick import Stick
 
 RIDES = 20
@@ -28,27 +29,14 @@ class WallRide(NamedTuple):
     contacts: int
 
 
-class Leans:
-    """A rider who holds the stick as it is."""
-
-    arrived = False
-
-    def __init__(self, left: float) -> None:
-        self._stick = Stick(left, math.sqrt(1.0 - left * left))
-
-    def stick(self, _t: float, _pose: object) -> Stick:
-        """See Rider."""
-        return self._stick
-
-
 def along(number: int) -> WallRide:
     """Ride `number`, on the chair of that number: starts and deflections are spread evenly."""
     across, into = number % 5 / 4.0, number // 5 / 3.0
     start = 1.0, STARTS[0] + across * (STARTS[1] - STARTS[0]), 0.0
     lockstep = Lockstep(block(HALL, ((0.0, 0.0, *HALL),)), start, number, localization='fake')
-    log, touched, _ = drive(
-        lockstep, Leans(-INTO[0] - into * (INTO[1] - INTO[0])), (END,), prepare(lockstep, 'assisted')
-    )
+    left = -INTO[0] - into * (INTO[1] - INTO[0])
+    person = Holder(Stick(left, math.sqrt(1.0 - left * left)))
+    log, touched, _ = drive(lockstep, person, (END,), prepare(lockstep, 'assisted'))
     rows = np.array(log.poses)
     rows = rows[(rows[:, 1] > FOLLOWED[0]) & (rows[:, 1] < FOLLOWED[1])]
     world = lockstep.chair.drive.world

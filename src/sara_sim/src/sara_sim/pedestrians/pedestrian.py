@@ -43,7 +43,8 @@ class PedestrianConfig:
     stays at each for a time between `waits` (s); the first is where they begin.
 
     `speed`: m/s that they like to walk at, None: drawn as the model has it. `notices`: m, the distance within which
-    they see the chair; inf: as far as the model has it, 0: they stop for nobody.
+    they see the chair; inf: as far as the model has it, 0: they stop for nobody. `starts_within`: m; they begin to walk
+    once the chair's middle is so near, inf: at once.
     """
 
     name: str
@@ -53,6 +54,7 @@ class PedestrianConfig:
     notices: float = inf
     waits: tuple[float, float] = (2.0, 8.0)
     radius: float = 0.25
+    starts_within: float = inf
 
     def __post_init__(self):
         for field in ('places', 'waits'):
@@ -79,6 +81,9 @@ class PedestrianConfig:
             faults.append(f'speed is {self.speed!r}, allowed are speeds above 0 m/s')
         if isinstance(self.notices, bool) or not isinstance(self.notices, (int, float)) or not self.notices >= 0.0:
             faults.append(f'notices is {self.notices!r}, allowed are lengths from 0 m')
+        within = self.starts_within
+        if isinstance(within, bool) or not isinstance(within, (int, float)) or not within > 0.0:
+            faults.append(f'starts_within is {within!r}, allowed are lengths above 0 m')
         if not (pair(self.waits) and 0.0 <= self.waits[0] <= self.waits[1]):
             faults.append(f'waits are {self.waits!r}, allowed is [shortest, longest] in s')
         if not (is_number(self.radius) and self.radius > 0.0):
@@ -111,7 +116,7 @@ class Pedestrian(Thing):
         self._decided = -inf
         self._t, self._track = [-inf], [(float(x), float(y), 0.0)]
         self._at, self._goal = 0, None  # indices of places: where they were last, where they walk to
-        self._waits_until = 0.0
+        self._waits_until = 0.0 if config.starts_within == inf else inf
         self._best, self._since = inf, 0.0  # m left to walk, and since when it has not become less
 
     def pose(self, t: float) -> tuple[float, float, float]:
@@ -122,6 +127,8 @@ class Pedestrian(Thing):
         """Walk on to `t` s; `chair`: where it is; `things`: what else is there."""
         seconds = t - self._t[-1] if len(self._t) > 1 else 0.0
         x, y, yaw = self._track[-1]
+        if self._waits_until == inf and hypot(chair.x - x, chair.y - y) <= self.config.starts_within:
+            self._waits_until = t
         if t - self._decided >= DECIDES_S - 1e-9:
             self._decided, self._wish = t, self._decide(t, x, y, chair)
         if seconds > 0.0:
