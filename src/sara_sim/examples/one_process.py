@@ -19,7 +19,7 @@ def drive(world, seconds, name='tremor', seed=0):
     world.obstacles.add(Obstacle('ann', radius=0.25, path=((2, 3), (5, 3)), speed=0.8, start=5.0, loop='back'))
     options = ChairOptions(collision_shake=True)
     chair = SimulatedChair(world, seed=seed, start=(1.0, 1.0, 0.0), options=options)
-    chair.faults.add('frames_dropped', probability=0.1, ids=[0x204], duration=2.0)
+    chair.faults.add('frames_dropped', probability=0.1, ids=['IMPACT_GYRO'], duration=2.0)
     task = Task(way=((1, 1), (4, 1), (4, 3)), goals=((4, 1), (4, 3)))  # m, map frame
     person = rider(name, task, seed=seed)
     frames = []

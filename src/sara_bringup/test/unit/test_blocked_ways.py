@@ -7,6 +7,7 @@ import math
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import share
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_nav.goals.move_base_config import ABORTED, SUCCEEDED
 from sara_sim.world.obstacles import Obstacle
 
@@ -81,7 +82,8 @@ def test_shut_in_from_before_and_behind_it_touches_nothing_and_ends_in_words():
     lockstep, asked, recoveries = drive('flat', CORRIDOR, (1.5, 4.9, math.pi), [ahead, behind], 300.0, navigation=GRID)
     assert lockstep.result.status == ABORTED and lockstep.chair.contacts == 0 and asked
     assert 'back_out' in recoveries or 'clear_near' in recoveries
-    assert 4.15 + 0.54 < lockstep.chair.pose[0] < 6.85 - 0.54
+    half = 0.5 * chosen().body.length
+    assert 4.15 + half < lockstep.chair.pose[0] < 6.85 - half
 
 
 def test_the_same_drive_twice_is_the_same():

@@ -8,7 +8,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.paths import share
 from sara_common.planar import compose, inverse
-from sara_common.platforms import load
+from sara_common.platforms import chosen, load
 from sara_sim.world.obstacles import Obstacle
 
 HALL = share() / 'maps' / 'hall.yaml'
@@ -24,13 +24,16 @@ def test_the_urdf_says_where_the_sensors_sit():
 
 @pytest.mark.parametrize('frame', ['map', 'odom'])
 def test_a_post_that_the_map_does_not_show_is_marked_where_it_stands(frame):
+    sonars = chosen().sonars
+    along = [name for name, place in sonars.items() if abs(place.x) == 0.5 * chosen().body.length]  # at both ends
+    sensor = sonars[max(along, key=lambda name: (sonars[name].x, sonars[name].y))]  # the left one in front
     layer = {
         'plugins': [{'name': 'ultrasonic', 'type': 'range_sensor_layer::RangeSensorLayer'}],
-        'ultrasonic': {'topics': [f'/{name}_range' for name in ('SDI', 'SDD', 'STI', 'STD')], 'pixel_decay': 3.0},
+        'ultrasonic': {'topics': [f'/{name}_range' for name in along], 'pixel_decay': 3.0},
     }
     navigation = {'local_costmap': {'global_frame': frame, **layer}, 'global_costmap': layer}
     lockstep = Lockstep(HALL, (3.0, 4.0, 0.0), 0, localization='fake', navigation=navigation)
-    lockstep.chair.world.obstacles.add(Obstacle('post', at=(5.0, 4.18), radius=0.15))
+    lockstep.chair.world.obstacles.add(Obstacle('post', at=(3.0 + sensor.x + 1.46, 4.0 + sensor.y), radius=0.15))
     while lockstep.time < 25.0:
         lockstep.step()
     here = lockstep.chair.pose
@@ -41,8 +44,9 @@ def test_a_post_that_the_map_does_not_show_is_marked_where_it_stands(frame):
         y, x = (costmap.layers['ultrasonic'].probabilities > 0.8).nonzero()
         g = costmap.geometry
         marked = {compose(inverse(base), (*g.to_world(int(column), int(row)), 0.0))[:2] for column, row in zip(x, y)}
-        assert any(1.8 < ahead < 1.95 and abs(left - 0.18) < 0.1 for ahead, left in marked)  # the post's near side
-        assert not any(0.6 < ahead < 1.6 and abs(left) < 0.3 for ahead, left in marked)
+        away = [(ahead - sensor.x, left) for ahead, left in marked]
+        assert any(1.26 < ahead < 1.41 and abs(left - sensor.y) < 0.1 for ahead, left in away)  # the post's near side
+        assert not any(0.06 < ahead < 1.06 and abs(left) < 0.3 for ahead, left in away)
 
 
 def test_a_costmap_in_a_frame_that_nobody_knows_is_refused():

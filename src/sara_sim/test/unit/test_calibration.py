@@ -1,4 +1,4 @@
-"""Tables 4.1 to 4.5 on the simulated chair: the sensor node with its chips at rest, before and after its own
+"""Tables 4.1 to 4.5 on the simulated SARA: the sensor node with its chips at rest, before and after its own
 calibration.
 """
 
@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from sara_common.platforms import load
 from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
@@ -15,7 +16,8 @@ from sara_sim.world.world import World
 
 SECONDS = 60
 G = 9.80665
-UNCALIBRATED = SensorConfig.of(calibrate=False)
+SARA = load('sara')
+UNCALIBRATED = SensorConfig.of(SARA, calibrate=False)
 TABLE_4_1 = (-0.9498, -0.0752, 9.5638)
 TABLE_4_4 = (-0.4924, -0.9131, -0.6456)
 TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
@@ -24,7 +26,7 @@ TABLE_4_5_SIGMA = (0.0841, 0.0971, 0.0734)
 @cache
 def at_rest(seed, calibrate):
     """(n, 6) samples of a minute at rest: m/s2 and deg/s, each sample as the node finds it in the chip."""
-    chair = SimulatedChair(World.empty(), seed, sensors=None if calibrate else UNCALIBRATED)
+    chair = SimulatedChair(World.empty(), seed, sensors=None if calibrate else UNCALIBRATED, platform=SARA)
     samples = []
     for _ in range(SECONDS * 100):
         chair.step()
@@ -41,7 +43,7 @@ def test_before_calibration_the_means_are_those_of_tables_4_1_and_4_4():
 
 @pytest.mark.parametrize('seed', (0, 1, 2))
 def test_before_calibration_each_chair_is_as_it_was_drawn(seed):
-    chair = SimulatedChair(World.empty(), seed, power_up=True).chair
+    chair = SimulatedChair(World.empty(), seed, power_up=True, platform=SARA).chair
     mean = at_rest(seed, False).mean(0)
     np.testing.assert_allclose(mean[:3], TABLE_4_1, rtol=0.05, atol=0.006)
     np.testing.assert_allclose(mean[3:], chair.gyro_bias, atol=0.03)
@@ -63,7 +65,7 @@ def test_sigmas_stay_those_of_the_chip(seed):
     """
     before, after = at_rest(seed, False).std(0), at_rest(seed, True).std(0)
     np.testing.assert_allclose(after, before, rtol=0.05)
-    config = ChairConfig.of()
+    config = ChairConfig.of(SARA)
     assert np.all(before[:3] > 0.95 * np.array(config.accel_sigma_low)) and np.all(
         before[:3] < 1.05 * np.array(config.accel_sigma_high)
     )

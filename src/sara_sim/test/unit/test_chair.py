@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from canserial.dbc.bus import BusDescription
+from sara_common.platforms import chosen, load
 from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.world.world import World, WorldError
 
+SARA = load('sara')
 BUS = BusDescription.default()
 IDEAL = ChairConfig.of(wheel_radius_sigma=0.0, frame_jitter=0.0, frame_loss=0.0)
+IMU_RATE = round(1 / SensorConfig.of().imu_period)
 QUIET = ChairConfig.of(
     gyro_frame_sigma=(0.0,) * 3, gyro_drift=0.0, accel_sigma_low=(0.0,) * 3, accel_sigma_high=(0.0,) * 3, tilt_sigma=0.0
 )
@@ -40,13 +43,24 @@ def values(heard, name, signal):
     return np.array([signals[signal] for _, message, signals in heard if message == name])
 
 
+def heard_of(heard, sensor):
+    """The ranges of a sonar, m."""
+    message = next(name for name, sensors in BUS.ranges.items() if sensor in sensors)
+    return values(heard, message, sensor)
+
+
+def rolled(steps):
+    """The way of an ideal wheel, m."""
+    return steps / IDEAL.steps_per_turn * 2 * math.pi * IDEAL.wheel_radius
+
+
 def test_driven_straight_odometer_and_truth_agree():
     chair = SimulatedChair(World.empty(), 1, bus=BUS, config=IDEAL)
     drive(chair, 2.0, 2.0, 5.0)
     drive(chair, 0.0, 0.0, 2.0)
     right, left = chair.drive.steps()
     assert right == left
-    assert math.hypot(*chair.pose[:2]) == pytest.approx(right / 64000 * 2 * math.pi * 0.155, abs=2e-5)
+    assert math.hypot(*chair.pose[:2]) == pytest.approx(rolled(right), abs=2e-5 + rolled(1))
     assert chair.pose[1:] == (0.0, 0.0)
 
 
@@ -54,8 +68,8 @@ def test_turned_in_place_wheels_say_more_than_the_body_does():
     for seed in range(5):
         chair = SimulatedChair(World.empty(), seed, bus=BUS, config=IDEAL)
         drive(chair, 1.0, -1.0, 6.0)
-        said = 0.155 * (chair.drive.right - chair.drive.left) / 0.525
-        assert 1.25 <= said / chair.drive.yaw <= 1.30
+        said = IDEAL.wheel_radius * (chair.drive.right - chair.drive.left) / IDEAL.track
+        assert IDEAL.slip_range[0] <= said / chair.drive.yaw <= IDEAL.slip_range[1]
         assert chair.pose[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
@@ -73,10 +87,11 @@ def test_there_and_back_again():
 def test_motor_lag_dead_band_and_top_speed():
     chair = SimulatedChair(World.empty(), 3, bus=BUS, config=IDEAL)
     speeds = []
+    fastest = IDEAL.max_wheel_speed
     for _ in range(10):
-        chair.drive.step(9.0, 0.019)
+        chair.drive.step(fastest + 2.0, 0.95 * IDEAL.dead_band)
         speeds.append(chair.drive.right_speed)
-    assert speeds[-1] == pytest.approx(7.0 * (1 - math.exp(-1.0)))
+    assert speeds[-1] == pytest.approx(fastest * (1 - math.exp(-0.1 / IDEAL.motor_lag)))
     assert chair.drive.left == 0.0
 
 
@@ -91,7 +106,7 @@ def test_same_seed_same_bytes_other_seed_others():
 def test_silence_stops_it():
     chair = SimulatedChair(World.empty(), 4, bus=BUS)
     drive(chair, 3.0, 3.0, 2.0)
-    assert chair.velocity[0] > 0.4
+    assert chair.velocity[0] > 0.86 * 3.0 * IDEAL.wheel_radius
     for _ in range(23):
         chair.step()
     assert chair.motor.target == (0.0, 0.0)
@@ -117,13 +132,12 @@ def test_a_wall_stops_it_and_is_counted_once():
     chair = SimulatedChair(World(occupied), 5, (2.0, 2.5, 0.0), BUS, IDEAL)
     drive(chair, 3.0, 3.0, 6.0)
     assert chair.contacts == 1 and chair.drive.touching
-    assert 4.0 - 0.54 - 0.01 < chair.pose[0] <= 4.0 - 0.54 + 1e-9
+    front = 0.5 * IDEAL.length
+    assert 4.0 - front - 0.01 < chair.pose[0] <= 4.0 - front + 1e-9
     steps = chair.drive.steps()
-    assert steps[0] / 64000 * 2 * math.pi * 0.155 == pytest.approx(chair.pose[0] - 2.0, abs=1e-4), (
-        'stalled wheels do not turn'
-    )
+    assert rolled(steps[0]) == pytest.approx(chair.pose[0] - 2.0, abs=1e-4), 'stalled wheels do not turn'
     drive(chair, -2.0, -2.0, 2.0)
-    assert chair.pose[0] < 3.2 and not chair.drive.touching
+    assert chair.pose[0] < 4.0 - front - 0.26 and not chair.drive.touching
     drive(chair, 3.0, 3.0, 4.0)
     assert chair.contacts == 2
 
@@ -140,9 +154,9 @@ def test_cannot_start_in_a_wall():
         ('ENCODER_LEFT', 10),
         ('RANGES_1', 5),
         ('RANGES_2', 5),
-        ('RANGE_ACCEL', 5),
-        ('IMPACT_GYRO', 5),
-        ('COMPLEMENTARY', 5),
+        ('RANGE_ACCEL', IMU_RATE),
+        ('IMPACT_GYRO', IMU_RATE),
+        ('COMPLEMENTARY', IMU_RATE),
         ('BATTERY', 1),
     ],
 )
@@ -164,9 +178,11 @@ def test_frames_come_in_the_step_they_are_stamped_in():
         assert all(before < time <= chair.time for time in times)
 
 
-def test_gyro_at_rest_has_the_sigmas_of_table_4_5():
-    heard = drive(SimulatedChair(World.empty(), 11, bus=BUS), 0.0, 0.0, 200.0)
-    for axis, sigma in zip(('gx', 'gy', 'gz'), (0.0841, 0.0971, 0.0734)):
+def test_gyro_at_rest_has_the_sigmas_of_the_platform_which_for_sara_are_those_of_table_4_5():
+    assert ChairConfig.of(SARA).gyro_frame_sigma == (0.0841, 0.0971, 0.0734)
+    means = SensorConfig.of(imu_period=0.2)
+    heard = drive(SimulatedChair(World.empty(), 11, bus=BUS, sensors=means), 0.0, 0.0, 200.0)
+    for axis, sigma in zip(('gx', 'gy', 'gz'), ChairConfig.of().gyro_frame_sigma):
         rates = values(heard, 'IMPACT_GYRO', axis)
         assert np.std(rates) == pytest.approx(sigma, rel=0.12)
 
@@ -176,22 +192,27 @@ def test_a_full_turn_reads_short_by_the_gyros_scale():
     heard = drive(chair, 0.0, 0.0, 2.0)
     offset = np.mean(values(heard, 'IMPACT_GYRO', 'gz'))
     heard = drive(chair, 1.0, -1.0, 12.0) + drive(chair, 0.0, 0.0, 2.0)
-    turned = np.sum(values(heard, 'IMPACT_GYRO', 'gz') - offset) * 0.2
-    assert 0.915 < turned / math.degrees(chair.drive.yaw) < 0.932
+    turned = np.sum(values(heard, 'IMPACT_GYRO', 'gz') - offset) / IMU_RATE
+    low, high = QUIET.gyro_scale_range
+    assert low - 0.005 < turned / math.degrees(chair.drive.yaw) < high + 0.005
 
 
 def test_sonars_scatter_by_a_centimetre_and_lose_one_in_fifty():
     occupied = np.zeros((100, 200), bool)
     occupied[:, 100:] = True  # from x = 5.0
-    chair = SimulatedChair(World(occupied), 13, (3.46, 2.5, 0.0), BUS)
+    sensor = min(chosen().sonars, key=lambda name: abs(chosen().sonars[name].yaw))
+    mount = chosen().sonars[sensor]
+    chair = SimulatedChair(World(occupied), 13, (3.46, 2.5, -mount.yaw), BUS)
     heard = drive(chair, 0.0, 0.0, 400.0)
-    readings = values(heard, 'RANGE_ACCEL', 'SJO')
+    readings = heard_of(heard, sensor)
     echoes = readings[readings > 0]
     assert 1.0 - len(echoes) / len(readings) == pytest.approx(0.02, abs=0.012)
-    assert np.mean(echoes) == pytest.approx(5.0 - 3.46 - 0.30, abs=0.01)
+    ahead = mount.x * math.cos(mount.yaw) + mount.y * math.sin(mount.yaw)
+    assert np.mean(echoes) == pytest.approx(5.0 - 3.46 - ahead, abs=0.01)
     assert np.std(echoes) == pytest.approx(0.01, abs=0.003)
     assert np.allclose(readings * 100, np.round(readings * 100))
-    assert np.all(values(heard, 'RANGES_1', 'STD') == 0)
+    behind = [name for name, place in chosen().sonars.items() if abs(place.yaw) > 2.5]
+    assert behind and all(np.all(heard_of(heard, name) == 0) for name in behind)
 
 
 def test_an_abrupt_start_fires_the_motion_interrupt_and_a_soft_one_does_not():
@@ -206,9 +227,10 @@ def test_an_abrupt_start_fires_the_motion_interrupt_and_a_soft_one_does_not():
     assert alarms(0.01) > 0 and alarms(2.0) == 0
 
 
-def test_both_descriptions_of_the_bus_and_the_fast_mode():
+def test_both_descriptions_of_saras_bus_and_the_fast_mode():
     tenths = BusDescription.named('sara_tenths')
-    chair = SimulatedChair(World.empty(), 15, bus=tenths, sensors=SensorConfig.of(imu_period=0.05, calibrate=False))
+    sensors = SensorConfig.of(SARA, imu_period=0.05, calibrate=False)
+    chair = SimulatedChair(World.empty(), 15, bus=tenths, sensors=sensors, platform=SARA)
     rates = [tenths.decode(frame)[1]['gz'] for _ in range(1000) for frame in chair.step() if frame.id == 0x204]
     assert len(rates) == pytest.approx(200, abs=4)
     assert np.allclose(np.array(rates) * 10, np.round(np.array(rates) * 10)) and np.mean(rates) == pytest.approx(

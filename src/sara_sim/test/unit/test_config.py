@@ -8,11 +8,12 @@ import pytest
 
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
-from sara_common.platforms import load
+from sara_common.platforms import folders, load
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig, DrawnChair
 from sara_sim.world.world import World
 
+SARA = load('sara')
 REFERENCE = {
     'length': 1.08,
     'width': 0.58,
@@ -48,13 +49,13 @@ REFERENCE = {
 
 
 def test_the_reference_chair_is_pinned():
-    assert dataclasses.asdict(ChairConfig.of()) == REFERENCE
+    assert dataclasses.asdict(ChairConfig.of(SARA)) == REFERENCE
 
 
 def test_a_changed_chair_says_so():
     usual = ChairConfig.of()
     assert usual.changes(usual) == {}
-    assert ChairConfig.of(motor_lag=0.2).changes(usual) == {'motor_lag': (0.2, 0.10)}
+    assert ChairConfig.of(motor_lag=0.2).changes(usual) == {'motor_lag': (0.2, usual.motor_lag)}
 
 
 def test_impossible_chairs_are_named():
@@ -67,22 +68,26 @@ def test_impossible_chairs_are_named():
     )
 
 
-def test_draws_follow_the_distributions():
-    chairs = [DrawnChair.draw(ChairConfig.of(), np.random.default_rng(seed)) for seed in range(400)]
+@pytest.mark.parametrize('robot', folders())
+def test_draws_follow_the_distributions(robot):
+    config = ChairConfig.of(load(robot))
+    chairs = [DrawnChair.draw(config, np.random.default_rng(seed)) for seed in range(400)]
     slips = np.array([1 / chair.slip for chair in chairs])
-    assert slips.min() >= 1.25 and slips.max() <= 1.30 and abs(slips.mean() - 1.275) < 0.003
+    low, high = config.slip_range
+    assert slips.min() >= low and slips.max() <= high and abs(slips.mean() - (low + high) / 2) < 0.003
     scales = np.array([chair.gyro_scale for chair in chairs])
-    assert scales.min() >= 0.920 and scales.max() <= 0.927
+    low, high = config.gyro_scale_range
+    assert scales.min() >= low and scales.max() <= high
     biases = np.array([chair.gyro_bias for chair in chairs])
-    np.testing.assert_allclose(biases.mean(0), (-0.49, -0.91, -0.65), atol=0.004)
-    np.testing.assert_allclose(biases.std(0), 0.02, rtol=0.15)
-    radii = np.array([(chair.right_radius, chair.left_radius) for chair in chairs]) / 0.155
-    np.testing.assert_allclose(radii.std(0), 0.005, rtol=0.15)
-    assert abs(np.std([chair.roll for chair in chairs]) - 1.0) < 0.15
+    np.testing.assert_allclose(biases.mean(0), config.gyro_bias, atol=0.004)
+    np.testing.assert_allclose(biases.std(0), config.gyro_bias_sigma, rtol=0.15)
+    radii = np.array([(chair.right_radius, chair.left_radius) for chair in chairs]) / config.wheel_radius
+    np.testing.assert_allclose(radii.std(0), config.wheel_radius_sigma, rtol=0.15)
+    assert abs(np.std([chair.roll for chair in chairs]) - config.tilt_sigma) < 0.15
 
 
 def test_a_platform_that_leaves_a_number_out_is_refused():
-    platform = load('sara')
+    platform = SARA
     simulated = {name: value for name, value in platform.simulated.items() if name != 'motor_lag'} | {'motor_lug': 0.1}
     with pytest.raises(
         ConfigError, match='simulated/motor_lag is missing.*simulated/motor_lug is 0.1, but there is no'

@@ -7,14 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sara_common.platforms import load
+from canserial.dbc.bus import BusDescription
+from sara_common.platforms import chosen
+from sara_lowlevel.config import SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.faults.faults import FAULTS, FaultError, build, describe
 from sara_sim.world.world import World
 
-SONARS = load('sara').sonars
-
+SONARS = chosen().sonars
+BUS = BusDescription.default()
 SURE = ChairConfig.of(frame_loss=0.0, sonar_lost=0.0)
 
 
@@ -46,7 +48,7 @@ def count(flight, name, since):
         ('frames_dropped', {'probabilty': 0.1}, ['probabilty', 'probability']),
         ('sonar_stuck', {}, ['sensor is missing', 'range is missing']),
         ('sonar_stuck', {'sensor': '', 'range': 9}, ['sensor is', 'range is']),
-        ('sonar_silent', {'sensor': 'SXX'}, ['sensor is', 'SDI, SDD']),
+        ('sonar_silent', {'sensor': 'SXX'}, ['sensor is', ', '.join(SONARS)]),
         ('wheel_slip', {'radius': 0, 'factor': 'a'}, ['radius is', 'factor is']),
         ('joystick_grabbed', {'x': 1024, 'y': 0.5}, ['x is', 'y is']),
         ('push', {'forward': math.nan}, ['forward is']),
@@ -103,10 +105,11 @@ def test_all_are_described():
 
 def test_frames_dropped_for_a_while_and_only_those(flight):
     flight.drive(0, 0, 2.0)
-    flight.chair.faults.add('frames_dropped', ids=[0x204, 'RANGE_ACCEL'], duration=2.0)
+    flight.chair.faults.add('frames_dropped', ids=[BUS.id_of('IMPACT_GYRO'), 'RANGE_ACCEL'], duration=2.0)
     flight.drive(0, 0, 4.0)
     gap = lambda name: np.diff(flight.times(name)).max()
-    assert gap('IMPACT_GYRO') == pytest.approx(2.2, abs=0.2) and gap('RANGE_ACCEL') == pytest.approx(2.2, abs=0.2)
+    gone = 2.0 + SensorConfig.of().imu_period
+    assert gap('IMPACT_GYRO') == pytest.approx(gone, abs=0.2) and gap('RANGE_ACCEL') == pytest.approx(gone, abs=0.2)
     assert gap('COMPLEMENTARY') < 0.25 and gap('ENCODER_RIGHT') < 0.15
     assert count(flight, 'IMPACT_GYRO', 4.1) >= 9 and not flight.chair.faults.active
 
@@ -139,7 +142,7 @@ def test_frames_delayed(flight):
 
 
 def test_frames_duplicated(flight):
-    flight.chair.faults.add('frames_duplicated', ids=[0x101], direction='to_pc')
+    flight.chair.faults.add('frames_duplicated', ids=[BUS.id_of('ENCODER_RIGHT')], direction='to_pc')
     flight.drive(0, 0, 3.0)
     stamps = flight.values('ENCODER_RIGHT', 'time')
     assert np.all(stamps[0::2] == stamps[1::2]) and len(set(stamps)) == len(stamps) // 2 > 25
@@ -189,17 +192,7 @@ def test_by_hand_and_by_fault_it_is_plugged_only_when_neither_holds_it_out(fligh
 
 # --- sensors ----------------------------------------------------------------------------------------------------------
 
-FRAME_OF = {
-    'STD': 'RANGES_1',
-    'SDI': 'RANGES_1',
-    'SLIT': 'RANGES_1',
-    'SLDD': 'RANGES_1',
-    'SDD': 'RANGES_2',
-    'SLID': 'RANGES_2',
-    'STI': 'RANGES_2',
-    'SLDT': 'RANGES_2',
-    'SJO': 'RANGE_ACCEL',
-}
+FRAME_OF = {sensor: name for name, sensors in BUS.ranges.items() for sensor in sensors}
 
 
 @pytest.mark.parametrize('sensor', SONARS)
@@ -280,8 +273,9 @@ def test_an_encoder_frozen_counts_on_from_where_it_stood(flight, wheel, still, m
     )
     flight.drive(1.0, 1.0, 1.0)
     gaps = np.diff(flight.values(still, 'steps').astype(float))
-    assert gaps.max() < 64000 / (2 * math.pi) * 0.1 * 1.3, 'no jump to where it would have been'
-    assert flight.values(still, 'steps')[-1] < flight.values(moving, 'steps')[-1] - 5000
+    a_radian = SURE.steps_per_turn / (2 * math.pi)
+    assert gaps.max() < a_radian * 0.1 * 1.3, 'no jump to where it would have been'
+    assert flight.values(still, 'steps')[-1] < flight.values(moving, 'steps')[-1] - 0.5 * a_radian
 
 
 def test_an_encoder_noisy(flight):
@@ -334,9 +328,11 @@ def test_a_wheel_slips_on_a_patch(pilot):
 def test_both_wheels_slip_for_a_time(flight):
     flight.chair.faults.add('wheel_slip', factor=0.0, duration=2.0)
     flight.drive(2.0, 2.0, 1.9)
-    assert flight.chair.pose[:2] == pytest.approx((3.0, 3.0)) and flight.chair.drive.steps()[0] > 10000
+    assert (
+        flight.chair.pose[:2] == pytest.approx((3.0, 3.0)) and flight.chair.drive.steps()[0] > SURE.steps_per_turn / 6
+    )
     flight.drive(2.0, 2.0, 1.0)
-    assert flight.chair.pose[0] > 3.2
+    assert flight.chair.pose[0] > 3.0 + 1.3 * SURE.wheel_radius
 
 
 def test_a_push_moves_the_body_and_is_felt_but_not_counted(flight):
@@ -353,10 +349,10 @@ def test_a_push_moves_the_body_and_is_felt_but_not_counted(flight):
 
 
 def test_a_wall_ends_a_push(pilot):
-    chair = SimulatedChair(room(), 5, (5.3, 3.0, 0.0), config=SURE)
+    chair = SimulatedChair(room(), 5, (5.84 - 0.5 * SURE.length, 3.0, 0.0), config=SURE)
     chair.faults.add('push', forward=2.0, duration=0.5)
     pilot(chair).drive(0, 0, 1.0)
-    assert chair.contacts == 1 and chair.pose[0] <= 5.95 - 0.54
+    assert chair.contacts == 1 and chair.pose[0] <= 5.95 - 0.5 * SURE.length
 
 
 def test_the_battery_falls_and_recovers(flight):
@@ -364,9 +360,9 @@ def test_the_battery_falls_and_recovers(flight):
     flight.drive(0, 0, 12.0)
     volts = dict(zip(np.round(flight.times('BATTERY')), flight.values('BATTERY', 'voltage')))
     assert (
-        volts[2] == pytest.approx((25.4 + 20.0) / 2, abs=0.2)
+        volts[2] == pytest.approx((SURE.battery + 20.0) / 2, abs=0.2)
         and volts[6] == pytest.approx(20.0)
-        and volts[11] == pytest.approx(25.4)
+        and volts[11] == pytest.approx(SURE.battery)
     )
 
 
@@ -415,14 +411,16 @@ def test_a_fault_that_spares_a_frame_does_not_change_it():
         return [frame for _ in range(500) for frame in chair.step()]
 
     clean = raw()
-    dropped = raw(('frames_dropped', dict(ids=[0x204])))
-    assert dropped == [frame for frame in clean if frame.id != 0x204]
-    noisy = raw(('sonar_noisy', dict(sensor='SDI')))
-    assert [frame for frame in noisy if frame.id != 0x201] == [frame for frame in clean if frame.id != 0x201]
+    dropped = raw(('frames_dropped', dict(ids=['IMPACT_GYRO'])))
+    assert dropped == [frame for frame in clean if frame.id != BUS.id_of('IMPACT_GYRO')]
+    sensor, own = BUS.ranges['RANGES_1'][0], BUS.id_of('RANGES_1')
+    noisy = raw(('sonar_noisy', dict(sensor=sensor)))
+    assert [frame for frame in noisy if frame.id != own] == [frame for frame in clean if frame.id != own]
     # One more fault leaves the luck of the first alone.
-    one = ('frames_dropped', dict(probability=0.5, ids=[0x101]))
-    both = raw(('sonar_noisy', dict(sensor='SDI')), one, ('frames_dropped', dict(probability=0.5, ids=[0x102])))
-    assert [frame for frame in both if frame.id == 0x101] == [frame for frame in raw(one) if frame.id == 0x101]
+    right, left = BUS.id_of('ENCODER_RIGHT'), BUS.id_of('ENCODER_LEFT')
+    one = ('frames_dropped', dict(probability=0.5, ids=[right]))
+    both = raw(('sonar_noisy', dict(sensor=sensor)), one, ('frames_dropped', dict(probability=0.5, ids=[left])))
+    assert [frame for frame in both if frame.id == right] == [frame for frame in raw(one) if frame.id == right]
 
 
 def test_cleared_they_leave_no_trace(flight):
@@ -437,6 +435,7 @@ def test_cleared_they_leave_no_trace(flight):
     assert flight.chair.faults.clear('node_silent') == 1 and flight.chair.faults.clear() == 10
     chair = flight.chair
     assert (chair.wire.faults, chair.box.noise, chair.box.acoustics.extra, chair.encoders.noise) == ([], [], {}, [])
-    assert (chair.silent_nodes, chair.drive.grip, chair.battery, chair.grabbed) == (frozenset(), (1.0, 1.0), 25.4, None)
+    assert (chair.silent_nodes, chair.drive.grip, chair.grabbed) == (frozenset(), (1.0, 1.0), None)
+    assert chair.battery == SURE.battery
     flight.drive(1.0, 1.0, 2.0)
-    assert chair.velocity[0] == pytest.approx(0.155, rel=0.1)
+    assert chair.velocity[0] == pytest.approx(SURE.wheel_radius, rel=0.1)

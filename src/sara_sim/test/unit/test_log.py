@@ -8,10 +8,12 @@ import pytest
 
 from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
+from sara_common.platforms import chosen
 from sara_sim.bus.wire import CandumpLog
 from sara_sim.chair import SimulatedChair
 from sara_sim.world.world import World
 
+COMMAND = f'{BusDescription.default().id_of("WHEEL_COMMAND"):03X}'
 LINE = re.compile(r'\((\d+\.\d{6})\) can0 ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2})*)$')
 
 
@@ -38,13 +40,13 @@ def test_every_frame_of_both_directions_is_a_line_in_order(logged):
     lines = [LINE.match(line).groups() for line in path.read_text().splitlines()]
     times = [float(time) for time, _, _ in lines]
     assert times == sorted(times)
-    assert [(int(i, 16), bytes.fromhex(data)) for _, i, data in lines if i != '120'] == [
+    assert [(int(i, 16), bytes.fromhex(data)) for _, i, data in lines if i != COMMAND] == [
         (frame.id, frame.data) for frame in heard
     ]
-    assert sum(i == '120' for _, i, _ in lines) == sent > 200
+    assert sum(i == COMMAND for _, i, _ in lines) == sent > 200
 
 
-@pytest.mark.parametrize('dbc', ('sara', 'sara_tenths'))
+@pytest.mark.parametrize('dbc', [path.stem for path in sorted(chosen().folder.glob('*.dbc'))])
 def test_cantools_decodes_it_with_our_dbc(logged, dbc):
     path, heard, sent = logged
     command = [sys.executable, '-m', 'cantools', 'decode', '--single-line', BusDescription.named(dbc).path]

@@ -21,7 +21,7 @@ from sara_sim.chips.qmc5883l import Qmc5883l
 from sara_sim.faults.faults import FaultError
 from sara_sim.world.world import World
 
-BUS = BusDescription.named('sara+compass')
+BUS = BusDescription.named('+compass')
 STILL = Wheel(0.0, 0.0)
 ORIGIN = Placement(0.0, 0.0, 0.0, 0.0, 0.0, STILL, STILL)
 BOX = (0.0, 0.0), Pose2D(0.0, -0.25, 0.0)

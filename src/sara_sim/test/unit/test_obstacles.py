@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from canserial.dbc.bus import BusDescription
+from sara_common.platforms import chosen
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.world.obstacles import LOOPS, Obstacle, Obstacles
@@ -136,15 +138,17 @@ def test_it_is_there_only_in_its_time():
 def test_the_chair_hears_what_appears_in_front_of_it(pilot):
     world = floor(Obstacle('box', size=(0.5, 2.0), at=(7.0, 5.0), appears=2.0))
     flight = pilot(SimulatedChair(world, 1, (5.0, 5.0, 0.0), config=SURE)).drive(0, 0, 4.0)
-    before, after = flight.values('RANGE_ACCEL', 'SJO')[:8], flight.values('RANGE_ACCEL', 'SJO', since=2.5)
-    assert np.all(before == 0.0) and after == pytest.approx(1.75 - 0.30, abs=0.05)
+    sensor = min(chosen().sonars, key=lambda name: abs(chosen().sonars[name].yaw))
+    message = next(name for name, sensors in BusDescription.default().ranges.items() if sensor in sensors)
+    before, after = flight.values(message, sensor)[:8], flight.values(message, sensor, since=2.5)
+    assert np.all(before == 0.0) and after == pytest.approx(1.75 - chosen().sonars[sensor].x, abs=0.05)
 
 
 def test_a_thing_in_the_way_stops_the_chair_as_a_wall_does(pilot):
     for thing in (Obstacle(radius=0.3, at=(7.0, 5.0)), Obstacle(size=(0.6, 0.6), at=(7.0, 5.0))):
         chair = SimulatedChair(floor(thing), 1, (5.0, 5.0, 0.0), config=SURE)
         pilot(chair).drive(3.0, 3.0, 6.0)
-        assert chair.contacts == 1 and chair.pose[0] == pytest.approx(6.7 - 0.54, abs=0.02)
+        assert chair.contacts == 1 and chair.pose[0] == pytest.approx(6.7 - 0.5 * SURE.length, abs=0.02)
 
 
 def test_who_walks_into_the_chair_is_a_contact_and_does_not_hold_it(pilot):

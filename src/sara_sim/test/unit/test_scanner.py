@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.planar import advanced, quaternion_from_yaw
-from sara_common.platforms import load
+from sara_common.platforms import chosen
 from sara_common.scans import shares_of, swept
 from sara_sim.chair import SimulatedChair
 from sara_sim.chips import scanner
@@ -20,7 +20,7 @@ from sara_sim.world.world import World
 
 SEEN = np.abs(scanner.ANGLES) <= scanner.VIEW
 START = (3.02, 2.98, 0.3)
-SCANNER = load('sara').scan
+SCANNER = chosen().scan
 OPTICS = scanner.optics_at(SCANNER)
 
 
