@@ -89,9 +89,10 @@ def report(results: Results) -> Report:
 
 
 def _rows(name, of):
+    whose = "the thesis's set-up" if name == 'thesis' else "SARA's set-up"
     return [
         Row(
-            f'{name}: true yaw off a step',
+            f'{whose}: true yaw off a step',
             '-',
             interval(of['yaw_off_deg'], 2, 'deg') + f', at most {of["yaw_off_deg"]["max"]:.2f}',
             "yaw tolerance 3 deg; k = 1.08 is not the chair's own"
@@ -99,12 +100,12 @@ def _rows(name, of):
             else 'yaw tolerance 2 deg, and what the gyro drifts',
         ),
         Row(
-            f'{name}: strongest turn acceleration',
+            f'{whose}: strongest turn acceleration',
             'no sudden motion',
             interval(of['turn_acceleration_rad_s2'], 2, 'rad/s2'),
             "the safety gate's profile ends at 0.8 rad/s2 as commanded",
         ),
-        Row(f'{name}: chair moved aside', '-', interval(of['position_off_m'], 3, 'm'), ''),
+        Row(f'{whose}: chair moved aside', '-', interval(of['position_off_m'], 3, 'm'), ''),
     ]
 
 

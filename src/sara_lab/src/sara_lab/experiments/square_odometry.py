@@ -27,6 +27,12 @@ TABLE_13 = ((90, 70), (180, 143), (270, 216), (360, 270))  # odometry, IMU; deg
 GAIN_ERROR = (1.25, 1.33)  # odometry's yaw / true yaw, table 4.13
 LOST_M = 0.5  # further off the last corner than this, on average, is a lost square
 WHY_OFF = {'ours': 'another planner does not help'}
+SETUPS = {
+    'thesis': "the thesis's planner",
+    'ours': "SARA's planner",
+    'ours, radii known': "SARA's, radii known",
+    'ours, calibrated': "SARA's, calibrated",
+}
 
 SETTING = """
 The square (5, 1, 90) (5, 5, 180) (1, 5, 270) (1, 1, 0) from (1, 1, 0) in an open hall, localized by wheel odometry
@@ -106,7 +112,7 @@ def _rows(of):
         )
     return rows + [
         Row(
-            f'{name}: off the last corner',
+            f'{SETUPS[name]}: off the last corner',
             'the points are not reached' if name == 'thesis' else '-',
             interval(end, 2, 'm') + f'; as the odometry sees it {mean(of.seen, 2, "m")}' * (name == 'thesis'),
             WHY_OFF.get(name, ''),
