@@ -115,6 +115,13 @@ def test_a_survey_ends_and_tells_no_place_twice(surveyed):
     assert len(set(surveyed)) == len(surveyed)
 
 
+def test_near_its_end_only_walls_that_were_passed_count():
+    survey, here = Survey(ROOM), (1.5, 2.0, 0.0)
+    assert survey.next_stop(here, 100.0) is None
+    survey.hear(here)
+    assert survey.next_stop(here, 100.0) is not None
+
+
 def test_where_it_stops_the_body_has_room(surveyed):
     walls = faces(ROOM.data == OCCUPIED, ROOM.geometry)
     length, width = chosen().size

@@ -38,7 +38,7 @@ def record(name: str, number: int) -> Recording:
     way = 0.0
     survey = Survey(grid_of(name))
     while lockstep.time < LIMIT_S:
-        stop = survey.next_stop(lockstep.chair.pose)
+        stop = survey.next_stop(lockstep.chair.pose, LIMIT_S - lockstep.time)
         if stop is None:
             break
         lockstep.result, end = None, min(lockstep.time + LEG_S, LIMIT_S)

@@ -28,6 +28,8 @@ AGAIN = 0.5
 """What it is worth to hear a piece of a wall once more, each time."""
 FARTHER = 0.15
 """What it is worth to hear a piece of a wall that has not been passed: what has is finished first."""
+FINISH_S = 240.0
+"""s before its end from which on nothing else is begun."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
 LEAST = 0.15
@@ -51,7 +53,7 @@ class Survey:
         self._near = self._heard_from(self.stands)
         self._seen = SeenWalls(grid)
         self._beside = self._cells(self._seen.points + 0.3 * grid.geometry.resolution * self._seen.normals)
-        self._left, self._worth = np.ones(grid.data.size), np.full(grid.data.size, FARTHER)
+        self._left, self._passed = np.ones(grid.data.size), np.zeros(grid.data.size, bool)
         self._tried = np.zeros(len(self.stands), bool)
         self._last: Pose | None = None
 
@@ -109,14 +111,15 @@ class Survey:
             return
         self._last = pose
         self._left[self._heard_from(np.array([pose])).indices] *= AGAIN
-        self._worth[self._beside[self._seen.seen_from(np.array(pose[:2]))]] = 1.0
+        self._passed[self._beside[self._seen.seen_from(np.array(pose[:2]))]] = True
 
-    def next_stop(self, pose: Pose) -> Pose | None:
+    def next_stop(self, pose: Pose, seconds_left: float = math.inf) -> Pose | None:
         """Where to go from a pose; None where all is heard. It tells no place twice."""
         way, seconds = self._journeys(pose)
         off = np.abs(self.stands[:, :2] - pose[:2])
         straight = (way <= off.sum(1) + DETOUR) & (np.hypot(*off.T) <= AHEAD)
-        left = self._worth * self._left * self._grid.geometry.resolution
+        farther = FARTHER if seconds_left > FINISH_S else 0.0
+        left = np.where(self._passed, 1.0, farther) * self._left * self._grid.geometry.resolution
         there = self._near @ left
         gain = there + self._on_the_way(pose, straight, left)
         worth = np.where((there >= LEAST) & ~self._tried, gain / seconds, 0.0)
