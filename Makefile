@@ -17,8 +17,8 @@ run: build ## drive the simulated chair round the thesis's square; results in ou
 	@echo "== run: the square on the simulated chair"
 	@$(ENV) rosrun sara_bringup run_square --out out $(if $(PLATFORM),--platform $(PLATFORM))
 
-test: build ## every test: units without ROS, then the rostests
-	@tools/run_tests.sh
+test: build ## every test: units without ROS, then the rostests (PLATFORM=kate: of another robot)
+	@$(if $(PLATFORM),SARA_PLATFORM=$(PLATFORM)) tools/run_tests.sh
 
 bench: build ## how fast it is, against a yardstick timed in the same run; out/bench.json (CHECK=1: fails on what got slower)
 	@$(ENV) rosrun sara_lab bench --out out $(if $(CHECK),--check)

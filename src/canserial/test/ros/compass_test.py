@@ -23,10 +23,11 @@ from std_srvs.srv import Trigger  # noqa: E402
 from canserial.dbc.bus import BusDescription  # noqa: E402
 from canserial.msg import CAN  # noqa: E402
 from canserial.ros.conversions import frame_to_msg, yaw_of  # noqa: E402
+from sara_common.platforms import chosen  # noqa: E402
 
-BUS = BusDescription.named('sara+compass')
+BUS = BusDescription.named('+compass')
 HORIZONTAL, DOWN = 25.72, 37.12  # uT, of the place below in 2026
-GAIN = 1.08
+GAIN = chosen().parameters('read')['default_gain']
 HARD_IRON = (30.0, -20.0, 10.0)
 FACING = math.radians(20.0)
 PATIENCE = 60.0
@@ -57,7 +58,9 @@ class Chair:
             self.yaw += 0.05 * rate
             self.clock.publish(Clock(clock=rospy.Time.from_sec(self.time)))
             noise = 0.01 * (self.tick % 3 - 1)
-            self.send('RANGE_ACCEL', SJO=1.0, az=9.81 + noise, ay=noise, ax=-noise)
+            self.send(
+                'RANGE_ACCEL', **dict.fromkeys(BUS.ranges['RANGE_ACCEL'], 1.0), az=9.81 + noise, ay=noise, ax=-noise
+            )
             self.send('COMPLEMENTARY', rx=noise, ry=-noise, rz=noise)
             self.send('IMPACT_GYRO', alarma=0, gz=math.degrees(rate) / GAIN + noise, gy=noise, gx=-noise)
             if self.tick % 2:

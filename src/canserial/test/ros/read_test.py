@@ -87,7 +87,7 @@ class Bus:
         self.clock.publish(Clock(rospy.Time.from_sec(self.time)))
         self.send('ENCODER_LEFT', steps=self.steps, time=round(self.time * 1e4))
         self.send('BATTERY', voltage=24.5)
-        self.send('RANGE_ACCEL', SJO=1.0, ax=alive, ay=0.0, az=9.81)
+        self.send('RANGE_ACCEL', **dict.fromkeys(BUS.ranges['RANGE_ACCEL'], 1.0), ax=alive, ay=0.0, az=9.81)
         self.send('COMPLEMENTARY', rx=1.0, ry=-2.0, rz=alive)
         self.send('MADGWICK', roll=2.0, pitch=-1.0, yaw=alive)
         self.send('IMPACT_GYRO', alarma=0, gx=OFFSET[0] + alive, gy=OFFSET[1], gz=OFFSET[2] + rate)
@@ -346,7 +346,9 @@ class ReadTest(unittest.TestCase):
             return bus.statuses.get('reader: frames to readings')
 
         self.assertTrue(bus.turn_until(lambda: status() and any(v.key == 'mode_implausible' for v in status().values)))
-        self.assertTrue(bus.turn_until(lambda: '0x201 RANGES_1' in status().message, turns=200), status())
+        self.assertTrue(
+            bus.turn_until(lambda: f'0x{BUS.id_of("RANGES_1"):X} RANGES_1' in status().message, turns=200), status()
+        )
 
 
 if __name__ == '__main__':

@@ -19,10 +19,13 @@ import yaml
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
+from sara_common.platforms import chosen
 from sara_common.ros.node import start_node
 
 STEP = 0.01
-SEPARATION, LEFT, RIGHT = 0.525 * 1.28, 0.155 * 0.9925, 0.155 * 1.0075
+WHEELS = chosen().wheels
+SEPARATION = WHEELS.separation * 1.28
+LEFT, RIGHT = WHEELS.radius * 0.9925, WHEELS.radius * 1.0075
 BIAS = 0.002  # rad/s
 
 

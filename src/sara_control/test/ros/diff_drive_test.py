@@ -22,8 +22,10 @@ from tf2_msgs.msg import TFMessage
 from canserial.dbc.bus import BusDescription
 from canserial.msg import CAN, Encoder
 from canserial.ros.conversions import msg_to_frame
+from sara_common.platforms import chosen
 
 STEP = 0.01
+WHEELS = chosen().wheels
 START = 2**32 - 500  # encoder counters about to wrap
 
 
@@ -64,7 +66,9 @@ class Chair(threading.Thread):
                 self.mode_topic.publish(self.mode)
                 for wheel, angle in ((Encoder.RIGHT, self.wheels[1]), (Encoder.LEFT, self.wheels[0])):
                     message = Encoder(
-                        wheel=wheel, steps=(START + round(angle * 64000 / math.tau)) % 2**32, time_100us=tick * 100
+                        wheel=wheel,
+                        steps=(START + round(angle * WHEELS.steps_per_turn / math.tau)) % 2**32,
+                        time_100us=tick * 100,
                     )
                     message.header.stamp = stamp
                     if self.encoders_on:
@@ -135,7 +139,7 @@ class DiffDriveTest(unittest.TestCase):
         self.assertAlmostEqual(rate, 50, delta=5)
 
         last = got['/diff_drive_controller/odom'][-1]
-        turned = (chair.wheels[1] - chair.wheels[0]) * 0.155 / 0.525
+        turned = (chair.wheels[1] - chair.wheels[0]) * WHEELS.radius / WHEELS.separation
         yaw = 2.0 * math.atan2(last.pose.pose.orientation.z, last.pose.pose.orientation.w)
         self.assertAlmostEqual(yaw, turned, delta=0.002)
         transform = next(t for m in reversed(got['/tf']) for t in m.transforms if t.header.stamp == last.header.stamp)

@@ -24,13 +24,18 @@ from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger
 
 from canserial.msg import Encoder
+from sara_common.platforms import chosen
 
 STEP = 0.01
 # Simulated: the clock waits for a gate that was not heard, and for a multiplexer that did not pass a command on, for so
 # long; PATIENCE_S of real time at most.
 LATE_S = 0.03
 PATIENCE_S = 2.0
-RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
+WHEELS, SONARS = chosen().wheels, chosen().sonars
+RANGES = tuple(SONARS)
+FRONT_LEFT = max(RANGES, key=lambda name: (SONARS[name].x, SONARS[name].y))
+LEFT = max(RANGES, key=lambda name: (SONARS[name].y, SONARS[name].x))
+REAR_RIGHT = min(RANGES, key=lambda name: (SONARS[name].x, SONARS[name].y))
 
 
 class Chair(threading.Thread):
@@ -94,12 +99,14 @@ class Chair(threading.Thread):
             stamp = rospy.Time.from_sec(self.now)
             self.topics['clock'].publish(Clock(stamp))
             v, w = self.command
-            for wheel, speed in enumerate((v + 0.2625 * w, v - 0.2625 * w)):
-                self.angles[wheel] += speed / 0.155 * STEP
+            turn = 0.5 * WHEELS.separation * w
+            for wheel, speed in enumerate((v + turn, v - turn)):
+                self.angles[wheel] += speed / WHEELS.radius * STEP
             if tick % 10 == 0:
                 self.say('mode', UInt8(self.mode))
                 for wheel, angle in enumerate(self.angles):
-                    message = Encoder(wheel=wheel, steps=round(angle * 64000 / math.tau) % 2**32, time_100us=tick * 100)
+                    steps = round(angle * WHEELS.steps_per_turn / math.tau) % 2**32
+                    message = Encoder(wheel=wheel, steps=steps, time_100us=tick * 100)
                     message.header.stamp = stamp
                     self.say('encoders', message)
                 if self.axes is not None:
@@ -253,7 +260,7 @@ class SafetyTest(unittest.TestCase):
             ('encoders', 'wheel sensors'),
             ('imu', 'turn sensor does not answer'),
             ('estimate', 'turn sensor always says the same'),
-            ('STD', 'obstacle sensor'),
+            (REAR_RIGHT, 'obstacle sensor'),
             ('localization', 'does not know where'),
         ):
             self.drive()
@@ -281,10 +288,10 @@ class SafetyTest(unittest.TestCase):
 
     def test_obstacle_slows_and_blocks(self):
         self.drive()
-        self.chair.distances['SDI'] = 0.5
+        self.chair.distances[FRONT_LEFT] = 0.5
         self.until(lambda: 0.05 < self.chair.command[0] < 0.3, 'it does not slow down')
         self.assertIn('in front', self.status())
-        self.chair.distances['SDI'] = -math.inf
+        self.chair.distances[FRONT_LEFT] = -math.inf
         self.until(lambda: self.chair.command == (0.0, 0.0), 'it does not stop')
         self.until(lambda: 'does not go that way' in self.status(), 'no reason')
         self.chair.navigation = (-0.2, 0.0)
@@ -309,7 +316,7 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: self.chair.command[0] > 0.3, 'without scans it stands')
 
     def test_people_who_are_expected_make_it_creep_until_they_are_not(self):
-        self.chair.raw = {'SLID': 0.45}  # something that would hide them
+        self.chair.raw = {LEFT: 0.45}  # something that would hide them
         self.wait(0.5)
         self.drive()
         self.expected.publish(Bool(True))
@@ -326,7 +333,7 @@ class SafetyTest(unittest.TestCase):
     def test_who_walks_up_is_heard_in_raw_readings_before_the_median_tells(self):
         self.drive()
         message = Range()
-        message.header.frame_id = 'SDI_frame'
+        message.header.frame_id = f'{FRONT_LEFT}_frame'
         for reading in range(8):  # 0.7 m/s and what the chair drives; the median hears nothing
             message.header.stamp, message.range = rospy.Time.from_sec(self.chair.now), 2.0 - 0.22 * reading
             self.chair.say('raw', message)
@@ -335,7 +342,7 @@ class SafetyTest(unittest.TestCase):
         self.assertIn('in front', self.status())
         self.until(lambda: self.got.get('/safety_gate/waits'), 'it does not say that it waits')
         # They have gone, and are remembered: beside something that would hide them it creeps, and says why.
-        self.chair.raw = {'SDI': math.inf, 'SLID': 0.45}
+        self.chair.raw = {FRONT_LEFT: math.inf, LEFT: 0.45}
         self.until(
             lambda: self.status() == 'The chair goes slowly because people are nearby.',
             'it does not say why it is slow',
@@ -343,7 +350,7 @@ class SafetyTest(unittest.TestCase):
         self.wait(3.0)
         self.assertGreater(self.chair.command[0], 0.02)
         self.assertLess(self.chair.command[0], 0.07)
-        self.chair.raw = {'SDI': math.inf, 'SLID': math.inf}  # past it, where all is heard
+        self.chair.raw = {FRONT_LEFT: math.inf, LEFT: math.inf}  # past it, where all is heard
         self.until(lambda: self.chair.command[0] > 0.35, 'it goes on slowly')
 
     def test_the_user_wins(self):

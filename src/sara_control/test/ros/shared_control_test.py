@@ -12,8 +12,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Float32, String
 from tf2_msgs.msg import TFMessage
 
+from sara_common.platforms import chosen
+
 CELL, SIDE = 0.05, 120
-AHEAD_M = 0.7  # from base_link to the wall
+AHEAD_M = 0.5 * chosen().body.length + 0.16  # from base_link to the wall
 TRIES = 200
 
 

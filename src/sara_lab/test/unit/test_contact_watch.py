@@ -7,10 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from sara_common.platforms import chosen
 from sara_lab.judge.contact_watch import ContactWatch, towards
 from sara_sim.chair import SimulatedChair
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
+
+FRONT = 0.5 * chosen().body.length
 
 
 def watched(obstacles=(), push=0.0, seconds=6.0, world=None):
@@ -29,12 +32,14 @@ def watched(obstacles=(), push=0.0, seconds=6.0, world=None):
 
 
 def test_somebody_who_walks_into_a_standing_chair_is_to_blame():
-    (contact,) = watched([Obstacle('person 1', radius=0.25, path=((3.0, 0.0), (0.7, 0.0)), speed=1.0)])
+    (contact,) = watched([Obstacle('person 1', radius=0.25, path=((3.0, 0.0), (FRONT + 0.16, 0.0)), speed=1.0)])
     assert contact.what == 'person 1' and contact.approach == 0.0 and contact.blameless
 
 
 def test_a_chair_that_drives_into_somebody_who_walks_is_to_blame():
-    (contact,) = watched([Obstacle('person 1', radius=0.25, path=((3.0, 0.0), (0.9, 0.0)), speed=0.5)], push=300)
+    (contact,) = watched(
+        [Obstacle('person 1', radius=0.25, path=((3.0, 0.0), (FRONT + 0.36, 0.0)), speed=0.5)], push=300
+    )
     assert contact.approach > 0.1 and not contact.blameless
 
 
@@ -57,8 +62,8 @@ def test_a_wall_is_the_map():
         ((0.0, 0.0, 0.0), (0.4, 0.0), (-2.0, 0.0), -0.4),
         ((0.0, 0.0, 0.0), (0.4, 0.0), (0.0, 2.0), 0.0),
         ((1.0, 1.0, math.pi / 2), (0.4, 0.0), (1.0, 3.0), 0.4),
-        ((0.0, 0.0, 0.0), (0.0, 0.5), (0.54, 2.0), 0.27),
-        ((0.0, 0.0, 0.0), (0.0, 0.5), (0.54, -2.0), -0.27),
+        ((0.0, 0.0, 0.0), (0.0, 0.5), (FRONT, 2.0), 0.5 * FRONT),
+        ((0.0, 0.0, 0.0), (0.0, 0.5), (FRONT, -2.0), -0.5 * FRONT),
         ((0.0, 0.0, 0.0), (-0.3, 0.0), (-1.0, 0.1), 0.3),
     ),
 )

@@ -13,16 +13,18 @@ from sara_sim.config import ChairConfig
 from sara_sim.world.obstacles import Obstacle
 from sara_sim.world.world import World
 
+SARA = load('sara')
+
 
 def lockstep_of(obstacles, state=State.SLOWED, velocity=(0.0, 0.0), occupied=None):
-    """A chair at the origin of a map of 10 x 10 m that begins at (-5, -5), with the gate in that state."""
+    """SARA at the origin of a map of 10 x 10 m that begins at (-5, -5), with the gate in that state."""
     cells = np.zeros((200, 200), bool) if occupied is None else occupied
     world = World(cells, origin=(-5.0, -5.0), obstacles=obstacles)
     zones = SimpleNamespace(pedestrian_moving=False)
     return SimpleNamespace(
         wheels=SimpleNamespace(guard=SimpleNamespace(zones=zones), decision=SimpleNamespace(state=state)),
         chair=SimpleNamespace(
-            world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig.of(), platform=load('sara')
+            world=world, pose=(0.0, 0.0, 0.0), velocity=velocity, config=ChairConfig.of(SARA), platform=SARA
         ),
         time=0.0,
     )

@@ -18,6 +18,7 @@ angle = st.floats(-math.pi, math.pi)
 
 
 BODY = chosen().size
+FRONT, SIDE = 0.5 * BODY[0], 0.5 * BODY[1]
 
 
 def wall():
@@ -30,7 +31,7 @@ def wall():
 @given(st.floats(1.0, 1.9), angle)
 @settings(max_examples=60)
 def test_a_wall_is_as_far_as_the_rectangle_reaches_short_of_it(x, yaw):
-    expected = 2.0 - x - abs(math.cos(yaw)) * 0.54 - abs(math.sin(yaw)) * 0.29
+    expected = 2.0 - x - abs(math.cos(yaw)) * FRONT - abs(math.sin(yaw)) * SIDE
     assert gaps.at(wall(), (x, 2.0, yaw), BODY) == pytest.approx(max(expected, 0.0), abs=1e-9)
 
 
@@ -63,7 +64,7 @@ def test_a_disc_is_its_radius_nearer_than_its_centre(x, y, yaw):
     world = World.empty()
     world.obstacles.add(Obstacle('person', radius=0.25, at=(x, y)))
     dx, dy = abs(math.cos(yaw) * x + math.sin(yaw) * y), abs(math.cos(yaw) * y - math.sin(yaw) * x)
-    expected = max(math.hypot(max(dx - 0.54, 0.0), max(dy - 0.29, 0.0)) - 0.25, 0.0)
+    expected = max(math.hypot(max(dx - FRONT, 0.0), max(dy - SIDE, 0.0)) - 0.25, 0.0)
     assert gaps.at(world, (0.0, 0.0, yaw), BODY) == pytest.approx(min(expected, gaps.REACH))
     assert gaps.at(world, (0.0, 0.0, yaw), BODY, obstacles=False) == gaps.REACH
 

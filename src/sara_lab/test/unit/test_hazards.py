@@ -10,10 +10,13 @@ from pathlib import Path
 import pytest
 
 from sara_common.planar import Pose2D
+from sara_common.platforms import chosen
 from sara_lab.campaign import hazards
 from sara_lab.campaign.hazards import GOAL, HAZARDS, WATCHED_S, happen, obstacle_ahead, run
 from sara_sim.faults.faults import FAULTS
 
+SONARS = chosen().sonars
+FRONT_LEFT = max(SONARS, key=lambda name: (SONARS[name].x, SONARS[name].y))
 RIDE_S = 25.0
 # sonars that tell of things that are not there let the chair wait now and then: it takes 12 to 76 s, as the dice fall
 ARRIVES_S = 120.0
@@ -110,7 +113,7 @@ def error(lockstep):
         ('frames_dropped', {'probability': 0.02}),
         ('frames_delayed', {'delay': 0.1}),
         ('frames_duplicated', {}),
-        ('sonar_stuck', {'sensor': 'SDI', 'range': 0}),
+        ('sonar_stuck', {'sensor': FRONT_LEFT, 'range': 0}),
         ('sonar_noisy', {'sensor': 'all'}),
         ('battery_low', {}),
         ('push', {'turn': 0.3}),
@@ -185,7 +188,9 @@ def test_commands_that_are_no_numbers_are_as_if_they_had_not_come(v, w, seed):
 @in_a_copy(driving)
 def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_words():
     lockstep = driving(0)
-    lockstep.chair.faults.add('sonar_stuck', sensor='SDI', range=0.1)  # nearer than it can measure: that is touching
+    lockstep.chair.faults.add(
+        'sonar_stuck', sensor=FRONT_LEFT, range=0.1
+    )  # nearer than it can measure: that is touching
     said, end = set(), lockstep.time + 5.0
     while lockstep.time < end:
         lockstep.step()

@@ -15,7 +15,7 @@ from sara_lab.campaign import pairs
 from sara_lowlevel.motor.motor_node import Joystick, MotorNode
 from sara_sim.faults.faults import FAULTS, build
 
-BUS, STEPS = BusDescription.default(), chosen().wheels.steps_per_turn
+BUS, WHEELS = BusDescription.default(), chosen().wheels
 SAFETY = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml'))
 
 
@@ -61,7 +61,7 @@ def said(seed, profile, lost):
     through a bus that delays by up to 10 ms and loses a share of the frames.
     """
     chance, comfort = random.Random(seed), Comfort(SAFETY.profiles[profile])
-    base, node = CanBase(BUS, STEPS), MotorNode(BUS)
+    base, node = CanBase(BUS, WHEELS.steps_per_turn), MotorNode(BUS)
     base.on_mode(3)
     node.update(0.0, 0, 0, Joystick())
     node.receive(base.stop(), 0.0)
@@ -76,7 +76,8 @@ def said(seed, profile, lost):
                 comfort.brake(0.02, SAFETY.gate.emergency_braking, SAFETY.gate.emergency_turn_braking)
             else:
                 comfort.step(*wanted, 0.02)
-            left, right = [(comfort.v + side * 0.2625 * comfort.w) / 0.155 for side in (-1, 1)]
+            turn = 0.5 * WHEELS.separation * comfort.w
+            left, right = [(comfort.v + wheel) / WHEELS.radius for wheel in (-turn, turn)]
             if chance.random() >= lost:
                 pending.append((t + chance.uniform(0.0, 0.01), base.command(left, right)))
         for _, frame in [late for late in pending if late[0] <= t]:
