@@ -10,7 +10,6 @@ import math
 from typing import TYPE_CHECKING
 
 from sara_common.planar import wrap
-from sara_common.platforms import chosen
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import towards
 from sara_lab.judge.judgement import Meetings
@@ -61,10 +60,11 @@ class Encounters:
             self._false_stops += not self._met
 
     def _meet(self, chair, shape):
-        gap = gaps.to_shape(chair.pose, chosen().size, shape)
+        body = chair.platform.size
+        gap = gaps.to_shape(chair.pose, body, shape)
         self._nearest = min(self._nearest, gap)
         if gap < NEAR:
-            speed = towards(chair.pose, chair.velocity, shape[:2])
+            speed = towards(chair.pose, chair.velocity, shape[:2], body)
             if speed > self._pressed and _heard(chair, shape):
                 self._pressed = speed
 
