@@ -20,6 +20,9 @@ FOLDERS = {
 NAMES = re.compile(rf'(?<![A-Za-z_.])({"|".join(FOLDERS)})(?![A-Za-z_]|\.(?!dbc|yaml|urdf)[a-z])')
 THESIS = 'sara_lab/experiments/'  # repeats the thesis's experiments, whose figures are SARA's
 BY_CHANCE = {
+    'sara_lab/campaign/pairs.py': {565},  # where a joystick is
+    'sara_nav/maps/map_io.py': {257},  # 65535 / 255
+    'sara_sim/world/map_image.py': {257},
     'sara_lab/fuzz/localization/fuzz_ranges.py': {0.54},  # share of the inputs
     'sara_sim/pedestrians/social_force.py': {0.54},  # a published relaxation time
     'sara_hmi/config/config.py': {0.125},  # s of a touch
@@ -30,12 +33,14 @@ BY_CHANCE = {
     'sara_nav/move_base/settings.py': {0.46},
     'sara_nav/lattice/planner.py': {0.46},
 }
-MODULES = sorted(path for path in SRC.glob('*/src/**/*.py'))
+MODULES = sorted([*SRC.glob('*/src/**/*.py'), *SRC.glob('*/examples/*.py')])
 SCRIPTS = sorted([*SRC.glob('*/www/js/**/*.js'), *(path for path in SRC.glob('*/nodes/*') if path.is_file())])
 
 
 def own_numbers(folder):
-    """The numbers of a platform that are hardly anybody else's: sizes, wheels, slip, gain; round ones left out."""
+    """The numbers of a platform that are hardly anybody else's: sizes, wheels, slip, gain, the bus's identifiers; round
+    ones left out.
+    """
     tree = yaml.safe_load((folder / 'platform.yaml').read_text())
     facts = tree['platform']
     sizes = [facts['body']['length'], facts['body']['width'], *facts['wheels'].values()]
@@ -45,7 +50,12 @@ def own_numbers(folder):
         tree['safety_gate']['turn_slip'],
         tree['read']['default_gain'],
     ]
-    return {number for number in numbers if number >= 1000 or abs(20 * number - round(20 * number)) > 1e-9}
+    bus = {
+        int(identifier)
+        for path in folder.glob('*.dbc')
+        for identifier in re.findall(r'^BO_ (\d+) ', path.read_text(), re.MULTILINE)
+    }
+    return bus | {number for number in numbers if number >= 1000 or abs(20 * number - round(20 * number)) > 1e-9}
 
 
 OWN = set().union(*map(own_numbers, FOLDERS.values()))
@@ -79,7 +89,14 @@ def name_of(path):
 
 
 def test_there_are_numbers_to_look_for():
-    assert {1.08, 0.58, 0.525, 0.155, 64000, 0.54, 0.29, 1.27} <= OWN and {0.275, 0.125, 0.46, 8192, 1.08} <= OWN
+    assert {1.08, 0.58, 0.525, 0.155, 64000, 0.54, 0.29, 1.27, 0x204} <= OWN and {
+        0.275,
+        0.125,
+        0.46,
+        8192,
+        1.08,
+        0x090,
+    } <= OWN
 
 
 @pytest.mark.parametrize('path', MODULES, ids=name_of)

@@ -138,13 +138,15 @@ def test_its_stops_hear_the_walls(surveyed):
 
 
 def test_a_drive_past_a_wall_is_mapped_and_drawn(tmp_path):
-    """1.6 m along the doorway map's wall y = 0.075, whose distance the front right sensor has."""
+    """1.6 m along the doorway map's wall y = 0.075, whose distance a right sensor has."""
+    sonars = chosen().sonars
+    right = min(sonars, key=lambda name: (sonars[name].y, -sonars[name].x))
     t = np.arange(0.0, 4.0, 0.02)
     x, zero = 0.4 * t, np.zeros(len(t))
-    poses = np.stack((t, t, x, zero, zero, 2.0 + x, zero + 0.865, zero), 1)
+    poses = np.stack((t, t, x, zero, zero, 2.0 + x, zero + 0.575 - sonars[right].y, zero), 1)
     heard = np.arange(0.4, 3.9, 0.2)
     ranges = np.stack((heard, heard, np.zeros(len(heard)), np.full(len(heard), 0.5)), 1)
-    drive = Recording(poses, ranges, ('SLDD',), 1.6)
+    drive = Recording(poses, ranges, (right,), 1.6)
     assert 0.1 < heard_share('doorway', drive) < 0.8  # of the wall beside it what one sensor came past
     lines, arcs = made_of('doorway', drive)
     assert lines.errors.p95 < 0.08

@@ -14,7 +14,10 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from canserial.dbc.bus import BusDescription
 from sara_sim.srv import Fault
+
+ENCODER, RATES = (BusDescription.default().id_of(name) for name in ('ENCODER_RIGHT', 'IMPACT_GYRO'))
 
 
 class FaultsTest(unittest.TestCase):
@@ -72,10 +75,10 @@ class FaultsTest(unittest.TestCase):
         with self.open() as bus:
             self.hears(bus, 0.3)
             heard = self.hears(bus, 1.5)
-            self.assertIn(0x101, heard)
-            self.assertNotIn(0x204, heard)
+            self.assertIn(ENCODER, heard)
+            self.assertNotIn(RATES, heard)
             self.assertEqual(self.clear().message, '1 faults ended')
-            self.assertTrue(self.until(lambda: 0x204 in self.hears(bus, 0.3)))
+            self.assertTrue(self.until(lambda: RATES in self.hears(bus, 0.3)))
         self.assertTrue(self.until(lambda: self.told().get('faults on command') == 'none'))
 
     def test_the_command(self):
@@ -111,7 +114,7 @@ class FaultsTest(unittest.TestCase):
         self.assertTrue(self.until(lambda: self.told().get('adapter plugged in') == 'False'))
         self.assertTrue(self.until(lambda: os.path.islink(self.port)), 'it did not come back')
         with self.open() as again:
-            self.assertTrue(self.until(lambda: {0x101, 0x204} <= set(self.hears(again, 0.5))))
+            self.assertTrue(self.until(lambda: {ENCODER, RATES} <= set(self.hears(again, 0.5))))
 
     def test_obstacles_are_shown_where_they_are(self):
         message = rospy.wait_for_message('/simulator/obstacles', MarkerArray, 15.0)

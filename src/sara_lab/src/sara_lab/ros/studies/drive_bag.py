@@ -103,7 +103,7 @@ def write_mcap(path: Path, recording: Recording) -> None:
     with tempfile.TemporaryDirectory(prefix='sara_mcap_') as folder, path.open('wb') as stream:
         write_bag(bag := Path(folder) / 'drive.bag', recording)
         writer = Writer(stream, compression=CompressionType.LZ4)
-        writer.start('ros1', 'sara')
+        writer.start('ros1', 'sara_lab')
         with rosbag.Bag(str(bag)) as source:
             for topic, (kind, data, _, _, made), t in source.read_messages(raw=True):
                 if topic not in channels:
