@@ -10,7 +10,7 @@ import pytest
 
 from sara_lab.campaign import campaign
 from sara_lab.campaign.part import Part
-from sara_lab.workers import WorkersError, cores, each
+from sara_lab.workers.processes import WorkersError, cores, each
 
 
 def killed_once(folder, item):

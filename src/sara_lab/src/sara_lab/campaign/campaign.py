@@ -8,6 +8,7 @@ that was killed is run again. Neither changes a figure.
 """
 
 import argparse
+import functools
 import json
 import sys
 from pathlib import Path
@@ -16,12 +17,14 @@ from tqdm import tqdm
 
 from sara_common import platforms
 from sara_common.files import write_whole
-from sara_lab.campaign.parts import PARTS, part_of
+from sara_lab.campaign.parts import DEFAULT_FOLDER, PARTS, part_of, text_of
 from sara_lab.campaign.results import rows
 from sara_lab.experiments.runner import folder_of
 from sara_lab.journeys.worlds.foreign import ForeignError
 from sara_lab.rides.circuits import circuits
-from sara_lab.workers import cores, each
+from sara_lab.workers import cluster_command
+from sara_lab.workers.cluster import Cluster, ClusterError
+from sara_lab.workers.processes import cores, each
 from sara_sim.riders.riders import RIDERS
 
 CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the part `assisted`
@@ -38,7 +41,7 @@ def main() -> None:
         try:
             part = part_of(name, arguments.seeds, folder, _options_of(name, arguments))
             figures, bad = _run(name, part, folder, arguments, origin)
-        except ForeignError as error:
+        except (ClusterError, ForeignError) as error:
             sys.exit(f'campaign: {error}')
         figures_of[name] = {'commit': origin.commit, 'seeds': arguments.seeds, **figures}
         failed += bad
@@ -52,7 +55,7 @@ def _arguments():
     parser.add_argument('parts', nargs='*', metavar='PART', help=f'of {", ".join(PARTS)}; all without it')
     parser.add_argument('--seeds', type=int, default=50)
     parser.add_argument(
-        '--out', type=Path, default=Path('out/campaign'), help='resumed if it holds results of an earlier call'
+        '--out', type=Path, default=DEFAULT_FOLDER, help='resumed if it holds results of an earlier call'
     )
     parser.add_argument(
         '--json', type=Path, help='where the figures go, each part with its commit; parts that are not run keep theirs'
@@ -68,6 +71,7 @@ def _arguments():
         '--maps', type=Path, metavar='FOLDER', help='of the part worlds: worlds of others, named by its worlds.yaml'
     )
     platforms.add_option(parser)
+    cluster_command.add_options(parser)
     arguments = parser.parse_args()
     if arguments.maps and arguments.parts != ['worlds']:
         parser.error('--maps goes with the part worlds alone')
@@ -79,6 +83,7 @@ def _arguments():
     for name in ('seeds', 'workers'):
         if getattr(arguments, name) < 1:
             parser.error(f'--{name} is {getattr(arguments, name)}, allowed are whole numbers of 1 or more')
+    arguments.where = cluster_command.asked(parser, arguments, arguments.workers)
     return arguments
 
 
@@ -97,12 +102,16 @@ def _run(name, part, folder, arguments, origin):
     paths = {case: folder / f'{case}.json' for case in part.cases}
     missing = [case for case, path in paths.items() if not path.exists()]
 
-    def make(case):
-        write_whole(paths[case], json.dumps({**part.cases[case](), 'commit': origin.commit}))
-
-    run = each(make, missing, arguments.workers)
-    for _ in tqdm(run, desc=name, unit='case', total=len(paths), initial=len(paths) - len(missing)):
-        pass
+    kept = None if isinstance(arguments.where, Cluster) else folder
+    make = functools.partial(text_of, name, arguments.seeds, _options_of(name, arguments), kept, origin.commit)
+    for case, text in tqdm(
+        each(make, missing, arguments.where),
+        desc=name,
+        unit='case',
+        total=len(paths),
+        initial=len(paths) - len(missing),
+    ):
+        write_whole(paths[case], text)
     results = [json.loads(path.read_text()) for path in paths.values()]
     told = {case: {**result, 'seeds': arguments.seeds} for case, result in zip(part.cases, results)}
     rows.write(folder / f'{name}{rows.SUFFIX}', rows.rows(origin, name, told))

@@ -1,5 +1,7 @@
 """The parts of the campaign by name, in the order they run."""
 
+import functools
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -26,7 +28,9 @@ from sara_lab.campaign.squares import squares
 from sara_lab.campaign.street import street
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.campaign.worlds import worlds
+from sara_lab.experiments.runner import folder_of
 
+DEFAULT_FOLDER = Path('out/campaign')
 PARTS = {
     'square': square,
     'hazards': hazard_times,
@@ -67,3 +71,19 @@ PARTS = {
 def part_of(name: str, seeds: int, folder: Path, options: Mapping[str, Any]) -> Part:
     """A part of PARTS. folder: of what its cases keep; options: what it takes beside. Raises ForeignError."""
     return PARTS[name](seeds, folder, **options)
+
+
+def text_of(name: str, seeds: int, options: Mapping[str, Any], folder: Path | None, commit: str, case: str) -> str:
+    """What the file of a part's case holds, which is made here. folder: of what cases keep; None: this process's own,
+    as campaign has it by default.
+    """
+    folder = folder or folder_of(DEFAULT_FOLDER)
+    part = _part(name, seeds, json.dumps(options, default=str, sort_keys=True), folder)
+    return json.dumps({**part.cases[case](), 'commit': commit})
+
+
+@functools.lru_cache(maxsize=1)
+def _part(name, seeds, options, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    told = json.loads(options)
+    return part_of(name, seeds, folder, {**told, 'maps': Path(told['maps'])} if told.get('maps') else told)

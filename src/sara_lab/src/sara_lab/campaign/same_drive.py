@@ -20,7 +20,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from sara_lab.campaign.fingerprints import DRIVES, Fingerprint, read
-from sara_lab.workers import cores
+from sara_lab.workers.processes import cores
 
 DRIVE = 'square left fused 0'
 FINGERPRINTS = 'from sara_lab.campaign.fingerprints import main; main()'

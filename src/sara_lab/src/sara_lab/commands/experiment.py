@@ -13,6 +13,7 @@ from sara_bringup.missions.report import figures, table, verdict
 from sara_bringup.paths import config_file
 from sara_common import platforms
 from sara_lab.experiments.missions import EXPERIMENTS, run
+from sara_lab.workers import cluster_command
 
 SPEED = 2.0  # simulated seconds per second, over ROS
 
@@ -105,6 +106,8 @@ def main() -> None:
     for name in (*(f'E{number}' for number in range(1, 11)), 'all'):
         _add_thesis(names, name)
     arguments = parser.parse_args()
+    if arguments.function is thesis:
+        arguments.where = cluster_command.asked(parser, arguments, arguments.processes)
     if arguments.function is thesis and not arguments.ros and (arguments.only or arguments.speed):
         parser.error('--only and --speed go with --ros: in lockstep all set-ups are driven, as fast as can be')
     faults = arguments.function(arguments)
@@ -156,6 +159,7 @@ def _add_thesis(names, name):
             'after an interruption'
         ),
     )
+    cluster_command.add_options(sub)
     _add_ros(sub)
 
 

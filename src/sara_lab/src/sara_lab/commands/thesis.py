@@ -42,7 +42,7 @@ def run(arguments: Namespace, speed: float) -> list[str]:
     costs = {}
     results = runner.run(
         list(to_run.values()),
-        arguments.processes,
+        arguments.where,
         lambda total: tqdm(total=total, unit='run', smoothing=0.05),
         arguments.keep,
         costs,
@@ -130,7 +130,7 @@ def _gains(arguments, cases):
     """{seed: gain of that chair's gyro} where a case needs it."""
     results = runner.run(
         [turns.case_of(seed) for seed in sorted({case.seed for _, case in cases if case.gain})],
-        arguments.processes,
+        arguments.where,
         lambda total: tqdm(total=total, unit='gain', disable=not total),
         arguments.keep,
     )

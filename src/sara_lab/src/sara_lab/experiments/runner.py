@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 from sara_bringup.paths import share
 from sara_common import platforms
 from sara_common.files import write_whole
-from sara_lab import workers
 from sara_lab.experiments import turns
+from sara_lab.workers.processes import each
 
 if TYPE_CHECKING:
     from sara_lab.experiments.core import Case, Results
+    from sara_lab.workers.cluster import Cluster
 
 REPORT_ONLY = {
     'agreement.py',
@@ -42,13 +43,13 @@ REPORT_ONLY = {
 
 def run(
     cases: Sequence[Case],
-    processes: int = 2,
+    where: int | Cluster = 2,
     progress: Callable[[int], Any] | None = None,
     keep: Path | None = None,
     costs: dict[tuple, float] | None = None,
 ) -> Results:
     """{key: result} in the order of `cases`. Those that need a chair's gain get it from E6's procedure, which runs
-    first for their seeds.
+    first for their seeds. `where`: how many processes, or a Cluster.
 
     `progress(total)` is a context manager whose `update()` is called after each. `keep`: a folder (Path) where each
     result is kept, and taken from where it is there already, if the code is still the same. `costs`: a dict that is
@@ -64,7 +65,7 @@ def run(
     with progress(len(prior) + len(later)) as done:
 
         def run_all(tasks):
-            for _, (key, result, cost) in workers.each(_run, tasks, processes):
+            for _, (key, result, cost) in each(_run, tasks, where):
                 results[key] = result
                 costs.update({} if cost is None else {key: cost})
                 done.update()

@@ -11,6 +11,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from typing import TypeVar
 
+from sara_lab.workers.cluster import Cluster
+
 Item, Result = TypeVar('Item'), TypeVar('Result')
 IN_VAIN = 3
 """Times that processes may be killed one after another without any work done between."""
@@ -27,19 +29,24 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def each(work: Callable[[Item], Result], items: Sequence[Item], processes: int) -> Iterator[tuple[Item, Result]]:
-    """Yield (item, work(item)) of every item, as they are ready. With one process the work is done here, in order;
-    with more by copies of this process (fork), so that `work` need not be pickled, but results are.
+def each(work: Callable[[Item], Result], items: Sequence[Item], where: int | Cluster) -> Iterator[tuple[Item, Result]]:
+    """Yield (item, work(item)) of every item, as they are ready. `where`: how many processes, or a Cluster. With one
+    process the work is done here, in order; with more by copies of this process (fork), so that `work` need not be
+    pickled, but results are. A Cluster needs a `work` of a module.
 
-    What a process was at that was killed (out of memory, say) is done again. Raises what `work` raises, WorkersError.
+    What a process was at that was killed (out of memory, say) is done again. Raises what `work` raises, WorkersError,
+    ClusterError.
     """
-    if processes == 1:
+    if isinstance(where, Cluster):
+        yield from where.each(work, items)
+        return
+    if where == 1:
         yield from ((item, work(item)) for item in items)
         return
     left, in_vain = list(items), 0
     while left:
         done: set[int] = set()
-        for index, result in _until_broken(work, left, processes):
+        for index, result in _until_broken(work, left, where):
             done.add(index)
             yield left[index], result
         in_vain = 0 if done else in_vain + 1
