@@ -9,10 +9,10 @@ from sara_bringup.paths import share
 from sara_common.planar import Pose2D
 from sara_lab.campaign import campaign, parts
 from sara_lab.campaign.part import Part
-from sara_lab.campaign.results import again
-from sara_lab.campaign.results.again import drive_of
 from sara_lab.campaign.results.recorded import recorded
 from sara_lab.campaign.results.rows import Origin, rows, tables
+from sara_lab.commands import again
+from sara_lab.commands.again import drive_of
 
 GOAL = Pose2D(6.0, 4.0, 0.0)
 
@@ -67,7 +67,7 @@ def test_a_drive_is_made_again_drawn_compared_and_refused(made, monkeypatch, cap
     monkeypatch.setitem(parts.PARTS, 'square', part(lambda n: {**short(n), 'x': 1.0}))
     status, out, _ = run(capsys, made, 'square_0')
     assert status == 1 and 'DIFFERS: x was 7.' in out and 'square_0.json holds something else' in out
-    monkeypatch.setattr(again.runner, 'fingerprint', lambda: 'abc')
+    monkeypatch.setattr(again, 'fingerprint', lambda: 'abc')
     status, _, said = run(capsys, made, 'square_0')
     assert status == 2 and 'is of sources ' in said and 'these are sources abc (commit ' in said
 

@@ -47,6 +47,7 @@ from sara_lab.experiments.courses import (
     Course,
     SetUp,
 )
+from sara_lab.workers.sources import fingerprint
 
 SHORT_WAY = Course((1.0, 1.0, 0.0), ((1.6, 1.0, 0.0),), (10.0, 0.0, 0.0))
 
@@ -488,10 +489,10 @@ def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):
     }
     for path in sources.values():
         path.write_text('1')
-    prints = {'': runner.fingerprint(tmp_path)}
+    prints = {'': fingerprint(tmp_path)}
     for name, path in sources.items():
         path.write_text('2')
-        prints[name] = runner.fingerprint(tmp_path)
+        prints[name] = fingerprint(tmp_path)
     assert len({prints[''], prints['src/a.py'], prints['b.yaml']}) == 3
     assert prints['b.yaml'] == prints['src/experiments/pages.py'] == prints['test/c.py'], 'what only draws and writes'
     case = Case(('a', 0), _square_of, 0)

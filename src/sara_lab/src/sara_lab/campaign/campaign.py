@@ -19,12 +19,12 @@ from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab.campaign.parts import DEFAULT_FOLDER, PARTS, part_of, text_of
 from sara_lab.campaign.results import rows
-from sara_lab.experiments.runner import folder_of
 from sara_lab.journeys.worlds.foreign import ForeignError
 from sara_lab.rides.circuits import circuits
 from sara_lab.workers import cluster_command
 from sara_lab.workers.cluster import Cluster, ClusterError
 from sara_lab.workers.processes import cores, each
+from sara_lab.workers.sources import folder_of
 from sara_sim.riders.riders import RIDERS
 
 CHOICES = {'riders': tuple(RIDERS), 'circuits': tuple(circuits())}  # of the part `assisted`

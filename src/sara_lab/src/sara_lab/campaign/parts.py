@@ -28,7 +28,7 @@ from sara_lab.campaign.squares import squares
 from sara_lab.campaign.street import street
 from sara_lab.campaign.travels import doors, journeys, pillars, tight, travel
 from sara_lab.campaign.worlds import worlds
-from sara_lab.experiments.runner import folder_of
+from sara_lab.workers.sources import folder_of
 
 DEFAULT_FOLDER = Path('out/campaign')
 PARTS = {

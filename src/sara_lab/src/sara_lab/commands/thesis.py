@@ -12,6 +12,7 @@ from sara_common import platforms
 from sara_lab.campaign.results import rows
 from sara_lab.experiments import agreement, pages, runner, turns
 from sara_lab.experiments.registry import EXPERIMENTS
+from sara_lab.workers.sources import fingerprint
 
 
 def pages_folder() -> Path:
@@ -70,7 +71,7 @@ def run(arguments: Namespace, speed: float) -> list[str]:
 
 def _write_rows(keep, cases, results):
     """The rows of each experiment that has runs of its own, beside what is kept of these."""
-    origin = rows.Origin(platforms.chosen().name, runner.fingerprint(), rows.commit())
+    origin = rows.Origin(platforms.chosen().name, fingerprint(), rows.commit())
     for name in dict.fromkeys(case.key[0] for case in cases):
         of = {
             ' '.join(map(str, case.key)): {**case.options, **results[case.key], 'seed': case.seed}

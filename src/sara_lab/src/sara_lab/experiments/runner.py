@@ -4,7 +4,6 @@ or on who finished first.
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 import re
 import time
@@ -12,33 +11,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sara_bringup.paths import share
-from sara_common import platforms
 from sara_common.files import write_whole
 from sara_lab.experiments import turns
 from sara_lab.workers.processes import each
+from sara_lab.workers.sources import fingerprint
 
 if TYPE_CHECKING:
     from sara_lab.experiments.core import Case, Results
     from sara_lab.workers.cluster import Cluster
-
-REPORT_ONLY = {
-    'agreement.py',
-    'drive_figures.py',
-    'filter_costs.py',
-    'orientation_report.py',
-    'pages.py',
-    'plotting.py',
-    'ranking.py',
-    'runner.py',
-    'sensor_figures.py',
-    'square_figures.py',
-    'square_findings.py',
-    'square_fusions.py',
-    'square_odometry.py',
-    'variances.py',
-    'yaw_at_rest.py',
-}  # of experiments/: no run depends on them
 
 
 def run(
@@ -74,30 +54,6 @@ def run(
         gains = {key[1]: result['gain'] for key, result in results.items()}
         run_all([(case, gains[case.seed] if case.gain else None, keep) for case in later])
     return {case.key: results[case.key] for case in cases}
-
-
-def folder_of(out: Path) -> Path:
-    """The folder in `out` for what comes of the chosen robot and of the sources as they are."""
-    return out / f'{platforms.chosen().name}_{fingerprint()}'
-
-
-def fingerprint(root: Path | None = None) -> str:
-    """Twelve characters that are others once a source, a parameter file or a map of our packages is another; `root`:
-    the folder of the packages.
-    """
-    root = root or share().parent
-    found = hashlib.sha1()
-    for path in sorted(root.glob('*/**/*')):
-        parts = path.relative_to(root).parts
-        if (
-            path.suffix in ('.py', '.yaml', '.dbc', '.urdf', '.pgm')
-            and 'test' not in parts
-            and parts[1:2] != ('docs',)
-            and 'ros' not in parts
-            and not (path.parent.name == 'experiments' and path.name in REPORT_ONLY)
-        ):
-            found.update(str(path.relative_to(root)).encode() + b'\0' + path.read_bytes())
-    return found.hexdigest()[:12]
 
 
 def _run(task):

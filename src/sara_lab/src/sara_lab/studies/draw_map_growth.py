@@ -10,9 +10,9 @@ from pathlib import Path
 
 from sara_bringup.paths import share
 from sara_lab.experiments.plotting import figure
-from sara_lab.experiments.runner import folder_of
 from sara_lab.studies.map_drives import kept
 from sara_lab.studies.map_growth import Grown, grown
+from sara_lab.workers.sources import folder_of
 
 LINE = '{way:7.0f} m {key_scans:6} key scans {loops:6} loops {core_s:8.1f} core s {share:6.1%} of a core {mb:5.0f} MB'
 

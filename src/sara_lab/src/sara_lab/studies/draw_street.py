@@ -11,9 +11,9 @@ import numpy as np
 
 from sara_bringup.paths import share
 from sara_lab.experiments.plotting import figure
-from sara_lab.experiments.runner import folder_of
 from sara_lab.studies.street_drive import HOME, StreetDrive, kept
 from sara_lab.studies.street_filter import Replay, replay
+from sara_lab.workers.sources import folder_of
 from sara_nav.maps.map_io import load_map
 
 MAP = 'street.yaml'

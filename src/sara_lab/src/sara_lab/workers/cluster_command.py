@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sara_common import platforms
-from sara_lab.experiments.runner import folder_of
 from sara_lab.workers.cluster import Cluster, ClusterError, check, security
 from sara_lab.workers.processes import cores
+from sara_lab.workers.sources import folder_of
 
 PORT = 8786
 RETRY_S = 1.0

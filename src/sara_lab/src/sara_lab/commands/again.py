@@ -28,6 +28,7 @@ from sara_lab.campaign.results.recorded import Recording, RecordingError, record
 from sara_lab.experiments import runner
 from sara_lab.experiments.registry import EXPERIMENTS
 from sara_lab.journeys.worlds.foreign import ForeignError
+from sara_lab.workers.sources import fingerprint
 
 
 class AgainError(ValueError):
@@ -112,7 +113,7 @@ def _same(old, new):
 def main(argv: Sequence[str] | None = None) -> None:
     """Exit status 1 where a figure differs, 2 where the drive cannot be made again."""
     arguments = _arguments(argv)
-    sources = runner.fingerprint()
+    sources = fingerprint()
     try:
         found = find(arguments.case, rows.tables(arguments.folders), sources, arguments.platform)
         platforms.choose(found.row['platform'])
