@@ -13,6 +13,8 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Range
 
+from sara_common.platforms import chosen
+
 NODES = {
     '/simulator',
     '/canserial',
@@ -25,7 +27,7 @@ NODES = {
     '/move_base',
     '/robot_state_publisher',
 }
-RANGES = ('SDI', 'SDD', 'SLID', 'SLIT', 'SLDD', 'SLDT', 'STI', 'STD', 'SJO')
+RANGES = tuple(chosen().sonars)
 
 
 class BringupTest(unittest.TestCase):
