@@ -80,7 +80,8 @@ def test_the_gap_and_an_overlap_agree_with_the_simulator():
 def test_along_a_drive_obstacles_are_where_they_were():
     """Somebody walks past at 1 m/s while the chair stands: nearest after 2 s, when 0.6 m of air are left."""
     world = World.empty()
-    world.obstacles.add(Obstacle('person', radius=0.25, path=((-2.0, 1.14), (2.0, 1.14)), speed=1.0))
+    beside = SIDE + 0.25 + 0.6
+    world.obstacles.add(Obstacle('person', radius=0.25, path=((-2.0, beside), (2.0, beside)), speed=1.0))
     t = np.arange(0.0, 4.0, 0.01)
     found = judge(Track(t, np.zeros((len(t), 3))), world)
     assert found.gap_min == pytest.approx(0.6, abs=1e-6) and found.gap_p5 >= found.gap_min
