@@ -41,6 +41,7 @@ BENCHES = {
     'move_base': 'sara_lab.ros.benches.bench_live:move_base',
     'slam_gmapping': 'sara_lab.ros.benches.bench_live:slam_gmapping',
     'lockstep': 'sara_lab.benches.lockstep:square',
+    'results': 'sara_lab.benches.results:question',
     'stack': 'sara_lab.ros.benches.bench_stack:stack',
     'hmi': 'sara_lab.ros.benches.bench_hmi:touch_screen',
     'hmi_browser': 'sara_lab.ros.benches.bench_hmi_browser:touch_screen',
