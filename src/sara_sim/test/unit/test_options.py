@@ -1,6 +1,7 @@
-"""Castors, payload, ramps, collisions, counters near their wrap: off, they cost nothing; on, they obey equations."""
+"""Castors, payload, ramps, thresholds, collisions, counters near their wrap: off, no cost; on, they obey equations."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from sara_common.config import ConfigError
 from sara_sim.chair import SimulatedChair
 from sara_sim.config import ChairConfig
 from sara_sim.options import ChairOptions
-from sara_sim.world.terrain import Ramp, TerrainError, attitude
+from sara_sim.world.terrain import PATCH, Ramp, TerrainError, Threshold, attitude, bump
 from sara_sim.world.world import World
 
 G = 9.80665
@@ -135,6 +136,56 @@ def test_level_ground_beside_a_ramp_is_level_ground():
     beside = World(np.zeros((1, 1), bool), ramps=[Ramp(50.0, 50.0, 2.0, 2.0, 0.0, 0.1)])
     one, other = run(drive_of(world=beside), 2.0, 1.0, 3.0), run(drive_of(), 2.0, 1.0, 3.0)
     assert one.pose == pytest.approx(other.pose, abs=1e-12)
+
+
+# --- thresholds -------------------------------------------------------------------------------------------------------
+
+STEP = Threshold(1.0, 0.0, 0.1, 2.0, 0.0, 0.02)
+RADIUS = 0.155
+
+
+def over(yaw=0.0):
+    """A World with a threshold of 2 cm across the way, 1 m ahead."""
+    world = World(np.zeros((1, 1), bool))
+    world.thresholds.append(replace(STEP, yaw=yaw))
+    return world
+
+
+def test_a_wheel_rises_over_a_threshold():
+    xs = np.arange(0.5, 1.5, 1e-4)
+    lifts, rises = np.transpose([STEP.under(x, 0.3, RADIUS) for x in xs])
+    assert lifts[0] == lifts[-1] == 0.0 and lifts.max() == 0.02
+    assert np.abs(np.gradient(lifts, xs) - rises).max() < 1e-3
+    climb = math.sqrt(0.02 * (2 * RADIUS - 0.02)) + PATCH
+    assert rises.max() == pytest.approx(0.5 * math.pi * 0.02 / climb, rel=1e-3)
+    assert (xs[lifts > 0.0][0], xs[lifts > 0.0][-1]) == pytest.approx((1 - 0.025 - climb, 1 + 0.025 + climb), abs=1e-3)
+    assert STEP.under(1.0, 1.1, RADIUS) == (0.0, 0.0)
+
+
+def test_a_chair_on_a_threshold_leans_and_what_goes_up_comes_down():
+    poses = [(x, 0.0, 0.0) for x in np.arange(0.0, 2.0, 1e-3)]
+    pitch, steep = np.transpose([bump([STEP], pose, 0.5, RADIUS) for pose in poses])
+    assert pitch.min() == pytest.approx(-math.atan(0.02 / 0.5)) and pitch.max() == pytest.approx(math.atan(0.02 / 0.5))
+    assert steep.sum() == pytest.approx(0.0, abs=1e-6) and bump([STEP], (1.0, 0.0, math.pi / 2), 0.5, RADIUS)[1] == 0.0
+    back = [bump([STEP], (x, y, math.pi), 0.5, RADIUS) for x, y, _ in poses]
+    assert np.allclose(np.transpose(back)[1], -steep)
+
+
+@pytest.mark.parametrize('yaw', [0.0, math.pi])
+def test_a_quick_chair_passes_a_threshold_and_a_slow_one_stops_at_it(yaw):
+    steepest = max(bump([STEP], (x, 0.0, 0.0), 0.5, QUIET.wheel_radius)[1] for x in np.arange(0.5, 1.0, 1e-3))
+    held_back = QUIET.motor_lag * G * steepest / QUIET.wheel_radius  # rad/s
+    quick = run(drive_of(world=over(yaw)), 4.0 * held_back, 4.0 * held_back, 8.0)
+    slow = run(drive_of(world=over(yaw)), 0.7 * held_back, 0.7 * held_back, 20.0)
+    level = run(drive_of(), 4.0 * held_back, 4.0 * held_back, 8.0)
+    assert quick.x > 2.0 and level.x - quick.x < 0.1
+    assert 0.55 < slow.x < 0.75 and abs(slow.speed) < 1e-3 and slow.drift.pitch < 0.0
+
+
+def test_thresholds_that_cannot_be_are_named():
+    for name, value in (('height', 0.05), ('height', 0.0), ('length', -1.0), ('yaw', math.nan)):
+        with pytest.raises(TerrainError, match=f'{name} is'):
+            replace(STEP, **{name: value})
 
 
 # --- payload ----------------------------------------------------------------------------------------------------------

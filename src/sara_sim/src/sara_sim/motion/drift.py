@@ -1,4 +1,4 @@
-"""What moves, tilts and shakes the chair besides its wheels: castors, ramps, a payload, a push, a collision.
+"""What moves, tilts and shakes the chair besides its wheels: castors, ramps, thresholds, payload, push, collision.
 
 Nothing here costs anything until something of it is there (`active`).
 """
@@ -10,7 +10,7 @@ from math import cos, exp, pi, sin
 from sara_sim.config import ChairConfig
 from sara_sim.motion.castors import Castors
 from sara_sim.options import ChairOptions
-from sara_sim.world.terrain import attitude
+from sara_sim.world.terrain import attitude, bump
 
 SHAKE_OVER = 6.0  # time constants after which a collision's ringing has died away
 SHAKE_VERTICAL = 0.3  # share of the ringing that goes up and down
@@ -29,7 +29,7 @@ class Drift:
         weight = options.payload * config.gravity
         self._lean_pitch = weight * options.payload_x / (options.tyre_stiffness * options.wheelbase**2)
         self._lean_roll = -weight * options.payload_y / (options.tyre_stiffness * config.track**2)
-        self._standing = bool(self._castors or world.ramps or self._lean_pitch or self._lean_roll)
+        self._standing = bool(self._castors or world.ramps or world.thresholds or self._lean_pitch or self._lean_roll)
         self.active = self._standing
         self.droop = self.roll_rate = self.pitch_rate = 0.0
         self.roll = self.pitch = 0.0
@@ -92,6 +92,11 @@ class Drift:
             # dv/dt = (target - v) / tau - g sin(slope): the loop that follows the target lags behind it by tau g
             # sin(slope).
             self.droop = -self._lag * self._config.gravity * sin(on_ramp[1]) / self._config.wheel_radius
+        if self._world.thresholds:
+            config, ramp = self._config, self.droop if self._world.ramps else 0.0
+            nose, rise = bump(self._world.thresholds, (x, y, yaw), self._options.wheelbase, config.wheel_radius)
+            # At an edge the floor's force leans back: its horizontal part is the weight times the rise.
+            pitch, self.droop = pitch + nose, ramp + self._lag * config.gravity * rise / config.wheel_radius
         if dt > 0.0:
             self.roll_rate, self.pitch_rate = (roll - self.roll) / dt, (pitch - self.pitch) / dt
         self.roll, self.pitch = roll, pitch

@@ -12,10 +12,10 @@ from sara_common.config import is_number
 from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
 from sara_sim.pedestrians.routes import Routes
 from sara_sim.world.obstacles import Obstacle, ObstacleError
-from sara_sim.world.terrain import Ramp, TerrainError
+from sara_sim.world.terrain import Ramp, TerrainError, Threshold
 from sara_sim.world.world import World
 
-KINDS = {'obstacles': Obstacle, 'ramps': Ramp, 'pedestrians': PedestrianConfig}
+KINDS = {'obstacles': Obstacle, 'ramps': Ramp, 'pedestrians': PedestrianConfig, 'thresholds': Threshold}
 
 
 class Course(NamedTuple):
@@ -24,12 +24,14 @@ class Course(NamedTuple):
     obstacles: list[Obstacle]
     ramps: list[Ramp]
     pedestrians: list[PedestrianConfig]
+    thresholds: list[Threshold]
 
     def put_on(self, world: World) -> None:
         """Add all to a World. Raises ObstacleError where a pedestrian has no way."""
         for obstacle in self.obstacles:
             world.obstacles.add(obstacle)
         world.ramps.extend(self.ramps)
+        world.thresholds.extend(self.thresholds)
         if self.pedestrians:
             routes = Routes(world, [place for config in self.pedestrians for place in config.places])
             for config in self.pedestrians:
@@ -37,8 +39,9 @@ class Course(NamedTuple):
 
 
 def load(path: str | Path) -> Course:
-    """The Course of a YAML file: {obstacles: [{...}], ramps: [{...}], pedestrians: [{...}]}, with the fields of
-    Obstacle, Ramp and PedestrianConfig; angles also as `yaw_deg`, `slope_deg`.
+    """The Course of a YAML file: {obstacles: [{...}], ramps: [{...}], pedestrians: [{...}],
+    thresholds: [{...}]}, with the fields of Obstacle, Ramp, PedestrianConfig and Threshold; angles also as `yaw_deg`,
+    `slope_deg`.
 
     Raises ObstacleError that names every fault.
     """

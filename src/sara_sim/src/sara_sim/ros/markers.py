@@ -1,4 +1,4 @@
-"""Obstacles and ramps as markers for RViz."""
+"""Obstacles, ramps and thresholds as markers for RViz."""
 
 from __future__ import annotations
 
@@ -33,6 +33,12 @@ def markers(world: World, stamp: rospy.Time, lifetime: rospy.Duration) -> Marker
         marker.pose.orientation.x, marker.pose.orientation.y = -sp * sy, sp * cy
         marker.pose.orientation.z, marker.pose.orientation.w = cp * sy, cp * cy
         marker.scale.x, marker.scale.y, marker.scale.z = ramp.length, ramp.width, 0.02
+        array.markers.append(marker)
+    for number, strip in enumerate(world.thresholds):
+        marker = _marker('thresholds', number, Marker.CUBE, stamp, lifetime, (0.2, 0.5, 0.8, 0.9))
+        marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = strip.x, strip.y, strip.height / 2
+        marker.pose.orientation.z, marker.pose.orientation.w = sin(strip.yaw / 2), cos(strip.yaw / 2)
+        marker.scale.x, marker.scale.y, marker.scale.z = strip.length, strip.width, strip.height
         array.markers.append(marker)
     return array
 

@@ -80,7 +80,7 @@ def made_robot(settings: RobotSettings, heard: World | None = None) -> Simulated
     world = heard or (World.from_yaml(settings.map) if settings.map else World.empty())
     if settings.obstacles:
         found = course.load(settings.obstacles)
-        if found.ramps:
-            raise ObstacleError(f'{settings.obstacles} has ramps, but this robot drives on a level floor')
+        if found.ramps or found.thresholds:
+            raise ObstacleError(f'{settings.obstacles} has ramps or thresholds, but this robot drives on a level floor')
         found.put_on(world)
     return SimulatedRobot(world, settings.robot, settings.seed, settings.start)

@@ -194,7 +194,7 @@ class SimulatorNode:
         world = self._chair.world
         if (
             self._ticks % MARKER_STEPS == 0
-            and (world.obstacles.all or world.ramps)
+            and (world.obstacles.all or world.ramps or world.thresholds)
             and self._markers.get_num_connections()
         ):
             self._markers.publish(markers(world, stamp, rospy.Duration(LIFETIME_S)))

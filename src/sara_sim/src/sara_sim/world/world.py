@@ -18,6 +18,7 @@ from sara_sim.world import rays, smooth
 from sara_sim.world.map_image import read_grey
 from sara_sim.world.obstacles import Obstacles
 from sara_sim.world.rays import Cone, Walls
+from sara_sim.world.terrain import Threshold
 
 # Walls on a grid are stairs: their direction is that of the occupancy blurred over this many cells.
 _BLUR_CELLS = 1.5
@@ -56,6 +57,7 @@ class World:
         self.origin = (float(origin[0]), float(origin[1]))
         self.obstacles = Obstacles(obstacles)
         self.ramps = list(ramps)
+        self.thresholds: list[Threshold] = []
         self._walls = Walls(self.occupied, *_wall_normals(self.occupied), self.resolution)
         self._reach: dict = {}
         rays.warm()  # here and not in the middle of a drive

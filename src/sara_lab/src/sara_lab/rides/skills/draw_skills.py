@@ -1,7 +1,7 @@
 """`draw_skills`: a strip of four moments for each skill, a PNG each.
 
 Blue: the body, with a line towards its front, and the way of its middle so far; dashed: where it is to come to; orange:
-what the map does not show; green: a slope, with an arrow uphill.
+what the map does not show; green: a slope, with an arrow uphill; red: a threshold.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sara_lab.journeys.drawing import body_at, draw_map
 from sara_lab.rides.skills.items import skills
 from sara_lab.rides.skills.skill import Skill
 from sara_lab.rides.skills.trial import WAYS, drive
-from sara_sim.world.terrain import Ramp
+from sara_sim.world.terrain import Ramp, Threshold
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,17 +68,19 @@ def draw_shape(axis: Axes, shape: np.ndarray) -> None:
     )
 
 
-def draw_ramp(axis: Axes, ramp: Ramp) -> None:
-    """A slope, and an arrow uphill."""
+def draw_floor(axis: Axes, of: Ramp | Threshold, colour: str) -> None:
+    """What slopes or is higher."""
     from matplotlib.patches import Rectangle
 
-    corner = ramp.x - 0.5 * ramp.length, ramp.y - 0.5 * ramp.width
-    turned = math.degrees(ramp.yaw)
+    corner, turned = (of.x - 0.5 * of.length, of.y - 0.5 * of.width), math.degrees(of.yaw)
     axis.add_patch(
-        Rectangle(
-            corner, ramp.length, ramp.width, angle=turned, rotation_point='center', color='tab:green', alpha=0.2, lw=0
-        )
+        Rectangle(corner, of.length, of.width, angle=turned, rotation_point='center', color=colour, alpha=0.3, lw=0)
     )
+
+
+def draw_slope(axis: Axes, ramp: Ramp) -> None:
+    """A slope, and an arrow uphill."""
+    draw_floor(axis, ramp, 'tab:green')
     rise = math.copysign(0.35 * min(ramp.length, ramp.width), ramp.slope)
     dx, dy = rise * math.cos(ramp.yaw), rise * math.sin(ramp.yaw)
     axis.annotate('', (ramp.x + dx, ramp.y + dy), (ramp.x - dx, ramp.y - dy), arrowprops={'arrowstyle': '->'})
@@ -89,7 +91,9 @@ def draw_moment(axis: Axes, skill: Skill, moments: list[Moment], number: int) ->
     draw_map(axis, world_of(skill.grid))
     now = moments[number]
     for ramp in skill.ramps:
-        draw_ramp(axis, ramp)
+        draw_slope(axis, ramp)
+    for threshold in skill.thresholds:
+        draw_floor(axis, threshold, 'tab:red')
     for goal in skill.goals:
         axis.add_patch(body_at(goal, fill=False, ec='black', lw=0.8, ls='--'))
     for shape in now.shapes:

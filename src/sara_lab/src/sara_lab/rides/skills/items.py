@@ -2,7 +2,7 @@
 experts list them (the Power Mobility Clinical Driving Assessment, PMCDA); and stops before what is in the way, as those
 of LUCI are shown (Mobility Management, July 2021).
 
-Kerbs, thresholds, gaps, soft ground and doors with a leaf are left out: the simulator has none. So are drop-offs, which
+Kerbs, gaps, soft ground and doors with a leaf are left out: the simulator has none. So are drop-offs, which
 no sensor of the chair sees.
 """
 
@@ -18,7 +18,7 @@ from sara_lab.rides.skills.skill import BEHIND, LEFT, Criteria, Move, Push, Skil
 from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
 from sara_sim.riders.way import rounded
 from sara_sim.world.obstacles import Obstacle, Thing
-from sara_sim.world.terrain import Ramp
+from sara_sim.world.terrain import Ramp, Threshold
 from sara_sim.world.world import World
 
 LANE = 1.5  # m wide: corridors of the WST's course
@@ -32,7 +32,7 @@ def _ahead(length: float, lane: float, seconds: float, item: str, position: floa
     grid = block((length + 2.4, lane), ((0.0, 0.0, length + 2.4, lane),))
     middle = 0.5 * lane
     goal = 1.2 + length, middle, 0.0
-    return Skill(item, grid, (1.2, middle, 0.0), (goal,), (straight(goal[:2]),), Criteria(position, 20.0, seconds))
+    return Skill(item, grid, (1.2, middle, 0.0), (goal,), (straight(goal[:2]),), Criteria(position, 30.0, seconds))
 
 
 def _back() -> Skill:
@@ -162,6 +162,12 @@ def _slope(yaw: float, item: str) -> Skill:
     return replace(made, ramps=(Ramp(5.2, 1.0, length, width, yaw, math.radians(5.0)),))
 
 
+def _threshold() -> Skill:
+    """Over a strip that is 2 cm high and 10 cm deep."""
+    made = _ahead(8.0, 2.0, 60.0, 'gets over a threshold of 2 cm (WST)')
+    return replace(made, thresholds=(Threshold(5.2, 1.0, 0.1, 2.0, 0.0, 0.02),))
+
+
 def _stop(forward: float, left: float) -> Skill:
     """Towards a box across a corridor; or about, beside a parked wheelchair."""
     if left:
@@ -197,6 +203,7 @@ def skills() -> dict[str, Skill]:
         'up_5deg': _slope(0.0, 'goes up a slope of 5 deg (WST)'),
         'down_5deg': _slope(BEHIND, 'goes down a slope of 5 deg (WST)'),
         'across_5deg': _slope(LEFT, 'goes across a side slope of 5 deg (WST)'),
+        'threshold': _threshold(),
         'door': _door(),
         'door_backwards': _door_backwards(),
         'lift': _lift(),

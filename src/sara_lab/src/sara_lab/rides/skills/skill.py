@@ -16,7 +16,7 @@ from sara_bringup.lockstep.lockstep import world_of
 from sara_lab.journeys.tight_places import Rectangle
 from sara_nav.maps.map_io import GridMap
 from sara_sim.world.obstacles import Thing
-from sara_sim.world.terrain import Ramp
+from sara_sim.world.terrain import Ramp, Threshold
 from sara_sim.world.world import World
 
 Pose = tuple[float, float, float]
@@ -79,7 +79,7 @@ def nothing(_world: World, _seed: int) -> tuple[Thing, ...]:
 class Skill:
     """item: what is asked for, and by whom. grid: the map. start: Pose. goals: Poses to come to, one after the other.
     moves: the same for a rider. criteria: Criteria. push: instead of goals and moves, a Push, or None. things: (World,
-    seed) -> what is there and not on the map. ramps: of the floor.
+    seed) -> what is there and not on the map. ramps, thresholds: of the floor.
     """
 
     item: str
@@ -91,11 +91,13 @@ class Skill:
     push: Push | None = None
     things: Callable[[World, int], tuple[Thing, ...]] = nothing
     ramps: tuple[Ramp, ...] = ()
+    thresholds: tuple[Threshold, ...] = ()
 
     def world(self, seed: int) -> World:
         """With all that stands, slopes and walks there."""
         world = world_of(self.grid)
         world.ramps.extend(self.ramps)
+        world.thresholds.extend(self.thresholds)
         for thing in self.things(world, seed):
             world.obstacles.add(thing)
         return world
