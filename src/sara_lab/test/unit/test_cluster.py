@@ -50,6 +50,7 @@ def test_this_machine_and_tls_with_its_folder_are_allowed(tmp_path):
 
 def test_a_scheduler_that_never_answers_is_an_error(monkeypatch):
     monkeypatch.setattr(cluster, 'WAIT_S', 0.0)
+    monkeypatch.setattr(cluster, 'CONNECT_S', 0.2)
     with pytest.raises(ClusterError, match='no scheduler answers'):
         list(Cluster('tcp://127.0.0.1:9', 'sara_abc').each(str, [1]))
 

@@ -30,6 +30,7 @@ Item, Result = TypeVar('Item'), TypeVar('Result')
 CERTIFICATE, KEY = 'certificate.pem', 'key.pem'  # in the folder that all parties have
 MAX_BATCHES = 1000  # that a scheduler is given at once: it keeps some kB of each
 WAIT_S = 120.0  # for a scheduler, for a worker
+CONNECT_S = 5.0  # for one try of it
 IN_VAIN = 5  # losses one after another without any work done between
 _POLL_S = 0.5
 
@@ -86,7 +87,7 @@ class Cluster:
                     return
                 yield from _results(futures.pop(found.key), client)
         finally:
-            client.close(timeout=1.0)
+            client.close(timeout=5.0)
 
     def _client(self) -> Client:
         """A client of the scheduler, which is waited for. Raises ClusterError."""
@@ -95,7 +96,7 @@ class Cluster:
         end = time.monotonic() + WAIT_S
         while True:
             try:
-                return Client(self.address, timeout=5.0, security=security(self.tls), set_as_default=False)
+                return Client(self.address, timeout=CONNECT_S, security=security(self.tls), set_as_default=False)
             except OSError as error:  # TimeoutError too
                 if time.monotonic() > end:
                     raise ClusterError(f'no scheduler answers at {self.address}: {error}') from error

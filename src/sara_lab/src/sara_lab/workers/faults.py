@@ -23,6 +23,7 @@ from pathlib import Path
 from sara_common.files import write_whole
 from sara_lab.workers.cluster import Cluster
 from sara_lab.workers.cluster_command import key
+from sara_lab.workers.cost import cpu_seconds, descendants, peak_memory_mb
 from sara_lab.workers.processes import each
 
 VICTIMS = ('worker', 'scheduler', 'client')
@@ -90,12 +91,15 @@ class Parties:
         os.kill(self._working()[0], signal.SIGKILL)
 
     def _working(self):
-        return [pid for pid in children(self.workers.pid) if 'spawn_main' in _words(pid)]
+        return [pid for pid in descendants(self.workers.pid) if 'spawn_main' in _words(pid)]
+
+    def cpu(self) -> float:
+        """s of CPU that scheduler and workers have used."""
+        return sum(map(cpu_seconds, (self.scheduler.pid, *descendants(self.workers.pid))))
 
     def scheduler_peak_mb(self) -> float:
         """The greatest resident memory that the scheduler had."""
-        lines = Path(f'/proc/{self.scheduler.pid}/status').read_text().splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith('VmHWM')) / 1024.0
+        return peak_memory_mb(self.scheduler.pid)
 
     def _scheduler(self):
         return self._begin('scheduler', '--port', str(self.port))
@@ -105,11 +109,6 @@ class Parties:
             return subprocess.Popen(
                 [sys.executable, '-c', COMMAND, *words, *self._tls], stdout=log, stderr=log, cwd=self._folder
             )
-
-
-def children(pid: int) -> list[int]:
-    """The processes that a process has begun."""
-    return [int(child) for task in Path(f'/proc/{pid}/task').glob('*/children') for child in task.read_text().split()]
 
 
 def _words(pid):
@@ -171,25 +170,29 @@ def _until(holds: Callable[[], bool], asking: subprocess.Popen | None) -> None:
 
 def costs(short: int, rounds: int, items: int, folder: Path) -> list[str]:
     """Lines about the scheduler's memory, the overhead, and two workers against one."""
-    took = {}
+    asked = functools.partial(work, rounds)
+    alone, took = _spent(lambda: list(each(asked, range(items), 1)), lambda: 0.0), {}
     for processes in (1, 2):
         with Parties(folder, processes) as parties:
             cluster = Cluster(parties.address, key())
-            for warm in (True, False):
-                began = time.perf_counter()
-                list(each(functools.partial(work, 10 if warm else rounds), range(items), cluster))
-                took[processes] = time.perf_counter() - began
+            list(each(functools.partial(work, 10), range(items), cluster))  # all have begun
+            took[processes] = _spent(lambda cluster=cluster: list(each(asked, range(items), cluster)), parties.cpu)
             if processes == 2:
                 list(each(functools.partial(work, 10), range(short), cluster))
                 peak = parties.scheduler_peak_mb()
-    began = time.perf_counter()
-    list(each(functools.partial(work, rounds), range(items), 1))
-    alone = time.perf_counter() - began
+    overhead = [100.0 * (cluster / here - 1.0) for cluster, here in zip(took[1], alone)]
     return [
         f'scheduler: at most {peak:.0f} MB after {short} tasks',
-        f'overhead of one worker: {100 * (took[1] / alone - 1):+.1f} % of {alone:.1f} s',
-        f'two workers: {took[1] / took[2]:.2f} times one',
+        f'one worker: {overhead[0]:+.1f} % of {alone[0]:.1f} s, {overhead[1]:+.1f} % of {alone[1]:.1f} s CPU',
+        f'two workers: {took[1][0] / took[2][0]:.2f} times one',
     ]
+
+
+def _spent(do: Callable[[], object], others: Callable[[], float]) -> tuple[float, float]:
+    """(s, s of CPU) that something takes, with the CPU that other processes have used meanwhile."""
+    began, used = time.perf_counter(), time.process_time() + others()
+    do()
+    return time.perf_counter() - began, time.process_time() + others() - used
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -19,8 +19,9 @@ import numpy as np
 from sara_lab.benches.timed import Limit, Timed, timed
 from sara_lab.fuzz.touch.page import Page, until
 from sara_lab.fuzz.touch.proxy import Proxy
-from sara_lab.ros.benches.node_cost import cpu_seconds, peak_memory_mb, process_of
+from sara_lab.ros.benches.node_cost import process_of
 from sara_lab.ros.touch.stand_in import StandIn, serving
+from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 
 DRIVE_S, STOPS, STOP_PAUSE_S = 10.0, 100, 0.02
 MAPS, MAP_PAUSE_S, MAP_CELLS = 3, 1.5, 2000

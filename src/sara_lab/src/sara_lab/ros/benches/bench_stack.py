@@ -25,7 +25,7 @@ from sara_bringup.ros.goals import goal_at, wait_for_launch
 from sara_bringup.ros.masters import environment, in_a_process, launched
 from sara_control.gate.reasons import HOLDS
 from sara_lab.benches.timed import Limit, Timed, timed
-from sara_lab.ros.benches.node_cost import cpu_seconds, descendants, peak_memory_mb
+from sara_lab.workers.cost import cpu_seconds, descendants, peak_memory_mb
 
 GOAL, NEXT = (5.0, 1.0, math.pi / 2), (5.0, 5.0, math.pi)  # of the square: x m, y m, yaw rad
 STARTS = 3  # launches, of which the last goes on driving

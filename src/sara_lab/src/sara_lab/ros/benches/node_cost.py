@@ -1,36 +1,13 @@
-"""What a process has cost so far, and which process a node is (Linux: /proc)."""
+"""Which process a node is."""
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
 
 
-def cpu_seconds(pid: int) -> float:
-    """User and system time a process has used so far."""
-    fields = Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
-def peak_memory_mb(pid: int) -> float:
-    """The most memory that a process has held, MB."""
-    line = next(line for line in Path(f'/proc/{pid}/status').read_text().splitlines() if line.startswith('VmHWM'))
-    return int(line.split()[1]) / 1024.0
-
-
 def process_of(node: str) -> int:
     """Process id of a running node; the caller is a node, too."""
     return ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(rospy.get_name())[2]
-
-
-def descendants(pid: int) -> list[int]:
-    """Process ids of a process and of all it started, itself first."""
-    found = [pid]
-    for task in Path(f'/proc/{pid}/task').glob('*/children'):
-        for child in task.read_text().split():
-            found += descendants(int(child))
-    return found

@@ -16,9 +16,9 @@ from sara_hmi.browser.page import Page, start_browser
 from sara_lab.fuzz.touch.proxy import Network, Proxy
 from sara_lab.fuzz.touch.tap import commands
 from sara_lab.fuzz.touch.verdict import Times, Trial
-from sara_lab.ros.benches.node_cost import descendants
 from sara_lab.ros.touch.ears import Ears
 from sara_lab.ros.touch.whole_chair import a_node, whole_chair
+from sara_lab.workers.cost import descendants
 
 MAP, START = 'hall', (15.0, 4.0, 0.0)
 FAST, SLOW_BACK = 0.25, 0.15  # m/s forward and backward, from which on the page may fail
