@@ -43,7 +43,7 @@ def test_times_without_fixes_and_jumps_are_found():
     fixes[[1, 6, 7, 8], 6] = 1.0
     drive = StreetDrive(np.zeros((2, 4)), np.zeros((1, 6)), np.zeros((1, 3)), fixes, np.zeros((1, 3)), np.array(0.0))
     assert drive.outages == [pytest.approx((1.2, 2.0))]
-    assert drive.jumps == [pytest.approx((2.4, 3.6))]  # that of a single fix is not told
+    assert drive.jumps == [pytest.approx((0.4, 0.8)), pytest.approx((2.4, 3.6))]
 
 
 def test_a_pose_is_interpolated_the_short_way_round():
@@ -74,7 +74,7 @@ def test_what_is_not_met_is_told():
     assert len(street._verdict({**good, **bad})) == 5
 
 
-def test_jumps_are_said_as_long_as_the_filter_calls_fixes_outliers():
+def test_a_jump_is_in_the_log_as_long_as_the_filter_calls_fixes_outliers():
     said = [
         (1.0, 'imu1 (gps/heading): outliers are rejected, 4.0 sigmas off (the gate is 3)'),
         (2.0, 'odom1 (odometry/gps): outliers are rejected, 5.0 sigmas off (the gate is 3)'),
@@ -82,5 +82,35 @@ def test_jumps_are_said_as_long_as_the_filter_calls_fixes_outliers():
         (4.0, 'odom1 (odometry/gps): taken again, after 5 outliers in 2.4 s'),
         (9.0, 'odom1 (odometry/gps): outliers are rejected, 5.0 sigmas off (the gate is 3)'),
     ]
-    assert street._told(said) == [(2.0, 4.0), (9.0, math.inf)]
-    assert street._told([]) == []
+    rows = street._rows(said)
+    assert rows == [(2.0, 4.0), (9.0, math.inf)] and street._rows([]) == []
+    assert [street._in_log(jump, rows) for jump in ((1.0, 1.5), (4.5, 5.0), (0.0, 1.0), (-2.0, -1.0), (8.0, 9.0))] == [
+        True,
+        False,
+        True,
+        False,
+        True,
+    ]
+
+
+def test_a_jump_is_in_the_diagnostics_that_call_one_of_its_fixes_the_last_outlier():
+    reports = [
+        (5.0, 'odom1 (odometry/gps): 12 used'),
+        (6.0, 'odom1 (odometry/gps): 13 used, 1 rejected by the gate (the last 0.7 s ago, 4.1 sigmas off)'),
+        (7.0, 'odom1 (odometry/gps): 15 used, 1 rejected by the gate (the last 1.7 s ago, 4.1 sigmas off)'),
+    ]
+    rejections = street._rejections(reports)
+    assert rejections == [pytest.approx((6.0, 5.3)), pytest.approx((7.0, 5.3))]
+    assert street._in_diagnostics((5.2, 5.4), rejections)
+    assert not street._in_diagnostics((5.5, 6.5), rejections)
+    assert not street._in_diagnostics((2.0, 3.8), [(6.0, 3.0)])  # too late
+
+
+def test_the_filter_says_of_each_jump_that_it_rejects_something(drive):
+    done = street_filter.replay(drive, 1)
+    rejected = [time for time, used in done.fates if not used]
+    found = street.judged(1, drive, done)
+    assert found['jumps'] == len(drive.jumps)
+    assert found['jumps_in_log'] <= found['jumps_said']
+    held = [any(begin <= time < end for time in rejected) for begin, end in drive.jumps]
+    assert found['jumps_said'] == sum(held) > 0

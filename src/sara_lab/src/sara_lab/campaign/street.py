@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ APART = 2.0 * 2.0 * GPS.correlation_time
 """s between two moments whose errors count as independent: the estimate remembers longer than the receiver errs."""
 SAID_WITHIN = 2.0
 """s from a jump's end until which the filter must have said so."""
+_LAST = re.compile(r'the last (\d+\.\d) s ago')
+_ROUNDED = 0.05
+"""s by which the number in it is rounded."""
 
 
 def street(_seeds: int, folder: Path) -> Part:
@@ -41,7 +45,7 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
     off, outages = np.hypot(errors[:, 0], errors[:, 1]), drive.outages
     fixed = ~np.any([(times >= begin) & (times < end) for begin, end in outages], axis=0)
     chosen = np.searchsorted(times, np.arange(times[0] + APART, times[-1], APART))
-    jumps, told = drive.jumps, _told(done.said)
+    jumps, rows, rejections = drive.jumps, _rows(done.said), _rejections(done.reports)
     fates = dict(done.fates.tolist())
     thrown = [fates[row[0]] for row in drive.fixes if row[6] and row[0] in fates]
     good = [fates[row[0]] for row in drive.fixes if not row[6] and row[0] in fates]
@@ -58,12 +62,13 @@ def judged(seed: int, drive: StreetDrive, done: Replay) -> dict[str, Any]:
         'good': len(good),
         'good_rejected': good.count(0.0),
         'jumps': len(jumps),
-        'jumps_said': sum(any(b <= end + SAID_WITHIN and begin <= e for b, e in told) for begin, end in jumps),
+        'jumps_said': sum(_in_log(jump, rows) or _in_diagnostics(jump, rejections) for jump in jumps),
+        'jumps_in_log': sum(_in_log(jump, rows) for jump in jumps),
     }
 
 
-def _told(said):
-    """(begin, end) of each time in which the filter's last word is that fixes are outliers, s."""
+def _rows(said):
+    """(begin, end) of each time in which the log's last word is that fixes are outliers, s."""
     found, begin = [], None
     for time, sentence in said:
         if not sentence.startswith('odom1'):
@@ -74,6 +79,24 @@ def _told(said):
             found.append((begin, time))
             begin = None
     return found if begin is None else [*found, (begin, math.inf)]
+
+
+def _rejections(reports):
+    """(time of a report, time of the fix that it calls the last rejected one), s."""
+    found = ((time, _LAST.search(line)) for time, line in reports)
+    return [(time, time - float(last[1])) for time, last in found if last]
+
+
+def _in_log(jump, rows):
+    begin, end = jump
+    return any(first <= end + SAID_WITHIN and begin <= last for first, last in rows)
+
+
+def _in_diagnostics(jump, rejections):
+    begin, end = jump
+    return any(
+        time <= end + SAID_WITHIN and begin - _ROUNDED <= rejected <= end + _ROUNDED for time, rejected in rejections
+    )
 
 
 def _grown(drive, times, errors, begin, end):
@@ -102,6 +125,7 @@ def _summary(results: Sequence[dict]) -> tuple[list[str], dict[str, Any]]:
         'thrown_rejected': sum(result['thrown_rejected'] for result in results) / thrown if thrown else math.nan,
         'jumps': jumps,
         'jumps_said': sum(result['jumps_said'] for result in results) / jumps if jumps else math.nan,
+        'jumps_in_log': sum(result['jumps_in_log'] for result in results) / jumps if jumps else math.nan,
         'good_rejected': sum(result['good_rejected'] for result in results) / good if good else math.nan,
     }
     return lines_of(figures), figures

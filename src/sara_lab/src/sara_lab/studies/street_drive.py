@@ -76,10 +76,9 @@ class StreetDrive(NamedTuple):
 
     @property
     def jumps(self) -> list[tuple[float, float]]:
-        """(begin, end) of each time that multipath throws two fixes or more, s: a single one is counted, not told."""
+        """(begin, end) of each time that multipath throws the fixes, s."""
         fixes = self.fixes[self.fixes[:, 1] >= 0]
-        runs = _runs(fixes[:, 0], fixes[:, 6] > 0)
-        return [(begin, end) for begin, end in runs if np.sum((fixes[:, 0] >= begin) & (fixes[:, 0] < end)) > 1]
+        return _runs(fixes[:, 0], fixes[:, 6] > 0)
 
     def pose(self, time: float) -> tuple[float, float, float]:
         """The true (x, y, yaw) at a time (s)."""

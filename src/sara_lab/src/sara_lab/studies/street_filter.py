@@ -30,8 +30,8 @@ from sara_sim.world import luck
 CONFIG = 'outdoors.yaml'
 MAP, NAVSAT = 'ekf_se_map', 'navsat_transform_node'
 PLANE = [X, Y, YAW]
-FREQUENCY, KEPT = 25.0, 5
-"""Hz of the filter's cycles; each how many of them is judged."""
+FREQUENCY, KEPT, REPORTED = 25.0, 5, 25
+"""Hz of the filter's cycles; each how many of them is judged; and after how many of them /diagnostics comes."""
 PLACED_SIGMA, FACED_SIGMA = 0.3, math.radians(2.0)
 """m, along x and y, and rad by which somebody misjudges where the chair starts; so the parameters say."""
 
@@ -46,12 +46,14 @@ class Estimate(NamedTuple):
 
 class Replay(NamedTuple):
     """`estimates`, five a second; `fates`: (n, 2) of each fix that came to the filter, its t (s) and whether it was
-    used; `said`: (t, sentence) of the filter.
+    used; `said`: (t, sentence) of the filter's log; `reports`: (t, line) of what /diagnostics says of odom1, the
+    receiver's places, one a second.
     """
 
     estimates: list[Estimate]
     fates: np.ndarray
     said: list[tuple[float, str]]
+    reports: list[tuple[float, str]]
 
 
 class StreetFilter:
@@ -146,7 +148,7 @@ def replay(drive: StreetDrive, seed: int, changed: Mapping[str, Any] | None = No
     street = StreetFilter((x0 + x - HOME.x, y0 + y - HOME.y, yaw0 + yaw - HOME.yaw), changed)
     events = [(row[0], give, row) for give, rows in _inputs(street, drive) for row in rows]
     events.sort(key=lambda event: event[0])
-    estimates, at, end = [], 0, drive.truth[-1, 0]
+    estimates, reports, at, end = [], [], 0, drive.truth[-1, 0]
     ticks = math.floor((end - drive.truth[0, 0]) / street.period)
     for k in range(1, ticks):
         now = drive.truth[0, 0] + k * street.period
@@ -154,12 +156,14 @@ def replay(drive: StreetDrive, seed: int, changed: Mapping[str, Any] | None = No
             events[at][1](events[at][2])
             at += 1
         output = street.tick(now)
+        if k % REPORTED == 0:
+            reports.append((now, street.engine.inputs['odom1'].line(now)))
         if output is not None and k % KEPT == 0:
             true = drive.pose(now)
             error = output.state[PLANE] - true
             error[2] = wrap_exact(error[2])
             estimates.append(Estimate(now, error, output.covariance[np.ix_(PLANE, PLANE)].copy()))
-    return Replay(estimates, np.array(street.fates), street.said)
+    return Replay(estimates, np.array(street.fates), street.said, reports)
 
 
 def _inputs(street, drive):
