@@ -118,6 +118,8 @@ class Explored(NamedTuple):
 class Exploration:
     """Exploration `number` on a map: the seed of chair and start. params: of explore, laid over its own."""
 
+    scan = True
+
     def __init__(self, name: str, number: int, params: dict | None = None) -> None:
         start = roomy_pose(grid_of(name), World.from_yaml(map_file(name)), random_of(name, 'map', number))
         nothing = GridMap(np.full((1, 1), UNKNOWN, np.int8), GridGeometry(1, 1, 0.05, start[0], start[1]))
@@ -126,27 +128,56 @@ class Exploration:
             start,
             number,
             localization='fake',
-            navigation=parameters('sara_bringup', 'mapping_nav.yaml'),
-            scan=True,
+            navigation=self._navigation(),
+            scan=self.scan,
             known=nothing,
         )
-        self.slam = slam_of()
-        reckoned = Filter(start, 'ekf', 'default', lockstep.reader.config.variances)
-        self.known = lockstep.localization = Mapping(reckoned, self.slam)
+        self.known = lockstep.localization = self._mapping(
+            Filter(start, 'ekf', 'default', lockstep.reader.config.variances)
+        )
+        self.slam = self.known.slam
         self.start, self.said = start, []
-        machine = lockstep.move_base
+        machine, config = lockstep.move_base, ExploreConfig.from_params(params or {})
         self.explorer = Explorer(
-            ExploreConfig.from_params(params or {}),
+            config,
             machine.global_planner,
             machine.global_costmap.footprint,
             self.said.append,
+            self._chooser(config),
         )
         self.grid = nothing
         self.poses, self.stamps, self.ranges, self.frames = [], [], [], []
         self._drawn, self._drawn_at, self._asked_at = 0, -math.inf, -math.inf
 
+    def _navigation(self):
+        return parameters('sara_bringup', 'mapping_nav.yaml')
+
+    def _mapping(self, reckoned):
+        return Mapping(reckoned, slam_of())
+
+    def _chooser(self, _config):
+        return None
+
     def run(self, every: float = math.inf, say: Callable[[str], None] | None = None) -> Explored:
         """Explore to the end. every: s between two Frames; say: called with each sentence."""
+        seconds = self.drive(every, say)
+        lockstep = self.lockstep
+        self.slam.finish()
+        self.grid = self.slam.map()
+        if every < math.inf:
+            self.frames.append(self._frame(seconds))
+        chair = lockstep.chair
+        way = path_length(np.array(self.poses)[:, 4:6])
+        drive = Drive(np.array(self.poses), np.array(self.stamps), np.array(self.ranges), way, 0, chair.contacts)
+        return Explored(drive, self.slam, self.said, self.explorer.state, seconds, self.off_home, self.frames)
+
+    @property
+    def off_home(self) -> float:
+        """m from where it began that the chair is."""
+        return math.dist(self.lockstep.chair.pose[:2], self.start[:2])
+
+    def drive(self, every: float = math.inf, say: Callable[[str], None] | None = None) -> float:
+        """As `run`; s that it took."""
         lockstep, told = self.lockstep, 0
         while not lockstep.wheels.ready or lockstep.localization.map_from_odom is None or not self._drawn:
             self._step()
@@ -160,27 +191,22 @@ class Exploration:
             for sentence in self.said[told:] if say else ():
                 say(f'{lockstep.time - began:6.1f} s  {sentence}')
             told = len(self.said)
-        self.slam.finish()
-        self.grid = self.slam.map()
-        if every < math.inf:
-            self.frames.append(self._frame(lockstep.time - began))
-        chair = lockstep.chair
-        way = path_length(np.array(self.poses)[:, 4:6])
-        drive = Drive(np.array(self.poses), np.array(self.stamps), np.array(self.ranges), way, 0, chair.contacts)
-        off = math.dist(chair.pose[:2], self.start[:2])
-        return Explored(drive, self.slam, self.said, self.explorer.state, lockstep.time - began, off, self.frames)
+        return lockstep.time - began
 
     def _step(self):
         lockstep, known = self.lockstep, self.known
         lockstep.step()
         chair = lockstep.chair
-        if chair.scanner.scan is not None:
+        if self.scan and chair.scanner.scan is not None:
             known.on_scan(chair.scanner.scan)
             self.stamps.append(chair.scanner.scan.stamp)
             self.ranges.append(chair.scanner.scan.ranges.astype(np.float32))
         if known.pose is not None and (not self.poses or known.stamp > self.poses[-1][0]):
             self.poses.append((known.stamp, *known.pose, *chair.pose))
-        interval = self.slam.config.map_update_interval
+        self._draw()
+
+    def _draw(self):
+        lockstep, interval = self.lockstep, self.slam.config.map_update_interval
         if self.slam.counts['used'] > self._drawn and lockstep.time - self._drawn_at >= interval:
             self._drawn, self._drawn_at = self.slam.counts['used'], lockstep.time
             self._take(self.slam.map())

@@ -140,6 +140,20 @@ class ParameterReader:
             return default
         return value
 
+    def topics(self, name: str, least: int = 0) -> tuple[str, ...]:
+        """Names of topics, each once; `least`: how many there must be, 0 or 1."""
+        value = self.take(name, [])
+        if (
+            not isinstance(value, (list, tuple))
+            or len(value) < least
+            or not all(isinstance(topic, str) and topic for topic in value)
+            or len(set(value)) < len(value)
+        ):
+            wanted = 'one topic or more' if least else 'topics'
+            self.faults.append(f'{name} is {value!r}, allowed is a list of {wanted}, each once')
+            return ()
+        return tuple(value)
+
     def numbers(self, name: str, size: int, default: Sequence[float], low: float | None = None) -> Sequence[float]:
         """A tuple of `size` finite numbers."""
         value = self.take(name)

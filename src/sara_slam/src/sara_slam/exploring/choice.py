@@ -1,5 +1,6 @@
 """Which frontier is driven to next: the one that costs least, as explore_lite has it, by plans of the robot's own
-planner.
+planner. One that stays a frontier though the robot has looked at it from near, and one that it could not get to, are
+tried once more when no other is left, from elsewhere.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.planners.planning import PlanError, path_length
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.frontiers import Frontier
+from sara_slam.exploring.frontiers import Frontier, share_near
 from sara_slam.exploring.viewpoints import Surroundings
 
 COMPARED = 3
 """Frontiers that there are plans to, among which the cheapest is chosen."""
+SAME = 0.5
+"""Share of the cells of two frontiers that lie together if they are the same one on maps of two times."""
 TRIES = 3
 """Viewpoints of one frontier that are planned to."""
 
@@ -35,6 +38,83 @@ class Choice(NamedTuple):
     frontier: Frontier
     pose: Pose2D
     cost: float
+
+
+class Chooser(Protocol):
+    """Knows the newest map, and chooses where to on it."""
+
+    def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
+        """The newest map, and its frontiers."""
+
+    def at(self, pose: Pose2D) -> None:
+        """The robot is at a pose."""
+
+    def choose(self, planner: Planner, footprint: np.ndarray, start: Pose2D, under_way: bool) -> Choice | None:
+        """Where to from a pose `start`, None where nothing is left that a plan leads to. under_way: the robot drives to
+        an earlier choice, so that only a good one will do.
+        """
+
+    def stays(self, choice: Choice) -> bool:
+        """Whether what was chosen is still to be driven to."""
+
+    def tried(self, choice: Choice, reached: bool) -> None:
+        """The robot has looked from there, or could not get there."""
+
+    def given_up(self, frontier: Frontier) -> bool:
+        """Whether a frontier is not driven to any more."""
+
+    def forget(self) -> None:
+        """Try again what was tried."""
+
+
+class ByFrontiers:
+    """The Chooser for a robot with a laser scanner."""
+
+    def __init__(self, config: ExploreConfig) -> None:
+        self._config = config
+        self._costmap: Costmap | None = None
+        self._found: Sequence[Frontier] = ()
+        self._strikes: list[tuple[Frontier, int]] = []
+        self._looked_from: list[Pose2D] = []
+
+    def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
+        """See Chooser."""
+        self._costmap, self._found = costmap, found
+
+    def at(self, pose: Pose2D) -> None:
+        """Nothing comes of it: what the robot sees is on the map."""
+
+    def choose(self, planner: Planner, footprint: np.ndarray, start: Pose2D, under_way: bool) -> Choice | None:
+        """See Chooser."""
+        around = Surroundings(self._costmap, start, footprint)
+        for strikes in (0,) if under_way else (0, 1):
+            due = [frontier for frontier in self._found if self._strikes_of(frontier) <= strikes]
+            choice = choose(self._config, planner, around, start, due, self._looked_from)
+            if choice is not None:
+                return choice
+        return None
+
+    def stays(self, choice: Choice) -> bool:
+        """See Chooser."""
+        return share_near(choice.frontier, self._found) >= SAME
+
+    def tried(self, choice: Choice, reached: bool) -> None:
+        """See Chooser."""
+        if reached:
+            self._looked_from.append(choice.pose)
+        self._strikes.append((choice.frontier, self._strikes_of(choice.frontier) + 1))
+
+    def given_up(self, frontier: Frontier) -> bool:
+        """See Chooser."""
+        return self._strikes_of(frontier) > 1
+
+    def forget(self) -> None:
+        """See Chooser."""
+        self._strikes.clear()
+        self._looked_from.clear()
+
+    def _strikes_of(self, frontier):
+        return max((count for other, count in self._strikes if share_near(frontier, [other]) >= SAME), default=0)
 
 
 def cost(config: ExploreConfig, way: float, turn: float, size: float) -> float:

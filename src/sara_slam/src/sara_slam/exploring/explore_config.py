@@ -9,8 +9,8 @@ from sara_localization.config.parameters import ParameterReader
 
 _FRAMES = ('robot_base_frame',)
 _WORDS = ('costmap_topic', 'costmap_updates_topic', 'move_base')
-_ABOVE_0 = ('planner_frequency', 'progress_timeout', 'min_frontier_size', 'transform_tolerance')
-_FROM_0 = ('potential_scale', 'gain_scale', 'orientation_scale')
+_ABOVE_0 = ('planner_frequency', 'progress_timeout', 'min_frontier_size', 'transform_tolerance', 'range_reach')
+_FROM_0 = ('potential_scale', 'gain_scale', 'orientation_scale', 'time_limit')
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,9 @@ class ExploreConfig:
     gain_scale: float = 0.3
     orientation_scale: float = 0.5
     transform_tolerance: float = 1.0
+    time_limit: float = 0.0
+    range_topics: tuple[str, ...] = ()
+    range_reach: float = 1.5
     return_to_init: bool = True
     visualize: bool = True
     warnings: tuple = ()
@@ -44,8 +47,9 @@ class ExploreConfig:
     def from_params(cls, params: dict[str, object]) -> ExploreConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
-        values = reader.by_defaults(cls, _FRAMES, apart=(*_WORDS, 'warnings'))
+        values = reader.by_defaults(cls, _FRAMES, apart=(*_WORDS, 'range_topics', 'warnings'))
         values.update({name: reader.take(name, getattr(cls, name)) for name in _WORDS})
+        values['range_topics'] = reader.topics('range_topics')
         warnings = tuple(f'{name} is no parameter of explore: ignored.' for name in sorted(reader.left))
         config = cls(warnings=warnings, **values)
         faults = reader.faults + config.faults()

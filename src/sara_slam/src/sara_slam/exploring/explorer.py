@@ -1,9 +1,8 @@
 """Drives a robot to the frontiers of a map, one after the other, until none is left, and back to where it began.
 
-No ROS: maps, poses and how goals end come in, orders go out. A frontier that is no more is left for the next one
-without a stop. One that stays a frontier though the robot has looked at it from near, and one that it could not get to,
-are tried once more when no other is left, from elsewhere. Without a map or a pose nothing is driven to. Whoever else
-gives the robot a goal, or stops it, takes over: exploring then pauses until it is resumed.
+No ROS: maps, poses and how goals end come in, orders go out. A Chooser chooses the frontier and from where it is looked
+at. A frontier that is no more is left for the next one without a stop. Without a map or a pose nothing is driven to.
+Whoever else gives the robot a goal, or stops it, takes over: exploring then pauses until it is resumed.
 """
 
 from __future__ import annotations
@@ -19,10 +18,9 @@ from sara_control.gate import reasons
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK
 from sara_nav.grids.grid import INSCRIBED
-from sara_slam.exploring.choice import Planner, choose
+from sara_slam.exploring.choice import ByFrontiers, Choice, Chooser, Planner
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.frontiers import Frontier, frontiers, share_near
-from sara_slam.exploring.viewpoints import Surroundings
+from sara_slam.exploring.frontiers import Frontier, frontiers
 
 ABORTED = 'Goal aborted: '
 OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK)) + (
@@ -30,8 +28,6 @@ OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_
     f'{ABORTED}{reasons.sentence(reasons.State.BLOCKED, reasons.Reason.CROWD)}',
 )
 """How move_base's words begin where a goal cannot be reached; by any other, something is wrong with the robot."""
-SAME = 0.5
-"""Share of the cells of two frontiers that lie together if they are the same one on maps of two times."""
 NEWS_S = 10.0
 """s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet."""
 RETRY_S, IN_VAIN = 5.0, 3
@@ -62,33 +58,32 @@ class Stop(NamedTuple):
     """The order to give up the goal under way."""
 
 
-class Visit(NamedTuple):
-    """A frontier that is driven to, and the pose from where it is looked at."""
-
-    frontier: Frontier
-    pose: Pose2D
-
-
 class Explorer:
-    """`planner`: a global planner of sara_nav; `footprint`: (k, 2) m, of the robot; `say`: called with each sentence.
+    """`planner`: a global planner of sara_nav; `footprint`: (k, 2) m, of the robot; `say`: called with each sentence;
+    `chooser`: ByFrontiers where none is given.
 
-    `state`; `found`: the frontiers on the newest map; `visit`: the Visit under way or None; `way`: m driven.
+    `state`; `found`: the frontiers on the newest map; `visit`: the Choice under way or None; `way`: m driven.
     """
 
     def __init__(
-        self, config: ExploreConfig, planner: Planner, footprint: np.ndarray, say: Callable[[str], None] = print
+        self,
+        config: ExploreConfig,
+        planner: Planner,
+        footprint: np.ndarray,
+        say: Callable[[str], None] = print,
+        chooser: Chooser | None = None,
     ) -> None:
         self.config, self.say = config, say
+        self._chooser = chooser or ByFrontiers(config)
         self._planner, self._footprint = planner, footprint
         if hasattr(planner, 'set_footprint'):
             planner.set_footprint(footprint)
-        self.state, self.found, self.visit, self.way = State.EXPLORING, [], None, 0.0
+        self.state, self.found, self.way = State.EXPLORING, [], 0.0
+        self.visit: Choice | None = None
         self._costmap: Costmap | None = None
         self._home = self._pose = None
         self._began = self._wait_until = self._nothing_since = None
         self._progress = None  # (s, pose) of the newest
-        self._strikes: list[tuple[Frontier, int]] = []
-        self._looked_from: list[Pose2D] = []
         self._in_vain, self._waits_for = 0, ''
 
     # -- what comes in -------------------------------------------------------------------------------------------
@@ -96,12 +91,12 @@ class Explorer:
     def on_costmap(self, costmap: Costmap) -> None:
         """The newest map."""
         self._costmap, self.found = costmap, frontiers(costmap, self.config.min_frontier_size)
+        self._chooser.on_costmap(costmap, self.found)
 
     def resume(self) -> None:
         """Go on, or begin anew: what could not be reached before is tried again."""
         if self.state in (State.PAUSED, State.DONE):
-            self._strikes.clear()
-            self._looked_from.clear()
+            self._chooser.forget()
             self._in_vain, self._nothing_since, self._wait_until = 0, None, None
             self.state = State.EXPLORING
             self.say('Exploring goes on.')
@@ -123,10 +118,9 @@ class Explorer:
         elif self.state is State.EXPLORING and visit is not None:
             if reached:
                 self._in_vain = 0
-                self._looked_from.append(visit.pose)
-                self._strike(visit.frontier)
+                self._chooser.tried(visit, True)
             elif text.startswith(OF_THE_GOAL):
-                self._strike(visit.frontier)
+                self._chooser.tried(visit, False)
                 self.say(f'A frontier at {_place(visit.frontier)} is left: {text}')
             elif text.removeprefix(ABORTED) in reasons.STOPS:
                 self.pause(text)
@@ -155,6 +149,8 @@ class Explorer:
         self._wait_until = None
         if self.state is State.RETURNING:
             return None
+        if 0.0 < self.config.time_limit <= now - self._began:
+            return self._time_is_up(now, pose)
         return self._on_the_way(now, pose) if self.visit is not None else self._next(now, pose)
 
     # -- what comes of it ----------------------------------------------------------------------------------------
@@ -181,6 +177,7 @@ class Explorer:
     def _note(self, now, pose):
         self.way += 0.0 if self._pose is None else pose.distance(self._pose)
         self._pose = pose
+        self._chooser.at(pose)
         if self._progress is not None and now < self._progress[0]:  # the clock went back
             self._progress, self._wait_until, self._nothing_since = (now, pose), None, None
 
@@ -190,12 +187,11 @@ class Explorer:
         if pose.distance(there) >= MOVED or abs(wrap(pose.yaw - there.yaw)) >= TURNED:
             self._progress = now, pose
         elif now - since > self.config.progress_timeout:
-            frontier = self.visit.frontier
-            self.say(f'A frontier at {_place(frontier)} is left: no progress for {now - since:.0f} s.')
-            self._strike(frontier)
+            self.say(f'A frontier at {_place(self.visit.frontier)} is left: no progress for {now - since:.0f} s.')
+            self._chooser.tried(self.visit, False)
             self.visit = None
             return self._next(now, pose) or Stop()
-        if share_near(self.visit.frontier, self.found) >= SAME:
+        if self._chooser.stays(self.visit):
             return None
         before = self.visit
         order = self._next(now, pose)
@@ -205,15 +201,12 @@ class Explorer:
 
     def _next(self, now, pose):
         """Choose a frontier and drive there; without any, wait for news, and then go home."""
-        around = Surroundings(self._costmap, pose, self._footprint)
-        for strikes in (0, 1):
-            due = [frontier for frontier in self.found if self._strikes_of(frontier) <= strikes]
-            choice = choose(self.config, self._planner, around, pose, due, self._looked_from)
-            if choice is not None:
-                self._nothing_since = None
-                return self._drive(now, pose, Visit(choice.frontier, choice.pose))
-            if self.visit is not None:
-                return None
+        choice = self._chooser.choose(self._planner, self._footprint, pose, self.visit is not None)
+        if choice is not None:
+            self._nothing_since = None
+            return self._drive(now, pose, choice)
+        if self.visit is not None:
+            return None
         self._nothing_since = now if self._nothing_since is None else self._nothing_since
         if now - self._nothing_since < NEWS_S:
             return None
@@ -225,6 +218,11 @@ class Explorer:
             f'To a frontier of {visit.frontier.size:.1f} m at {_place(visit.frontier)}; {len(self.found)} on the map.'
         )
         return Drive(visit.pose)
+
+    def _time_is_up(self, now, pose):
+        under_way, self.visit = self.visit is not None, None
+        self.say(f'The time_limit of {self.config.time_limit:.0f} s is over.')
+        return self._finish(now, pose) or (Stop() if under_way else None)
 
     def _finish(self, now, pose):
         """All is explored."""
@@ -254,15 +252,9 @@ class Explorer:
         else:
             self.say(f'The goal ended: {text} It is tried again in {RETRY_S:.0f} s.')
 
-    def _strike(self, frontier):
-        self._strikes.append((frontier, self._strikes_of(frontier) + 1))
-
-    def _strikes_of(self, frontier):
-        return max((count for other, count in self._strikes if share_near(frontier, [other]) >= SAME), default=0)
-
     def given_up(self, frontier: Frontier) -> bool:
         """Whether a frontier is not driven to any more."""
-        return self._strikes_of(frontier) > 1
+        return self._chooser.given_up(frontier)
 
 
 def _place(frontier):

@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import radii
-from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
+from sara_nav.grids.grid import FREE, INSCRIBED, LETHAL, UNKNOWN
 from sara_nav.lattice.field import Field
 from sara_nav.planners.potential import HIGH
 from sara_slam.exploring.frontiers import Frontier, cells_of
@@ -50,6 +51,7 @@ class Surroundings:
         corners = np.stack((wave[:-1, :-1], wave[:-1, 1:], wave[1:, :-1], wave[1:, 1:]))
         self._ways = np.where(corners.min(0) < HIGH, corners.min(0), np.inf)
         self._world = LocalWorld(costmap, footprint, True)
+        self._known = costmap, pose, footprint, circumscribed
 
     def way_to(self, x: float, y: float) -> float:
         """Length (m) of the shortest way of the circle within the footprint to a point (m); inf where there is none."""
@@ -69,6 +71,26 @@ class Surroundings:
                 if len(found) == most:
                     return found
         return found
+
+    def stands(self, every: int, headings: int, room: float) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) poses that the robot reaches and where the footprint has room (m) about it, `every` cells apart and in
+        so many headings; (n,) m, the ways there.
+        """
+        costmap, pose, footprint, circumscribed = self._known
+        g = costmap.geometry
+        costs = _known_about(costmap, pose, circumscribed + room + 2.0 * g.resolution).costs
+        rows, columns = (c.ravel() for c in np.mgrid[every // 2 : g.height : every, every // 2 : g.width : every])
+        reached = np.isfinite(self._ways[rows, columns])
+        rows, columns = rows[reached], columns[reached]
+        x, y = g.to_world(columns, rows)
+        yaws = np.arange(headings) * (2.0 * math.pi / headings)
+        poses = np.column_stack((np.tile(x, headings), np.tile(y, headings), np.repeat(yaws, len(x))))
+        poses = np.concatenate((poses, [(pose.x, pose.y, yaw) for yaw in yaws]))
+        ways = np.concatenate((np.tile(self._ways[rows, columns], headings), np.zeros(headings)))
+        near = ndimage.distance_transform_edt(costs < INSCRIBED) * g.resolution < room
+        blocked = Costmap(np.where(near, LETHAL, FREE).astype(np.uint8), g)
+        fits = LocalWorld(blocked, footprint, True).touched(poses) == 0
+        return poses[fits], ways[fits]
 
     def _candidates(self, middle):
         """(n, 4) x, y, yaw, way of reached places from which the middle (m) is in sight, the best first."""

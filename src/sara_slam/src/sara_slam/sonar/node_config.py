@@ -50,17 +50,9 @@ class SonarNodeConfig(MapOutput):
         reader = ParameterReader(params)
         values = cls.read(reader)
         model = SonarConfig(**reader.by_defaults(SonarConfig))
-        topics = reader.take('range_topics', [])
-        if (
-            not isinstance(topics, (list, tuple))
-            or not topics
-            or not all(isinstance(topic, str) and topic for topic in topics)
-            or len(set(topics)) < len(topics)
-        ):
-            reader.faults.append(f'range_topics is {topics!r}, allowed is a list of one topic or more, each once')
-            topics = ()
+        topics = reader.topics('range_topics', 1)
         warnings = tuple(f'{name} is no parameter of slam_sonar: ignored.' for name in sorted(reader.left))
-        config = cls(range_topics=tuple(topics), model=model, warnings=warnings, **values)
+        config = cls(range_topics=topics, model=model, warnings=warnings, **values)
         faults = reader.faults + config.faults()
         if faults:
             raise ConfigError(faults, warnings)

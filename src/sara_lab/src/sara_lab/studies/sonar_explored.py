@@ -1,0 +1,114 @@
+"""The simulated chair explores a map with its nine ultrasonic sensors alone, in lockstep: slam_sonar draws the map as
+the chair drives, `explore` chooses where to by what the sensors would hear, move_base drives there by that map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from canserial.reader.readings import FIELD_OF_VIEW, RangeReading
+from sara_bringup.lockstep.localization import Estimate
+from sara_bringup.lockstep.ranges import mountings
+from sara_common.paths import merged
+from sara_common.planar import compose
+from sara_common.platforms import chosen, parameters
+from sara_lab.journeys.travel_cases import grid_of
+from sara_lab.judge.passed_walls import judged
+from sara_lab.studies.explored import Exploration
+from sara_lab.studies.sonar_trial import Made, true_poses
+from sara_lab.studies.wandering import Ear, Recording
+from sara_nav.planners.planning import path_length
+from sara_slam.exploring.explorer import State
+from sara_slam.exploring.survey import Survey
+from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.sonar_slam import SonarSlam
+
+LIMIT_S = 1200.0
+"""s that an exploration may take."""
+INTERVAL_S, REST = 5.0, 0.03
+"""Between two maps: s, and s for each s since it began, as the node rests that draws a sixth of its time."""
+
+
+class SonarMapping(Estimate):
+    """Localization by the map that is being made, as mapping.launch scan:=false has it. `ear`: tells the odometry;
+    `slam`: the map builder.
+    """
+
+    def __init__(self, ear: Ear, slam: SonarSlam) -> None:
+        super().__init__()
+        self.ear, self.slam = ear, slam
+        self.on_imu, self.on_odometry = ear.on_imu, ear.on_odometry
+        self._mounts = mountings(chosen())
+
+    def on_range(self, reading: RangeReading) -> None:
+        """A canserial RangeReading."""
+        self.ear.on_range(reading)
+        self.slam.on_range(reading.stamp, reading.name, self._mounts[reading.name], reading.range)
+
+    def step(self, now: float) -> bool:
+        """See Filter."""
+        known = self.ear
+        if not known.step(now):
+            return False
+        self.slam.on_pose(known.stamp, known.pose)
+        offset = self.slam.map_from_odom
+        self.pose, self.velocity, self.stamp = compose(offset, known.pose), known.velocity, known.stamp
+        self.map_from_odom = known.map_from_odom and compose(offset, known.map_from_odom)
+        return True
+
+
+class SonarExplored(NamedTuple):
+    """What came of an exploration: what was heard, the map, all sentences, the state that it ended in, s that it took,
+    m that it ended off from where it began, and how often the body touched something.
+    """
+
+    drive: Recording
+    made: Made
+    said: list[str]
+    state: State
+    seconds: float
+    off_home: float
+    contacts: int
+
+
+class SonarExploration(Exploration):
+    """See Exploration."""
+
+    scan = False
+
+    def _navigation(self):
+        return merged(super()._navigation(), parameters('sara_bringup', 'sonar_mapping_nav.yaml'))
+
+    def _mapping(self, reckoned):
+        return SonarMapping(Ear(reckoned, self.lockstep.chair), SonarSlam(SonarConfig.of()))
+
+    def _chooser(self, config):
+        survey = Survey(config.range_reach)
+        for name, mount in mountings(chosen()).items():
+            if name != 'scan':
+                survey.add_sensor(mount, FIELD_OF_VIEW)
+        return survey
+
+    def _draw(self):
+        now, heard = self.lockstep.time, len(self.slam.kept)
+        if heard > self._drawn and now - self._drawn_at >= max(INTERVAL_S, REST * now):
+            self._drawn, self._drawn_at = heard, now
+            snapshot = self.slam.snapshot()
+            solved = snapshot.solved()
+            self._take(snapshot.map(solved))
+            self.slam.settle(solved)
+
+    def result(self, name: str, say: Callable[[str], None] | None = None) -> SonarExplored:
+        """Explore to the end."""
+        seconds = self.drive(say=say)
+        ear, slam, chair = self.known.ear, self.slam, self.lockstep.chair
+        poses = np.array(ear.poses)
+        drive = Recording(poses, np.array(ear.ranges), tuple(ear.sensors), path_length(poses[:, 5:7]))
+        solved = slam.solved()
+        grid, true = slam.map(solved), true_poses(drive, np.array(slam.stamps))
+        places = solved.poses[:, :2]
+        made = Made(grid, places, judged(grid, places, grid_of(name), true))
+        return SonarExplored(drive, made, self.said, self.explorer.state, seconds, self.off_home, chair.contacts)

@@ -1,0 +1,98 @@
+"""What range sensors with wide cones hear, on a grid of what is free, occupied and not known; compiled by numba.
+
+A wall answers from where the sensor's ray meets it squarely, and the nearest of what is in the cone is heard. A ray
+that ends at the unknown may meet a wall there, which answers if it lies as the border does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ahead_of_time import kernel
+from sara_nav.grids.grid import Grid
+
+RAYS = 9
+"""In a span."""
+SQUARELY = math.cos(0.4)
+"""Cosine of the angle between a ray and the normal of a border up to which a wall there would answer from there."""
+STEEPEST = math.cos(math.radians(60.0))
+"""Between a cone's axis and the normal of a wall that still answers."""
+FREE_CELL, WALL_CELL, UNKNOWN_CELL = 0, 1, 2
+
+
+class Cells(NamedTuple):
+    """Of a map: uint8 (rows, columns) FREE_CELL and so on, and the unit normals of borders, float32 each, to the free
+    side.
+    """
+
+    kinds: np.ndarray
+    normal_x: np.ndarray
+    normal_y: np.ndarray
+    grid: Grid
+
+
+class Span(NamedTuple):
+    """m: what the sensors measure from and up to."""
+
+    nearest: float
+    farthest: float
+
+
+@kernel
+def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndarray, far: np.ndarray) -> None:
+    """Of sensors (n, 4), x, y, axis and half the cone (m, rad): puts into places int32 (n, RAYS) the flat index of the
+    last free cell before the unknown on each ray from which a wall would be heard, -1 for none, and into far float32
+    how far off it is, m.
+    """
+    rows, columns = cells.kinds.shape
+    g = cells.grid
+    step = 0.5
+    most = int(span.farthest / (g.resolution * step))
+    for n in range(len(sensors)):
+        x = (sensors[n, 0] - g.origin_x) / g.resolution
+        y = (sensors[n, 1] - g.origin_y) / g.resolution
+        axis, half = sensors[n, 2], sensors[n, 3]
+        ax, ay = math.cos(axis), math.sin(axis)
+        echo = span.farthest  # of the nearest wall that is known
+        for ray in range(RAYS):
+            angle = axis - half + 2.0 * half * ray / (RAYS - 1)
+            dx, dy = math.cos(angle), math.sin(angle)
+            places[n, ray] = -1
+            far[n, ray] = 0.0
+            last = -1
+            for k in range(most + 1):
+                column = int(math.floor(x + k * step * dx))
+                row = int(math.floor(y + k * step * dy))
+                if column < 0 or row < 0 or column >= columns or row >= rows:
+                    break
+                kind = cells.kinds[row, column]
+                if kind == FREE_CELL:
+                    last = row * columns + column
+                    continue
+                if last < 0:
+                    continue  # the sensor sits in what is not known yet
+                distance = k * step * g.resolution
+                if kind == WALL_CELL:
+                    facing = -(ax * cells.normal_x[row, column] + ay * cells.normal_y[row, column])
+                    if facing > STEEPEST and distance < echo:
+                        echo = distance
+                else:
+                    facing = -(dx * cells.normal_x[row, column] + dy * cells.normal_y[row, column])
+                    if facing > SQUARELY and distance >= span.nearest:
+                        places[n, ray] = last
+                        far[n, ray] = distance
+                break
+        for ray in range(RAYS):
+            if far[n, ray] > echo:
+                places[n, ray] = -1
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    flat = np.zeros((3, 3), np.float32)
+    cells = Cells(np.zeros((3, 3), np.uint8), flat, flat, Grid(0.0, 0.0, 1.0))
+    places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
+    borders_heard(cells, np.zeros((1, 4)), Span(0.2, 1.5), places, far)

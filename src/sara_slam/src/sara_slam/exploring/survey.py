@@ -1,0 +1,219 @@
+"""From where range sensors with wide cones would hear what is not known yet: the next place to drive to is that from
+which most is expected for the time that it takes.
+
+What is expected is the border of free space on the unknown, in m, that the sensors face squarely from there. Each time
+that they have faced a piece of it and the map still does not know it, half as much is expected of that piece.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label, maximum_filter
+
+from sara_common.planar import Pose2D, wrap
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
+from sara_nav.planners.planning import PlanError
+from sara_slam.exploring.choice import Choice, Planner
+from sara_slam.exploring.cones import FREE_CELL, RAYS, UNKNOWN_CELL, WALL_CELL, Cells, Span, borders_heard, warm
+from sara_slam.exploring.frontiers import Frontier, cells_of
+from sara_slam.exploring.viewpoints import Surroundings
+
+EVERY, HEADINGS = 4, 16
+"""Cells between places where the robot may stand, and its headings there."""
+ROOM = 0.10
+"""m about the body where it stands."""
+AGAIN = 0.5
+"""What is still expected of a piece that has been faced once more."""
+MOVED_M, MOVED_RAD = 0.05, 0.1
+"""Between two poses from which something is heard."""
+LEAST = 0.15
+"""m of border for which a place is driven to."""
+SPEED, TURN_RATE, STOP_S = 0.3, 0.4, 4.0
+"""m/s, rad/s, s by which ways, turns and stops are weighed."""
+GIVEN_UP = 0.1
+"""Share of a frontier's cells down to which something is expected of it."""
+LEFT = 0.2
+"""Share of what was expected from a place down to which it is driven to."""
+TRIES = 4
+"""Places that are planned to, the best first."""
+GAP = 0.3
+"""m: half as wide as gaps between what sensors have told to be free, which are taken for free."""
+PATCH = 0.2
+"""m: unknown patches smaller than a square of this are none."""
+NEAREST = 0.2
+"""m from which on sensors measure."""
+SMOOTH = 2.0
+"""Cells about a border by which its direction is told."""
+SAME_M, SAME_RAD = 0.3, 0.4
+"""Between poses that have been driven to and one that is."""
+
+
+class Survey:
+    """The Chooser for a robot with range sensors alone. reach: m up to which they count; add_sensor tells of each."""
+
+    def __init__(self, reach: float) -> None:
+        warm()
+        self._span = Span(NEAREST, float(reach))
+        self._sensors = np.empty((0, 4))
+        self._tried: list[Pose2D] = []
+        self._last: Pose2D | None = None
+        self._costmap: Costmap | None = None
+        self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
+        self._chosen = 0.0
+
+    def add_sensor(self, mount: Sequence[float], field_of_view: float) -> None:
+        """One that sits at a mount (x, y, yaw; m, rad) on the robot and has a cone as wide as field_of_view, rad."""
+        self._sensors = np.vstack((self._sensors, (*mount[:3], 0.5 * field_of_view)))
+
+    @property
+    def sensors(self) -> int:
+        """How many there are."""
+        return len(self._sensors)
+
+    def forget(self) -> None:
+        """Expect as much of everything as if nothing had been heard."""
+        self._faced[:] = 0
+        self._tried.clear()
+
+    def tried(self, choice: Choice, reached: bool) -> None:
+        """Nobody drives there once more."""
+        self._tried.append(choice.pose)
+
+    def given_up(self, frontier: Frontier) -> bool:
+        """Whether little is expected of a frontier any more."""
+        return self._sum(frontier) < GIVEN_UP * len(frontier.points)
+
+    def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
+        """The newest map; frontiers are sought on it anew, for gaps between what sensors tell are none."""
+        self.ground = costmap = _filled(costmap, GAP)
+        costs, g = costmap.costs, costmap.geometry
+        unknown = _large(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)
+        kinds = np.full(costs.shape, FREE_CELL, np.uint8)
+        kinds[(costs >= INSCRIBED) & (costs != UNKNOWN)] = WALL_CELL
+        kinds[unknown] = UNKNOWN_CELL
+        free = kinds == FREE_CELL
+        ny, nx = np.gradient(gaussian_filter(free.astype(np.float32), SMOOTH))
+        length = np.maximum(np.hypot(nx, ny), 1e-9)
+        self._cells = Cells(kinds, (nx / length).astype(np.float32), (ny / length).astype(np.float32), g.grid)
+        self._border = free & binary_dilation(unknown)
+        corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
+        faced = np.zeros(costs.shape, np.uint8)
+        _paste(self._faced, self._corner, faced, corner)
+        self._costmap, self._faced, self._corner = costmap, faced, corner
+
+    def at(self, pose: Pose2D) -> None:
+        """The robot is at a pose."""
+        last = self._last
+        if last is not None and pose.distance(last) < MOVED_M and abs(wrap(pose.yaw - last.yaw)) < MOVED_RAD:
+            return
+        self._last = pose
+        if self._costmap is None or not len(self._sensors):
+            return
+        places, _ = self._heard(np.array([[pose.x, pose.y, pose.yaw]]))
+        places = np.unique(places[places >= 0])
+        self._faced.ravel()[places] = np.minimum(self._faced.ravel()[places], 200) + 1
+
+    def expected(self) -> np.ndarray:
+        """float32 (rows, columns): what is expected of each cell, 0 to 1."""
+        faced = maximum_filter(self._faced, 3)
+        return np.where(self._border, np.float32(AGAIN) ** faced, 0.0).astype(np.float32)
+
+    def stays(self, choice: Choice) -> bool:
+        """Whether enough is expected still of what was expected of a place when it was chosen."""
+        return self._sum(choice.frontier) >= LEFT * self._chosen
+
+    def _sum(self, frontier):
+        """Cells of which something is expected, where those of a frontier are or beside them."""
+        columns, rows = cells_of(frontier.points, self._costmap.geometry)
+        height, width = self._border.shape
+        inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+        near = maximum_filter(self.expected(), 3)
+        return float(near[rows[inside], columns[inside]].sum())
+
+    def choose(self, planner: Planner, footprint: np.ndarray, start: Pose2D, under_way: bool) -> Choice | None:
+        """From where most is expected for the time it takes to get there; None where nothing is left that a plan leads
+        to. Its cost is what is expected, less than 0, m per s.
+        """
+        around = Surroundings(self.ground, start, footprint)
+        stands, ways = around.stands(EVERY, HEADINGS, ROOM)
+        if not (len(stands) and len(self._sensors)):
+            return None
+        expected = self.expected()
+        places, far = self._heard(stands)
+        spread = self._sensors[:, 3:] * (2.0 / (RAYS - 1))
+        gain = (np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * far * spread).sum((1, 2))
+        rate = np.where(gain >= LEAST, gain / _seconds(stands, ways, start), 0.0)
+        for pose in self._tried:
+            off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
+            rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
+        for k in np.argsort(-rate, kind='stable')[:TRIES].tolist():
+            if not rate[k] > 0.0:
+                break
+            pose = Pose2D(*stands[k].tolist())
+            try:
+                planner.plan(around.costmap, start, pose)
+            except PlanError:
+                self._tried.append(pose)
+                continue
+            frontier = self._frontier(places[k], expected, float(gain[k]))
+            self._chosen = self._sum(frontier)
+            return Choice(frontier, pose, -float(rate[k]))
+        return None
+
+    def _frontier(self, places, expected, gain):
+        cells = np.unique(places[places >= 0])
+        cells = cells[expected.ravel()[cells] > 0.0]
+        rows, columns = np.unravel_index(cells, expected.shape)
+        points = np.column_stack(self._costmap.geometry.to_world(columns, rows))
+        middle = points[np.argmin(np.hypot(*(points - points.mean(0)).T))]
+        return Frontier(points, (float(middle[0]), float(middle[1])), gain)
+
+    def _heard(self, poses):
+        """Of poses (n, 3): see borders_heard, (n, m, RAYS) each."""
+        c, s = np.cos(poses[:, 2:3]), np.sin(poses[:, 2:3])
+        mx, my, axis, half = self._sensors.T
+        x, y = poses[:, 0:1] + c * mx - s * my, poses[:, 1:2] + s * mx + c * my
+        sensors = np.stack((x, y, poses[:, 2:3] + axis, 0.0 * x + half), -1).reshape(-1, 4)
+        places, far = np.empty((len(sensors), RAYS), np.int32), np.empty((len(sensors), RAYS), np.float32)
+        borders_heard(self._cells, sensors, self._span, places, far)
+        shape = len(poses), len(self._sensors), RAYS
+        return places.reshape(shape), far.reshape(shape)
+
+
+def _seconds(stands, ways, start):
+    """(n,) s from a pose to each of stands (n, 3), by ways (n,) m."""
+    bearing = np.arctan2(stands[:, 1] - start.y, stands[:, 0] - start.x)
+    about = np.abs(wrap(bearing - start.yaw)) + np.abs(wrap(stands[:, 2] - bearing))
+    turns = np.where(ways > 0.1, about, np.abs(wrap(stands[:, 2] - start.yaw)))
+    return ways / SPEED + turns / TURN_RATE + STOP_S
+
+
+def _filled(costmap, wide):
+    """The Costmap on which unknown cells in gaps up to twice as wide as `wide` (m) between free ones are free."""
+    costs, g = costmap.costs, costmap.geometry
+    pad = math.ceil(wide / g.resolution) + 1
+    free = np.pad(costs < INSCRIBED, pad)
+    near = distance_transform_edt(~free) * g.resolution <= wide
+    closed = (distance_transform_edt(near) * g.resolution > wide)[pad:-pad, pad:-pad]
+    return Costmap(np.where(closed & (costs == UNKNOWN), FREE, costs).astype(np.uint8), g)
+
+
+def _large(cells, least):
+    """Those of bool cells whose patch has as many as `least`."""
+    labels, _ = label(cells)
+    large = np.bincount(labels.ravel()) >= least
+    large[0] = False
+    return large[labels]
+
+
+def _paste(source, corner, target, other):
+    """Copy of an array at a corner (column, row) what lies in the target, whose corner is another one."""
+    dx, dy = corner[0] - other[0], corner[1] - other[1]
+    x0, y0 = max(dx, 0), max(dy, 0)
+    x1, y1 = min(dx + source.shape[1], target.shape[1]), min(dy + source.shape[0], target.shape[0])
+    if x1 > x0 and y1 > y0:
+        target[y0:y1, x0:x1] = source[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
