@@ -67,4 +67,5 @@ def _topics(platform):
         yield f'move_base/{name}/ultrasonic/topics', nav.get(name, {}).get('ultrasonic', {}).get('topics', [])
     yield 'range_localization/range_topics', platform.parameters('range_localization').get('range_topics', [])
     yield 'slam_sonar/range_topics', platform.parameters('slam_sonar').get('range_topics', [])
+    yield 'explore/range_topics', platform.parameters('explore').get('range_topics', [])
     yield 'hmi/robot/range_topics', platform.parameters('hmi').get('robot', {}).get('range_topics', [])

@@ -23,6 +23,7 @@ from sara_lab.campaign.pairs import fault_pairs
 from sara_lab.campaign.part import Part
 from sara_lab.campaign.scanned import scan
 from sara_lab.campaign.skills import skills
+from sara_lab.campaign.sonar_exploring import sonar_explore
 from sara_lab.campaign.sonar_mapping import sonar_mapping
 from sara_lab.campaign.squares import squares
 from sara_lab.campaign.street import street
@@ -57,6 +58,7 @@ PARTS = {
     'made_maps': made_maps,
     'explore': explore,
     'sonar_mapping': sonar_mapping,
+    'sonar_explore': sonar_explore,
     'sonar_made_maps': sonar_made_maps,
     'assisted': assisted,
     'assisted_doors': assisted_doors,

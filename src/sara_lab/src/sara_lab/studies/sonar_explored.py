@@ -26,8 +26,8 @@ from sara_slam.exploring.survey import Survey
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 
-LIMIT_S = 1200.0
-"""s that an exploration may take."""
+LIMIT_S, HOME_S = 1200.0, 100.0
+"""s that an exploration may take, and those of them that are left for the way home."""
 INTERVAL_S, REST = 5.0, 0.03
 """Between two maps: s, and s for each s since it began, as the node rests that draws a sixth of its time."""
 
@@ -101,8 +101,8 @@ class SonarExploration(Exploration):
             self._take(snapshot.map(solved))
             self.slam.settle(solved)
 
-    def result(self, name: str, say: Callable[[str], None] | None = None) -> SonarExplored:
-        """Explore to the end."""
+    def explored(self, name: str, say: Callable[[str], None] | None = None) -> SonarExplored:
+        """Explore to the end. say: called with each sentence."""
         seconds = self.drive(say=say)
         ear, slam, chair = self.known.ear, self.slam, self.lockstep.chair
         poses = np.array(ear.poses)
@@ -112,3 +112,8 @@ class SonarExploration(Exploration):
         places = solved.poses[:, :2]
         made = Made(grid, places, judged(grid, places, grid_of(name), true))
         return SonarExplored(drive, made, self.said, self.explorer.state, seconds, self.off_home, chair.contacts)
+
+
+def explored(name: str, number: int, limit: float = LIMIT_S) -> SonarExplored:
+    """Exploration `number` on a map, s long at most: the seed of chair and start."""
+    return SonarExploration(name, number, {'time_limit': limit - HOME_S}).explored(name)

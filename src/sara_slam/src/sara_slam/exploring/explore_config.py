@@ -1,4 +1,4 @@
-"""The parameters of explore: names and units of explore_lite's node; config/explore.yaml explains them."""
+"""The parameters of explore: names and units of explore_lite's node, and more; config/explore.yaml explains them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from sara_localization.config.parameters import ParameterReader
 
 _FRAMES = ('robot_base_frame',)
 _WORDS = ('costmap_topic', 'costmap_updates_topic', 'move_base')
+SENSORS = ('scan', 'ranges')
 _ABOVE_0 = ('planner_frequency', 'progress_timeout', 'min_frontier_size', 'transform_tolerance', 'range_reach')
 _FROM_0 = ('potential_scale', 'gain_scale', 'orientation_scale', 'time_limit')
 
@@ -29,6 +30,7 @@ class ExploreConfig:
     orientation_scale: float = 0.5
     transform_tolerance: float = 1.0
     time_limit: float = 0.0
+    sensors: str = SENSORS[0]
     range_topics: tuple[str, ...] = ()
     range_reach: float = 1.5
     return_to_init: bool = True
@@ -47,9 +49,10 @@ class ExploreConfig:
     def from_params(cls, params: dict[str, object]) -> ExploreConfig:
         """From a dictionary of parameters; raises ConfigError with every fault that was found."""
         reader = ParameterReader(params)
-        values = reader.by_defaults(cls, _FRAMES, apart=(*_WORDS, 'range_topics', 'warnings'))
+        values = reader.by_defaults(cls, _FRAMES, apart=(*_WORDS, 'sensors', 'range_topics', 'warnings'))
         values.update({name: reader.take(name, getattr(cls, name)) for name in _WORDS})
-        values['range_topics'] = reader.topics('range_topics')
+        values['sensors'] = reader.choice('sensors', SENSORS)
+        values['range_topics'] = reader.topics('range_topics', int(values['sensors'] == 'ranges'))
         warnings = tuple(f'{name} is no parameter of explore: ignored.' for name in sorted(reader.left))
         config = cls(warnings=warnings, **values)
         faults = reader.faults + config.faults()

@@ -1,12 +1,14 @@
 """explore: drives the robot by move_base to the frontiers of a map until none is left, under the names of
 explore_lite's node.
 
-In: the map (OccupancyGrid) and its updates, /tf, ~resume (Bool), safety_gate/status. Out: goals to move_base,
+In: the map (OccupancyGrid) and its updates, /tf, ~resume (Bool), safety_gate/status, the first reading (Range) of each
+sensor of range_topics. Out: goals to move_base,
 ~frontiers (MarkerArray), ~status (String, latched), /diagnostics.
 """
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 from collections import deque
@@ -22,6 +24,7 @@ from map_msgs.msg import OccupancyGridUpdate
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
@@ -39,6 +42,7 @@ from sara_nav.ros.common import TransformListener
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Drive, Explorer, State
 from sara_slam.exploring.ground import ground_of, updated
+from sara_slam.exploring.survey import Survey
 from sara_slam.ros.markers import frontier_markers
 
 BY_OTHERS = (GoalStatus.PREEMPTED, GoalStatus.RECALLED, GoalStatus.LOST)
@@ -57,7 +61,8 @@ class ExploreNode:
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.said, self.bad_maps, self.gate = '', 0, ''
         footprint = settings.global_costmap.make(None).footprint
-        self.explorer = Explorer(config, settings.global_planner, footprint, self.say)
+        self.survey = Survey(config.range_reach) if config.sensors == 'ranges' else None
+        self.explorer = Explorer(config, settings.global_planner, footprint, self.say, self.survey)
         self.ground: Costmap | None = None
         self.frame, self.stepped_at = settings.global_frame, rospy.Time()
         self.ends, self.goals = deque(), 0
@@ -72,6 +77,10 @@ class ExploreNode:
         self.subscribers = [
             rospy.Subscriber(topic, kind, callback, queue_size=queue) for topic, kind, callback, queue in topics
         ]
+        self.ranges = {
+            topic: rospy.Subscriber(topic, Range, self.on_range, topic, queue_size=1)
+            for topic in (config.range_topics if self.survey else ())
+        }
         self.timer = rospy.Timer(rospy.Duration.from_sec(PERIOD_S), self.on_timer, reset=True)
         on_shutdown(self.on_end)
 
@@ -103,6 +112,24 @@ class ExploreNode:
             self.bad_maps += 1
             rospy.logwarn_throttle(10.0, 'a map was dropped: %s', error)
 
+    def on_range(self, msg: Range, topic: str) -> None:
+        """A reading of a range sensor: where it sits and how wide its cone is are taken from the first one."""
+        try:
+            found = self.tf.latest(self.config.robot_base_frame, msg.header.frame_id.lstrip('/'))
+            mount = conv.pose_from_transform(found.transform)
+        except (tf2_ros.TransformException, ValueError) as error:
+            rospy.logwarn_throttle(10.0, 'where the sensor of %s sits is not known: %s', topic, error)
+            return
+        with self.lock:
+            subscriber = self.ranges.pop(topic, None)
+            if subscriber is None:
+                return
+            subscriber.unregister()
+            if 0.0 < msg.field_of_view < math.pi:
+                self.survey.add_sensor((mount.x, mount.y, mount.yaw), msg.field_of_view)
+            else:
+                rospy.logwarn('%s says a field_of_view of %r rad: it is not used', topic, msg.field_of_view)
+
     def on_resume(self, msg: Bool) -> None:
         """True: go on; False: pause."""
         with self.lock:
@@ -128,9 +155,14 @@ class ExploreNode:
             if not ended and abs((now - self.stepped_at).to_sec()) < 1.0 / self.config.planner_frequency - 1e-3:
                 return
             self.stepped_at = now
-            hold = self.gate or ('' if self.client.wait_for_server(rospy.Duration(0.01)) else 'move_base is not there')
-            self._do(self.explorer.step(now.to_sec(), self._pose(now), hold))
+            self._do(self.explorer.step(now.to_sec(), self._pose(now), self._hold()))
             publish(self.diagnostics_pub, diagnostic_array(now, [self._status()]))
+
+    def _hold(self):
+        """Why no goal would do now; '' if one would."""
+        if self.survey is not None and not self.survey.sensors:
+            return 'no range sensor of range_topics has told anything yet'
+        return self.gate or ('' if self.client.wait_for_server(rospy.Duration(0.01)) else 'move_base is not there')
 
     def _hear_ends(self, now):
         ended = False

@@ -1,0 +1,206 @@
+"""Exploring by range sensors with wide cones: what they hear of the border on the unknown, and from where most."""
+
+import math
+
+import numpy as np
+import pytest
+from slam_world import CELL
+from test_exploring import FOOTPRINT, START, House, costmap, hall
+
+from sara_common.config import ConfigError
+from sara_common.planar import Pose2D
+from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import FREE, LETHAL, UNKNOWN, Grid, GridGeometry
+from sara_nav.lattice.config import LatticePlannerConfig
+from sara_nav.lattice.planner import LatticePlanner
+from sara_slam.exploring.cones import FREE_CELL, RAYS, UNKNOWN_CELL, WALL_CELL, Cells, Span, borders_heard
+from sara_slam.exploring.explore_config import ExploreConfig
+from sara_slam.exploring.explorer import Drive, Explorer, State
+from sara_slam.exploring.survey import AGAIN, Survey
+
+CONE = math.radians(60.0)
+AROUND = [(x, y, yaw) for x, y, yaw in ((0.4, 0.0, 0.0), (0.0, 0.3, 1.57), (0.0, -0.3, -1.57), (-0.4, 0.0, 3.14))]
+
+
+def heard(kinds, sensor, farthest=1.5):
+    """Indices of the cells (row, column) of borders that a sensor (x, y, axis) hears; the borders' normal is -x."""
+    kinds = np.array(kinds, np.uint8)
+    cells = Cells(kinds, -np.ones(kinds.shape, np.float32), np.zeros(kinds.shape, np.float32), Grid(0.0, 0.0, CELL))
+    places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
+    borders_heard(cells, np.array([[*sensor, 0.5 * CONE]]), Span(0.2, farthest), places, far)
+    assert (far[places >= 0] > 0.2).all()
+    return sorted({divmod(int(place), kinds.shape[1]) for place in places[places >= 0]})
+
+
+def strip(known=1.0):
+    """Free up to an x (m), unknown beyond."""
+    kinds = np.full((60, 60), FREE_CELL)
+    kinds[:, round(known / CELL) :] = UNKNOWN_CELL
+    return kinds
+
+
+def survey(sensors=AROUND):
+    found = Survey(1.5)
+    for mount in sensors:
+        found.add_sensor(mount, CONE)
+    return found
+
+
+def planner():
+    found = LatticePlanner(LatticePlannerConfig())
+    found.set_footprint(FOOTPRINT)
+    return found
+
+
+def test_a_border_is_heard_where_a_sensor_faces_it_squarely():
+    cells = heard(strip(), (0.2, 1.5, 0.0))
+    assert cells and all(column == 19 for _, column in cells)
+    assert all(abs((row + 0.5) * CELL - 1.5) < 0.8 * math.tan(0.41) + CELL for row, _ in cells)
+    assert heard(strip(), (0.2, 1.5, math.radians(70.0))) == []
+    assert heard(strip(2.0), (0.2, 1.5, 0.0)) == []  # farther than it reaches
+    assert heard(strip(0.3), (0.2, 1.5, 0.0)) == []  # nearer than it measures
+    assert heard(strip(), (2.0, 1.5, 0.0)) == []  # it sits in the unknown
+
+
+def test_a_wall_that_is_nearer_in_the_cone_is_heard_instead():
+    kinds = strip()
+    kinds[34:60, 10:12] = WALL_CELL  # at 0.5 m, in the upper part of the cone
+    assert heard(kinds, (0.1, 1.5, 0.0)) == []
+    kinds = strip()
+    kinds[54:60, 10:12] = WALL_CELL  # beside the cone
+    assert heard(kinds, (0.1, 1.5, 0.0))
+
+
+def test_it_drives_to_where_the_sensors_face_what_is_not_known():
+    ground, found = hall(), survey()
+    found.on_costmap(ground, [])
+    choice = found.choose(planner(), FOOTPRINT, START, False)
+    points = choice.frontier.points
+    assert choice.cost < 0.0 and len(points) > 5 and np.allclose(points[:, 0], 3.0 - 0.5 * CELL)
+    assert choice.pose.x < 2.5 and found.stays(choice)
+    off = np.hypot(points[:, 0] - choice.pose.x, points[:, 1] - choice.pose.y)
+    assert off.max() < 1.5 + 0.4 + CELL
+
+
+def test_less_is_expected_of_what_has_been_faced_in_vain():
+    found = survey()
+    found.on_costmap(hall(), [])
+    choice = found.choose(planner(), FOOTPRINT, START, False)
+    column, row = hall().geometry.to_cell(*choice.frontier.middle)
+    assert found.expected()[row, column] == 1.0 and not found.given_up(choice.frontier)
+    found.at(choice.pose)
+    found.at(choice.pose)  # the robot stands: nothing new
+    assert found.expected()[row, column] == AGAIN
+    for turn in range(8):
+        found.at(choice.pose._replace(yaw=choice.pose.yaw + 0.11 * (turn % 2)))
+    assert not found.stays(choice) and found.given_up(choice.frontier)
+    found.forget()
+    assert found.expected()[row, column] == 1.0
+
+
+def test_what_was_faced_is_known_on_a_map_that_has_grown():
+    found, ground = survey(), hall()
+    found.on_costmap(ground, [])
+    choice = found.choose(planner(), FOOTPRINT, START, False)
+    found.at(choice.pose)
+    before = found.expected()
+    costs = np.pad(ground.costs, ((0, 0), (10, 0)), constant_values=LETHAL)
+    found.on_costmap(Costmap(costs, GridGeometry(130, 80, CELL, -10 * CELL, 0.0)), [])
+    assert (before < 1.0).any() and np.array_equal(found.expected()[:, 10:], before)
+
+
+def test_gaps_between_what_sensors_have_told_are_no_border_and_the_body_may_be_there():
+    ground = hall(6.0)
+    ground.costs[30:40, 1:-1] = UNKNOWN  # 0.5 m
+    found = survey()
+    found.on_costmap(ground, [])
+    assert (found.ground.costs[30:40, 8:-8] == FREE).all() and not found.expected()[25:45, 8:-8].any()
+    ground.costs[30:50, 1:-1] = UNKNOWN
+    found.on_costmap(ground, [])
+    assert (found.ground.costs == UNKNOWN).any() and found.expected().any()
+
+
+def test_without_sensors_or_with_everything_known_there_is_nowhere_to_go():
+    for found, ground in ((survey(()), hall()), (survey(), hall(6.0))):
+        found.on_costmap(ground, [])
+        assert found.choose(planner(), FOOTPRINT, START, False) is None
+
+
+def test_a_place_that_no_plan_leads_to_or_that_was_tried_is_not_told_again():
+    found = survey()
+    found.on_costmap(hall(), [])
+    first = found.choose(planner(), FOOTPRINT, START, False)
+    found.tried(first, False)
+    second = found.choose(planner(), FOOTPRINT, START, False)
+    turn = abs(math.remainder(second.pose.yaw - first.pose.yaw, 2.0 * math.pi))
+    assert second.pose.distance(first.pose) >= 0.3 or turn >= 0.4
+
+
+class Sonars(House):
+    """A robot that hears in narrow fans what it faces, and turns about on the spot where it comes to."""
+
+    def __init__(self, params=None):
+        self.found = None
+        super().__init__(params)
+        self.true = np.where(hall(6.0).costs == LETHAL, 100, 0).astype(np.int8)
+        self.known = np.full(self.true.shape, -1, np.int8)
+        self.found = survey()
+        config = ExploreConfig.from_params(params or {})
+        self.explorer = Explorer(config, planner(), FOOTPRINT, self.said.append, self.found)
+        self.look()
+
+    def look(self):
+        if self.found is None:
+            return
+        fan = np.linspace(-0.25, 0.25, 15)
+        x, y, axis = np.tile(np.array(AROUND), (17, 1)).T
+        yaw = self.pose.yaw + np.repeat(np.linspace(0.0, 2.0 * math.pi, 17), len(AROUND))
+        x, y = self.pose.x + x * np.cos(yaw) - y * np.sin(yaw), self.pose.y + x * np.sin(yaw) + y * np.cos(yaw)
+        angles, far = (yaw + axis)[:, None] + fan, np.arange(0.0, 2.0, 0.5 * CELL)
+        columns = ((x[:, None, None] + far * np.cos(angles)[..., None]) / CELL).astype(int)
+        rows = ((y[:, None, None] + far * np.sin(angles)[..., None]) / CELL).astype(int)
+        rows, columns = rows.clip(0, self.true.shape[0] - 1), columns.clip(0, self.true.shape[1] - 1)
+        wall = self.true[rows, columns] == 100
+        told = np.cumsum(np.cumsum(wall, -1), -1) <= 1
+        self.known[rows[told], columns[told]] = self.true[rows[told], columns[told]]
+        costs = np.where(self.known == -1, UNKNOWN, np.where(self.known == 100, LETHAL, FREE))
+        self.explorer.on_costmap(costmap(costs))
+
+
+def test_a_hall_is_explored_to_its_end_and_the_robot_goes_home():
+    house = Sonars()
+    house.run()
+    assert house.explorer.state is State.DONE and house.pose == START
+    free = house.true[2:-2, 2:-2] == 0
+    assert np.count_nonzero(house.known[2:-2, 2:-2][free] == 0) > 0.95 * np.count_nonzero(free)
+
+
+def test_when_its_time_is_over_it_drives_home():
+    house = Sonars({'time_limit': 3.5})
+    house.run()
+    assert 1 < len(house.goals) <= 5 and house.goals[-1] == START
+    assert any('time_limit' in line for line in house.said) and house.said[-1] == 'Back where it began.'
+
+
+def test_a_goal_under_way_is_given_up_for_home_when_its_time_is_over():
+    house = Sonars({'time_limit': 2.5})
+    assert isinstance(house.step(), Drive)
+    order = None
+    while house.now < 4.0:
+        order = house.step(Pose2D(1.5, 1.0, 0.0)) or order
+    assert order == Drive(START) and house.explorer.state is State.RETURNING
+
+
+@pytest.mark.parametrize(
+    ('params', 'fault'),
+    [
+        ({'sensors': 'ranges'}, 'range_topics is .*one topic or more'),
+        ({'sensors': 'ranges', 'range_topics': ['a', 'a']}, 'each once'),
+        ({'sensors': 'camera'}, 'sensors is .camera.'),
+        ({'range_reach': 0.0}, 'range_reach is 0'),
+        ({'time_limit': -1.0}, 'time_limit is -1'),
+    ],
+)
+def test_parameters_that_cannot_be_used_are_named(params, fault):
+    with pytest.raises(ConfigError, match=fault):
+        ExploreConfig.from_params(params)
