@@ -13,6 +13,7 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
+from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -70,10 +71,27 @@ class ExploreTest(unittest.TestCase):
         """One after the other, for the node goes on."""
         self.says('To a frontier')
         self.until(lambda: 'cmd_vel' in self.heard and self.heard['cmd_vel'].angular.z, 'the robot does not move')
+        self.hears_range_sensors()
         self.pauses()
         self.gives_way_to_others()
         self.drops_bad_maps()
         self.explores_to_the_end()
+
+    def hears_range_sensors(self):
+        """The node explore_by_ranges waits for a first reading of which tf knows the place, and no longer."""
+        said = []
+        rospy.Subscriber('explore_by_ranges/status', String, lambda m: said.append(m.data))
+        self.until(lambda: any('no range sensor of range_topics' in line for line in said), 'it does not wait')
+        ranges = rospy.Publisher('front_range', Range, queue_size=1)
+        reading = Range(field_of_view=1.0, min_range=0.2, max_range=2.4, range=1.0)
+
+        def heard():
+            reading.header.frame_id = 'base_link' if reading.header.frame_id == 'unheard_of' else 'unheard_of'
+            ranges.publish(reading)
+            time.sleep(0.1)
+            return any('move_base is not there' in line for line in said)
+
+        self.until(heard, 'no reading is used')
 
     def pauses(self):
         self.resume.publish(Bool(False))

@@ -63,6 +63,7 @@ class Survey:
         self._last: Pose2D | None = None
         self._costmap: Costmap | None = None
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
+        self._expected = self._near = None  # of each cell, and of the best beside it
         self._chosen = 0.0
 
     def add_sensor(self, mount: Sequence[float], field_of_view: float) -> None:
@@ -76,7 +77,7 @@ class Survey:
 
     def forget(self) -> None:
         """Expect as much of everything as if nothing had been heard."""
-        self._faced[:] = 0
+        self._faced[:], self._expected = 0, None
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
@@ -103,7 +104,7 @@ class Survey:
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
         faced = np.zeros(costs.shape, np.uint8)
         _paste(self._faced, self._corner, faced, corner)
-        self._costmap, self._faced, self._corner = costmap, faced, corner
+        self._costmap, self._faced, self._corner, self._expected = costmap, faced, corner, None
 
     def at(self, pose: Pose2D) -> None:
         """The robot is at a pose."""
@@ -116,11 +117,15 @@ class Survey:
         places, _ = self._heard(np.array([[pose.x, pose.y, pose.yaw]]))
         places = np.unique(places[places >= 0])
         self._faced.ravel()[places] = np.minimum(self._faced.ravel()[places], 200) + 1
+        self._expected = None
 
     def expected(self) -> np.ndarray:
-        """float32 (rows, columns): what is expected of each cell, 0 to 1."""
-        faced = maximum_filter(self._faced, 3)
-        return np.where(self._border, np.float32(AGAIN) ** faced, 0.0).astype(np.float32)
+        """float32 (rows, columns): what is expected of each cell of the map, 0 to 1."""
+        if self._expected is None:
+            faced = maximum_filter(self._faced, 3)
+            self._expected = np.where(self._border, np.float32(AGAIN) ** faced, 0.0).astype(np.float32)
+            self._near = maximum_filter(self._expected, 3)
+        return self._expected
 
     def stays(self, choice: Choice) -> bool:
         """Whether enough is expected still of what was expected of a place when it was chosen."""
@@ -131,8 +136,8 @@ class Survey:
         columns, rows = cells_of(frontier.points, self._costmap.geometry)
         height, width = self._border.shape
         inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
-        near = maximum_filter(self.expected(), 3)
-        return float(near[rows[inside], columns[inside]].sum())
+        self.expected()
+        return float(self._near[rows[inside], columns[inside]].sum())
 
     def choose(self, planner: Planner, footprint: np.ndarray, start: Pose2D, under_way: bool) -> Choice | None:
         """From where most is expected for the time it takes to get there; None where nothing is left that a plan leads
