@@ -180,6 +180,8 @@ def test_when_its_time_is_over_it_drives_home():
     house.run()
     assert 1 < len(house.goals) <= 5 and house.goals[-1] == START
     assert any('time_limit' in line for line in house.said) and house.said[-1] == 'Back where it began.'
+    house.explorer.resume()
+    assert isinstance(house.step(), Drive) and house.said[-1].startswith('To a frontier')  # it has as much time again
 
 
 def test_a_goal_under_way_is_given_up_for_home_when_its_time_is_over():

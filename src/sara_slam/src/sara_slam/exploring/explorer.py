@@ -82,7 +82,7 @@ class Explorer:
         self.visit: Choice | None = None
         self._costmap: Costmap | None = None
         self._home = self._pose = None
-        self._began = self._wait_until = self._nothing_since = None
+        self._began = self._limit_from = self._wait_until = self._nothing_since = None
         self._progress = None  # (s, pose) of the newest
         self._in_vain, self._waits_for = 0, ''
 
@@ -96,6 +96,7 @@ class Explorer:
     def resume(self) -> None:
         """Go on, or begin anew: what could not be reached before is tried again."""
         if self.state in (State.PAUSED, State.DONE):
+            self._limit_from = None if self.state is State.DONE else self._limit_from
             self._chooser.forget()
             self._in_vain, self._nothing_since, self._wait_until = 0, None, None
             self.state = State.EXPLORING
@@ -149,7 +150,8 @@ class Explorer:
         self._wait_until = None
         if self.state is State.RETURNING:
             return None
-        if 0.0 < self.config.time_limit <= now - self._began:
+        self._limit_from = now if self._limit_from is None else self._limit_from
+        if 0.0 < self.config.time_limit <= now - self._limit_from:
             return self._time_is_up(now, pose)
         return self._on_the_way(now, pose) if self.visit is not None else self._next(now, pose)
 

@@ -30,7 +30,7 @@ AGAIN = 0.5
 """What is still expected of a piece that has been faced once more."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
-LEAST = 0.15
+LEAST = 0.25
 """m of border for which a place is driven to."""
 SPEED, TURN_RATE, STOP_S = 0.3, 0.4, 4.0
 """m/s, rad/s, s by which ways, turns and stops are weighed."""
