@@ -24,8 +24,8 @@ from sara_slam.exploring.viewpoints import Surroundings
 
 EVERY, HEADINGS = 4, 16
 """Cells between places where the robot may stand, and its headings there."""
-ROOM = 0.10
-"""m about the body where it stands."""
+ROOM = 0.05
+"""m from walls that the body keeps where it stands."""
 AGAIN = 0.5
 """What is still expected of a piece that has been faced once more."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
@@ -41,7 +41,7 @@ LEFT = 0.2
 TRIES = 4
 """Places that are planned to, the best first."""
 GAP = 0.3
-"""m: half as wide as gaps between what sensors have told to be free, which are taken for free."""
+"""m: half as wide as gaps between what is known, which are taken for free: beside fans, and in corners."""
 PATCH = 0.2
 """m: unknown patches smaller than a square of this are none."""
 NEAREST = 0.2
@@ -198,11 +198,11 @@ def _seconds(stands, ways, start):
 
 
 def _filled(costmap, wide):
-    """The Costmap on which unknown cells in gaps up to twice as wide as `wide` (m) between free ones are free."""
+    """The Costmap on which unknown cells in gaps up to twice as wide as `wide` (m) between known ones are free."""
     costs, g = costmap.costs, costmap.geometry
     pad = math.ceil(wide / g.resolution) + 1
-    free = np.pad(costs < INSCRIBED, pad)
-    near = distance_transform_edt(~free) * g.resolution <= wide
+    known = np.pad(costs != UNKNOWN, pad)
+    near = distance_transform_edt(~known) * g.resolution <= wide
     closed = (distance_transform_edt(near) * g.resolution > wide)[pad:-pad, pad:-pad]
     return Costmap(np.where(closed & (costs == UNKNOWN), FREE, costs).astype(np.uint8), g)
 

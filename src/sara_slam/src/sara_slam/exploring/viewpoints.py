@@ -51,7 +51,7 @@ class Surroundings:
         corners = np.stack((wave[:-1, :-1], wave[:-1, 1:], wave[1:, :-1], wave[1:, 1:]))
         self._ways = np.where(corners.min(0) < HIGH, corners.min(0), np.inf)
         self._world = LocalWorld(costmap, footprint, True)
-        self._known = costmap, pose, footprint, circumscribed
+        self._standing = costmap, pose, footprint
 
     def way_to(self, x: float, y: float) -> float:
         """Length (m) of the shortest way of the circle within the footprint to a point (m); inf where there is none."""
@@ -73,12 +73,11 @@ class Surroundings:
         return found
 
     def stands(self, every: int, headings: int, room: float) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) poses that the robot reaches and where the footprint has room (m) about it, `every` cells apart and in
-        so many headings; (n,) m, the ways there.
+        """(n, 3) poses that the circle within the footprint reaches on what is known and where no obstacle is within
+        `room` (m) of the footprint, `every` cells apart and in so many headings; (n,) m, the ways there.
         """
-        costmap, pose, footprint, circumscribed = self._known
+        costmap, pose, footprint = self._standing
         g = costmap.geometry
-        costs = _known_about(costmap, pose, circumscribed + room + 2.0 * g.resolution).costs
         rows, columns = (c.ravel() for c in np.mgrid[every // 2 : g.height : every, every // 2 : g.width : every])
         reached = np.isfinite(self._ways[rows, columns])
         rows, columns = rows[reached], columns[reached]
@@ -87,7 +86,8 @@ class Surroundings:
         poses = np.column_stack((np.tile(x, headings), np.tile(y, headings), np.repeat(yaws, len(x))))
         poses = np.concatenate((poses, [(pose.x, pose.y, yaw) for yaw in yaws]))
         ways = np.concatenate((np.tile(self._ways[rows, columns], headings), np.zeros(headings)))
-        near = ndimage.distance_transform_edt(costs < INSCRIBED) * g.resolution < room
+        walls = (costmap.costs >= INSCRIBED) & (costmap.costs != UNKNOWN)
+        near = ndimage.distance_transform_edt(~walls) * g.resolution < room
         blocked = Costmap(np.where(near, LETHAL, FREE).astype(np.uint8), g)
         fits = LocalWorld(blocked, footprint, True).touched(poses) == 0
         return poses[fits], ways[fits]
