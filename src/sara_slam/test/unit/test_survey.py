@@ -19,6 +19,15 @@ from sara_slam.exploring.explorer import Drive, Explorer, State
 from sara_slam.exploring.survey import AGAIN, Survey
 
 CONE = math.radians(60.0)
+FANS = [
+    (0.5, 0.2, 0.0),
+    (0.5, -0.2, 0.0),
+    (-0.5, 0.0, 3.14),
+    (0.3, 0.3, 1.57),
+    (-0.3, 0.3, 1.57),
+    (0.3, -0.3, -1.57),
+    (-0.3, -0.3, -1.57),
+]
 AROUND = [(x, y, yaw) for x, y, yaw in ((0.4, 0.0, 0.0), (0.0, 0.3, 1.57), (0.0, -0.3, -1.57), (-0.4, 0.0, 3.14))]
 
 
@@ -139,12 +148,15 @@ def test_a_place_that_no_plan_leads_to_or_that_was_tried_is_not_told_again():
 class Sonars(House):
     """A robot that hears in narrow fans what it faces, and turns about on the spot where it comes to."""
 
-    def __init__(self, params=None):
-        self.found = None
+    def __init__(self, params=None, sensors=AROUND, door=None):
+        self.found, self.sensors = None, sensors
         super().__init__(params)
         self.true = np.where(hall(6.0).costs == LETHAL, 100, 0).astype(np.int8)
+        if door is not None:
+            self.true[:, 60:63] = 100
+            self.true[door, 60:63] = 0
         self.known = np.full(self.true.shape, -1, np.int8)
-        self.found = survey()
+        self.found = survey(sensors)
         config = ExploreConfig.from_params(params or {})
         self.explorer = Explorer(config, planner(), FOOTPRINT, self.said.append, self.found)
         self.look()
@@ -153,10 +165,10 @@ class Sonars(House):
         if self.found is None:
             return
         fan = np.linspace(-0.25, 0.25, 15)
-        x, y, axis = np.tile(np.array(AROUND), (17, 1)).T
-        yaw = self.pose.yaw + np.repeat(np.linspace(0.0, 2.0 * math.pi, 17), len(AROUND))
+        x, y, axis = np.tile(np.array(self.sensors), (17, 1)).T
+        yaw = self.pose.yaw + np.repeat(np.linspace(0.0, 2.0 * math.pi, 17), len(self.sensors))
         x, y = self.pose.x + x * np.cos(yaw) - y * np.sin(yaw), self.pose.y + x * np.sin(yaw) + y * np.cos(yaw)
-        angles, far = (yaw + axis)[:, None] + fan, np.arange(0.0, 2.0, 0.5 * CELL)
+        angles, far = (yaw + axis)[:, None] + fan, np.arange(0.0, 1.5, 0.5 * CELL)
         columns = ((x[:, None, None] + far * np.cos(angles)[..., None]) / CELL).astype(int)
         rows = ((y[:, None, None] + far * np.sin(angles)[..., None]) / CELL).astype(int)
         rows, columns = rows.clip(0, self.true.shape[0] - 1), columns.clip(0, self.true.shape[1] - 1)
@@ -173,6 +185,13 @@ def test_a_hall_is_explored_to_its_end_and_the_robot_goes_home():
     assert house.explorer.state is State.DONE and house.pose == START
     free = house.true[2:-2, 2:-2] == 0
     assert np.count_nonzero(house.known[2:-2, 2:-2][free] == 0) > 0.95 * np.count_nonzero(free)
+
+
+def test_it_drives_through_a_door_of_less_than_0_80_m():
+    house = Sonars(sensors=FANS, door=slice(30, 45))
+    house.run()
+    assert max(goal.x for goal in house.goals) > 4.0 and house.pose == START
+    assert np.count_nonzero(house.known[2:-2, 64:-2] == 0) > 0.9 * house.known[2:-2, 64:-2].size
 
 
 def test_when_its_time_is_over_it_drives_home():
