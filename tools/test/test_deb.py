@@ -17,7 +17,7 @@ SRC = deb.ROOT / 'src'
 PACKAGES = {package.name: package for package in deb_control.read_packages(SRC)}
 VERSION = '1.0'
 TESTS_ALONE = SRC / 'sara_hmi/src/sara_hmi/browser'  # for tests and sara_lab
-OPTIONAL = {'gymnasium'}  # imported by one module, which nothing of ours imports: who wants it installs it
+OPTIONAL = {'gymnasium', 'pyarrow', 'mcap', 'distributed'}  # imported where they are asked for: for a desk, no robot
 PLACES = ['/usr/lib/python3/dist-packages', sysconfig.get_path('purelib')]
 
 

@@ -6,9 +6,16 @@ import sys
 import pytest
 from steady import whole
 
-from sara_lab.campaign import campaign
+from sara_lab.campaign import campaign, parts
 from sara_lab.campaign.odometry_trial import TIMES_BETTER, trial
 from sara_lab.campaign.part import Part
+
+
+def only(monkeypatch, made):
+    """The campaign has these parts alone."""
+    found = {name: lambda seeds, folder, part=part: part for name, part in made.items()}
+    for module in (campaign, parts):
+        monkeypatch.setattr(module, 'PARTS', found)
 
 
 @pytest.mark.parametrize('seed', range(whole(3, 1)))
@@ -24,7 +31,7 @@ def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, cap
     part = Part(
         {'a_case': lambda: runs.append(1) or {'faults': faults}}, lambda results: (['a line'], {'number': len(results)})
     )
-    monkeypatch.setattr(campaign, 'PARTS', {'one': lambda seeds, folder: part})
+    only(monkeypatch, {'one': part})
     words = ['campaign', '--workers', '1', '--out', str(tmp_path), '--json', str(tmp_path / 'all.json')]
     monkeypatch.setattr(sys, 'argv', words)
     for _ in range(2):
@@ -40,7 +47,7 @@ def test_the_campaign_says_what_failed_and_is_resumed(tmp_path, monkeypatch, cap
 
 def test_parts_that_are_not_run_keep_their_figures(tmp_path, monkeypatch):
     part = Part({'a_case': lambda: {'faults': []}}, lambda results: ([], {}))
-    monkeypatch.setattr(campaign, 'PARTS', {'one': lambda seeds, folder: part, 'two': lambda seeds, folder: part})
+    only(monkeypatch, {'one': part, 'two': part})
     (tmp_path / 'all.json').write_text(json.dumps({'one': {'commit': 'old'}, 'two': {'commit': 'old'}, 'gone': {}}))
     monkeypatch.setattr(sys, 'argv', ['campaign', 'two', '--out', str(tmp_path), '--json', str(tmp_path / 'all.json')])
     with pytest.raises(SystemExit):

@@ -290,6 +290,16 @@ def test_echoes_of_one_place_or_a_few_are_no_short_wall(rest):
     assert not len(short_walls(SonarConfig(), rest, 0.0)[0])
 
 
+def test_readings_in_two_rows_are_no_short_wall_between_them():
+    """Their median, 0.044 m from either row, is near no reading."""
+    rest = side(np.linspace(0.0, 0.3, 8))
+    rest = rest._replace(ranges=np.where(np.arange(8) % 2, 1.049, 0.961))
+    assert not len(short_walls(SonarConfig(), rest, math.pi)[0])
+    more = Heard(np.vstack((rest.sensors, rest.sensors)), np.concatenate((rest.ranges, rest.ranges)))
+    lines, _ = short_walls(SonarConfig(), more, math.pi)
+    assert sorted(np.round(-lines[:, 1], 3)) == [0.961, 1.049]
+
+
 @pytest.mark.parametrize('looked', (False, True))
 def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
     heard = side(np.linspace(0.0, 2.0, 41))

@@ -42,7 +42,7 @@ def _make(drives: int, folder: Path) -> None:
     from sara_lab.campaign.results.rows import Origin, rows, write
 
     results = {f'travel_{number}': _result(number) for number in range(drives)}
-    write(folder / 'sara_made' / 'travel.parquet', rows(Origin('sara', 'made', 'made'), 'travel', results))
+    write(folder / 'made' / 'travel.parquet', rows(Origin('made', 'made', 'made'), 'travel', results))
 
 
 def _result(number):

@@ -86,7 +86,7 @@ def _parser():
 async def _keys(arguments):
     from sara_hmi.web import certificate  # names and fields as the touch screen's
 
-    certificate.kept(arguments.folder, ['sara'], datetime.datetime.now(datetime.UTC))
+    certificate.kept(arguments.folder, ['cluster'], datetime.datetime.now(datetime.UTC))
     print(f'{arguments.folder}: certificate and key')
 
 

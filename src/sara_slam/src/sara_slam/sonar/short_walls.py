@@ -63,6 +63,9 @@ def _best(config, rest, left, theta):
     )
     near = (np.abs(row - at) <= 1) & (column >= first) & (column < first + WINDOW)
     middle = float(np.median(rho[near]))
+    nearest = float(rho[near][np.argmin(np.abs(rho[near] - middle))])
+    if abs(nearest - middle) > WITHIN:  # it is between two rows of readings
+        middle = nearest
     on = np.flatnonzero(np.abs(rho - middle) <= WITHIN)
     on = on[np.argsort(along[on], kind='stable')]
     runs = np.split(on, np.flatnonzero(np.diff(along[on]) > HOLE) + 1)
