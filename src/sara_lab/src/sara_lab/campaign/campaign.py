@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from sara_common import platforms
 from sara_common.files import write_whole
-from sara_lab.campaign.parts import DEFAULT_FOLDER, PARTS, part_of, text_of
+from sara_lab.campaign.parts import DEFAULT_FOLDER, PARTS, part_of, text_by_name, text_of
 from sara_lab.campaign.results import rows
 from sara_lab.journeys.worlds.foreign import ForeignError
 from sara_lab.rides.circuits import circuits
@@ -101,9 +101,9 @@ def _run(name, part, folder, arguments, origin):
     """Run a part's cases and print what came of them: (figures, [(case, faults) that failed])."""
     paths = {case: folder / f'{case}.json' for case in part.cases}
     missing = [case for case, path in paths.items() if not path.exists()]
-
-    kept = None if isinstance(arguments.where, Cluster) else folder
-    make = functools.partial(text_of, name, arguments.seeds, _options_of(name, arguments), kept, origin.commit)
+    make = functools.partial(text_of, part, origin.commit)
+    if isinstance(arguments.where, Cluster):
+        make = functools.partial(text_by_name, name, arguments.seeds, _options_of(name, arguments), origin.commit)
     for case, text in tqdm(
         each(make, missing, arguments.where),
         desc=name,

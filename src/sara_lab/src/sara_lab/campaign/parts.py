@@ -2,6 +2,7 @@
 
 import functools
 import json
+import pickle
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -75,17 +76,20 @@ def part_of(name: str, seeds: int, folder: Path, options: Mapping[str, Any]) -> 
     return PARTS[name](seeds, folder, **options)
 
 
-def text_of(name: str, seeds: int, options: Mapping[str, Any], folder: Path | None, commit: str, case: str) -> str:
-    """What the file of a part's case holds, which is made here. folder: of what cases keep; None: this process's own,
-    as campaign has it by default.
-    """
-    folder = folder or folder_of(DEFAULT_FOLDER)
-    part = _part(name, seeds, json.dumps(options, default=str, sort_keys=True), folder)
+def text_of(part: Part, commit: str, case: str) -> str:
+    """What the file of a part's case holds, which is made here."""
     return json.dumps({**part.cases[case](), 'commit': commit})
 
 
+def text_by_name(name: str, seeds: int, options: Mapping[str, Any], commit: str, case: str) -> str:
+    """The same by a cluster's worker, to which only names travel: cases keep what they do where `campaign` does by
+    default.
+    """
+    return text_of(_part(name, seeds, pickle.dumps(options)), commit, case)
+
+
 @functools.lru_cache(maxsize=1)
-def _part(name, seeds, options, folder):
+def _part(name, seeds, options):
+    folder = folder_of(DEFAULT_FOLDER)
     folder.mkdir(parents=True, exist_ok=True)
-    told = json.loads(options)
-    return part_of(name, seeds, folder, {**told, 'maps': Path(told['maps'])} if told.get('maps') else told)
+    return part_of(name, seeds, folder, pickle.loads(options))

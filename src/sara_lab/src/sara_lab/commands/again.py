@@ -11,9 +11,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pyarrow.compute as pc
@@ -82,13 +80,8 @@ def drive_of(row: Mapping[str, Any], folder: Path, maps: Path | None = None) -> 
     for experiment in EXPERIMENTS.values():
         for one in experiment.cases(row['seed'] + 1):
             if ' '.join(map(str, one.key)) == case:
-                return lambda: {**one.options, **_run(one), 'seed': one.seed}
+                return lambda: {**one.options, **runner.run([one], 1)[one.key], 'seed': one.seed}
     raise AgainError(f'there is no part and no experiment {part} with a case {case}')
-
-
-def _run(case):
-    """An experiment's run, with the gain that it needs."""
-    return runner.run([case], 1, lambda total: nullcontext(SimpleNamespace(update=lambda: None)))[case.key]
 
 
 def differences(found: Found, result: Mapping[str, Any]) -> list[str]:

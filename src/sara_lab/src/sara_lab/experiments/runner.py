@@ -8,6 +8,7 @@ import pickle
 import re
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,9 +32,9 @@ def run(
     """{key: result} in the order of `cases`. Those that need a chair's gain get it from E6's procedure, which runs
     first for their seeds. `where`: how many processes, or a Cluster.
 
-    `progress(total)` is a context manager whose `update()` is called after each. `keep`: a folder (Path) where each
-    result is kept, and taken from where it is there already, if the code is still the same. `costs`: a dict that is
-    filled with {key: s of CPU} of what was run, not taken.
+    `progress(total)`, if given, is a context manager whose `update()` is called after each. `keep`: a folder (Path)
+    where each result is kept, and taken from where it is there already, if the code is still the same. `costs`: a dict
+    that is filled with {key: s of CPU} of what was run, not taken.
     """
     keep = keep and Path(keep) / fingerprint()
     costs = {} if costs is None else costs
@@ -42,13 +43,14 @@ def run(
         prior.setdefault(('E6', seed), turns.case_of(seed))
     later = [case for case in cases if case.key not in prior]
     results: dict[tuple, Any] = {}
-    with progress(len(prior) + len(later)) as done:
+    with progress(len(prior) + len(later)) if progress else nullcontext() as done:
 
         def run_all(tasks):
             for _, (key, result, cost) in each(_run, tasks, where):
                 results[key] = result
                 costs.update({} if cost is None else {key: cost})
-                done.update()
+                if done is not None:
+                    done.update()
 
         run_all([(case, None, keep) for case in prior.values()])
         gains = {key[1]: result['gain'] for key, result in results.items()}

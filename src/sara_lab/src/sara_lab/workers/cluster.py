@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
 
+from sara_lab.workers.repeating import until_done
+
 if TYPE_CHECKING:
     from distributed import Client, Future
     from distributed.security import Security
@@ -56,17 +58,12 @@ class Cluster:
         """Yield (item, work(item)) of every item once, as they are ready. `work` and items are pickled: a function of a
         module, or a partial of one. Raises what `work` raises, ClusterError.
         """
-        left, in_vain = dict(enumerate(items)), 0
-        while left:
-            done = 0
-            for index, result in self._until_lost(work, left):
-                done += 1
-                yield left.pop(index), result
-            if left:
-                in_vain = 0 if done else in_vain + 1
-                if in_vain == IN_VAIN:
-                    raise ClusterError(f'{self.address} was lost {IN_VAIN} times in a row, and no work was done')
-                print(f'{self.address} was lost; {len(left)} are left', file=sys.stderr, flush=True)
+        return until_done(items, lambda left: self._until_lost(work, left), self._lost)
+
+    def _lost(self, left, in_vain):
+        if in_vain == IN_VAIN:
+            raise ClusterError(f'{self.address} was lost {IN_VAIN} times in a row, and no work was done')
+        print(f'{self.address} was lost; {len(left)} are left', file=sys.stderr, flush=True)
 
     def _until_lost(self, work, left):
         """(index, result) of what is done before scheduler, or workers again and again, are lost."""

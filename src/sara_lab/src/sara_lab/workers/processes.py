@@ -6,18 +6,19 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from typing import TypeVar
 
 from sara_lab.workers.cluster import Cluster
+from sara_lab.workers.repeating import until_done
 
 Item, Result = TypeVar('Item'), TypeVar('Result')
 IN_VAIN = 3
 """Times that processes may be killed one after another without any work done between."""
 
-_shared: tuple[Callable, Sequence] = (lambda item: item, ())
+_shared: tuple[Callable, Mapping[int, object]] = (lambda item: item, {})
 
 
 class WorkersError(Exception):
@@ -43,24 +44,20 @@ def each(work: Callable[[Item], Result], items: Sequence[Item], where: int | Clu
     if where == 1:
         yield from ((item, work(item)) for item in items)
         return
-    left, in_vain = list(items), 0
-    while left:
-        done: set[int] = set()
-        for index, result in _until_broken(work, left, where):
-            done.add(index)
-            yield left[index], result
-        in_vain = 0 if done else in_vain + 1
-        if in_vain == IN_VAIN:
-            raise WorkersError(f'the processes were killed {IN_VAIN} times in a row; is there enough memory?')
-        left = [item for index, item in enumerate(left) if index not in done]
+    yield from until_done(items, lambda left: _until_broken(work, left, where), _broken)
+
+
+def _broken(_left, in_vain):
+    if in_vain == IN_VAIN:
+        raise WorkersError(f'the processes were killed {IN_VAIN} times in a row; is there enough memory?')
 
 
 def _until_broken(work, items, processes):
-    """(index, result) of the items that are done before a process is killed."""
+    """(index, result) of those of {index: item} that are done before a process is killed."""
     global _shared
     _shared = work, items  # copied to the processes as these begin
     with ProcessPoolExecutor(processes, multiprocessing.get_context('fork')) as pool:
-        futures = {pool.submit(_one, index): index for index in range(len(items))}
+        futures = {pool.submit(_one, index): index for index in items}
         try:
             for future in as_completed(futures):
                 try:
